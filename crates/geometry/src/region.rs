@@ -1,0 +1,46 @@
+//! Regions of a plane: an outer boundary with holes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::DVec2;
+
+/// A closed polygon, mm; the last point joins the first and is not repeated.
+pub type Ring = Vec<DVec2>;
+
+/// A connected piece of a plane: one outer ring (counter-clockwise) and its holes (clockwise).
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Region {
+    /// Outer boundary, counter-clockwise.
+    pub outer: Ring,
+    /// Holes, clockwise, inside `outer` and apart from each other.
+    pub holes: Vec<Ring>,
+}
+
+impl Region {
+    /// Area inside the outer ring and outside the holes, mm².
+    pub fn area(&self) -> f64 {
+        signed_area(&self.outer) + self.holes.iter().map(|h| signed_area(h)).sum::<f64>()
+    }
+
+    /// The outer ring, then the holes.
+    pub fn rings(&self) -> impl Iterator<Item = &Ring> {
+        std::iter::once(&self.outer).chain(&self.holes)
+    }
+}
+
+/// Signed area of a ring, mm²: positive when counter-clockwise.
+///
+/// ```
+/// use meltpath_geometry::{math::DVec2, region::signed_area};
+/// let square = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+/// assert_eq!(signed_area(&square), 1.0);
+/// ```
+pub fn signed_area(ring: &[DVec2]) -> f64 {
+    let Some(&o) = ring.first() else { return 0.0 };
+    let next = ring.iter().cycle().skip(1);
+    0.5 * ring
+        .iter()
+        .zip(next)
+        .map(|(&a, &b)| (a - o).perp_dot(b - o))
+        .sum::<f64>()
+}

@@ -1,0 +1,1 @@
+//! From commanded moves to what the machine will really do.

@@ -1,0 +1,1 @@
+//! meltpath as a library: job files, the pipelines, the data that ships.

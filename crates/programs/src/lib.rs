@@ -1,0 +1,1 @@
+//! What controllers read: one module per dialect, each a writer and a parser.

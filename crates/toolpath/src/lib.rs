@@ -1,0 +1,1 @@
+//! The common language between rooms: passes, toolpaths, profiles, motion.
