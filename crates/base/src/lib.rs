@@ -1,1 +1,20 @@
-//! Quantities with units, values with origin, warnings, progress, verdicts, whole-or-nothing output, the native container.
+//! What every room stands on: quantities with units, values with origin and uncertainty, structured warnings,
+//! progress and cancellation, checks and verdicts, whole-or-nothing output, the native container,
+//! parallel work with the same bits on any thread count. Imports no other room.
+
+pub mod container;
+pub mod observer;
+pub mod output;
+pub mod parallel;
+pub mod provenance;
+pub mod quantity;
+pub mod reporter;
+pub mod resolved;
+pub mod verdict;
+
+pub use observer::{Cancelled, Observer, Silent};
+pub use provenance::Provenance;
+pub use quantity::{Angle, Length, QuantityError, Ratio, Speed, Temperature, Time};
+pub use reporter::{Reporter, Warning};
+pub use resolved::{Origin, Resolved};
+pub use verdict::{Check, Limit, Measure, Place, Status, Verdict};

@@ -1,0 +1,85 @@
+//! Warnings as data: stages collect them through `&Reporter` and go on; they end in the verdict and the report.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use crate::verdict::Place;
+
+/// Something a person should know though the stage could go on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Warning {
+    /// Stable kebab-case identifier, such as `mesh-repaired`.
+    pub code: String,
+    /// What happened, with the numbers.
+    pub message: String,
+    /// Where, if it has a place.
+    pub place: Option<Place>,
+    /// What to do about it.
+    pub remedy: Option<String>,
+}
+
+/// Collects warnings from any thread.
+#[derive(Debug, Default)]
+pub struct Reporter {
+    warnings: Mutex<Vec<Warning>>,
+}
+
+impl Reporter {
+    /// An empty reporter.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Warning>> {
+        // a panic elsewhere leaves the list readable: pushing is its only mutation
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a warning.
+    pub fn push(&self, warning: Warning) {
+        self.lock().push(warning);
+    }
+
+    /// Adds a warning without place, with a remedy.
+    ///
+    /// ```
+    /// use meltpath_base::Reporter;
+    /// let reporter = Reporter::new();
+    /// reporter.warn("unit-suspect", "the part is 0.06 mm wide", "say `part_unit = \"m\"` if it is in metres");
+    /// assert_eq!(reporter.warnings()[0].code, "unit-suspect");
+    /// ```
+    pub fn warn(&self, code: &str, message: impl Into<String>, remedy: impl Into<String>) {
+        let remedy = remedy.into();
+        self.push(Warning {
+            code: code.to_owned(),
+            message: message.into(),
+            place: None,
+            remedy: (!remedy.is_empty()).then_some(remedy),
+        });
+    }
+
+    /// Adds a warning that has a place.
+    pub fn warn_at(
+        &self,
+        code: &str,
+        message: impl Into<String>,
+        place: Place,
+        remedy: impl Into<String>,
+    ) {
+        let remedy = remedy.into();
+        self.push(Warning {
+            code: code.to_owned(),
+            message: message.into(),
+            place: Some(place),
+            remedy: (!remedy.is_empty()).then_some(remedy),
+        });
+    }
+
+    /// Everything collected so far, sorted by code, then by message, so that the order does not depend on threads.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut all = self.lock().clone();
+        all.sort_by(|a, b| (&a.code, &a.message).cmp(&(&b.code, &b.message)));
+        all
+    }
+}
