@@ -1,6 +1,7 @@
 //! Shapes: meshes and B-reps in and out, planes, regions with holes, sections, offsets, and the
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
+pub mod arc;
 pub mod math;
 pub mod mesh;
 pub mod plane;
