@@ -283,6 +283,128 @@ impl Serialize for Temperature {
     }
 }
 
+/// A dimension whose value is one number.
+pub trait Scalar: Copy + fmt::Display {
+    /// The number, in internal units.
+    fn number(self) -> f64;
+}
+
+macro_rules! scalar {
+    ($($name:ident),+) => {
+        $(impl Scalar for $name {
+            fn number(self) -> f64 {
+                self.0
+            }
+        })+
+    };
+}
+scalar!(Length, Speed, Time, Angle, Ratio, Temperature);
+
+/// A quantity that must be above zero: refused where it is read, with its place in the file.
+///
+/// ```
+/// use meltpath_base::{Speed, quantity::Positive};
+/// let error = serde_json::from_str::<Positive<Speed>>("\"-2 m/min\"").unwrap_err();
+/// assert!(error.to_string().contains("must be above zero"));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Positive<T>(
+    /// The quantity, above zero.
+    pub T,
+);
+
+/// A quantity that must not be below zero: refused where it is read, with its place in the file.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct NotNegative<T>(
+    /// The quantity, zero or above.
+    pub T,
+);
+
+impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for Positive<T> {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let value = T::deserialize(d)?;
+        if value.number() > 0.0 {
+            Ok(Positive(value))
+        } else {
+            Err(de::Error::custom(format!("{value} must be above zero")))
+        }
+    }
+}
+
+impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for NotNegative<T> {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let value = T::deserialize(d)?;
+        if value.number() >= 0.0 {
+            Ok(NotNegative(value))
+        } else {
+            Err(de::Error::custom(format!("{value} must not be negative")))
+        }
+    }
+}
+
+impl<T: Serialize> Serialize for Positive<T> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(s)
+    }
+}
+
+impl<T: Serialize> Serialize for NotNegative<T> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(s)
+    }
+}
+
+/// A setting that a person writes, or leaves to meltpath with `"auto"`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Auto<T> {
+    /// `"auto"`: chosen from the models, told by `doctor` and the provenance.
+    #[default]
+    Auto,
+    /// The value written.
+    Value(T),
+}
+
+struct AutoVisitor<T>(std::marker::PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> de::Visitor<'de> for AutoVisitor<T> {
+    type Value = Auto<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"auto\" or a value with its unit")
+    }
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Auto<T>, E> {
+        if text.trim() == "auto" {
+            Ok(Auto::Auto)
+        } else {
+            T::deserialize(de::value::StrDeserializer::new(text)).map(Auto::Value)
+        }
+    }
+    fn visit_f64<E: de::Error>(self, v: f64) -> Result<Auto<T>, E> {
+        T::deserialize(de::value::F64Deserializer::new(v)).map(Auto::Value)
+    }
+    fn visit_i64<E: de::Error>(self, v: i64) -> Result<Auto<T>, E> {
+        T::deserialize(de::value::I64Deserializer::new(v)).map(Auto::Value)
+    }
+    fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Auto<T>, A::Error> {
+        T::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(Auto::Value)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Auto<T> {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        d.deserialize_any(AutoVisitor(std::marker::PhantomData))
+    }
+}
+
+impl<T: Serialize> Serialize for Auto<T> {
+    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Auto::Auto => s.serialize_str("auto"),
+            Auto::Value(v) => v.serialize(s),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,1 +1,3 @@
-//! meltpath as a library: job files, the pipelines, the data that ships.
+//! meltpath as a library: job files, the data that ships, the pipelines that join the rooms.
+
+pub mod job;
