@@ -1,3 +1,40 @@
-//! The command line of meltpath.
+//! The command line of meltpath: arguments, progress, errors with their place, exit codes. All work is in the library.
+//!
+//! Exit codes: 0 the part passes (or nothing was judged), 1 the part fails its checks, 2 the input is wrong,
+//! 3 a bug in meltpath.
 
-fn main() {}
+mod arguments;
+mod commands;
+mod progress;
+mod show;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// The part fails its checks.
+pub(crate) const PART_FAILS: u8 = 1;
+/// The input is wrong.
+pub(crate) const INPUT_WRONG: u8 = 2;
+/// A bug.
+pub(crate) const BUG: u8 = 3;
+
+fn main() -> ExitCode {
+    // a panic is a bug: say so, with its own exit code, after the library's own message
+    let outcome = std::panic::catch_unwind(|| {
+        let arguments = match arguments::Arguments::try_parse() {
+            Ok(arguments) => arguments,
+            Err(error) => {
+                // help and version are not errors; clap tells which by its exit code
+                let code = if error.use_stderr() { INPUT_WRONG } else { 0 };
+                let _ = error.print();
+                return code;
+            }
+        };
+        commands::execute(&arguments)
+    });
+    ExitCode::from(outcome.unwrap_or_else(|_| {
+        show::line_to_stderr("meltpath stopped on a bug of its own; please report the message above with your job file");
+        BUG
+    }))
+}
