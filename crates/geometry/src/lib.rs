@@ -5,6 +5,7 @@ pub mod arc;
 pub mod math;
 pub mod mesh;
 pub mod plane;
+pub mod raster;
 pub mod region;
 pub mod workpiece;
 
