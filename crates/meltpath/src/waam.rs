@@ -1,0 +1,3 @@
+//! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
+
+pub mod target;

@@ -1,0 +1,357 @@
+//! What the build is compared with: the finished part, and the part with its allowance, on the grid of the height map.
+//!
+//! The allowance is measured horizontally and vertically apart: the envelope at a height is the union of the part's
+//! sections within ± allowance of that height, each grown by the allowance. It contains the exact offset of the part and
+//! exceeds it only at edges, by at most 0.41 × allowance.
+
+use meltpath_base::{Cancelled, Observer};
+use meltpath_geometry::Mesh;
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::raster::Mask;
+use meltpath_geometry::workpiece::HeightMap;
+use rayon::prelude::*;
+
+/// One slab of the part, between two heights.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// Lower face, mm.
+    pub bottom: f64,
+    /// Upper face, mm.
+    pub top: f64,
+    /// Cells of the finished part at mid-height.
+    pub part: Mask,
+    /// Cells of the part with its allowance.
+    pub envelope: Mask,
+}
+
+/// A point of the finished surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Position, mm.
+    pub position: DVec3,
+    /// Unit outward normal.
+    pub normal: DVec3,
+}
+
+/// The finished part, ready to be compared with what was built.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// Slabs from the plate up to the top of the envelope.
+    pub levels: Vec<Level>,
+    /// Points spread over the surface that can be machined: not the base, not faces that look down.
+    pub surface: Vec<SurfacePoint>,
+    /// Volume of the finished part, mm³.
+    pub volume: f64,
+    /// Allowance, mm.
+    pub allowance: f64,
+}
+
+/// The build against the target.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Comparison {
+    /// Volume of the finished part that has no metal, mm³.
+    pub lack: f64,
+    /// Volume of metal beyond part + allowance, mm³.
+    pub excess: f64,
+    /// Where the tallest column of lack stands, and its height, mm.
+    pub lack_at: Option<(DVec3, f64)>,
+    /// Where the tallest column of excess stands, and its height, mm.
+    pub excess_at: Option<(DVec3, f64)>,
+    /// Smallest machining stock over the finished surface, mm (negative: metal is missing), and where.
+    pub stock: Option<(f64, DVec3)>,
+}
+
+/// Farthest that stock is looked for, in multiples of the allowance, and never below this many mm.
+const STOCK_REACH: (f64, f64) = (3.0, 6.0);
+
+/// Compares the heights of `map`, each multiplied by `scale`, with the target. `scale` other than 1 shows what an error of
+/// growth would do.
+pub fn compare(map: &HeightMap, target: &Target, scale: f64) -> Comparison {
+    let area = map.cell * map.cell;
+    let columns: Vec<ColumnSums> = (0..map.ny)
+        .into_par_iter()
+        .map(|iy| row(map, target, scale, iy))
+        .collect();
+    let mut result = Comparison::default();
+    for sums in columns {
+        result.lack += sums.lack * area;
+        result.excess += sums.excess * area;
+        keep_larger(&mut result.lack_at, sums.lack_at);
+        keep_larger(&mut result.excess_at, sums.excess_at);
+    }
+    result.stock = least_stock(map, target, scale);
+    result
+}
+
+#[derive(Default)]
+struct ColumnSums {
+    lack: f64,
+    excess: f64,
+    lack_at: Option<(DVec3, f64)>,
+    excess_at: Option<(DVec3, f64)>,
+}
+
+fn keep_larger(best: &mut Option<(DVec3, f64)>, other: Option<(DVec3, f64)>) {
+    if let Some((_, height)) = other
+        && best.is_none_or(|(_, h)| height > h)
+    {
+        *best = other;
+    }
+}
+
+/// Lack and excess of one row of columns, mm of height summed over its cells.
+fn row(map: &HeightMap, target: &Target, scale: f64, iy: usize) -> ColumnSums {
+    let heights: Vec<f64> = map.z[iy * map.nx..(iy + 1) * map.nx]
+        .iter()
+        .map(|z| map.base + (z - map.base) * scale)
+        .collect();
+    let mut lack = vec![0.0; map.nx];
+    // metal anywhere in the column, less what lies inside the envelope
+    let mut excess: Vec<f64> = heights.iter().map(|z| (z - map.base).max(0.0)).collect();
+    for level in &target.levels {
+        let thickness = level.top - level.bottom;
+        let filled = |z: f64| (z - level.bottom).clamp(0.0, thickness);
+        for &(first, past) in level.part.rows.get(iy).into_iter().flatten() {
+            for ix in first as usize..past as usize {
+                lack[ix] += thickness - filled(heights[ix]);
+            }
+        }
+        for &(first, past) in level.envelope.rows.get(iy).into_iter().flatten() {
+            for ix in first as usize..past as usize {
+                excess[ix] -= filled(heights[ix]);
+            }
+        }
+    }
+    let mut sums = ColumnSums::default();
+    for ix in 0..map.nx {
+        let at = || map.centre(ix, iy).extend(heights[ix]);
+        let over = excess[ix].max(0.0);
+        sums.lack += lack[ix];
+        sums.excess += over;
+        if lack[ix] > 0.0 {
+            keep_larger(&mut sums.lack_at, Some((at(), lack[ix])));
+        }
+        if over > 0.0 {
+            keep_larger(&mut sums.excess_at, Some((at(), over)));
+        }
+    }
+    sums
+}
+
+/// The smallest distance along the outward normal from the finished surface to the end of the metal.
+fn least_stock(map: &HeightMap, target: &Target, scale: f64) -> Option<(f64, DVec3)> {
+    let reach = (STOCK_REACH.0 * target.allowance).max(STOCK_REACH.1);
+    let step = 0.25 * map.cell;
+    let solid = |p: DVec3| p.z <= map.base + (map.height(p.truncate()) - map.base) * scale;
+    let stock = |s: &SurfacePoint| {
+        let outside_first = !solid(s.position);
+        // on the way out the metal ends where it turns to air; where the surface is bare, look inwards for metal
+        let direction = if outside_first { -s.normal } else { s.normal };
+        let mut far = 0.0;
+        while far < reach && solid(s.position + direction * far) != outside_first {
+            far += step;
+        }
+        if outside_first { -far } else { far }
+    };
+    let all: Vec<f64> = target.surface.par_iter().map(stock).collect();
+    let (i, least) = all.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
+    Some((*least, target.surface[i].position))
+}
+
+/// Points of the surface that can be machined, about `spacing` mm apart.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn surface_points(
+    mesh: &Mesh,
+    base: f64,
+    spacing: f64,
+    observer: &dyn Observer,
+) -> Result<Vec<SurfacePoint>, Cancelled> {
+    let mut points = Vec::new();
+    for t in 0..mesh.triangles.len() {
+        if t % 65536 == 0 {
+            observer.check()?;
+        }
+        let [a, b, c] = mesh.corners(t);
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+            continue;
+        };
+        // faces that look down rest on the plate or hang over: a height map cannot tell their stock
+        if normal.z < -0.05 {
+            continue;
+        }
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        // small triangles are sampled at their centre, large ones on a barycentric lattice
+        let n = (longest / spacing).ceil().clamp(1.0, 400.0) as usize;
+        for i in 0..n {
+            for j in 0..n - i {
+                let (u, v) = (
+                    (i as f64 + 1.0 / 3.0) / n as f64,
+                    (j as f64 + 1.0 / 3.0) / n as f64,
+                );
+                let position = a + (b - a) * u + (c - a) * v;
+                if position.z > base + spacing {
+                    points.push(SurfacePoint { position, normal });
+                }
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// The mean and the spread of heights over the cells of a mask.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerTop {
+    /// Mean height, mm.
+    pub mean: f64,
+    /// 95th minus 5th percentile, mm: the flatness, free of single cells.
+    pub spread: f64,
+    /// Greatest height, mm, and its place.
+    pub highest: (f64, DVec2),
+}
+
+/// Heights of `z` (row-major on the grid of `map`) over `mask`; `None` for an empty mask.
+pub fn layer_top(map: &HeightMap, z: &[f32], mask: &Mask) -> Option<LayerTop> {
+    let mut heights: Vec<(f32, usize)> = mask
+        .cells()
+        .map(|(ix, iy)| iy * map.nx + ix)
+        .map(|i| (z[i], i))
+        .collect();
+    heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let &(highest, at) = heights.last()?;
+    let percentile =
+        |p: f64| f64::from(heights[((heights.len() - 1) as f64 * p).round() as usize].0);
+    let mean = heights.iter().map(|h| f64::from(h.0)).sum::<f64>() / heights.len() as f64;
+    Some(LayerTop {
+        mean,
+        spread: percentile(0.95) - percentile(0.05),
+        highest: (f64::from(highest), map.centre(at % map.nx, at / map.nx)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_base::Silent;
+    use meltpath_geometry::Region;
+    use meltpath_geometry::raster::{Grid, rasterise};
+
+    fn rectangle(lo: f64, hi: f64) -> Vec<Region> {
+        let (a, b) = (DVec2::splat(lo), DVec2::splat(hi));
+        vec![Region {
+            outer: vec![a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)],
+            holes: vec![],
+        }]
+    }
+
+    /// A block 20 x 20 x 10 mm with 2 mm of allowance on a map of 40 x 40 mm.
+    fn block(built_to: f64) -> (HeightMap, Target) {
+        let mut map = HeightMap::new(DVec2::splat(-10.0), DVec2::splat(30.0), 0.5, 0.0).unwrap();
+        let grid = Grid {
+            origin: map.origin,
+            cell: map.cell,
+            nx: map.nx,
+            ny: map.ny,
+        };
+        let part = rasterise(&rectangle(0.0, 20.0), &grid);
+        let envelope = rasterise(&rectangle(-2.0, 22.0), &grid);
+        let levels = (0..12)
+            .map(|i| Level {
+                bottom: f64::from(i),
+                top: f64::from(i + 1),
+                part: if i < 10 {
+                    part.clone()
+                } else {
+                    Mask::default()
+                },
+                envelope: envelope.clone(),
+            })
+            .collect();
+        for (ix, iy) in rasterise(&rectangle(-1.0, 21.0), &grid).cells() {
+            let i = map.index(ix, iy);
+            map.z[i] = built_to;
+        }
+        let top = DVec3::new(10.0, 10.0, 10.0);
+        let side = DVec3::new(20.0, 10.0, 5.0);
+        let surface = vec![
+            SurfacePoint {
+                position: top,
+                normal: DVec3::Z,
+            },
+            SurfacePoint {
+                position: side,
+                normal: DVec3::X,
+            },
+        ];
+        (
+            map,
+            Target {
+                levels,
+                surface,
+                volume: 4000.0,
+                allowance: 2.0,
+            },
+        )
+    }
+
+    #[test]
+    fn a_block_built_right_has_stock_all_over() {
+        let (map, target) = block(11.5);
+        let c = compare(&map, &target, 1.0);
+        assert_eq!((c.lack, c.excess), (0.0, 0.0));
+        let (stock, at) = c.stock.unwrap();
+        assert!((stock - 1.0).abs() < 0.3 && at.x == 20.0, "{stock}");
+    }
+
+    #[test]
+    fn a_low_block_lacks_metal_and_a_tall_one_has_too_much() {
+        let (map, target) = block(9.0);
+        let c = compare(&map, &target, 1.0);
+        assert!((c.lack - 400.0).abs() < 1e-9);
+        assert!((c.stock.unwrap().0 + 1.0).abs() < 0.2);
+        let (map, target) = block(13.0);
+        let c = compare(&map, &target, 1.0);
+        assert!((c.excess - 22.0 * 22.0).abs() < 1e-9, "{}", c.excess);
+        assert!((c.excess_at.unwrap().1 - 1.0).abs() < 1e-12);
+        // 10 % less growth brings the tall block inside again
+        assert_eq!(compare(&map, &target, 0.9).excess, 0.0);
+    }
+
+    #[test]
+    fn points_cover_faces_and_leave_out_the_base() {
+        let mesh = Mesh {
+            vertices: vec![
+                DVec3::ZERO,
+                DVec3::X * 10.0,
+                DVec3::Y * 10.0,
+                DVec3::Z * 10.0,
+            ],
+            triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        };
+        let points = surface_points(&mesh, 0.0, 1.0, &Silent).unwrap();
+        assert!(points.len() > 100);
+        assert!(
+            points
+                .iter()
+                .all(|p| p.normal.z > -0.1 && p.position.z > 1.0)
+        );
+    }
+
+    #[test]
+    fn the_top_of_a_layer_by_percentiles() {
+        let (map, _) = block(11.5);
+        let grid = Grid {
+            origin: map.origin,
+            cell: map.cell,
+            nx: map.nx,
+            ny: map.ny,
+        };
+        let mut z: Vec<f32> = map.z.iter().map(|&z| z as f32).collect();
+        z[map.index(40, 40)] = 14.0;
+        let top = layer_top(&map, &z, &rasterise(&rectangle(0.0, 20.0), &grid)).unwrap();
+        assert_eq!(top.spread, 0.0);
+        assert_eq!(top.highest.0, 14.0);
+        assert!((top.mean - 11.5).abs() < 0.01);
+    }
+}
