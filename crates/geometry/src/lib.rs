@@ -5,6 +5,7 @@ pub mod math;
 pub mod mesh;
 pub mod plane;
 pub mod region;
+pub mod workpiece;
 
 pub use mesh::Mesh;
 pub use plane::Plane;

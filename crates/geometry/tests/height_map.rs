@@ -1,0 +1,239 @@
+//! The height map: volumes, heights, rays, sections and its mesh.
+
+use std::collections::HashMap;
+
+use meltpath_geometry::{
+    Mesh,
+    math::{DVec2, DVec3},
+    workpiece::{Crop, HeightMap, Workpiece, WorkpieceError},
+};
+use proptest::prelude::*;
+
+/// Every edge is used exactly once in each direction.
+fn assert_closed(mesh: &Mesh) {
+    let mut edges: HashMap<(u32, u32), usize> = HashMap::new();
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            *edges.entry((t[k], t[(k + 1) % 3])).or_default() += 1;
+        }
+    }
+    for (&(a, b), &n) in &edges {
+        assert_eq!(n, 1, "edge {a}-{b} used {n} times in one direction");
+        assert!(edges.contains_key(&(b, a)), "edge {a}-{b} has no partner");
+    }
+}
+
+fn bumpy(nx: usize, ny: usize, seed: u64) -> HeightMap {
+    let mut state = seed | 1;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1u32 << 31)
+    };
+    let z = (0..nx * ny)
+        .map(|_| if next() < 0.6 { 0.0 } else { 5.0 * next() })
+        .collect();
+    HeightMap::from_columns(DVec2::new(-3.0, 2.0), 0.5, (nx, ny), 0.0, z).unwrap()
+}
+
+#[test]
+fn grid_covers_bounds_without_a_stray_cell() {
+    let map = HeightMap::new(DVec2::ZERO, DVec2::new(10.0, 4.05), 0.1, 0.0).unwrap();
+    assert_eq!((map.nx, map.ny), (100, 41));
+    let (lo, hi) = map.bounds();
+    assert!(lo.length() < 1e-12 && hi.x >= 10.0 - 1e-9 && hi.y >= 4.05);
+    assert_eq!(map.cell_at(DVec2::new(-0.01, 1.0)), None);
+    assert_eq!(map.cell_at(DVec2::new(0.05, 0.0)), Some((0, 0)));
+}
+
+#[test]
+fn absurd_sizes_are_refused_with_the_count_and_the_remedy() {
+    let err = HeightMap::new(DVec2::ZERO, DVec2::splat(100_000.0), 0.1, 0.0).unwrap_err();
+    let WorkpieceError::TooLarge { cells, remedy, .. } = err.clone() else {
+        panic!("{err}")
+    };
+    assert!((cells - 1e12).abs() < 1e7);
+    assert!(HeightMap::new(DVec2::ZERO, DVec2::splat(100_000.0), remedy, 0.0).is_ok());
+    assert!(err.to_string().contains("cells"));
+    for cell in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(HeightMap::new(DVec2::ZERO, DVec2::ONE, cell, 0.0).is_err());
+    }
+    assert!(HeightMap::new(DVec2::ONE, DVec2::ZERO, 0.1, 0.0).is_err());
+    assert!(HeightMap::new(DVec2::ZERO, DVec2::splat(f64::NAN), 0.1, 0.0).is_err());
+    let columns = HeightMap::from_columns(DVec2::ZERO, 1.0, (2, 2), 0.0, vec![0.0; 3]);
+    assert!(matches!(columns, Err(WorkpieceError::Shape { len: 3, .. })));
+    let columns = HeightMap::from_columns(DVec2::ZERO, 1.0, (2, 1), 0.0, vec![0.0, f64::NAN]);
+    assert_eq!(columns, Err(WorkpieceError::Height { ix: 1, iy: 0 }));
+}
+
+#[test]
+fn bilinear_height_reproduces_a_bilinear_surface() {
+    let mut map = HeightMap::new(DVec2::new(-2.0, 1.0), DVec2::new(8.0, 6.0), 0.25, 0.0).unwrap();
+    let f = |p: DVec2| 1.0 + 0.3 * p.x - 0.2 * p.y + 0.05 * p.x * p.y;
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            let i = map.index(ix, iy);
+            map.z[i] = f(map.centre(ix, iy));
+        }
+    }
+    for p in [
+        DVec2::new(0.0, 3.0),
+        DVec2::new(7.3, 5.77),
+        DVec2::new(-1.87, 1.13),
+    ] {
+        assert!((map.height(p) - f(p)).abs() < 1e-12);
+    }
+    assert_eq!(
+        map.height(DVec2::new(100.0, 3.0)),
+        0.0,
+        "the plate goes on outside"
+    );
+    let p = DVec3::new(1.0, 3.0, 20.0);
+    assert!((map.distance_below(p) - (20.0 - f(p.truncate()))).abs() < 1e-12);
+    assert_eq!(
+        map.ray_to_surface(p, -DVec3::Z),
+        Some(map.distance_below(p))
+    );
+}
+
+#[test]
+fn slanted_rays_land_on_the_surface_first() {
+    let map = bumpy(40, 30, 7);
+    let (lo, hi) = map.bounds();
+    for k in 0..400 {
+        let t = f64::from(k) / 400.0;
+        let from = DVec3::new(
+            lo.x - 2.0 + t * (hi.x - lo.x + 4.0),
+            lo.y - 1.0 + 7.0 * t,
+            9.0,
+        );
+        let angle = 40.0 * t;
+        let direction = DVec3::new(angle.cos(), angle.sin(), -0.2 - 1.5 * t).normalize();
+        let hit = map
+            .ray_to_surface(from, direction)
+            .expect("every ray comes down");
+        let gap = |s: f64| map.distance_below(from + direction * s);
+        // at the grid's edge the map may end in a step, a wall that the ray meets from the side
+        let before = gap(hit - 1e-6);
+        assert!(
+            gap(hit).abs() < 1e-6 || (before > 0.0 && gap(hit + 1e-6) < 1e-6),
+            "{k}: {}",
+            gap(hit)
+        );
+        // nothing nearer, by brute force
+        for j in 1..2000 {
+            let s = (hit - 1e-6) * f64::from(j) / 2000.0;
+            assert!(gap(s) > -1e-6, "{k}: metal at {s} before {hit}");
+        }
+    }
+    assert_eq!(
+        map.ray_to_surface(DVec3::new(0.0, 5.0, 50.0), DVec3::Z),
+        None
+    );
+    assert_eq!(
+        map.ray_to_surface(DVec3::new(0.0, 5.0, -1.0), DVec3::X),
+        Some(0.0)
+    );
+    assert_eq!(map.ray_to_surface(DVec3::ONE, DVec3::ZERO), None);
+}
+
+#[test]
+fn built_mesh_is_closed_and_has_the_deposited_volume() {
+    let mut map = HeightMap::new(DVec2::ZERO, DVec2::new(30.0, 20.0), 0.5, 0.0).unwrap();
+    // two blocks that touch at a corner, and one apart
+    for (x, y) in [(4.0, 4.0), (8.0, 8.0), (20.0, 12.0)] {
+        for iy in 0..8 {
+            for ix in 0..8 {
+                let (cx, cy) = map
+                    .cell_at(DVec2::new(
+                        x + 0.25 + 0.5 * f64::from(ix),
+                        y + 0.25 + 0.5 * f64::from(iy),
+                    ))
+                    .unwrap();
+                map.add_volume(cx, cy, 0.75);
+            }
+        }
+    }
+    let volume = 3.0 * 64.0 * 0.75;
+    assert!((map.volume() - volume).abs() < 1e-9);
+    let mesh = map.to_mesh(Crop::Built { threshold: 0.0 }, 2.0);
+    assert_closed(&mesh);
+    let (lo, _) = mesh.bounds().unwrap();
+    assert_eq!(lo.z, -2.0);
+    // plan area from the bottom faces
+    let area: f64 = mesh
+        .triangles
+        .iter()
+        .filter(|t| t.iter().all(|&v| mesh.vertices[v as usize].z == -2.0))
+        .map(|t| {
+            let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .sum();
+    assert!((mesh.volume() - (volume + 2.0 * area)).abs() < 1e-9);
+    let whole = map.to_mesh(Crop::Whole, 1.0);
+    assert_closed(&whole);
+    assert!((whole.volume() - volume - 29.5 * 19.5).abs() < 1e-9);
+}
+
+#[test]
+fn footprint_maximum_and_sections_see_the_wall() {
+    let mut map = HeightMap::new(DVec2::ZERO, DVec2::new(40.0, 20.0), 0.5, 1.0).unwrap();
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            let p = map.centre(ix, iy);
+            let i = map.index(ix, iy);
+            map.z[i] += (2.0 * (1.0 - ((p.y - 10.0) / 3.5).powi(2))).max(0.0) * (1.0 + 0.01 * p.x);
+        }
+    }
+    let line = [DVec2::new(5.0, 14.0), DVec2::new(30.0, 14.0)];
+    assert_eq!(map.maximum_along(&line, 0.4), 1.0);
+    let near = map.maximum_along(&line, 3.8);
+    assert!(
+        (near - map.height(DVec2::new(29.75, 10.25))).abs() < 0.05,
+        "{near}"
+    );
+    assert_eq!(map.maximum_along(&[], 5.0), 1.0);
+    let across = map.section(&[DVec2::new(10.0, 2.0), DVec2::new(10.0, 18.0)], 0.1);
+    let top = across.iter().map(|p| p.y).fold(0.0, f64::max);
+    assert!((top - 3.2).abs() < 0.02, "{top}");
+    assert!((across.last().unwrap().x - 16.0).abs() < 1e-12);
+    // the mean section of the whole bead has the section's area at mid-length
+    let offsets: Vec<f64> = (-60..=60).map(|k| 0.1 * f64::from(k)).collect();
+    let mean = map.mean_section(
+        &[DVec2::new(10.0, 10.0), DVec2::new(30.0, 10.0)],
+        &offsets,
+        0.3,
+    );
+    let area: f64 = mean.iter().map(|p| 0.1 * (p.y - 1.0)).sum();
+    assert!((area - 1.2 * 4.0 / 3.0 * 3.5 * 2.0).abs() < 0.05, "{area}");
+}
+
+proptest! {
+    #[test]
+    fn adding_metal_adds_exactly_its_volume(
+        stamps in prop::collection::vec((0.0..20.0f64, 0.0..10.0f64, 0.0..3.0f64, 0.0..5.0f64), 1..60)
+    ) {
+        let mut map = HeightMap::new(DVec2::ZERO, DVec2::new(20.0, 10.0), 0.4, 0.0).unwrap();
+        let mut fed = 0.0;
+        for (x, y, r, v) in stamps {
+            fed += map.add(DVec3::new(x, y, 0.0), DVec3::Z, r, v);
+        }
+        prop_assert!((map.volume() - fed).abs() <= 1e-9 * fed.max(1.0));
+    }
+
+    #[test]
+    fn any_built_mesh_is_closed(seed in any::<u64>(), nx in 2usize..24, ny in 2usize..24) {
+        let map = bumpy(nx, ny, seed);
+        assert_closed(&map.to_mesh(Crop::Built { threshold: 0.0 }, 1.0));
+        assert_closed(&map.to_mesh(Crop::Whole, 0.0));
+    }
+
+    #[test]
+    fn volume_has_the_same_bits_on_any_thread_count(seed in any::<u64>()) {
+        let map = bumpy(200, 150, seed);
+        let on = |n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(|| map.volume());
+        prop_assert_eq!(on(1).to_bits(), on(4).to_bits());
+    }
+}
