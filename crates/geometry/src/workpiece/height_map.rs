@@ -217,7 +217,7 @@ impl HeightMap {
     pub fn cell_at(&self, p: DVec2) -> Option<(usize, usize)> {
         let g = (p - self.origin) / self.cell + DVec2::splat(0.5);
         let inside = g.x >= 0.0 && g.y >= 0.0 && g.x < self.nx as f64 && g.y < self.ny as f64;
-        inside.then(|| (g.x as usize, g.y as usize))
+        inside.then_some((g.x as usize, g.y as usize))
     }
 
     /// The columns and rows whose centres lie in the rectangle `lo`..=`hi`; empty ranges off the grid.

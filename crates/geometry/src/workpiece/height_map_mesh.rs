@@ -3,6 +3,9 @@
 use super::HeightMap;
 use crate::{Mesh, math::DVec3};
 
+/// Marks a cell centre that no kept quad uses.
+const UNUSED: u32 = u32::MAX;
+
 /// How much of the plate goes into a workpiece's mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Crop {
@@ -38,7 +41,6 @@ impl HeightMap {
         let bottom = lowest - floor;
 
         // one vertex above and one below each cell centre that a kept quad uses
-        const UNUSED: u32 = u32::MAX;
         let mut top = vec![UNUSED; self.z.len()];
         let mut mesh = Mesh::default();
         for iy in 0..qy {
@@ -57,13 +59,8 @@ impl HeightMap {
                 }
             }
         }
-        let is_kept = |ix: isize, iy: isize| {
-            ix >= 0
-                && iy >= 0
-                && (ix as usize) < qx
-                && (iy as usize) < qy
-                && kept[iy as usize * qx + ix as usize]
-        };
+        // wrapping: left of column 0 is far beyond the last one, hence not kept
+        let is_kept = |ix: usize, iy: usize| ix < qx && iy < qy && kept[iy * qx + ix];
         for iy in 0..qy {
             for ix in 0..qx {
                 if !kept[iy * qx + ix] {
@@ -76,8 +73,12 @@ impl HeightMap {
                 // vertex + 1 is the one below
                 mesh.triangles
                     .extend([[a + 1, c + 1, b + 1], [a + 1, d + 1, c + 1]]);
-                let (sx, sy) = (ix as isize, iy as isize);
-                let neighbours = [(sx, sy - 1), (sx + 1, sy), (sx, sy + 1), (sx - 1, sy)];
+                let neighbours = [
+                    (ix, iy.wrapping_sub(1)),
+                    (ix + 1, iy),
+                    (ix, iy + 1),
+                    (ix.wrapping_sub(1), iy),
+                ];
                 for (side, (jx, jy)) in neighbours.into_iter().enumerate() {
                     if !is_kept(jx, jy) {
                         let (p, q) = (ring[side], ring[(side + 1) % 4]);
