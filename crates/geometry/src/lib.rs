@@ -1,10 +1,14 @@
 //! Shapes: meshes and B-reps in and out, planes, regions with holes, sections, offsets, and the
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
+pub mod io;
 pub mod math;
 pub mod mesh;
 pub mod plane;
 pub mod region;
+pub mod section;
+pub mod shapes;
+pub mod weld;
 pub mod workpiece;
 
 pub use mesh::Mesh;
