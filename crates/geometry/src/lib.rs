@@ -2,11 +2,15 @@
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
 pub mod arc;
+pub mod io;
 pub mod math;
 pub mod mesh;
 pub mod plane;
 pub mod raster;
 pub mod region;
+pub mod section;
+pub mod shapes;
+pub mod weld;
 pub mod workpiece;
 
 pub use mesh::Mesh;

@@ -1,5 +1,12 @@
 //! The height map: volumes, heights, rays, sections and its mesh.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that fails says so by panicking"
+)]
+
 use std::collections::HashMap;
 
 use meltpath_geometry::{

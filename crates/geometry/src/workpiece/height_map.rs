@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use meltpath_base::parallel;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -14,9 +14,6 @@ use crate::{
 
 /// The largest map accepted, cells: 1.6 GB of heights.
 pub const MAX_CELLS: u64 = 200_000_000;
-
-/// Cells of one partial sum: fixed, so that sums have the same bits on any number of threads.
-const SUM_CHUNK: usize = 4096;
 
 /// Why a height map could not be made.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -271,12 +268,7 @@ impl HeightMap {
     ///
     /// Summed in fixed chunks: the same bits on any number of threads.
     pub fn volume(&self) -> f64 {
-        let partial: Vec<f64> = self
-            .z
-            .par_chunks(SUM_CHUNK)
-            .map(|chunk| chunk.iter().map(|z| z - self.base).sum())
-            .collect();
-        partial.iter().sum::<f64>() * self.cell * self.cell
+        parallel::sum(&self.z, |z| z - self.base) * self.cell * self.cell
     }
 
     /// Greatest height of the map, mm.

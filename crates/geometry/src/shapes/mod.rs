@@ -1,0 +1,17 @@
+//! Generator of test parts as watertight meshes: outlines in the plane, terraces (extrusions at several
+//! heights) and bodies of revolution. Unlimited, exact, seeded where random.
+
+mod outlines;
+mod parts;
+mod revolve;
+mod terrace;
+
+pub use outlines::{
+    cross, ell, gear, honeycomb, islands, plate, random_star, ring, spiral, star, tee, truss,
+};
+pub use parts::{
+    boss_on_pipe, boss_on_plate, box_wall, cone, flange, impeller_blank, ribbed_bracket, thin_wall,
+    vase,
+};
+pub use revolve::revolve;
+pub use terrace::{Terrace, extrude, terrace};
