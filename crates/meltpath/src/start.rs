@@ -1,0 +1,134 @@
+//! New jobs: a folder with a commented job file and a part, that runs as it is.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::Mesh;
+use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::shapes;
+
+/// The commented job file of `meltpath new waam`.
+pub const WAAM_TEMPLATE: &str = include_str!("start/waam.toml");
+
+/// Why a job could not be started.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// No part of that name can be generated.
+    #[error("there is no generated part \"{name}\"; there are: {known}")]
+    Shape {
+        /// What was asked.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The folder could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+type Generator = fn() -> Mesh;
+
+/// The parts that can be generated, at sizes that suit a wire-arc bead.
+const SHAPES: &[(&str, Generator)] = &[
+    ("ring", || {
+        shapes::extrude(&[shapes::ring(50.0, 38.0, 180)], 25.0)
+    }),
+    ("plate", || {
+        shapes::extrude(&[shapes::plate(100.0, 60.0)], 15.0)
+    }),
+    ("cross", || {
+        shapes::extrude(&[shapes::cross(120.0, 25.0)], 20.0)
+    }),
+    ("tee", || {
+        shapes::extrude(&[shapes::tee(110.0, 80.0, 20.0)], 20.0)
+    }),
+    ("ell", || {
+        shapes::extrude(&[shapes::ell(110.0, 80.0, 20.0)], 20.0)
+    }),
+    ("star", || {
+        shapes::extrude(&[shapes::star(6, 70.0, 35.0)], 15.0)
+    }),
+    ("gear", || {
+        shapes::extrude(&[shapes::gear(12, 55.0, 75.0, 20.0)], 20.0)
+    }),
+    ("honeycomb", || {
+        shapes::extrude(&[shapes::honeycomb(3, 3, 40.0, 3.0)], 20.0)
+    }),
+    ("spiral", || {
+        shapes::extrude(&[shapes::spiral(25.0, 20.0, 3.0, 2.5)], 20.0)
+    }),
+    ("truss", || {
+        shapes::extrude(&[shapes::truss(4, 60.0, 8.0)], 20.0)
+    }),
+    ("thin-wall", || shapes::thin_wall(120.0, 3.0, 40.0)),
+    ("box-wall", || shapes::box_wall(100.0, 70.0, 3.0, 40.0)),
+    ("cone", || shapes::cone(50.0, 35.0, 40.0)),
+    ("vase", || shapes::vase(45.0, 6.0, 3.0, 60.0, 180, 60)),
+    ("flange", || {
+        shapes::flange((75.0, 15.0), (45.0, 35.0), 28.0, 6, 60.0, 7.0)
+    }),
+    ("impeller-blank", || {
+        shapes::impeller_blank((25.0, 45.0), (70.0, 12.0), 12.0)
+    }),
+    ("boss-on-plate", || {
+        shapes::boss_on_plate((100.0, 70.0, 12.0), 25.0, 10.0, 30.0)
+    }),
+    ("bracket", || {
+        shapes::ribbed_bracket((120.0, 70.0, 12.0), 2, 10.0, 45.0)
+    }),
+];
+
+/// The names of the parts that can be generated.
+pub fn shape_names() -> Vec<&'static str> {
+    SHAPES.iter().map(|(name, _)| *name).collect()
+}
+
+/// Makes the folder `path` with `job.toml` and the generated part `shape`. Returns the job file's path.
+///
+/// # Errors
+/// [`StartError`] when the shape is unknown, the folder exists or cannot be written.
+pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
+    let (name, generate) = SHAPES
+        .iter()
+        .find(|(name, _)| *name == shape)
+        .ok_or_else(|| StartError::Shape {
+            name: shape.to_owned(),
+            known: shape_names().join(", "),
+        })?;
+    let mesh = generate();
+    let folder = OutputFolder::create(path)?;
+    let file = format!("{name}.stl");
+    folder.write(&file, |mut w| write_stl(&mesh, name, &mut w))?;
+    folder.write("job.toml", |w| {
+        w.write_all(WAAM_TEMPLATE.replace("PART", &file).as_bytes())
+    })?;
+    Ok(folder.commit()?.join("job.toml"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Job, load};
+
+    #[test]
+    fn every_new_job_reads_and_its_part_is_closed() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in shape_names() {
+            let job = waam(&dir.path().join(name), name).unwrap();
+            let Job::Waam(job) = load(&job).unwrap();
+            assert_eq!(job.part.get_ref(), &format!("{name}.stl"));
+        }
+        for (name, generate) in SHAPES {
+            let mesh = generate();
+            assert!(mesh.volume() > 1000.0, "{name}: {}", mesh.volume());
+        }
+        assert!(matches!(
+            waam(&dir.path().join("x"), "teapot"),
+            Err(StartError::Shape { .. })
+        ));
+        assert!(matches!(
+            waam(&dir.path().join("ring"), "ring"),
+            Err(StartError::Output(_))
+        ));
+    }
+}
