@@ -1,7 +1,7 @@
 //! The command line of meltpath: arguments, progress, errors with their place, exit codes. All work is in the library.
 //!
 //! Exit codes: 0 the part passes (or nothing was judged), 1 the part fails its checks, 2 the input is wrong,
-//! 3 a bug in meltpath.
+//! 3 a bug in meltpath, 130 interrupted.
 
 mod arguments;
 mod commands;
@@ -16,6 +16,8 @@ use clap::Parser;
 pub(crate) const PART_FAILS: u8 = 1;
 /// The input is wrong.
 pub(crate) const INPUT_WRONG: u8 = 2;
+/// Ctrl-C.
+pub(crate) const INTERRUPTED: u8 = 130;
 /// A bug.
 pub(crate) const BUG: u8 = 3;
 

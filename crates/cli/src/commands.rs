@@ -1,0 +1,165 @@
+//! What each command does: calls the library, shows the outcome, chooses the exit code.
+
+use std::path::{Path, PathBuf};
+
+use meltpath::job::JobError;
+use meltpath::waam::{self, RunError};
+use meltpath::{inspect, start};
+use meltpath_base::{Reporter, Status, Verdict};
+use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
+
+use crate::arguments::{Arguments, Command, NewProcess};
+use crate::progress::Progress;
+use crate::show::{line, line_to_stderr};
+use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
+
+/// Executes the command and returns the exit code.
+pub(crate) fn execute(arguments: &Arguments) -> u8 {
+    if let Some(threads) = arguments.threads
+        && rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global().is_err()
+    {
+        line_to_stderr("note: the number of threads could not be set; all cores are used");
+    }
+    let outcome = match &arguments.command {
+        Command::Run { job, out } => run(job, out.as_deref()),
+        Command::Plan { job, out } => plan(job, out.as_deref()),
+        Command::Program { job, toolpath, out } => program(job, toolpath, out.as_deref()),
+        Command::Simulate { program, job, out } => simulate(program, job.as_deref(), out.as_deref()),
+        Command::Inspect { file } => inspect_file(file),
+        Command::New { process: NewProcess::Waam { name, shape } } => new_waam(name, shape),
+        Command::Doctor { job } => doctor(job),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(RunError::Cancelled(_)) => {
+            line_to_stderr("cancelled: nothing was written");
+            INTERRUPTED
+        }
+        Err(error) => {
+            show_error(error);
+            INPUT_WRONG
+        }
+    }
+}
+
+/// Shows an error; one in a job file with the place marked in its text.
+fn show_error(error: RunError) {
+    if let RunError::Job(JobError::Text { path, text, span, message, help }) = error {
+        let mut diagnostic = MietteDiagnostic::new(message);
+        if let Some(help) = help {
+            diagnostic = diagnostic.with_help(help);
+        }
+        if let Some(span) = span {
+            diagnostic = diagnostic.with_label(LabeledSpan::underline(span));
+        }
+        let source = NamedSource::new(path.display().to_string(), text);
+        line_to_stderr(&format!("{:?}", Report::new(diagnostic).with_source_code(source)));
+    } else {
+        line_to_stderr(&format!("error: {error}"));
+    }
+}
+
+/// A name beside `file`: its stem and a suffix.
+fn beside(file: &Path, suffix: &str) -> PathBuf {
+    let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    file.with_file_name(format!("{stem}{suffix}"))
+}
+
+fn show_timers(progress: &Progress) {
+    progress.finish();
+    let timers = progress.timers();
+    let total: f64 = timers.iter().map(|(_, t)| t.as_secs_f64()).sum();
+    line_to_stderr("");
+    for (stage, time) in timers {
+        line_to_stderr(&format!("  {stage:28} {:8.2} s", time.as_secs_f64()));
+    }
+    line_to_stderr(&format!("  {:28} {total:8.2} s", "total"));
+}
+
+/// The verdict in words: every check on its line, the worst last.
+fn show_verdict(verdict: &Verdict) {
+    line("");
+    for check in &verdict.checks {
+        let place = check.place.as_ref().map(|p| format!(" ({p})")).unwrap_or_default();
+        line(&format!("{:>12}  {}: {}{place}", check.status.words(), check.title, check.reason));
+        if let Some(remedy) = &check.remedy {
+            line(&format!("{:>12}  → {remedy}", ""));
+        }
+    }
+    for warning in &verdict.warnings {
+        line(&format!("{:>12}  {}", "note", warning.message));
+    }
+    line("");
+    line(&format!("verdict: {}", verdict.status().words()));
+}
+
+fn verdict_code(verdict: &Verdict) -> u8 {
+    if verdict.status() == Status::Fail { PART_FAILS } else { 0 }
+}
+
+fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(job, "-runs");
+    let outcome = waam::run(job, out, &runs, &progress)?;
+    show_timers(&progress);
+    show_verdict(&outcome.verdict);
+    line(&format!("report:  {}", outcome.folder.join("report.html").display()));
+    Ok(verdict_code(&outcome.verdict))
+}
+
+fn plan(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let path = out.map_or_else(|| beside(job, "-toolpath.melt"), Path::to_path_buf);
+    let summary = waam::plan_to_file(job, &path, &progress)?;
+    show_timers(&progress);
+    line(&summary);
+    line(&format!("plan:    {}", path.display()));
+    Ok(0)
+}
+
+fn program(job: &Path, toolpath: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let path = out.map_or_else(|| beside(job, "-program"), Path::to_path_buf);
+    for file in waam::program_to_folder(job, toolpath, &path)? {
+        line(&path.join(file).display().to_string());
+    }
+    Ok(0)
+}
+
+fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(program, "-runs");
+    let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
+    show_timers(&progress);
+    show_verdict(&outcome.verdict);
+    line(&format!("report:  {}", outcome.folder.join("report.html").display()));
+    Ok(verdict_code(&outcome.verdict))
+}
+
+fn inspect_file(file: &Path) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let reporter = Reporter::new();
+    let findings = inspect::inspect(file, &reporter, &progress)?;
+    progress.finish();
+    for finding in findings {
+        line(&finding);
+    }
+    for warning in reporter.warnings() {
+        let remedy = warning.remedy.map(|r| format!("; {r}")).unwrap_or_default();
+        line(&format!("note: {}{remedy}", warning.message));
+    }
+    Ok(0)
+}
+
+fn new_waam(path: &Path, shape: &str) -> Result<u8, RunError> {
+    let job = start::waam(path, shape)?;
+    line(&format!("made {}", job.display()));
+    line(&format!("next: meltpath run {}", job.display()));
+    Ok(0)
+}
+
+fn doctor(job: &Path) -> Result<u8, RunError> {
+    for finding in waam::doctor(job)? {
+        line(&finding);
+    }
+    Ok(0)
+}
