@@ -2,8 +2,10 @@
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
 pub mod arc;
+pub mod boolean;
 pub mod math;
 pub mod mesh;
+pub mod offset;
 pub mod plane;
 pub mod raster;
 pub mod region;
