@@ -3,8 +3,10 @@
 
 pub mod arc;
 pub mod io;
+pub mod boolean;
 pub mod math;
 pub mod mesh;
+pub mod offset;
 pub mod plane;
 pub mod raster;
 pub mod region;

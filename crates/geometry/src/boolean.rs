@@ -1,0 +1,181 @@
+//! Union, intersection and difference of regions under the non-zero rule, on an integer grid of 2⁻²⁰ mm
+//! (Vatti's sweep as in Clipper2, A. Johnson).
+
+use clipper2_rust::core::{FillRule, Path64, Paths64, Point64};
+use clipper2_rust::engine::ClipType;
+use clipper2_rust::engine_public::{Clipper64, PolyTree64};
+
+use crate::math::DVec2;
+use crate::region::{Region, Ring, signed_area};
+
+/// Grid cells per millimetre, a power of two: coordinates on the grid convert both ways without rounding.
+/// A coordinate moves by at most half a cell, 0.48 nm.
+pub const GRID_PER_MM: f64 = 1_048_576.0;
+
+/// Largest coordinate that planar operations take, mm.
+pub const LARGEST_COORDINATE: f64 = 1e6;
+
+/// Why a planar operation refuses its input.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum PlanarError {
+    /// A coordinate is NaN or infinite.
+    #[error(
+        "vertex {vertex} of ring {ring} of region {region} is not a number: repair or re-slice the part"
+    )]
+    NotFinite {
+        /// Index of the region in the input.
+        region: usize,
+        /// Index of the ring, 0 for the outer one.
+        ring: usize,
+        /// Index of the vertex in the ring.
+        vertex: usize,
+    },
+    /// A coordinate is farther than [`LARGEST_COORDINATE`] from the origin.
+    #[error(
+        "vertex {vertex} of ring {ring} of region {region} lies at {coordinate} mm, beyond ±{LARGEST_COORDINATE} mm: check the part's unit and place it near the origin"
+    )]
+    TooFar {
+        /// Index of the region in the input.
+        region: usize,
+        /// Index of the ring, 0 for the outer one.
+        ring: usize,
+        /// Index of the vertex in the ring.
+        vertex: usize,
+        /// The offending coordinate, mm.
+        coordinate: f64,
+    },
+    /// An offset distance, a miter limit or an arc tolerance out of its range.
+    #[error("{what} must be {range}, got {value}")]
+    Parameter {
+        /// Which parameter.
+        what: &'static str,
+        /// Its range, in words.
+        range: &'static str,
+        /// What was given.
+        value: f64,
+    },
+}
+
+/// The union of all regions.
+///
+/// # Errors
+/// [`PlanarError`] where a coordinate is not finite or too far.
+pub fn union(regions: &[Region]) -> Result<Vec<Region>, PlanarError> {
+    combine(ClipType::Union, regions, &[])
+}
+
+/// The part common to the union of `a` and the union of `b`.
+///
+/// # Errors
+/// [`PlanarError`] where a coordinate is not finite or too far.
+pub fn intersection(a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError> {
+    combine(ClipType::Intersection, a, b)
+}
+
+/// The union of `a` without the union of `b`.
+///
+/// ```
+/// use meltpath_geometry::{Region, boolean::difference, math::DVec2};
+/// let square = |x: f64, s: f64| Region {
+///     outer: [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(|(u, v)| DVec2::new(x + s * u, s * v)).to_vec(),
+///     holes: vec![],
+/// };
+/// let rest = difference(&[square(0.0, 10.0)], &[square(8.0, 4.0)]).unwrap();
+/// assert_eq!(rest.len(), 1);
+/// assert!((rest[0].area() - 92.0).abs() < 1e-9);
+/// ```
+///
+/// # Errors
+/// [`PlanarError`] where a coordinate is not finite or too far.
+pub fn difference(a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError> {
+    combine(ClipType::Difference, a, b)
+}
+
+fn combine(clip: ClipType, a: &[Region], b: &[Region]) -> Result<Vec<Region>, PlanarError> {
+    let mut clipper = Clipper64::new();
+    clipper.add_subject(&to_grid(a)?);
+    clipper.add_clip(&to_grid(b)?);
+    let (mut tree, mut open) = (PolyTree64::new(), Paths64::new());
+    clipper.execute_tree(clip, FillRule::NonZero, &mut tree, &mut open);
+    Ok(regions_of(&tree))
+}
+
+/// All rings of `regions` on the grid.
+pub(crate) fn to_grid(regions: &[Region]) -> Result<Paths64, PlanarError> {
+    let mut paths = Paths64::with_capacity(regions.iter().map(|r| 1 + r.holes.len()).sum());
+    for (region, r) in regions.iter().enumerate() {
+        for (ring, points) in r.rings().enumerate() {
+            paths.push(path_to_grid(points).map_err(|(vertex, coordinate)| {
+                if coordinate.is_finite() {
+                    PlanarError::TooFar {
+                        region,
+                        ring,
+                        vertex,
+                        coordinate,
+                    }
+                } else {
+                    PlanarError::NotFinite {
+                        region,
+                        ring,
+                        vertex,
+                    }
+                }
+            })?);
+        }
+    }
+    Ok(paths)
+}
+
+/// A point list on the grid, or the index and the coordinate of the first point outside its range.
+pub(crate) fn path_to_grid(points: &[DVec2]) -> Result<Path64, (usize, f64)> {
+    let mut path = Path64::with_capacity(points.len());
+    for (i, p) in points.iter().enumerate() {
+        for c in p.to_array() {
+            // a NaN lies in no range
+            if !(-LARGEST_COORDINATE..=LARGEST_COORDINATE).contains(&c) {
+                return Err((i, c));
+            }
+        }
+        path.push(Point64::new(
+            (p.x * GRID_PER_MM).round() as i64,
+            (p.y * GRID_PER_MM).round() as i64,
+        ));
+    }
+    Ok(path)
+}
+
+/// A grid path in millimetres.
+pub(crate) fn ring_of(path: &Path64) -> Ring {
+    path.iter()
+        .map(|p| DVec2::new(p.x as f64, p.y as f64) / GRID_PER_MM)
+        .collect()
+}
+
+/// The regions of a clipper's tree: nodes of odd depth are outer rings, their children holes.
+pub(crate) fn regions_of(tree: &PolyTree64) -> Vec<Region> {
+    let mut regions = Vec::new();
+    for node in 1..tree.nodes.len() {
+        if tree.is_hole(node) {
+            continue;
+        }
+        let oriented = |path: &Path64, sign: f64| {
+            let mut ring = ring_of(path);
+            if signed_area(&ring) * sign < 0.0 {
+                ring.reverse();
+            }
+            ring
+        };
+        let outer = oriented(tree.nodes[node].polygon(), 1.0);
+        if outer.len() < 3 {
+            continue;
+        }
+        let holes = tree.nodes[node]
+            .children()
+            .iter()
+            .map(|&hole| oriented(tree.nodes[hole].polygon(), -1.0))
+            .filter(|hole| hole.len() > 2)
+            .collect();
+        regions.push(Region { outer, holes });
+    }
+    regions
+}
