@@ -2,8 +2,8 @@
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
 pub mod arc;
-pub mod io;
 pub mod boolean;
+pub mod io;
 pub mod math;
 pub mod mesh;
 pub mod offset;
