@@ -4,12 +4,29 @@
 //! sections within ± allowance of that height, each grown by the allowance. It contains the exact offset of the part and
 //! exceeds it only at edges, by at most 0.41 × allowance.
 
-use meltpath_base::{Cancelled, Observer};
-use meltpath_geometry::Mesh;
+use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::raster::Mask;
+use meltpath_geometry::offset::{Join, outset};
+use meltpath_geometry::raster::{Grid, Mask, rasterise};
+use meltpath_geometry::section::{SliceError, SlicePlan, slice};
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_geometry::{Mesh, Plane};
 use rayon::prelude::*;
+
+/// Why a target could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TargetError {
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The part could not be cut.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+    /// The part could not be grown by its allowance.
+    #[error(transparent)]
+    Planar(#[from] PlanarError),
+}
 
 /// One slab of the part, between two heights.
 #[derive(Debug, Clone)]
@@ -44,6 +61,69 @@ pub struct Target {
     pub volume: f64,
     /// Allowance, mm.
     pub allowance: f64,
+}
+
+/// Spacing of the points that stock is measured at, mm.
+const SURFACE_SPACING: f64 = 2.0;
+
+impl Target {
+    /// The target of a part that stands on z = 0, on the grid of `map`, in slabs one cell thick.
+    ///
+    /// # Errors
+    /// [`TargetError`].
+    pub fn new(
+        mesh: &Mesh,
+        allowance: f64,
+        map: &HeightMap,
+        reporter: &Reporter,
+        observer: &dyn Observer,
+    ) -> Result<Self, TargetError> {
+        let grid = Grid {
+            origin: map.origin,
+            cell: map.cell,
+            nx: map.nx,
+            ny: map.ny,
+        };
+        let top = mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
+        let count = (top / map.cell).ceil().max(1.0) as usize;
+        // slabs that fill the part exactly, so that its volume is not counted beyond its top
+        let thickness = top / count as f64;
+        let middle = |i: usize| (i as f64 + 0.5) * thickness;
+        let plan = SlicePlan::new(Plane::horizontal(0.0), (0..count).map(middle).collect());
+        let slices = slice(mesh, &plan, reporter, observer)?;
+        let join = Join::Round {
+            arc_tolerance: 0.1 * map.cell,
+        };
+        let masks: Vec<(Mask, Mask)> = slices
+            .par_iter()
+            .map(|s| {
+                let grown = outset(&s.regions, allowance, join)?;
+                Ok((rasterise(&s.regions, &grid), rasterise(&grown, &grid)))
+            })
+            .collect::<Result<_, PlanarError>>()?;
+        observer.check()?;
+        let reach = (allowance / thickness).round() as usize;
+        let levels = (0..count + reach)
+            .into_par_iter()
+            .map(|i| {
+                let around = i.saturating_sub(reach)..(i + reach + 1).min(count);
+                Level {
+                    bottom: i as f64 * thickness,
+                    top: (i + 1) as f64 * thickness,
+                    part: masks.get(i).map(|m| m.0.clone()).unwrap_or_default(),
+                    envelope: masks[around]
+                        .iter()
+                        .fold(Mask::default(), |all, m| all.union(&m.1)),
+                }
+            })
+            .collect();
+        Ok(Target {
+            levels,
+            surface: surface_points(mesh, 0.0, SURFACE_SPACING, observer)?,
+            volume: mesh.volume(),
+            allowance,
+        })
+    }
 }
 
 /// The build against the target.
@@ -316,6 +396,37 @@ mod tests {
         assert!((c.excess_at.unwrap().1 - 1.0).abs() < 1e-12);
         // 10 % less growth brings the tall block inside again
         assert_eq!(compare(&map, &target, 0.9).excess, 0.0);
+    }
+
+    #[test]
+    fn the_target_of_a_mesh_has_its_volume() {
+        let mesh = meltpath_geometry::shapes::cone(20.0, 10.0, 12.0);
+        let map = HeightMap::new(DVec2::splat(-25.0), DVec2::splat(25.0), 0.25, 0.0).unwrap();
+        let target = Target::new(&mesh, 2.0, &map, &Reporter::new(), &Silent).unwrap();
+        let volume = |mask: fn(&Level) -> &Mask| -> f64 {
+            target
+                .levels
+                .iter()
+                .map(|l| mask(l).count() as f64 * 0.0625 * (l.top - l.bottom))
+                .sum()
+        };
+        let part = volume(|l| &l.part);
+        assert!(
+            (part - target.volume).abs() < 2e-3 * target.volume,
+            "{part} {}",
+            target.volume
+        );
+        // bounds of the envelope: the cone grown by a cylinder lies between the ball offset and the box
+        let envelope = volume(|l| &l.envelope);
+        let exact_side =
+            std::f64::consts::PI / 3.0 * 12.0 * (22.0 * 22.0 + 22.0 * 12.0 + 12.0 * 12.0);
+        assert!(
+            envelope > exact_side && envelope < 1.35 * exact_side,
+            "{envelope} {exact_side}"
+        );
+        // nothing built: everything lacks
+        let c = compare(&map, &target, 1.0);
+        assert!((c.lack - part).abs() < 1e-6 * part && c.excess == 0.0);
     }
 
     #[test]
