@@ -7,6 +7,5 @@ mod nesting;
 mod simplify;
 mod slice;
 
-pub(crate) use boolean::{difference, union};
 pub use heights::{HeightsError, LastLayer, Layer, LayerHeight, layers};
 pub use slice::{Slice, SliceError, SlicePlan, slice};
