@@ -1,0 +1,94 @@
+//! Writes the generated parts of `examples/`: `cargo run -p meltpath-geometry --example example_parts -- examples`.
+//! The two STEP parts there come from a CAD kernel: `examples/parts/make_parts.py`.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use meltpath_geometry::io::NamedMesh;
+use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::io::threemf::write_3mf;
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::{Mesh, shapes};
+
+/// The walls of Rouchon 2022, § 4.3, less the 2 mm of allowance that their jobs add on the sides and on top. A bead of the
+/// seed map is 6.54 mm wide.
+const WIDTH: f64 = 6.54;
+const ALLOWANCE: f64 = 2.0;
+
+/// A wall of `beads` beads, 4.62 mm apart, whose paths are `path` mm long, `layers` layers of `height` mm.
+fn wall(path: f64, beads: f64, layers: f64, height: f64) -> Mesh {
+    let across = (beads - 1.0) * 4.62 + WIDTH - 2.0 * ALLOWANCE;
+    shapes::thin_wall(
+        path + WIDTH - 2.0 * ALLOWANCE,
+        across,
+        layers * height - ALLOWANCE,
+    )
+}
+
+/// A convex prism: the polygon `profile` (x, z; counter-clockwise seen from -y) between y = `from` and y = `to`.
+fn prism(profile: &[(f64, f64)], from: f64, to: f64) -> Mesh {
+    let n = profile.len() as u32;
+    let at = |y: f64| profile.iter().map(move |&(x, z)| DVec3::new(x, y, z));
+    let vertices = at(from).chain(at(to)).collect();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for i in 1..n - 1 {
+        triangles.push([0, i, i + 1]);
+        triangles.push([n, n + i + 1, n + i]);
+    }
+    for i in 0..n {
+        let j = (i + 1) % n;
+        triangles.push([i, n + i, n + j]);
+        triangles.push([i, n + j, j]);
+    }
+    Mesh {
+        vertices,
+        triangles,
+    }
+}
+
+fn join(mut a: Mesh, b: &Mesh) -> Mesh {
+    let offset = a.vertices.len() as u32;
+    a.vertices.extend_from_slice(&b.vertices);
+    a.triangles
+        .extend(b.triangles.iter().map(|t| t.map(|v| v + offset)));
+    a
+}
+
+/// A pipe Ø 100 / Ø 80, 55 mm tall, with a boss on its side whose underside rises at 60° so that it needs no support.
+fn boss_on_pipe() -> Mesh {
+    let pipe = shapes::extrude(&[shapes::ring(50.0, 40.0, 180)], 55.0);
+    let boss = prism(
+        &[(45.0, 8.0), (62.0, 37.5), (62.0, 50.0), (45.0, 50.0)],
+        -18.0,
+        18.0,
+    );
+    join(pipe, &boss)
+}
+
+fn main() -> io::Result<()> {
+    let examples = PathBuf::from(
+        std::env::args()
+            .nth(1)
+            .unwrap_or_else(|| "examples".to_owned()),
+    );
+    let stl = |folder: &str, file: &str, mesh: &Mesh| {
+        let mut w = BufWriter::new(File::create(examples.join(folder).join(file))?);
+        write_stl(mesh, folder, &mut w)?;
+        w.flush()
+    };
+    stl("thin-wall", "wall.stl", &wall(150.0, 1.0, 25.0, 1.2))?;
+    stl("raster-wall", "wall.stl", &wall(120.0, 6.0, 25.0, 1.85))?;
+    stl("contour-wall", "wall.stl", &wall(120.0, 8.0, 20.0, 1.85))?;
+    stl("boss-on-pipe", "boss-on-pipe.stl", &boss_on_pipe())?;
+    let blank = NamedMesh {
+        name: "impeller-blank".to_owned(),
+        mesh: shapes::impeller_blank((24.0, 40.0), (65.0, 10.0), 11.0),
+    };
+    let mut bytes = io::Cursor::new(Vec::new());
+    write_3mf(&[blank], &mut bytes).map_err(io::Error::other)?;
+    std::fs::write(
+        examples.join("impeller-blank/impeller-blank.3mf"),
+        bytes.into_inner(),
+    )
+}
