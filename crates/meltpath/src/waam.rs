@@ -1,3 +1,5 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
+pub mod judge;
+pub mod record;
 pub mod target;

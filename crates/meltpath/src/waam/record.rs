@@ -91,8 +91,15 @@ mod tests {
         let mut recorder = Recorder::default();
         recorder.block(&block);
         let samples = recorder.finish();
-        assert!(samples.len() > 240 && samples.len() < 300, "{}", samples.len());
-        assert_eq!(samples.last().unwrap().position, *block.position.last().unwrap());
+        assert!(
+            samples.len() > 240 && samples.len() < 300,
+            "{}",
+            samples.len()
+        );
+        assert_eq!(
+            samples.last().unwrap().position,
+            *block.position.last().unwrap()
+        );
         assert!(samples.windows(2).all(|w| w[0].time < w[1].time));
         // the switch of the arc is caught to the sample
         let on = samples.iter().find(|s| s.arc).unwrap();

@@ -1,0 +1,321 @@
+//! The verdict of a wire-arc build: predicted values against the job's limits, each with its uncertainty.
+
+use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_geometry::math::DVec3;
+
+use super::target::Comparison;
+
+/// The limits, with defaults filled in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest lack, share of the part's volume.
+    pub lack: f64,
+    /// Largest excess, share of the part's volume.
+    pub excess: f64,
+    /// Smallest machining stock, mm.
+    pub stock_min: f64,
+    /// Largest height error of a layer, mm.
+    pub height_error: f64,
+    /// Largest flatness of a layer, mm.
+    pub flatness: f64,
+    /// Smallest contact tube to work distance, mm.
+    pub ctwd_min: f64,
+    /// Largest contact tube to work distance, mm.
+    pub ctwd_max: f64,
+    /// Largest local height over the mean of the layer, bead heights.
+    pub accumulation: f64,
+    /// Largest shift of a layer over the one below, bead widths.
+    pub overhang: f64,
+}
+
+/// What was predicted of one layer.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LayerOutcome {
+    /// Number, from 1.
+    pub layer: u32,
+    /// Planned height of its top over the plate, mm.
+    pub planned_top: f64,
+    /// Predicted mean height inside the layer, mm; `None` where no cell lies inside.
+    pub mean_top: Option<f64>,
+    /// 5-95 % spread of heights inside the layer, mm.
+    pub flatness: Option<f64>,
+    /// Mean contact tube to work distance while it was deposited, mm.
+    pub ctwd_mean: f64,
+    /// Smallest and largest contact tube to work distance while it was deposited, mm.
+    pub ctwd_range: (f64, f64),
+    /// Greatest height, mm, and where.
+    pub highest: Option<(f64, DVec3)>,
+    /// Wire used, mm.
+    pub wire: f64,
+    /// Time with arc, s.
+    pub arc_time: f64,
+    /// Number of beads.
+    pub beads: u32,
+}
+
+/// The build compared with the target at the predicted growth, and at growth one standard deviation lower and higher.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TargetOutcome {
+    /// Volume of the finished part, mm³.
+    pub volume: f64,
+    /// At the predicted growth.
+    pub expected: Comparison,
+    /// One standard deviation lower.
+    pub low: Comparison,
+    /// One standard deviation higher.
+    pub high: Comparison,
+}
+
+/// Checks that compare the metal with the finished part.
+pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
+    let share = |v: f64| 100.0 * v / outcome.volume;
+    let spread = |low: f64, high: f64| 0.5 * (low - high).abs();
+    let (e, l, h) = (&outcome.expected, &outcome.low, &outcome.high);
+    let place = |at: Option<(DVec3, f64)>| Place {
+        position: at.map(|(p, _)| p.to_array()),
+        ..Place::default()
+    };
+    let lack = Measure::new(share(e.lack), share(spread(l.lack, h.lack)), "%");
+    let excess = Measure::new(share(e.excess), share(spread(l.excess, h.excess)), "%");
+    let mut checks = vec![
+        Check::judge(
+            "lack",
+            "lack of metal in the finished part",
+            lack,
+            Limit::AtMost(100.0 * limits.lack),
+        )
+        .at(place(e.lack_at))
+        .remedy("raise target.allowance or lower layers.height; see the place in the 3D view"),
+        Check::judge(
+            "excess",
+            "metal beyond part + allowance",
+            excess,
+            Limit::AtMost(100.0 * limits.excess),
+        )
+        .at(place(e.excess_at))
+        .remedy(
+            "leave layers.height and fill.stepover to \"auto\", or allow more in checks.excess",
+        ),
+    ];
+    if let (Some((stock, at)), Some((low, _)), Some((high, _))) = (e.stock, l.stock, h.stock) {
+        checks.push(
+            Check::judge(
+                "stock",
+                "machining stock over the finished part",
+                Measure::new(stock, spread(low, high), "mm"),
+                Limit::AtLeast(limits.stock_min),
+            )
+            .at(Place::at(at.to_array()))
+            .remedy("raise target.allowance"),
+        );
+    }
+    checks
+}
+
+/// Checks of layers: height, flatness, contact tube distance, accumulations. `growth_sigma` is the relative standard
+/// uncertainty of growth, `bead_height` the height of a single bead, mm.
+pub fn layer_checks(
+    layers: &[LayerOutcome],
+    growth_sigma: f64,
+    bead_height: f64,
+    limits: &Limits,
+) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let worst = |value: &dyn Fn(&LayerOutcome) -> Option<f64>| {
+        layers
+            .iter()
+            .filter_map(|l| value(l).map(|v| (v, l)))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    if let Some((error, layer)) = worst(&|l| l.mean_top.map(|m| (m - l.planned_top).abs())) {
+        let top = layer.mean_top.unwrap_or(layer.planned_top);
+        let sigma = growth_sigma * top;
+        let word = if top > layer.planned_top {
+            "taller"
+        } else {
+            "lower"
+        };
+        checks.push(
+            Check::judge("height", &format!("layer height (layer {} is {word} than planned)", layer.layer), Measure::new(error, sigma, "mm"), Limit::AtMost(limits.height_error))
+                .at(Place::layer(layer.layer))
+                .remedy("leave layers.height to \"auto\", or correct the height at the machine every few layers"),
+        );
+    }
+    if let Some((flatness, layer)) = worst(&|l| l.flatness) {
+        checks.push(
+            Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth_sigma * flatness, "mm"), Limit::AtMost(limits.flatness))
+                .at(Place::layer(layer.layer))
+                .remedy("a smaller fill.stepover, or another strategy: see the accumulations in the 3D view"),
+        );
+    }
+    checks.extend(ctwd_checks(layers, growth_sigma, limits));
+    let over = |l: &LayerOutcome| Some((l.highest?.0 - l.mean_top?) / bead_height);
+    if let Some((over, layer)) = worst(&over) {
+        let at = layer.highest.map(|(_, p)| p.to_array());
+        checks.push(
+            Check::judge("accumulation", "accumulation over the mean of its layer, in bead heights", Measure::new(100.0 * over, 100.0 * growth_sigma * over, "%"), Limit::AtMost(100.0 * limits.accumulation))
+                .at(Place { position: at, layer: Some(layer.layer), ..Place::default() })
+                .remedy("more smoothing (machine.smoothing), fewer sharp corners (fill.strategy), spread starts (fill.starts)"),
+        );
+    }
+    checks
+}
+
+/// Contact tube distance: nearest and farthest layer, with the layer where it becomes critical.
+fn ctwd_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits) -> Vec<Check> {
+    let built = |l: &LayerOutcome| l.mean_top.unwrap_or(l.planned_top);
+    // the surface under layer n is layer n-1: its height carries the uncertainty
+    let sigma = |l: &LayerOutcome| {
+        growth_sigma
+            * layers
+                .iter()
+                .find(|b| b.layer + 1 == l.layer)
+                .map_or(0.0, built)
+    };
+    let mut checks = Vec::new();
+    let nearest = layers
+        .iter()
+        .min_by(|a, b| a.ctwd_mean.total_cmp(&b.ctwd_mean));
+    let farthest = layers
+        .iter()
+        .max_by(|a, b| a.ctwd_mean.total_cmp(&b.ctwd_mean));
+    for (id, words, layer, limit, beyond) in [
+        (
+            "ctwd-min",
+            "nearest contact tube to work distance (mean of a layer)",
+            nearest,
+            Limit::AtLeast(limits.ctwd_min),
+            -1.0,
+        ),
+        (
+            "ctwd-max",
+            "farthest contact tube to work distance (mean of a layer)",
+            farthest,
+            Limit::AtMost(limits.ctwd_max),
+            1.0,
+        ),
+    ] {
+        let Some(layer) = layer else { continue };
+        let bound = match limit {
+            Limit::AtLeast(b) | Limit::AtMost(b) => b,
+        };
+        let mut check = Check::judge(
+            id,
+            words,
+            Measure::new(layer.ctwd_mean, sigma(layer), "mm"),
+            limit,
+        )
+        .at(Place::layer(layer.layer))
+        .remedy("leave layers.height to \"auto\": the layer height is not the growth of the wall");
+        if let Some(critical) = layers.iter().find(|l| beyond * (l.ctwd_mean - bound) > 0.0) {
+            check.reason = format!(
+                "{}; critical from layer {} on",
+                check.reason, critical.layer
+            );
+        }
+        checks.push(check);
+    }
+    checks
+}
+
+/// A value that is told and has no limit.
+pub fn told(id: &str, title: &str, value: f64, unit: &str, words: String) -> Check {
+    Check {
+        status: Status::Pass,
+        value: Some(Measure::exact(value, unit)),
+        ..Check::not_checked(id, title, &words)
+    }
+}
+
+/// What this version cannot check.
+pub fn not_checked() -> Vec<Check> {
+    vec![
+        Check::not_checked(
+            "reach",
+            "reach of the robot",
+            "the robot's kinematics are not modelled by this version: try the program in the cell's simulator",
+        ),
+        Check::not_checked(
+            "collision",
+            "collision of torch, robot and part",
+            "the torch and the robot are not modelled by this version: try the program in the cell's simulator",
+        ),
+        Check::not_checked(
+            "config",
+            "robot CONFIG",
+            "CONFIG is copied from the cell file, not computed: check it at the controller",
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        lack: 0.005,
+        excess: 0.3,
+        stock_min: 0.3,
+        height_error: 1.0,
+        flatness: 1.5,
+        ctwd_min: 8.0,
+        ctwd_max: 20.0,
+        accumulation: 1.0,
+        overhang: 0.25,
+    };
+
+    /// A wall programmed 1.2 mm a layer that grows 1.65.
+    fn drifting_wall() -> Vec<LayerOutcome> {
+        (1..=25)
+            .map(|n| LayerOutcome {
+                layer: n,
+                planned_top: 1.2 * f64::from(n),
+                mean_top: Some(1.65 * f64::from(n)),
+                flatness: Some(0.4),
+                ctwd_mean: 15.0 - 0.45 * f64::from(n - 1),
+                ctwd_range: (5.0, 15.0),
+                ..LayerOutcome::default()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_drifting_wall_fails_on_its_contact_tube() {
+        let checks = layer_checks(&drifting_wall(), 0.05, 2.2, &LIMITS);
+        let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
+        assert_eq!(ctwd.status, Status::Fail);
+        assert!(
+            ctwd.reason.contains("critical from layer 17 on"),
+            "{}",
+            ctwd.reason
+        );
+        assert_eq!(ctwd.place.as_ref().unwrap().layer, Some(25));
+        let height = checks.iter().find(|c| c.id == "height").unwrap();
+        assert_eq!(height.status, Status::Fail);
+        assert!(height.remedy.is_some());
+    }
+
+    #[test]
+    fn an_uncertain_map_cannot_say() {
+        let checks = layer_checks(&drifting_wall(), 0.5, 2.2, &LIMITS);
+        let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
+        assert_eq!(ctwd.status, Status::CannotSay);
+    }
+
+    #[test]
+    fn lack_carries_the_uncertainty_of_growth() {
+        let with = |lack: f64| Comparison {
+            lack,
+            ..Comparison::default()
+        };
+        let outcome = TargetOutcome {
+            volume: 1000.0,
+            expected: with(0.0),
+            low: with(30.0),
+            high: with(0.0),
+        };
+        let checks = target_checks(&outcome, &LIMITS);
+        assert_eq!(checks[0].status, Status::CannotSay);
+        assert!((checks[0].value.as_ref().unwrap().sigma.unwrap() - 1.5).abs() < 1e-12);
+    }
+}
