@@ -5,10 +5,12 @@ pub mod arc;
 pub mod math;
 pub mod mesh;
 pub mod plane;
+pub mod pose;
 pub mod raster;
 pub mod region;
 pub mod workpiece;
 
 pub use mesh::Mesh;
 pub use plane::Plane;
+pub use pose::Pose;
 pub use region::{Region, Ring};
