@@ -8,6 +8,7 @@ pub mod math;
 pub mod mesh;
 pub mod offset;
 pub mod plane;
+pub mod pose;
 pub mod raster;
 pub mod region;
 pub mod section;
@@ -17,4 +18,5 @@ pub mod workpiece;
 
 pub use mesh::Mesh;
 pub use plane::Plane;
+pub use pose::Pose;
 pub use region::{Region, Ring};

@@ -1,0 +1,95 @@
+//! Moving averages without drift.
+
+use meltpath_geometry::math::DVec3;
+
+/// The mean of the last `n` values.
+///
+/// A running sum that adds the new value and takes the old one away collects rounding for ever. Here the window is the tail
+/// of one block of `n` values plus the head of the next, both summed afresh (after van Herk 1992): two additions a value,
+/// and an error bounded by one window's rounding however long the stream.
+#[derive(Debug, Clone)]
+pub(crate) struct MovingAverage {
+    /// Before `at`: the values of this block; from `at` on: sums of the previous block's tails.
+    window: Vec<DVec3>,
+    head: DVec3,
+    at: usize,
+    inverse: f64,
+}
+
+impl MovingAverage {
+    /// The average over `n >= 1` values, all `value` so far.
+    pub(crate) fn new(n: usize, value: DVec3) -> Self {
+        let mut average = MovingAverage {
+            window: vec![value; n],
+            head: DVec3::ZERO,
+            at: 0,
+            inverse: 1.0 / n as f64,
+        };
+        average.close_block();
+        average
+    }
+
+    /// Turns the full block into sums of its tails.
+    fn close_block(&mut self) {
+        let mut tail = DVec3::ZERO;
+        for v in self.window.iter_mut().rev() {
+            tail += *v;
+            *v = tail;
+        }
+        self.head = DVec3::ZERO;
+        self.at = 0;
+    }
+
+    /// Takes the next value and gives the mean of the last `n`.
+    #[inline]
+    pub(crate) fn push(&mut self, value: DVec3) -> DVec3 {
+        self.head += value;
+        self.window[self.at] = value;
+        self.at += 1;
+        if let Some(&tail) = self.window.get(self.at) {
+            (tail + self.head) * self.inverse
+        } else {
+            let mean = self.head * self.inverse;
+            self.close_block();
+            mean
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn equals_the_plain_mean(n in 1_usize..40, values in proptest::collection::vec(-1e3..1e3, 1..200)) {
+            let start = DVec3::splat(7.0);
+            let mut average = MovingAverage::new(n, start);
+            let mut all = vec![start; n];
+            for v in values {
+                let v = DVec3::new(v, -v, 2.0 * v);
+                all.push(v);
+                let plain = all[all.len() - n..].iter().sum::<DVec3>() / n as f64;
+                prop_assert!(average.push(v).distance(plain) < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn does_not_drift() {
+        let mut average = MovingAverage::new(66, DVec3::ZERO);
+        for i in 0..2_000_000 {
+            average.push(DVec3::splat((f64::from(i) * 0.7).sin() * 1e3));
+        }
+        for _ in 0..66 {
+            average.push(DVec3::splat(123.456));
+        }
+        assert!(
+            average
+                .push(DVec3::splat(123.456))
+                .distance(DVec3::splat(123.456))
+                < 1e-11
+        );
+    }
+}
