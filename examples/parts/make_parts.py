@@ -1,0 +1,87 @@
+"""Writes the example parts of this folder as STEP files with OpenCASCADE (through CadQuery).
+
+Run `python make_parts.py` here with `pip install cadquery`; meltpath itself needs neither.
+All lengths are millimetres. The dates in the files are fixed, so that a second run writes the
+same bytes.
+"""
+
+import re
+from pathlib import Path
+
+import cadquery as cq
+
+HERE = Path(__file__).resolve().parent
+
+
+def flange() -> cq.Workplane:
+    """Pipe flange: plate 160 x 20, hub 90 rising 45 above the plate, bore 60, six bolt holes 14."""
+    plate_d, plate_t = 160.0, 20.0
+    hub_d, hub_h = 90.0, 45.0
+    bore_d, bolt_d, bolt_circle = 60.0, 14.0, 125.0
+    body = cq.Workplane("XY").circle(plate_d / 2).extrude(plate_t)
+    body = body.faces(">Z").workplane().circle(hub_d / 2).extrude(hub_h)
+    # outer edges a real flange breaks, and the hub's root where it carries its bending moment
+    body = body.edges("%CIRCLE").edges(
+        cq.selectors.BoxSelector((-99, -99, plate_t - 0.1), (99, 99, plate_t + hub_h + 0.1))
+    )
+    body = body.fillet(2.0)
+    body = body.faces("<Z").workplane().circle(bore_d / 2).cutThruAll()
+    body = (
+        body.faces("<Z")
+        .workplane()
+        .polarArray(bolt_circle / 2, 0, 360, 6)
+        .circle(bolt_d / 2)
+        .cutThruAll()
+    )
+    return body
+
+
+def bracket() -> cq.Workplane:
+    """Ribbed angle bracket 140 x 90 x 60: base and upright 12 thick, two ribs 10 thick, two holes."""
+    length, depth, height, thick = 140.0, 90.0, 60.0, 12.0
+    rib_t, rib_y = 10.0, 45.0
+    base = cq.Workplane("XY").box(length, depth, thick, centered=(True, False, False))
+    upright = cq.Workplane("XY").box(length, thick, height, centered=(True, False, False))
+    body = base.union(upright)
+    for x in (-rib_y, rib_y):
+        rib = (
+            cq.Workplane("YZ", origin=(x - rib_t / 2, 0, 0))
+            .moveTo(thick, thick)
+            .lineTo(thick + 55.0, thick)
+            .lineTo(thick, thick + 40.0)
+            .close()
+            .extrude(rib_t)
+        )
+        body = body.union(rib)
+    # vertical corners of the base's free edge
+    body = body.edges("|Z").edges(">Y").fillet(10.0)
+    # one hole in the base between the ribs, one through the upright
+    body = body.cut(cq.Workplane("XY").center(0, 55).circle(11.0).extrude(thick))
+    body = body.cut(
+        cq.Workplane("XZ", origin=(0, 0, 0)).center(0, 38).circle(9.0).extrude(-thick)
+    )
+    return body
+
+
+def write(shape: cq.Workplane, name: str) -> None:
+    """Writes one named part, with the time stamp and the running number of the writer removed."""
+    assembly = cq.Assembly(shape, name=name)
+    path = HERE / f"{name}.step"
+    assembly.export(str(path))
+    text = path.read_text()
+    text = re.sub(r"'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d'", "'2026-01-01T00:00:00'", text)
+    path.write_text(text)
+
+
+if __name__ == "__main__":
+    for make in (flange, bracket):
+        shape = make()
+        solid = shape.val()
+        assert solid.isValid() and len(shape.solids().vals()) == 1, make.__name__
+        box = solid.BoundingBox()
+        print(
+            f"{make.__name__}: volume {solid.Volume():.3f} mm3, area {solid.Area():.3f} mm2,"
+            f" box {box.xmin:.3f} {box.ymin:.3f} {box.zmin:.3f} .. {box.xmax:.3f} {box.ymax:.3f} {box.zmax:.3f},"
+            f" faces {len(shape.faces().vals())}"
+        )
+        write(shape, make.__name__)
