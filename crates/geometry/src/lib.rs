@@ -2,10 +2,12 @@
 //! growing workpiece. Knows nothing of manufacturing. Lengths are millimetres, angles radians.
 
 pub mod arc;
+pub mod brep;
 pub mod math;
 pub mod mesh;
 pub mod plane;
 pub mod region;
+pub mod step;
 
 pub use mesh::Mesh;
 pub use plane::Plane;
