@@ -4,6 +4,7 @@
 pub mod arc;
 pub mod boolean;
 pub mod io;
+pub mod brep;
 pub mod math;
 pub mod mesh;
 pub mod offset;
@@ -15,6 +16,7 @@ pub mod section;
 pub mod shapes;
 pub mod weld;
 pub mod workpiece;
+pub mod step;
 
 pub use mesh::Mesh;
 pub use plane::Plane;
