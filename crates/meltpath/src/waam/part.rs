@@ -6,7 +6,12 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::Mesh;
+use meltpath_geometry::brep::{TessellateError, Tolerance, tessellate};
+use meltpath_geometry::diagnosis::{DiagnosisOptions, diagnose};
+use meltpath_geometry::io::read_mesh;
 use meltpath_geometry::math::{DQuat, DVec3};
+use meltpath_geometry::repair::{RepairOptions, repair as repair_mesh};
+use meltpath_geometry::step;
 
 use crate::job::PartUnit;
 
@@ -92,8 +97,14 @@ pub fn load(
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut mesh = match extension.as_str() {
-        "stl" => read_stl(path, unit, reporter, observer)?,
-        "3mf" => read_3mf(path, reporter, observer)?,
+        "stl" => {
+            let mut mesh = read_mesh_file(path, unit, reporter, observer)?;
+            for v in &mut mesh.vertices {
+                *v *= unit.millimetres();
+            }
+            mesh
+        }
+        "3mf" => read_mesh_file(path, PartUnit::Millimetre, reporter, observer)?,
         "step" | "stp" => read_step(path, chord_error, reporter, observer)?,
         _ => return Err(PartError::Format(path.to_path_buf())),
     };
@@ -108,4 +119,122 @@ pub fn load(
         return Err(PartError::Size { path: path.to_path_buf(), size });
     }
     Ok(Part { name, mesh, volume, findings })
+}
+
+fn read_mesh_file(path: &Path, unit: PartUnit, reporter: &Reporter, observer: &dyn Observer) -> Result<Mesh, PartError> {
+    let quiet = Reporter::new();
+    // a stated unit answers the reader's suspicion about the unit
+    let to = if unit == PartUnit::Millimetre { reporter } else { &quiet };
+    let meshes = read_mesh(path, to, observer).map_err(|e| failed(path, &e))?;
+    let several = meshes.len();
+    let mut all = Mesh::default();
+    for named in meshes {
+        let offset = all.vertices.len() as u32;
+        all.vertices.extend(named.mesh.vertices);
+        all.triangles.extend(named.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
+    }
+    if several > 1 {
+        reporter.warn("part-objects", format!("the part file holds {several} objects; they are built together, as one part"), "");
+    }
+    Ok(all)
+}
+
+fn failed(path: &Path, reason: &dyn std::error::Error) -> PartError {
+    PartError::Read { path: path.to_path_buf(), reason: reason.to_string() }
+}
+
+fn read_step(path: &Path, chord_error: f64, reporter: &Reporter, observer: &dyn Observer) -> Result<Mesh, PartError> {
+    observer.stage("read STEP", 0);
+    let file = File::open(path).map_err(|source| PartError::Open { path: path.to_path_buf(), source })?;
+    let model = step::read(BufReader::new(file), reporter).map_err(|e| failed(path, &e))?;
+    let tolerance = Tolerance { chord: chord_error, ..Tolerance::default() };
+    tessellate(&model, &tolerance, reporter, observer).map_err(|e| match e {
+        TessellateError::Cancelled(c) => PartError::Cancelled(c),
+        other => failed(path, &other),
+    })
+}
+
+/// Repairs the mesh, looks at what is left, and says both in words.
+fn repair(mesh: &mut Mesh, reporter: &Reporter, observer: &dyn Observer) -> Result<Vec<String>, PartError> {
+    let actions = repair_mesh(mesh, &RepairOptions::default(), reporter, observer)?;
+    let diagnosis = diagnose(mesh, &DiagnosisOptions::default(), observer)?;
+    diagnosis.warn(reporter);
+    let mut findings = vec![format!(
+        "{} triangles, {} shells, area {:.1} mm², volume {:.1} mm³",
+        diagnosis.triangles,
+        diagnosis.shells.len(),
+        diagnosis.area,
+        diagnosis.volume
+    )];
+    findings.extend(actions.iter().map(|a| format!("repaired: {a}")));
+    findings.extend(diagnosis.findings.iter().map(|f| format!("found: {} {}", f.count, f.defect)));
+    Ok(findings)
+}
+
+/// Turns `up` to +Z and sets the lowest point on z = 0.
+fn place(mesh: &mut Mesh, up: DVec3) {
+    let turn = DQuat::from_rotation_arc(up.normalize_or(DVec3::Z), DVec3::Z);
+    for v in &mut mesh.vertices {
+        *v = turn * *v;
+    }
+    let lowest = mesh.bounds().map_or(0.0, |(lo, _)| lo.z);
+    for v in &mut mesh.vertices {
+        v.z -= lowest;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_base::Silent;
+    use meltpath_geometry::io::stl::write_stl;
+    use meltpath_geometry::shapes;
+
+    fn stl(mesh: &Mesh) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("part.STL");
+        let mut bytes = Vec::new();
+        write_stl(mesh, "part", &mut bytes).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        (dir, path)
+    }
+
+    fn read(path: &Path, unit: PartUnit, up: DVec3) -> Result<Part, PartError> {
+        load(path, unit, up, 0.02, &Reporter::new(), &Silent)
+    }
+
+    #[test]
+    fn a_part_is_turned_and_set_down() {
+        let mut mesh = shapes::thin_wall(60.0, 10.0, 20.0);
+        for v in &mut mesh.vertices {
+            *v += DVec3::new(100.0, 200.0, -300.0);
+        }
+        let (_dir, path) = stl(&mesh);
+        let part = read(&path, PartUnit::Millimetre, DVec3::Y).unwrap();
+        let (lo, hi) = part.mesh.bounds().unwrap();
+        assert!(lo.z.abs() < 1e-9 && (hi.z - 10.0).abs() < 1e-4, "{lo} {hi}");
+        assert!((part.volume - 12_000.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn units_and_formats_are_told() {
+        let (_dir, path) = stl(&shapes::thin_wall(0.06, 0.01, 0.02));
+        let part = read(&path, PartUnit::Metre, DVec3::Z).unwrap();
+        assert!((part.volume - 12_000.0).abs() < 1.0, "{}", part.volume);
+        assert!(matches!(read(&path, PartUnit::Millimetre, DVec3::Z), Err(PartError::Size { .. })));
+        assert!(matches!(read(Path::new("x.iges"), PartUnit::Millimetre, DVec3::Z), Err(PartError::Format(_))));
+        assert!(read(Path::new("absent.stl"), PartUnit::Millimetre, DVec3::Z).unwrap_err().to_string().contains("absent.stl"));
+    }
+
+    #[test]
+    fn an_inside_out_part_is_repaired_and_told() {
+        let mut mesh = shapes::thin_wall(60.0, 10.0, 20.0);
+        for t in &mut mesh.triangles {
+            t.swap(1, 2);
+        }
+        let (_dir, path) = stl(&mesh);
+        let part = read(&path, PartUnit::Millimetre, DVec3::Z).unwrap();
+        assert!(part.volume > 0.0);
+        assert!(part.findings.iter().any(|f| f.contains("inside out")), "{:?}", part.findings);
+    }
 }
