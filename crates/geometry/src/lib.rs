@@ -3,15 +3,20 @@
 
 pub mod arc;
 pub mod boolean;
+mod bvh;
+pub mod diagnosis;
 pub mod io;
 pub mod math;
 pub mod mesh;
 pub mod offset;
+pub mod overhang;
 pub mod plane;
 pub mod raster;
 pub mod region;
+pub mod repair;
 pub mod section;
 pub mod shapes;
+mod topology;
 pub mod weld;
 pub mod workpiece;
 
