@@ -3,17 +3,22 @@
 
 pub mod arc;
 pub mod boolean;
+mod bvh;
+pub mod diagnosis;
 pub mod io;
 pub mod brep;
 pub mod math;
 pub mod mesh;
 pub mod offset;
+pub mod overhang;
 pub mod plane;
 pub mod pose;
 pub mod raster;
 pub mod region;
+pub mod repair;
 pub mod section;
 pub mod shapes;
+mod topology;
 pub mod weld;
 pub mod workpiece;
 pub mod step;

@@ -160,7 +160,7 @@ fn damaged_stl_files_say_what_and_where() {
     assert!(matches!(
         stl_error(cut),
         StlError::TextTruncated {
-            line: 7,
+            line: 8,
             expected: "endfacet"
         }
     ));

@@ -7,5 +7,6 @@ mod nesting;
 mod simplify;
 mod slice;
 
+pub(crate) use boolean::{difference, grown};
 pub use heights::{HeightsError, LastLayer, Layer, LayerHeight, layers};
 pub use slice::{Slice, SliceError, SlicePlan, slice};

@@ -1,0 +1,165 @@
+//! Overhang between layers: how far each slice reaches out over the one below
+//! (Rouchon 2022, § 1.2.3.1: the shift between contours must stay below a fraction of the bead width).
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use meltpath_base::{Cancelled, Observer, Place, Reporter};
+
+use crate::{
+    math::{DVec2, DVec3},
+    region::Region,
+    section::{Slice, difference, grown},
+};
+
+/// Shift between layers accepted by default, as a fraction of the bead width.
+pub const DEFAULT_FRACTION: f64 = 0.25;
+
+/// Overhanging pieces smaller than this, mm², are rounding.
+const SLIVER: f64 = 1e-3;
+
+/// A piece of a slice that reaches out too far.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Overhang {
+    /// Number of the slice, counted from 0; the one below it is `slice - 1`.
+    pub slice: usize,
+    /// How far the piece reaches beyond the slice below, mm; `None` where there is nothing below at all.
+    pub shift: Option<f64>,
+    /// Its farthest corner.
+    pub place: DVec3,
+    /// Area beyond what is accepted, mm².
+    pub area: f64,
+}
+
+/// Why overhangs could not be looked for.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum OverhangError {
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The accepted shift makes no sense.
+    #[error(
+        "the accepted overhang, {fraction} of a bead width of {bead_width} mm, must be zero or more and finite"
+    )]
+    Limit {
+        /// Bead width, mm.
+        bead_width: f64,
+        /// Fraction of it.
+        fraction: f64,
+    },
+}
+
+/// Pieces of slices (from bottom to top, of one plan) that reach more than `fraction` × `bead_width` (mm) beyond
+/// the slice below. The first slice that holds anything rests on the plate.
+///
+/// Warns once (`overhang`) with the number of slices and the worst place. The shift of a piece is taken at its
+/// corners.
+///
+/// # Errors
+/// A limit that makes no sense; cancellation.
+pub fn overhangs(
+    slices: &[Slice],
+    bead_width: f64,
+    fraction: f64,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<Overhang>, OverhangError> {
+    let accepted = bead_width * fraction;
+    if !(accepted.is_finite() && accepted >= 0.0) {
+        return Err(OverhangError::Limit {
+            bead_width,
+            fraction,
+        });
+    }
+    observer.stage("check overhangs", slices.len() as u64);
+    let Some(first) = slices.iter().position(|s| !s.regions.is_empty()) else {
+        return Ok(Vec::new());
+    };
+    let found: Vec<Vec<Overhang>> = (first + 1..slices.len())
+        .into_par_iter()
+        .map(|k| {
+            observer.check()?;
+            let found = between(&slices[k - 1], &slices[k], k, accepted);
+            observer.advance(1);
+            Ok(found)
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let found: Vec<Overhang> = found.into_iter().flatten().collect();
+    let reach = |o: &Overhang| o.shift.unwrap_or(f64::INFINITY);
+    if let Some(worst) = found
+        .iter()
+        .max_by(|a, b| reach(a).total_cmp(&reach(b)).then(b.slice.cmp(&a.slice)))
+    {
+        let mut layers: Vec<usize> = found.iter().map(|o| o.slice).collect();
+        layers.dedup();
+        let how_far = worst.shift.map_or_else(
+            || "has nothing below it".to_owned(),
+            |shift| format!("reaches {shift:.2} mm beyond the one below"),
+        );
+        reporter.warn_at(
+            "overhang",
+            format!(
+                "{} of {} slices overhang more than {accepted:.2} mm ({fraction} of the bead width); \
+                 at worst a slice {how_far}",
+                layers.len(),
+                slices.len()
+            ),
+            Place {
+                layer: u32::try_from(worst.slice + 1).ok(),
+                ..Place::at(worst.place.to_array())
+            },
+            "turn the part, choose another build direction or thinner layers",
+        );
+    }
+    Ok(found)
+}
+
+/// Overhanging pieces of one slice over another.
+fn between(below: &Slice, above: &Slice, slice: usize, accepted: f64) -> Vec<Overhang> {
+    if above.regions.is_empty() {
+        return Vec::new();
+    }
+    let supported = grown(&below.regions, accepted);
+    let mut found = Vec::new();
+    for piece in difference(&above.regions, &supported) {
+        let area = piece.area();
+        if area < SLIVER {
+            continue;
+        }
+        let corner = piece
+            .outer
+            .iter()
+            .map(|&p| (distance(&below.regions, p), p))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((shift, p)) = corner {
+            found.push(Overhang {
+                slice,
+                shift: (!below.regions.is_empty()).then_some(shift),
+                place: above.surface.from_local(p),
+                area,
+            });
+        }
+    }
+    // a stable order whatever the clipping library's
+    found.sort_by(|a, b| (b.area.total_cmp(&a.area)).then(a.place.x.total_cmp(&b.place.x)));
+    found
+}
+
+/// Distance from a point outside regions to their nearest boundary; infinite for no regions.
+fn distance(regions: &[Region], p: DVec2) -> f64 {
+    let mut least = f64::INFINITY;
+    for ring in regions.iter().flat_map(Region::rings) {
+        for (i, &a) in ring.iter().enumerate() {
+            let ab = ring[(i + 1) % ring.len()] - a;
+            let squared = ab.length_squared();
+            let t = if squared > 0.0 {
+                ((p - a).dot(ab) / squared).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            least = least.min(p.distance(a + ab * t));
+        }
+    }
+    least
+}
