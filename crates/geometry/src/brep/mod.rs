@@ -6,12 +6,14 @@
 pub mod curve;
 pub mod nurbs;
 pub mod surface;
+pub mod tessellate;
 
 use std::sync::Arc;
 
 use crate::math::{DAffine3, DVec3};
 pub use curve::{Curve, CurvePiece, Frame};
 pub use surface::{Pole, Surface, TorusSheet};
+pub use tessellate::{MassProperties, TessellateError, Tolerance, measure, tessellate};
 
 /// Direction in which something is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

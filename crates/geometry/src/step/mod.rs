@@ -13,6 +13,7 @@ mod entity;
 mod error;
 mod exchange;
 mod lexer;
+mod orientation;
 mod placement;
 mod solids;
 mod surfaces;

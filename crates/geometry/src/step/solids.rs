@@ -8,6 +8,7 @@ use meltpath_base::Reporter;
 use super::StepError;
 use super::curves::curve;
 use super::entity::Entity;
+use super::orientation::orient;
 use super::placement::point;
 use super::surfaces::surface;
 use super::units::Units;
@@ -85,6 +86,7 @@ pub(super) fn solid(
             "check the edge in the program that wrote the file",
         );
     }
+    orient(&mut builder.solid, entity, reporter);
     Ok(builder.solid)
 }
 
