@@ -3,10 +3,10 @@
 
 pub mod arc;
 pub mod boolean;
+pub mod brep;
 mod bvh;
 pub mod diagnosis;
 pub mod io;
-pub mod brep;
 pub mod math;
 pub mod mesh;
 pub mod offset;
@@ -18,10 +18,10 @@ pub mod region;
 pub mod repair;
 pub mod section;
 pub mod shapes;
+pub mod step;
 mod topology;
 pub mod weld;
 pub mod workpiece;
-pub mod step;
 
 pub use mesh::Mesh;
 pub use plane::Plane;

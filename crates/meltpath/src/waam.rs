@@ -1,5 +1,6 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
 pub mod judge;
+pub mod part;
 pub mod record;
 pub mod target;

@@ -54,14 +54,20 @@ pub(super) fn orient(solid: &mut Solid, entity: Entity<'_>, reporter: &Reporter)
     if open > 0 {
         reporter.warn(
             "step-shell-open",
-            format!("in {}, {open} edges of closed shells belong to one face only", entity.place()),
+            format!(
+                "in {}, {open} edges of closed shells belong to one face only",
+                entity.place()
+            ),
             "sew the part in the program that wrote the file, and export it as a solid",
         );
     }
     if twisted > 0 {
         reporter.warn(
             "step-shell-twisted",
-            format!("in {}, {twisted} edges join faces that cannot all face outwards", entity.place()),
+            format!(
+                "in {}, {twisted} edges join faces that cannot all face outwards",
+                entity.place()
+            ),
             "check the part's normals in the program that wrote the file",
         );
     }
@@ -88,10 +94,7 @@ fn sides(solid: &Solid, faces: &[FaceUse]) -> BTreeMap<u32, Vec<(usize, Sense)>>
 
 /// Faces to turn so that neighbours agree, the fewest of each connected piece; and the number of
 /// edges at which no choice agrees.
-fn flips(
-    faces: &[FaceUse],
-    sides: &BTreeMap<u32, Vec<(usize, Sense)>>,
-) -> (Vec<u32>, usize) {
+fn flips(faces: &[FaceUse], sides: &BTreeMap<u32, Vec<(usize, Sense)>>) -> (Vec<u32>, usize) {
     let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); faces.len()];
     for uses in sides.values() {
         if let [(a, sa), (b, sb)] = uses[..]

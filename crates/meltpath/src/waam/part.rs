@@ -72,7 +72,11 @@ pub enum PartError {
 }
 
 fn hint(area: &f64) -> &'static str {
-    if *area > 0.0 { ": its surface encloses nothing; export a solid, not a sheet" } else { "" }
+    if *area > 0.0 {
+        ": its surface encloses nothing; export a solid, not a sheet"
+    } else {
+        ""
+    }
 }
 
 /// Extents beyond these, mm, are a wrong unit and not a wire-arc part.
@@ -94,8 +98,14 @@ pub fn load(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Part, PartError> {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
     let mut mesh = match extension.as_str() {
         "stl" => {
             let mut mesh = read_mesh_file(path, unit, reporter, observer)?;
@@ -113,41 +123,80 @@ pub fn load(
     let size = mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     let volume = mesh.volume();
     if volume <= 0.0 || volume.is_nan() {
-        return Err(PartError::Empty { path: path.to_path_buf(), thin: mesh.area() });
+        return Err(PartError::Empty {
+            path: path.to_path_buf(),
+            thin: mesh.area(),
+        });
     }
     if size.max_element() > LARGEST || size.max_element() < SMALLEST {
-        return Err(PartError::Size { path: path.to_path_buf(), size });
+        return Err(PartError::Size {
+            path: path.to_path_buf(),
+            size,
+        });
     }
-    Ok(Part { name, mesh, volume, findings })
+    Ok(Part {
+        name,
+        mesh,
+        volume,
+        findings,
+    })
 }
 
-fn read_mesh_file(path: &Path, unit: PartUnit, reporter: &Reporter, observer: &dyn Observer) -> Result<Mesh, PartError> {
+fn read_mesh_file(
+    path: &Path,
+    unit: PartUnit,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, PartError> {
     let quiet = Reporter::new();
     // a stated unit answers the reader's suspicion about the unit
-    let to = if unit == PartUnit::Millimetre { reporter } else { &quiet };
+    let to = if unit == PartUnit::Millimetre {
+        reporter
+    } else {
+        &quiet
+    };
     let meshes = read_mesh(path, to, observer).map_err(|e| failed(path, &e))?;
     let several = meshes.len();
     let mut all = Mesh::default();
     for named in meshes {
         let offset = all.vertices.len() as u32;
         all.vertices.extend(named.mesh.vertices);
-        all.triangles.extend(named.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
+        all.triangles
+            .extend(named.mesh.triangles.iter().map(|t| t.map(|v| v + offset)));
     }
     if several > 1 {
-        reporter.warn("part-objects", format!("the part file holds {several} objects; they are built together, as one part"), "");
+        reporter.warn(
+            "part-objects",
+            format!("the part file holds {several} objects; they are built together, as one part"),
+            "",
+        );
     }
     Ok(all)
 }
 
 fn failed(path: &Path, reason: &dyn std::error::Error) -> PartError {
-    PartError::Read { path: path.to_path_buf(), reason: reason.to_string() }
+    PartError::Read {
+        path: path.to_path_buf(),
+        reason: reason.to_string(),
+    }
 }
 
-fn read_step(path: &Path, chord_error: f64, reporter: &Reporter, observer: &dyn Observer) -> Result<Mesh, PartError> {
+fn read_step(
+    path: &Path,
+    chord_error: f64,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, PartError> {
     observer.stage("read STEP", 0);
-    let file = File::open(path).map_err(|source| PartError::Open { path: path.to_path_buf(), source })?;
+    let file = File::open(path).map_err(|source| PartError::Open {
+        path: path.to_path_buf(),
+        source,
+    })?;
     let model = step::read(BufReader::new(file), reporter).map_err(|e| failed(path, &e))?;
-    let tolerance = Tolerance { chord: chord_error, ..Tolerance::default() };
+    let tolerance = Tolerance {
+        chord: chord_error,
+        ..Tolerance::default()
+    };
     tessellate(&model, &tolerance, reporter, observer).map_err(|e| match e {
         TessellateError::Cancelled(c) => PartError::Cancelled(c),
         other => failed(path, &other),
@@ -155,7 +204,11 @@ fn read_step(path: &Path, chord_error: f64, reporter: &Reporter, observer: &dyn 
 }
 
 /// Repairs the mesh, looks at what is left, and says both in words.
-fn repair(mesh: &mut Mesh, reporter: &Reporter, observer: &dyn Observer) -> Result<Vec<String>, PartError> {
+fn repair(
+    mesh: &mut Mesh,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<String>, PartError> {
     let actions = repair_mesh(mesh, &RepairOptions::default(), reporter, observer)?;
     let diagnosis = diagnose(mesh, &DiagnosisOptions::default(), observer)?;
     diagnosis.warn(reporter);
@@ -167,7 +220,12 @@ fn repair(mesh: &mut Mesh, reporter: &Reporter, observer: &dyn Observer) -> Resu
         diagnosis.volume
     )];
     findings.extend(actions.iter().map(|a| format!("repaired: {a}")));
-    findings.extend(diagnosis.findings.iter().map(|f| format!("found: {} {}", f.count, f.defect)));
+    findings.extend(
+        diagnosis
+            .findings
+            .iter()
+            .map(|f| format!("found: {} {}", f.count, f.defect)),
+    );
     Ok(findings)
 }
 
@@ -221,9 +279,20 @@ mod tests {
         let (_dir, path) = stl(&shapes::thin_wall(0.06, 0.01, 0.02));
         let part = read(&path, PartUnit::Metre, DVec3::Z).unwrap();
         assert!((part.volume - 12_000.0).abs() < 1.0, "{}", part.volume);
-        assert!(matches!(read(&path, PartUnit::Millimetre, DVec3::Z), Err(PartError::Size { .. })));
-        assert!(matches!(read(Path::new("x.iges"), PartUnit::Millimetre, DVec3::Z), Err(PartError::Format(_))));
-        assert!(read(Path::new("absent.stl"), PartUnit::Millimetre, DVec3::Z).unwrap_err().to_string().contains("absent.stl"));
+        assert!(matches!(
+            read(&path, PartUnit::Millimetre, DVec3::Z),
+            Err(PartError::Size { .. })
+        ));
+        assert!(matches!(
+            read(Path::new("x.iges"), PartUnit::Millimetre, DVec3::Z),
+            Err(PartError::Format(_))
+        ));
+        assert!(
+            read(Path::new("absent.stl"), PartUnit::Millimetre, DVec3::Z)
+                .unwrap_err()
+                .to_string()
+                .contains("absent.stl")
+        );
     }
 
     #[test]
@@ -235,6 +304,10 @@ mod tests {
         let (_dir, path) = stl(&mesh);
         let part = read(&path, PartUnit::Millimetre, DVec3::Z).unwrap();
         assert!(part.volume > 0.0);
-        assert!(part.findings.iter().any(|f| f.contains("inside out")), "{:?}", part.findings);
+        assert!(
+            part.findings.iter().any(|f| f.contains("inside out")),
+            "{:?}",
+            part.findings
+        );
     }
 }

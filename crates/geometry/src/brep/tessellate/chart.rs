@@ -74,7 +74,9 @@ impl<'a> Chart<'a> {
 
     /// The pole at a point.
     pub(super) fn pole_at(&self, p: DVec3) -> Option<&Pole> {
-        self.poles.iter().find(|pole| pole.point.distance(p) <= self.gap)
+        self.poles
+            .iter()
+            .find(|pole| pole.point.distance(p) <= self.gap)
     }
 
     /// Whether faces may lie on this surface without any boundary.

@@ -93,13 +93,21 @@ fn arrange(chart: &Chart<'_>, tracks: &mut [Track], d: usize) -> Result<[End; 2]
     let mean = |t: &Track| {
         t.points.iter().map(|p| p.uv.to_array()[o]).sum::<f64>() / t.points.len() as f64
     };
-    let lower: Vec<usize> = (0..tracks.len()).filter(|&i| side(&tracks[i]) > 0).collect();
-    let upper: Vec<usize> = (0..tracks.len()).filter(|&i| side(&tracks[i]) < 0).collect();
+    let lower: Vec<usize> = (0..tracks.len())
+        .filter(|&i| side(&tracks[i]) > 0)
+        .collect();
+    let upper: Vec<usize> = (0..tracks.len())
+        .filter(|&i| side(&tracks[i]) < 0)
+        .collect();
     if tracks.iter().any(|t| t.winding[d].abs() > 1) || lower.len() > 1 || upper.len() > 1 {
         return failed("its boundary winds round its surface more than once");
     }
     let along = |by: f64| {
-        if o == 0 { DVec2::new(by, 0.0) } else { DVec2::new(0.0, by) }
+        if o == 0 {
+            DVec2::new(by, 0.0)
+        } else {
+            DVec2::new(0.0, by)
+        }
     };
     if let Some(period) = chart.periods[o] {
         let low = match (lower.first(), upper.first()) {
@@ -131,7 +139,11 @@ fn arrange(chart: &Chart<'_>, tracks: &mut [Track], d: usize) -> Result<[End; 2]
         });
     let poles = chart.poles.iter().filter(|p| p.fixed == o);
     let below = || {
-        let limit = if bounds[0].is_finite() { bounds[0] } else { f64::INFINITY };
+        let limit = if bounds[0].is_finite() {
+            bounds[0]
+        } else {
+            f64::INFINITY
+        };
         let found = poles.clone().filter(|p| p.at < limit);
         if bounds[0].is_finite() {
             found.max_by(|a, b| a.at.total_cmp(&b.at)).copied()
@@ -140,7 +152,11 @@ fn arrange(chart: &Chart<'_>, tracks: &mut [Track], d: usize) -> Result<[End; 2]
         }
     };
     let above = || {
-        let limit = if bounds[1].is_finite() { bounds[1] } else { f64::NEG_INFINITY };
+        let limit = if bounds[1].is_finite() {
+            bounds[1]
+        } else {
+            f64::NEG_INFINITY
+        };
         let found = poles.clone().filter(|p| p.at > limit);
         if bounds[1].is_finite() {
             found.min_by(|a, b| a.at.total_cmp(&b.at)).copied()
@@ -324,7 +340,13 @@ impl Builder {
         across: Option<(f64, f64)>,
     ) {
         let o = 1 - d;
-        let make = |x: f64, y: f64| if d == 0 { DVec2::new(x, y) } else { DVec2::new(y, x) };
+        let make = |x: f64, y: f64| {
+            if d == 0 {
+                DVec2::new(x, y)
+            } else {
+                DVec2::new(y, x)
+            }
+        };
         let own = |builder: &mut Self, p: DVec3| {
             builder.outline.own.push(p);
             Node::Own(builder.outline.own.len() as u32 - 1)
@@ -352,7 +374,10 @@ impl Builder {
                 End::Pole(pole) => pole.at,
                 End::Cut(value) => value,
             };
-            let known = stops.iter().find(|s| (s.0 - value).abs() < 1e-12).map(|s| s.1);
+            let known = stops
+                .iter()
+                .find(|s| (s.0 - value).abs() < 1e-12)
+                .map(|s| s.1);
             let node = known.unwrap_or_else(|| match (end, corner) {
                 (End::Cut(_), Some(node)) => node,
                 _ => own(self, chart.point(make(at, value))),

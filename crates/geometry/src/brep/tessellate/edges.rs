@@ -44,7 +44,13 @@ pub(super) fn split(solid: &Solid, edge: &Edge, samples: &Samples, more: &[f64])
     let mut t = samples.t.clone();
     t.extend_from_slice(more);
     let rising = edge.range[0] <= edge.range[1];
-    t.sort_by(|a, b| if rising { a.total_cmp(b) } else { b.total_cmp(a) });
+    t.sort_by(|a, b| {
+        if rising {
+            a.total_cmp(b)
+        } else {
+            b.total_cmp(a)
+        }
+    });
     let close = 1e-13 * (edge.range[1] - edge.range[0]).abs();
     t.dedup_by(|b, a| (*b - *a).abs() <= close);
     with_points(solid, edge, t)

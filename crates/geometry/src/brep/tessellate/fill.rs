@@ -87,7 +87,9 @@ pub(super) fn fill(
         .iter()
         .fold((first, first), |(lo, hi), p| (lo.min(p.uv), hi.max(p.uv)));
     if !(lo.is_finite() && hi.is_finite()) {
-        return Err(FaceIssue::Failed("its boundary has no place on its surface".to_owned()));
+        return Err(FaceIssue::Failed(
+            "its boundary has no place on its surface".to_owned(),
+        ));
     }
     let mut filler = Filler {
         chart,
@@ -118,7 +120,10 @@ pub(super) fn fill(
             mesh_boundary.push(BoundaryChord {
                 edge,
                 t,
-                uv: [outline.points[segment.from].uv, outline.points[segment.to].uv],
+                uv: [
+                    outline.points[segment.from].uv,
+                    outline.points[segment.to].uv,
+                ],
                 ends: [locals[segment.from], locals[segment.to]],
             });
         }
@@ -191,13 +196,7 @@ impl Filler<'_> {
         self.insert(w, uv, node, point)
     }
 
-    fn insert(
-        &mut self,
-        w: DVec2,
-        uv: DVec2,
-        node: Node,
-        point: DVec3,
-    ) -> Result<u32, FaceIssue> {
+    fn insert(&mut self, w: DVec2, uv: DVec2, node: Node, point: DVec3) -> Result<u32, FaceIssue> {
         let local = self.nodes.len() as u32;
         if self.nodes.len() >= MOST_POINTS {
             return Err(FaceIssue::Failed(format!(
@@ -210,7 +209,9 @@ impl Filler<'_> {
                 position: spade::mitigate_underflow(Point2::new(w.x, w.y)),
                 local,
             })
-            .map_err(|e| FaceIssue::Failed(format!("its boundary has no place on its surface ({e})")))?;
+            .map_err(|e| {
+                FaceIssue::Failed(format!("its boundary has no place on its surface ({e})"))
+            })?;
         self.handles.push(handle);
         self.nodes.push(node);
         self.uv.push(uv);
@@ -252,7 +253,10 @@ impl Filler<'_> {
                 let [a, b] = ends[bank].map(|l| self.uv[l as usize]);
                 a + s * (b - a)
             };
-            let length = self.warp.warp(at(0, 1.0)).distance(self.warp.warp(at(0, 0.0)));
+            let length = self
+                .warp
+                .warp(at(0, 1.0))
+                .distance(self.warp.warp(at(0, 0.0)));
             let parts = length.ceil().max(1.0) as usize;
             let steps: Vec<[DVec2; 2]> = (1..parts)
                 .map(|i| i as f64 / parts as f64)
@@ -366,14 +370,19 @@ impl Filler<'_> {
         // 0 unknown, 1 outside, 2 inside
         let mut state = vec![0u8; count];
         let mut queue = Vec::new();
-        let wall_of = |e: &spade::handles::DirectedEdgeHandle<'_, Vertex, (), spade::CdtEdge<()>, ()>| {
-            if !e.is_constraint_edge() {
-                return None;
-            }
-            let [a, b] = [e.from().data().local, e.to().data().local];
-            let wall = rule.walls.get(&[a.min(b), a.max(b)]).copied().unwrap_or_default();
-            Some((wall, if a < b { wall.net } else { -wall.net }))
-        };
+        let wall_of =
+            |e: &spade::handles::DirectedEdgeHandle<'_, Vertex, (), spade::CdtEdge<()>, ()>| {
+                if !e.is_constraint_edge() {
+                    return None;
+                }
+                let [a, b] = [e.from().data().local, e.to().data().local];
+                let wall = rule
+                    .walls
+                    .get(&[a.min(b), a.max(b)])
+                    .copied()
+                    .unwrap_or_default();
+                Some((wall, if a < b { wall.net } else { -wall.net }))
+            };
         let any_boundary = rule.walls.values().any(|w| w.net != 0);
         match rule.inside {
             Inside::Parity => {
@@ -414,7 +423,12 @@ impl Filler<'_> {
         while let Some(face) = queue.pop() {
             let edges: Vec<_> = match handles[face] {
                 None => outer_edges.clone(),
-                Some(handle) => self.cdt.face(handle).adjacent_edges().map(|e| e.fix()).to_vec(),
+                Some(handle) => self
+                    .cdt
+                    .face(handle)
+                    .adjacent_edges()
+                    .map(|e| e.fix())
+                    .to_vec(),
             };
             for edge in edges {
                 let edge = self.cdt.directed_edge(edge);
@@ -426,7 +440,11 @@ impl Filler<'_> {
                 let there = match (wall_of(&edge), rule.inside) {
                     (None, _) => here,
                     (Some((wall, _)), Inside::Parity) => {
-                        if wall.count % 2 == 1 { 3 - here } else { here }
+                        if wall.count % 2 == 1 {
+                            3 - here
+                        } else {
+                            here
+                        }
                     }
                     // without a boundary the frame is all there is to cross
                     (Some(_), Inside::BesideBoundary) if !any_boundary => 3 - here,
@@ -522,7 +540,11 @@ impl Filler<'_> {
     }
 
     /// Where a triangle is farthest off the surface, if that is more than the chord error.
-    fn worst_place(&self, triangle: [FixedVertexHandle; 3], tolerance: &Tolerance) -> Option<DVec2> {
+    fn worst_place(
+        &self,
+        triangle: [FixedVertexHandle; 3],
+        tolerance: &Tolerance,
+    ) -> Option<DVec2> {
         let local = triangle.map(|v| self.local(v) as usize);
         let p = local.map(|l| self.points[l]);
         let longest = p[0]
@@ -581,7 +603,11 @@ fn grid_points(corners: [DVec2; 3], out: &mut Vec<[i32; 2]>) {
         for k in 0..3 {
             let (a, b) = (corners[k], corners[(k + 1) % 3]);
             if (a.y <= y && y <= b.y) || (b.y <= y && y <= a.y) {
-                let x = if a.y == b.y { a.x } else { a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x) };
+                let x = if a.y == b.y {
+                    a.x
+                } else {
+                    a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x)
+                };
                 range = [range[0].min(x), range[1].max(x)];
                 if a.y == b.y {
                     range = [range[0].min(b.x), range[1].max(b.x)];

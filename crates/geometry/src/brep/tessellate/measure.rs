@@ -81,7 +81,11 @@ fn integrate(solid: &Solid, parts: &Parts) -> MassProperties {
         for used in &shell.faces {
             let [area, flux] = faces[used.face as usize];
             sum.area += area;
-            volume += if used.sense == Sense::Forward { flux } else { -flux };
+            volume += if used.sense == Sense::Forward {
+                flux
+            } else {
+                -flux
+            };
         }
         // shells that are inside out count as the mesh has them: turned
         sum.volume += match shell.role {
@@ -99,7 +103,13 @@ fn triangle_rule() -> [([f64; 3], f64); 7] {
     let (a, b) = ((6.0 + r) / 21.0, (6.0 - r) / 21.0);
     let (wa, wb) = ((155.0 + r) / 1200.0, (155.0 - r) / 1200.0);
     let third = 1.0 / 3.0;
-    let at = |s: f64| [[1.0 - 2.0 * s, s, s], [s, 1.0 - 2.0 * s, s], [s, s, 1.0 - 2.0 * s]];
+    let at = |s: f64| {
+        [
+            [1.0 - 2.0 * s, s, s],
+            [s, 1.0 - 2.0 * s, s],
+            [s, s, 1.0 - 2.0 * s],
+        ]
+    };
     let ([a0, a1, a2], [b0, b1, b2]) = (at(a), at(b));
     [
         ([third; 3], 0.225),
@@ -118,8 +128,14 @@ fn line_rule() -> [(f64, f64); 5] {
     let (x1, x2) = ((5.0 - 2.0 * r).sqrt() / 3.0, (5.0 + 2.0 * r).sqrt() / 3.0);
     let s = 70f64.sqrt();
     let (w1, w2) = ((322.0 + 13.0 * s) / 900.0, (322.0 - 13.0 * s) / 900.0);
-    [(-x2, w2), (-x1, w1), (0.0, 128.0 / 225.0), (x1, w1), (x2, w2)]
-        .map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w))
+    [
+        (-x2, w2),
+        (-x1, w1),
+        (0.0, 128.0 / 225.0),
+        (x1, w1),
+        (x2, w2),
+    ]
+    .map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w))
 }
 
 /// Area, and flux of position / 3 through the face along its surface's normal.

@@ -62,7 +62,9 @@ impl Tolerance {
 #[non_exhaustive]
 pub enum TessellateError {
     /// A tolerance that is not above zero.
-    #[error("a chord error of {chord} mm and an angle of {angle} rad are not both finite and above 0")]
+    #[error(
+        "a chord error of {chord} mm and an angle of {angle} rad are not both finite and above 0"
+    )]
     Tolerance {
         /// Chord error, mm.
         chord: f64,
@@ -70,7 +72,9 @@ pub enum TessellateError {
         angle: f64,
     },
     /// A face whose boundary and surface do not make a region.
-    #[error("face #{id} of `{solid}`: {reason}; repair the face in the program that wrote the file, or export again with a tighter tolerance")]
+    #[error(
+        "face #{id} of `{solid}`: {reason}; repair the face in the program that wrote the file, or export again with a tighter tolerance"
+    )]
     Face {
         /// Name of the solid.
         solid: String,
@@ -80,7 +84,9 @@ pub enum TessellateError {
         reason: String,
     },
     /// More than four thousand million vertices.
-    #[error("the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error")]
+    #[error(
+        "the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error"
+    )]
     TooFine {
         /// Name of the solid.
         solid: String,
@@ -169,10 +175,11 @@ fn append(mesh: &mut Mesh, own: &Mesh, pose: &DAffine3) -> Option<()> {
     mesh.vertices
         .extend(own.vertices.iter().map(|&v| pose.transform_point3(v)));
     let mirrored = pose.matrix3.determinant() < 0.0;
-    mesh.triangles.extend(own.triangles.iter().map(|&[a, b, c]| {
-        let [b, c] = if mirrored { [c, b] } else { [b, c] };
-        [a + offset, b + offset, c + offset]
-    }));
+    mesh.triangles
+        .extend(own.triangles.iter().map(|&[a, b, c]| {
+            let [b, c] = if mirrored { [c, b] } else { [b, c] };
+            [a + offset, b + offset, c + offset]
+        }));
     Some(())
 }
 
@@ -221,7 +228,8 @@ fn triangulate(
                 if observer.cancelled() {
                     return Err(FaceIssue::Failed(String::new()));
                 }
-                let outline = trim::outline(solid, &solid.faces[f], &charts[f], &samples, &tolerance)?;
+                let outline =
+                    trim::outline(solid, &solid.faces[f], &charts[f], &samples, &tolerance)?;
                 fill::fill(&charts[f], outline, solid, &samples, &tolerance)
             })
             .collect();
@@ -236,7 +244,10 @@ fn triangulate(
                     }
                 }
                 Err(FaceIssue::Split(_)) => {
-                    return Err(failed(f, "its edges cross each other or come too close".to_owned()));
+                    return Err(failed(
+                        f,
+                        "its edges cross each other or come too close".to_owned(),
+                    ));
                 }
                 Err(FaceIssue::Failed(reason)) => return Err(failed(f, reason)),
             }
@@ -252,7 +263,10 @@ fn triangulate(
         }
         if !more.is_empty() && !grown.contains(&true) {
             let f = faces.iter().position(Option::is_none).unwrap_or(0);
-            return Err(failed(f, "its edges cross each other or come too close".to_owned()));
+            return Err(failed(
+                f,
+                "its edges cross each other or come too close".to_owned(),
+            ));
         }
         for (f, face) in solid.faces.iter().enumerate() {
             let touched = face.loops.iter().any(|l| match l {
@@ -267,7 +281,10 @@ fn triangulate(
     let done: Option<Vec<FaceMesh>> = faces.into_iter().collect();
     match done {
         Some(faces) => Ok(Parts { samples, faces }),
-        None => Err(failed(0, "its edges could not be cut finely enough".to_owned())),
+        None => Err(failed(
+            0,
+            "its edges could not be cut finely enough".to_owned(),
+        )),
     }
 }
 

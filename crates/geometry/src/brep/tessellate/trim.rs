@@ -105,9 +105,7 @@ impl Track {
         let origin = self.points[0].uv;
         let n = self.points.len();
         (0..n)
-            .map(|i| {
-                (self.points[i].uv - origin).perp_dot(self.points[(i + 1) % n].uv - origin)
-            })
+            .map(|i| (self.points[i].uv - origin).perp_dot(self.points[(i + 1) % n].uv - origin))
             .sum()
     }
 
@@ -166,7 +164,11 @@ pub(super) fn outline(
             track
         } else {
             let other = follow(solid, chart, &stops, chart.sense.then(Sense::Reversed))?;
-            if other.winding == [0, 0] { other } else { track }
+            if other.winding == [0, 0] {
+                other
+            } else {
+                track
+            }
         };
         tracks.push(track);
     }
@@ -194,7 +196,11 @@ pub(super) fn outline(
         inside: Inside::Parity,
         // a boundary that contradicts the written sense is right: the reader has compared it with
         // the faces beside it
-        sense: if inward { chart.sense.then(Sense::Reversed) } else { chart.sense },
+        sense: if inward {
+            chart.sense.then(Sense::Reversed)
+        } else {
+            chart.sense
+        },
     };
     for track in &tracks {
         let first = outline.points.len();
@@ -256,13 +262,18 @@ fn split_at_poles(
         for used in uses {
             let edge = &solid.edges[used.edge as usize];
             let cut = &samples[used.edge as usize];
-            if cut.points.iter().any(|p| p.distance(pole.point) <= chart.gap) {
+            if cut
+                .points
+                .iter()
+                .any(|p| p.distance(pole.point) <= chart.gap)
+            {
                 continue;
             }
             // only a chord that comes near can belong to an arc through the pole
-            let near = cut.points.windows(2).any(|w| {
-                distance_to_segment(pole.point, w[0], w[1]) <= 0.5 * w[0].distance(w[1])
-            });
+            let near = cut
+                .points
+                .windows(2)
+                .any(|w| distance_to_segment(pole.point, w[0], w[1]) <= 0.5 * w[0].distance(w[1]));
             if !near {
                 continue;
             }
@@ -323,7 +334,9 @@ fn follow(
 ) -> Result<Track, FaceIssue> {
     let n = stops.len();
     let Some(first) = stops.iter().position(|s| chart.pole_at(s.point).is_none()) else {
-        return Err(FaceIssue::Failed("its boundary is a single point".to_owned()));
+        return Err(FaceIssue::Failed(
+            "its boundary is a single point".to_owned(),
+        ));
     };
     let mut track = Track {
         points: Vec::with_capacity(n + 4),
@@ -341,7 +354,10 @@ fn follow(
     let mut at = first;
     loop {
         let here = &stops[at];
-        track.points.push(Point { uv, node: here.node });
+        track.points.push(Point {
+            uv,
+            node: here.node,
+        });
         track.kinds.push(boundary(here));
         let next = (at + 1) % n;
         let stop = &stops[next];
@@ -349,7 +365,14 @@ fn follow(
             // where the chord comes in and where the next goes out, seen from close by
             let near_end = here.t[0] + 0.999 * (here.t[1] - here.t[0]);
             let p = edge_of(here).derivatives(near_end)[0];
-            let into = carry(edge_of(here), chart, uv, [here.t[0], near_end], p, TRACK_DEPTH);
+            let into = carry(
+                edge_of(here),
+                chart,
+                uv,
+                [here.t[0], near_end],
+                p,
+                TRACK_DEPTH,
+            );
             let near_start = stop.t[0] + 0.001 * (stop.t[1] - stop.t[0]);
             let p = edge_of(stop).derivatives(near_start)[0];
             let out = chart.locate(p, Some(into));
@@ -503,9 +526,8 @@ fn nest(chart: &Chart<'_>, tracks: &mut [Track], outer: usize) {
         let [a, b] = track.bounds();
         let middle = 0.5 * (a + b);
         let near = chart.shifted(middle, centre) - middle;
-        let steps = |d: usize| -> Vec<f64> {
-            chart.periods[d].map_or(vec![0.0], |p| vec![0.0, p, -p])
-        };
+        let steps =
+            |d: usize| -> Vec<f64> { chart.periods[d].map_or(vec![0.0], |p| vec![0.0, p, -p]) };
         let inside = steps(0)
             .into_iter()
             .flat_map(|du| steps(1).into_iter().map(move |dv| DVec2::new(du, dv)))

@@ -56,9 +56,8 @@ impl Warp {
         // where the surface bends both ways the two chord errors add up
         let bent = [0, 1].map(|d| steps(&cells[d], &bends[d]) > 1.0);
         let share = if bent[0] && bent[1] { 0.45 } else { 0.9 };
-        bends = [0, 1].map(|d| {
-            self::bends(chart, d, &cells, share * tolerance.chord, tolerance.angle)
-        });
+        bends =
+            [0, 1].map(|d| self::bends(chart, d, &cells, share * tolerance.chord, tolerance.angle));
         let axes = [0, 1].map(|d| {
             let knots = cells[d].clone();
             let [lo, hi] = range[d];
@@ -96,7 +95,11 @@ impl Warp {
 }
 
 fn steps(knots: &[f64], bends: &[f64]) -> f64 {
-    knots.windows(2).zip(bends).map(|(p, b)| (p[1] - p[0]) * b).sum()
+    knots
+        .windows(2)
+        .zip(bends)
+        .map(|(p, b)| (p[1] - p[0]) * b)
+        .sum()
 }
 
 /// Ends of the cells of coordinate `d`: equal parts and the surface's breaks.
@@ -136,17 +139,13 @@ fn cell_ends(chart: &Chart<'_>, d: usize, [lo, hi]: [f64; 2]) -> Vec<f64> {
 }
 
 /// Allowed steps per unit of coordinate `d` in each of its cells.
-fn bends(
-    chart: &Chart<'_>,
-    d: usize,
-    cells: &[Vec<f64>; 2],
-    chord: f64,
-    angle: f64,
-) -> Vec<f64> {
+fn bends(chart: &Chart<'_>, d: usize, cells: &[Vec<f64>; 2], chord: f64, angle: f64) -> Vec<f64> {
     let o = 1 - d;
     let across: Vec<f64> = {
         let [lo, hi] = [cells[o][0], cells[o][cells[o].len() - 1]];
-        (0..9).map(|i| lo + (hi - lo) * (f64::from(i) + 0.5) / 9.0).collect()
+        (0..9)
+            .map(|i| lo + (hi - lo) * (f64::from(i) + 0.5) / 9.0)
+            .collect()
     };
     cells[d]
         .windows(2)
@@ -157,7 +156,11 @@ fn bends(
             for s in [0.02, 0.25, 0.5, 0.75, 0.98] {
                 for &y in &across {
                     let at = |x: f64| {
-                        let uv = if d == 0 { DVec2::new(x, y) } else { DVec2::new(y, x) };
+                        let uv = if d == 0 {
+                            DVec2::new(x, y)
+                        } else {
+                            DVec2::new(y, x)
+                        };
                         chart.tangents(uv)
                     };
                     let x = cell[0] + s * width;
