@@ -1,0 +1,564 @@
+//! Drives the deposit with motion: arc starts, pursuit, substeps, records. Streaming: memory is that of the map plus one
+//! layer of path points.
+
+use std::collections::VecDeque;
+
+use meltpath_base::{Place, Reporter};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::workpiece::HeightMap;
+use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+
+use super::levelling::{Levelling, LocalBead, MoltenZone};
+use super::record::{ArcStart, LayerRecord, PathPoint};
+use super::{DepositError, Mode, Settings, Station, plain};
+use crate::bead::{BeadModel, PoolModel, PursuitLength};
+use crate::pursuit::{Pursuit, pursuit_length};
+
+/// Bounds of the local feed over the nominal one: outside, the laws of bead and pool are not known.
+const FEED_RATIO: std::ops::RangeInclusive<f64> = 0.5..=1.5;
+
+type OnLayer<'a> = Box<dyn FnMut(&LayerRecord, &HeightMap) + 'a>;
+
+/// What has been deposited.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deposit {
+    /// The surface.
+    pub map: HeightMap,
+    /// Wire fed, mm.
+    pub wire: f64,
+    /// Metal laid, mm³: efficiency times wire section times wire.
+    pub volume: f64,
+    /// Metal that fell beside the map, mm³; 0 unless the map was too small for the path.
+    pub beside: f64,
+}
+
+/// Lays metal along motion.
+///
+/// - Give it motion blocks in order of time through [`MotionSink`], then [`Deposition::finish`].
+/// - Beads start where wire begins to be fed and end where it stops; layers come from
+///   [`Deposition::with_layers`].
+/// - Validity: torch within some degrees of vertical, each bead supported by metal or plate; elsewhere a height map
+///   cannot hold what happens, and a warning says where.
+///
+/// ```
+/// use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
+/// use meltpath_deposition::deposit::{Deposition, Settings};
+/// use meltpath_geometry::{math::{DVec2, DVec3}, workpiece::HeightMap};
+/// use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+///
+/// let bead = BeadModel { width: 6.5, area: 9.6, wire_section: 0.785, efficiency: 1.0, width_exponent: 0.345 };
+/// let pool = PoolModel { front: 3.6, rear: 10.8, half_width: 3.6, offset: 1.66, pursuit: PursuitLength::Fixed(4.0) };
+/// let pool = PoolModel::for_bead(&pool, &bead);
+/// let map = HeightMap::new(DVec2::splat(-10.0), DVec2::new(50.0, 10.0), 0.5, 0.0).unwrap();
+/// let mut deposition = Deposition::new(map, bead, pool, Settings::default()).unwrap();
+/// let position: Vec<_> = (0..=400).map(|i| DVec3::X * 0.1 * f64::from(i)).collect();
+/// let mut wire = vec![1.22; 401];
+/// wire[0] = 0.0;
+/// deposition.block(&MotionBlock {
+///     t0: 0.0, dt: 0.008, speed: vec![12.5; 401], wire, command: vec![1; 401], axis: vec![], position,
+/// });
+/// let deposit = deposition.finish();
+/// assert!((deposit.map.volume() / (400.0 * 1.22 * 0.785) - 1.0).abs() < 1e-9);
+/// ```
+pub struct Deposition<'a> {
+    map: HeightMap,
+    bead: BeadModel,
+    pool: PoolModel,
+    settings: Settings,
+    layers: Vec<u32>,
+    reporter: Option<&'a Reporter>,
+    on_layer: Option<OnLayer<'a>>,
+    zone: MoltenZone,
+    weights: Vec<(u32, f64)>,
+    previous: Option<DVec3>,
+    run: Option<Bead>,
+    record: Option<LayerRecord>,
+    wire: f64,
+    volume: f64,
+    beside: f64,
+    overhang: Option<Overhang>,
+    told: Told,
+}
+
+/// The bead being laid.
+struct Bead {
+    start: DVec3,
+    torch: DVec2,
+    pursuit: Option<Pursuit>,
+    station: Option<Station>,
+    /// Travel of the torch since the arc start, mm.
+    travelled: f64,
+    /// Volume fed and not laid yet, mm³, and the travel it belongs to, mm.
+    pending: f64,
+    pending_travel: f64,
+    /// Low-passed volume and travel: the local feed per length.
+    fed: f64,
+    gone: f64,
+    /// Path points whose bead is not frozen yet: (travel of the pool, index in the record, ground).
+    open: VecDeque<(f64, usize, f64)>,
+    /// Ground seen ahead of the stamps (plain mode): (travel, height).
+    ahead: VecDeque<(f64, f64)>,
+    recorded: f64,
+    ground: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Overhang {
+    position: DVec2,
+    length: f64,
+}
+
+/// Warnings given once.
+#[derive(Debug, Clone, Copy, Default)]
+struct Told {
+    tilted: Option<DVec3>,
+    skipped: u64,
+}
+
+impl<'a> Deposition<'a> {
+    /// A deposition on `map`, by `bead` and `pool`.
+    ///
+    /// # Errors
+    /// [`DepositError::Size`] naming the first size that is not positive and finite.
+    pub fn new(
+        map: HeightMap,
+        bead: BeadModel,
+        pool: PoolModel,
+        settings: Settings,
+    ) -> Result<Self, DepositError> {
+        let mut sizes = vec![
+            ("the bead's width", bead.width),
+            ("the bead's area", bead.area),
+            ("the wire's section", bead.wire_section),
+            ("the deposition efficiency", bead.efficiency),
+            ("the pool's front length", pool.front),
+            ("the pool's rear length", pool.rear),
+            ("the pool's half width", pool.half_width),
+            ("the longest stamp", settings.stamp),
+            ("the record step", settings.record_step),
+            ("the accumulation limit", settings.accumulation),
+        ];
+        if let PursuitLength::Fixed(length) = pool.pursuit {
+            sizes.push(("the pursuit length", length));
+        }
+        if let Mode::Build(levelling) = settings.mode {
+            sizes.extend([
+                ("the wall ratio", levelling.wall_ratio),
+                ("the wetting length", levelling.wetting_length),
+                ("the support drop", levelling.support),
+                ("the cliff drop", levelling.cliff),
+                ("the levelling step", levelling.step),
+                ("the number of sweeps", f64::from(levelling.sweeps)),
+            ]);
+        }
+        for (what, value) in sizes {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(DepositError::Size { what, value });
+            }
+        }
+        if !(pool.offset.is_finite() && pool.offset >= 0.0) {
+            let (what, value) = ("the pool's offset (or 0)", pool.offset);
+            return Err(DepositError::Size { what, value });
+        }
+        Ok(Deposition {
+            zone: MoltenZone::new(&map),
+            map,
+            bead,
+            pool,
+            settings,
+            layers: Vec::new(),
+            reporter: None,
+            on_layer: None,
+            weights: Vec::new(),
+            previous: None,
+            run: None,
+            record: None,
+            wire: 0.0,
+            volume: 0.0,
+            beside: 0.0,
+            overhang: None,
+            told: Told::default(),
+        })
+    }
+
+    /// The layer of each command (index: command number); commands past the end belong to layer 0.
+    #[must_use]
+    pub fn with_layers(mut self, layer_of_command: Vec<u32>) -> Self {
+        self.layers = layer_of_command;
+        self
+    }
+
+    /// Calls `f` at the end of each layer, with its record and the surface at that time.
+    #[must_use]
+    pub fn on_layer(mut self, f: impl FnMut(&LayerRecord, &HeightMap) + 'a) -> Self {
+        self.on_layer = Some(Box::new(f));
+        self
+    }
+
+    /// Collects warnings in `reporter`.
+    #[must_use]
+    pub fn reporting_to(mut self, reporter: &'a Reporter) -> Self {
+        self.reporter = Some(reporter);
+        self
+    }
+
+    /// The surface as it is now.
+    pub fn map(&self) -> &HeightMap {
+        &self.map
+    }
+
+    /// Ends the last bead and layer and hands over the part.
+    pub fn finish(mut self) -> Deposit {
+        self.end_bead();
+        self.end_layer();
+        if let Some(reporter) = self.reporter {
+            if let Some(p) = self.told.tilted {
+                reporter.warn_at(
+                    "torch-tilted",
+                    "the torch leans by more than 15°: the height map lays metal along z only",
+                    Place::at(p.to_array()),
+                    "keep the torch upright, or take the result there as indicative",
+                );
+            }
+            if self.told.skipped > 0 {
+                reporter.warn(
+                    "motion-not-finite",
+                    format!("{} motion samples without a finite position or wire were skipped", self.told.skipped),
+                    "check the program",
+                );
+            }
+            if self.beside > 0.0 {
+                reporter.warn(
+                    "metal-beside-map",
+                    format!("{:.1} mm³ fell beside the height map", self.beside),
+                    "make the map a bead wider than the path on every side",
+                );
+            }
+        }
+        Deposit {
+            map: self.map,
+            wire: self.wire,
+            volume: self.volume,
+            beside: self.beside,
+        }
+    }
+
+    fn layer_of(&self, command: u32) -> u32 {
+        self.layers.get(command as usize).copied().unwrap_or(0)
+    }
+
+    fn begin_bead(&mut self, start: DVec3, time: f64, command: u32) {
+        let layer = self.layer_of(command);
+        if self.record.as_ref().is_some_and(|r| r.layer != layer) {
+            self.end_layer();
+        }
+        let record = self.record.get_or_insert_with(|| LayerRecord::new(layer));
+        record.beads += 1;
+        record.arc_starts.push(ArcStart {
+            position: start,
+            time,
+            command,
+        });
+        let length = self.pool.front + self.pool.rear;
+        self.run = Some(Bead {
+            start,
+            torch: start.truncate(),
+            pursuit: None,
+            station: None,
+            travelled: 0.0,
+            pending: 0.0,
+            pending_travel: 0.0,
+            fed: self.bead.area * length,
+            gone: length,
+            open: VecDeque::new(),
+            ahead: VecDeque::new(),
+            recorded: f64::NEG_INFINITY,
+            ground: self.map.height(start.truncate()),
+        });
+    }
+
+    fn end_bead(&mut self) {
+        let Some(mut run) = self.run.take() else {
+            return;
+        };
+        if run.pending > 0.0 {
+            // an arc that never moved leaves a round dot
+            if run.station.is_none() {
+                self.start_pursuit(&mut run, DVec2::X);
+            }
+            match self.settings.mode {
+                Mode::Plain => self.lay_plain(&mut run),
+                Mode::Build(model) => self.lay_levelled(&mut run, &model),
+            }
+        }
+        self.zone.freeze_all();
+        self.settle(&mut run, f64::INFINITY);
+    }
+
+    fn end_layer(&mut self) {
+        let Some(mut record) = self.record.take() else {
+            return;
+        };
+        let ends = self.pool.front + self.pool.rear;
+        record.close(ends, self.settings.accumulation, self.bead.width);
+        if let (Some(o), Some(reporter)) = (self.overhang.take(), self.reporter) {
+            let mut place = Place::at(o.position.extend(self.map.height(o.position)).to_array());
+            place.layer = Some(record.layer);
+            reporter.warn_at(
+                "overhang",
+                format!(
+                    "layer {}: {:.0} mm of bead hang out by more than a quarter of their width, the height map is not valid there",
+                    record.layer, o.length
+                ),
+                place,
+                "lean the part less, or support the overhang",
+            );
+        }
+        if let Some(f) = &mut self.on_layer {
+            f(&record, &self.map);
+        }
+    }
+
+    fn start_pursuit(&mut self, run: &mut Bead, heading: DVec2) {
+        let length = match self.pool.pursuit {
+            PursuitLength::Fixed(length) => length,
+            PursuitLength::ByCorner => pursuit_length(0.0),
+        };
+        let start = run.start.truncate();
+        run.pursuit = Some(Pursuit::new(start, heading, length, self.settings.pursuit));
+        run.station = Some(Station {
+            centre: start - self.pool.offset * heading,
+            heading,
+            travelled: 0.0,
+        });
+    }
+
+    /// The torch moves from `from` to `to` while `wire` mm of wire are fed.
+    fn feed(&mut self, from: DVec3, to: DVec3, wire: f64, (time, dt): (f64, f64), command: u32) {
+        if self.run.is_some() {
+            let layer = self.layer_of(command);
+            // one arc may run on into the next layer (a spiral): the bead goes on, the record changes
+            if self.record.as_ref().is_some_and(|r| r.layer != layer) {
+                if let Some(mut run) = self.run.take() {
+                    self.settle(&mut run, f64::INFINITY);
+                    self.run = Some(run);
+                }
+                self.end_layer();
+                let mut next = LayerRecord::new(layer);
+                next.beads = 1;
+                self.record = Some(next);
+            }
+        } else {
+            self.begin_bead(from, time - dt, command);
+        }
+        let Some(mut run) = self.run.take() else {
+            return;
+        };
+        let volume = wire * self.bead.wire_section * self.bead.efficiency;
+        self.wire += wire;
+        self.volume += volume;
+        let length = from.truncate().distance(to.truncate());
+        if let Some(r) = &mut self.record {
+            r.wire += wire;
+            r.volume += volume;
+            r.arc_time += dt;
+            r.length += length;
+        }
+        if run.pursuit.is_none() {
+            if let Some(heading) = (to - run.start).truncate().try_normalize() {
+                self.start_pursuit(&mut run, heading);
+            } else {
+                run.pending += volume;
+                self.run = Some(run);
+                return;
+            }
+        }
+        let pieces = (length / self.settings.stamp).ceil().clamp(1.0, 1e6);
+        let n = pieces as u32;
+        for k in 1..=n {
+            let t = f64::from(k) / pieces;
+            let tool = from.lerp(to, t);
+            let share = (length / pieces, volume / pieces);
+            self.substep(&mut run, tool, share, time - dt * (1.0 - t), command);
+        }
+        self.run = Some(run);
+    }
+
+    fn substep(
+        &mut self,
+        run: &mut Bead,
+        tool: DVec3,
+        (travel, volume): (f64, f64),
+        time: f64,
+        command: u32,
+    ) {
+        run.travelled += travel;
+        run.pending += volume;
+        run.pending_travel += travel;
+        run.torch = tool.truncate();
+        let Some(pursuit) = &mut run.pursuit else {
+            return;
+        };
+        if self.pool.pursuit == PursuitLength::ByCorner && travel > 0.0 {
+            let corner = pursuit
+                .heading()
+                .angle_to(run.torch - pursuit.follower());
+            // half a millimetre per millimetre: the length follows the corner without dragging the bead
+            let wanted = pursuit_length(corner);
+            pursuit.length += (wanted - pursuit.length).clamp(-0.5 * travel, 0.5 * travel);
+        }
+        pursuit.follow(run.torch);
+        // local feed per length over the time the pool takes to pass
+        let forget = (-travel.max(volume / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
+        run.fed = run.fed * forget + volume;
+        run.gone = run.gone * forget + travel;
+        match self.settings.mode {
+            Mode::Plain => self.lay_plain(run),
+            Mode::Build(model) => {
+                let due = run.pending_travel.max(run.pending / self.bead.area);
+                if due >= model.step {
+                    self.lay_levelled(run, &model);
+                }
+            }
+        }
+        if run.travelled - run.recorded >= self.settings.record_step {
+            run.recorded = run.travelled;
+            self.note(run, tool, time, command);
+        }
+    }
+
+    /// Local feed per length over the nominal one.
+    fn feed_ratio(&self, run: &Bead) -> f64 {
+        let nominal = self.bead.area * run.gone.max(1e-9);
+        (run.fed / nominal).clamp(*FEED_RATIO.start(), *FEED_RATIO.end())
+    }
+
+    fn lay_plain(&mut self, run: &mut Bead) {
+        let Some(heading) = run.pursuit.as_ref().map(Pursuit::heading) else {
+            return;
+        };
+        let pool = self
+            .pool
+            .at_feed(self.feed_ratio(run), self.bead.width_exponent);
+        let at = Station {
+            centre: run.torch - pool.offset * heading,
+            heading,
+            travelled: run.travelled,
+        };
+        // the ground just before the pool has not been touched by this bead yet
+        let reach = (pool.front - pool.offset).max(0.0) + self.map.cell;
+        let seen = self.map.height(run.torch + reach * heading);
+        run.ahead.push_back((run.travelled + reach, seen));
+        while run.ahead.front().is_some_and(|f| f.0 <= run.travelled) {
+            if let Some((_, ground)) = run.ahead.pop_front() {
+                run.ground = ground;
+            }
+        }
+        self.beside += plain::stamp(&mut self.map, &mut self.weights, &pool, &at, run.pending);
+        (run.pending, run.pending_travel) = (0.0, 0.0);
+        run.station = Some(at);
+        self.settle(run, run.travelled - pool.front - pool.rear);
+    }
+
+    /// One step of the molten zone with all that is pending.
+    fn lay_levelled(&mut self, run: &mut Bead, model: &Levelling) {
+        let (Some(from), Some(heading)) = (run.station, run.pursuit.as_ref().map(Pursuit::heading))
+        else {
+            return;
+        };
+        let ratio = self.feed_ratio(run);
+        let p = self.bead.width_exponent;
+        let pool = self.pool.at_feed(ratio, p);
+        let centre = run.torch - pool.offset * heading;
+        let to = Station {
+            centre,
+            heading,
+            travelled: from.travelled + from.centre.distance(centre),
+        };
+        let local = LocalBead {
+            half_width: 0.5 * self.bead.width * ratio.powf(p),
+            height: self.bead.height() * ratio.powf(1.0 - p),
+            rear: pool.rear,
+        };
+        let report = self
+            .zone
+            .step(&mut self.map, model, &local, &from, &to, run.pending);
+        self.beside += report.lost;
+        if report.hangs {
+            let o = self.overhang.get_or_insert(Overhang {
+                position: to.centre,
+                length: 0.0,
+            });
+            o.length += to.travelled - from.travelled;
+        }
+        (run.pending, run.pending_travel) = (0.0, 0.0);
+        run.station = Some(to);
+        self.settle(run, to.travelled - local.rear);
+    }
+
+    /// Records a path point.
+    fn note(&mut self, run: &mut Bead, tool: DVec3, time: f64, command: u32) {
+        let (Some(record), Some(station)) = (&mut self.record, run.station) else {
+            return;
+        };
+        let (under_wire, under_pool) = match self.settings.mode {
+            Mode::Plain => (run.ground, run.ground),
+            Mode::Build(_) => (
+                self.zone.ground_at(&self.map, run.torch),
+                self.zone.ground_at(&self.map, station.centre),
+            ),
+        };
+        run.open
+            .push_back((station.travelled, record.path.len(), under_pool));
+        record.path.push(PathPoint {
+            tool,
+            time,
+            command,
+            bead: record.beads - 1,
+            ctwd: self.settings.nominal_ctwd + tool.z - under_wire,
+            crest: station.centre.extend(under_pool),
+            thickness: 0.0,
+        });
+    }
+
+    /// Measures the crest at the recorded places that have frozen.
+    fn settle(&mut self, run: &mut Bead, until: f64) {
+        let Some(record) = &mut self.record else {
+            return;
+        };
+        while run.open.front().is_some_and(|o| o.0 <= until) {
+            let Some((_, index, ground)) = run.open.pop_front() else {
+                break;
+            };
+            let point = &mut record.path[index];
+            point.crest.z = self.map.height(point.crest.truncate());
+            point.thickness = point.crest.z - ground;
+        }
+    }
+}
+
+impl MotionSink for Deposition<'_> {
+    fn block(&mut self, block: &MotionBlock) {
+        // columns of one length by contract; the shortest rules if they are not
+        let n = block.position.len().min(block.wire.len());
+        for i in 0..n {
+            let (to, wire) = (block.position[i], block.wire[i]);
+            let time = block.t0 + i as f64 * block.dt;
+            if !(to.is_finite() && wire.is_finite()) {
+                self.told.skipped += 1;
+                continue;
+            }
+            let from = self.previous.replace(to).unwrap_or(to);
+            if wire > 0.0 {
+                let leans = block.axis.get(i).is_some_and(|a| a.z < 0.966);
+                if leans && self.told.tilted.is_none() {
+                    self.told.tilted = Some(to);
+                }
+                let command = block.command.get(i).copied().unwrap_or(0);
+                self.feed(from, to, wire, (time, block.dt), command);
+            } else {
+                self.end_bead();
+            }
+        }
+    }
+}

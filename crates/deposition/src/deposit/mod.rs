@@ -1,0 +1,84 @@
+//! The growing part: metal laid along the simulated motion on a height map, bead after bead.
+//!
+//! Two models share the driver. *Plain* sums half-ellipsoid stamps (Rouchon 2022, eq. 3.10-3.13): one bead on a flat
+//! plate. *Build* lets each bead level on what it lands on ([`levelling`]): whole builds. Both put down exactly
+//! the volume that was fed.
+
+mod driver;
+pub mod levelling;
+mod plain;
+mod record;
+
+pub use driver::{Deposit, Deposition};
+pub use levelling::Levelling;
+pub use record::{Accumulation, ArcStart, LayerRecord, PathPoint, Spread};
+
+use meltpath_geometry::math::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::pursuit::PursuitMode;
+
+/// How metal meets what it lands on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Stamps add up without seeing the surface: right for one bead on a plate, a pile of parabolas otherwise.
+    Plain,
+    /// The molten zone levels on what lies under it.
+    Build(Levelling),
+}
+
+/// Settings of a deposition.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// How metal meets what it lands on.
+    pub mode: Mode,
+    /// How the bead follows the torch.
+    pub pursuit: PursuitMode,
+    /// Longest travel of one stamp, mm.
+    pub stamp: f64,
+    /// Distance from contact tube to part that the plan meant, mm: the tool point then touches the surface.
+    pub nominal_ctwd: f64,
+    /// Distance between recorded path points, mm.
+    pub record_step: f64,
+    /// Excess of the bead's local thickness over the layer's mean, as a share of it, from which a place is recorded
+    /// as an accumulation.
+    pub accumulation: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            mode: Mode::Build(Levelling::default()),
+            pursuit: PursuitMode::Rope,
+            stamp: 0.15,
+            nominal_ctwd: 15.0,
+            record_step: 0.5,
+            accumulation: 0.3,
+        }
+    }
+}
+
+/// Why a deposition cannot start.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DepositError {
+    /// A size that must be positive and finite is not.
+    #[error("deposition: {what} is {value}, it must be a positive finite number")]
+    Size {
+        /// Which size.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// Local frame of a piece of bead: the pool's centre and its forward direction in plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Station {
+    /// Centre of the pool, mm.
+    pub(crate) centre: DVec2,
+    /// Unit forward direction.
+    pub(crate) heading: DVec2,
+    /// Distance travelled by the centre since the arc start, mm.
+    pub(crate) travelled: f64,
+}

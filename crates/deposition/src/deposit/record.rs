@@ -1,0 +1,184 @@
+//! What a deposition tells: per layer, along the path, at arc starts and where metal piles up.
+
+use meltpath_geometry::math::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Mean, extremes and scatter of a quantity over a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Least value.
+    pub least: f64,
+    /// Greatest value.
+    pub greatest: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Number of values.
+    pub count: usize,
+}
+
+impl Spread {
+    /// Of the finite values; `None` when there are none.
+    pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Self> {
+        let finite = values.filter(|v| v.is_finite());
+        let (mut sum, mut count) = (0.0, 0usize);
+        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for v in finite.clone() {
+            sum += v;
+            count += 1;
+            least = least.min(v);
+            greatest = greatest.max(v);
+        }
+        if count == 0 {
+            return None;
+        }
+        let mean = sum / count as f64;
+        let square: f64 = finite.map(|v| (v - mean) * (v - mean)).sum();
+        Some(Spread {
+            mean,
+            least,
+            greatest,
+            sigma: (square / count as f64).sqrt(),
+            count,
+        })
+    }
+}
+
+/// A place on the path of a bead.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PathPoint {
+    /// Tool point, mm, part frame.
+    pub tool: DVec3,
+    /// Time, s.
+    pub time: f64,
+    /// Command being executed.
+    pub command: u32,
+    /// Bead of the layer, counted from 0.
+    pub bead: u32,
+    /// Contact tube to part, mm: nominal distance plus the tool point's height over the surface found by this bead.
+    pub ctwd: f64,
+    /// The bead's axis in plan (behind the torch), and the surface left on it, mm.
+    pub crest: DVec3,
+    /// Thickness laid on the axis by this bead, mm.
+    pub thickness: f64,
+}
+
+/// An ignition of the arc.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ArcStart {
+    /// Tool point, mm.
+    pub position: DVec3,
+    /// Time, s.
+    pub time: f64,
+    /// Command being executed.
+    pub command: u32,
+}
+
+/// A place where metal piles up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Accumulation {
+    /// Highest point of the pile, mm.
+    pub position: DVec3,
+    /// Local thickness over the mean of the layer.
+    pub ratio: f64,
+}
+
+/// One layer as it was laid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LayerRecord {
+    /// Layer, as the caller numbers it.
+    pub layer: u32,
+    /// Number of beads.
+    pub beads: u32,
+    /// Wire fed, mm.
+    pub wire: f64,
+    /// Metal laid, mm³.
+    pub volume: f64,
+    /// Time with the arc on, s.
+    pub arc_time: f64,
+    /// Length of beads, mm.
+    pub length: f64,
+    /// Height of the crests, mm, over the middle of the beads (starts and ends excluded).
+    pub crest: Option<Spread>,
+    /// Thickness of the beads on their axis, mm, likewise.
+    pub thickness: Option<Spread>,
+    /// Contact tube to part, mm, over the whole length.
+    pub ctwd: Option<Spread>,
+    /// Ignitions.
+    pub arc_starts: Vec<ArcStart>,
+    /// Places where metal piles up.
+    pub accumulations: Vec<Accumulation>,
+    /// Places along the beads, in order of time.
+    pub path: Vec<PathPoint>,
+}
+
+impl LayerRecord {
+    pub(crate) fn new(layer: u32) -> Self {
+        LayerRecord {
+            layer,
+            beads: 0,
+            wire: 0.0,
+            volume: 0.0,
+            arc_time: 0.0,
+            length: 0.0,
+            crest: None,
+            thickness: None,
+            ctwd: None,
+            arc_starts: Vec::new(),
+            accumulations: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    /// Statistics once the layer is whole. `ends` is the length at each end of a bead that is left out of crest and
+    /// thickness, mm; `limit` the excess from which a place is an accumulation; `spacing` the least distance of two.
+    pub(crate) fn close(&mut self, ends: f64, limit: f64, spacing: f64) {
+        let middle = middle_of_beads(&self.path, ends);
+        let inner = |f: fn(&PathPoint) -> f64| {
+            let picked = self.path.iter().zip(&middle).filter(|(_, m)| **m);
+            Spread::of(picked.map(|(p, _)| f(p)))
+        };
+        self.crest = inner(|p| p.crest.z);
+        self.thickness = inner(|p| p.thickness);
+        self.ctwd = Spread::of(self.path.iter().map(|p| p.ctwd));
+        let Some(mean) = self.thickness.map(|t| t.mean).filter(|m| *m > 0.0) else {
+            return;
+        };
+        let mut high: Vec<&PathPoint> = self
+            .path
+            .iter()
+            .filter(|p| p.thickness > (1.0 + limit) * mean)
+            .collect();
+        high.sort_by(|a, b| b.thickness.total_cmp(&a.thickness));
+        for p in high {
+            let known = |a: &Accumulation| a.position.truncate().distance(p.crest.truncate()) < spacing;
+            if !self.accumulations.iter().any(known) {
+                self.accumulations.push(Accumulation {
+                    position: p.crest,
+                    ratio: p.thickness / mean,
+                });
+            }
+        }
+    }
+}
+
+/// Which points lie farther than `ends` from both ends of their bead; all of them on beads shorter than that.
+fn middle_of_beads(path: &[PathPoint], ends: f64) -> Vec<bool> {
+    let mut middle = vec![true; path.len()];
+    let mut start = 0;
+    for chunk in path.chunk_by(|a, b| a.bead == b.bead) {
+        let mut along = vec![0.0; chunk.len()];
+        for (i, w) in chunk.windows(2).enumerate() {
+            along[i + 1] = along[i] + w[0].crest.truncate().distance(w[1].crest.truncate());
+        }
+        let total = along.last().copied().unwrap_or(0.0);
+        if total > 3.0 * ends {
+            for (i, s) in along.iter().enumerate() {
+                middle[start + i] = *s > ends && *s < total - ends;
+            }
+        }
+        start += chunk.len();
+    }
+    middle
+}
