@@ -79,13 +79,14 @@ impl Bvh {
     /// Builds the tree over all triangles of a mesh with finite vertices.
     pub(crate) fn new(mesh: &Mesh) -> Self {
         let (lo, hi) = mesh.bounds().unwrap_or_default();
-        let scale = DVec3::splat((1 << 21) as f64) / (hi - lo).max(DVec3::splat(f64::MIN_POSITIVE));
+        let scale =
+            DVec3::splat(f64::from(1 << 21)) / (hi - lo).max(DVec3::splat(f64::MIN_POSITIVE));
         let mut coded: Vec<(u64, u32)> = (0..mesh.triangles.len())
             .into_par_iter()
             .map(|t| {
                 let [a, b, c] = mesh.corners(t);
                 let g = (((a + b + c) / 3.0 - lo) * scale)
-                    .clamp(DVec3::ZERO, DVec3::splat(((1 << 21) - 1) as f64));
+                    .clamp(DVec3::ZERO, DVec3::splat(f64::from((1 << 21) - 1)));
                 let code =
                     spread(g.x as u64) | (spread(g.y as u64) << 1) | (spread(g.z as u64) << 2);
                 (code, t as u32)

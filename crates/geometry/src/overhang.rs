@@ -8,9 +8,11 @@ use thiserror::Error;
 use meltpath_base::{Cancelled, Observer, Place, Reporter};
 
 use crate::{
+    boolean::{PlanarError, difference},
     math::{DVec2, DVec3},
+    offset::{Join, outset},
     region::Region,
-    section::{Slice, difference, grown},
+    section::Slice,
 };
 
 /// Shift between layers accepted by default, as a fraction of the bead width.
@@ -18,6 +20,11 @@ pub const DEFAULT_FRACTION: f64 = 0.25;
 
 /// Overhanging pieces smaller than this, mm², are rounding.
 const SLIVER: f64 = 1e-3;
+
+/// How slices are grown: round, with a chord error of 2 µm.
+const ROUND: Join = Join::Round {
+    arc_tolerance: 0.002,
+};
 
 /// A piece of a slice that reaches out too far.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,6 +45,9 @@ pub enum OverhangError {
     /// Cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// A slice cannot be compared with the one below it.
+    #[error(transparent)]
+    Planar(#[from] PlanarError),
     /// The accepted shift makes no sense.
     #[error(
         "the accepted overhang, {fraction} of a bead width of {bead_width} mm, must be zero or more and finite"
@@ -80,11 +90,11 @@ pub fn overhangs(
         .into_par_iter()
         .map(|k| {
             observer.check()?;
-            let found = between(&slices[k - 1], &slices[k], k, accepted);
+            let found = between(&slices[k - 1], &slices[k], k, accepted)?;
             observer.advance(1);
             Ok(found)
         })
-        .collect::<Result<_, Cancelled>>()?;
+        .collect::<Result<_, OverhangError>>()?;
     let found: Vec<Overhang> = found.into_iter().flatten().collect();
     let reach = |o: &Overhang| o.shift.unwrap_or(f64::INFINITY);
     if let Some(worst) = found
@@ -116,13 +126,18 @@ pub fn overhangs(
 }
 
 /// Overhanging pieces of one slice over another.
-fn between(below: &Slice, above: &Slice, slice: usize, accepted: f64) -> Vec<Overhang> {
+fn between(
+    below: &Slice,
+    above: &Slice,
+    slice: usize,
+    accepted: f64,
+) -> Result<Vec<Overhang>, PlanarError> {
     if above.regions.is_empty() {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let supported = grown(&below.regions, accepted);
+    let supported = outset(&below.regions, accepted, ROUND)?;
     let mut found = Vec::new();
-    for piece in difference(&above.regions, &supported) {
+    for piece in difference(&above.regions, &supported)? {
         let area = piece.area();
         if area < SLIVER {
             continue;
@@ -143,7 +158,7 @@ fn between(below: &Slice, above: &Slice, slice: usize, accepted: f64) -> Vec<Ove
     }
     // a stable order whatever the clipping library's
     found.sort_by(|a, b| (b.area.total_cmp(&a.area)).then(a.place.x.total_cmp(&b.place.x)));
-    found
+    Ok(found)
 }
 
 /// Distance from a point outside regions to their nearest boundary; infinite for no regions.

@@ -5,7 +5,7 @@ pub mod threemf;
 
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, Cursor, Read, Seek},
+    io::{self, BufRead, BufReader, Cursor, Seek},
     path::Path,
 };
 
@@ -134,7 +134,7 @@ pub fn read_mesh_bytes(
 }
 
 fn read_format(
-    reader: impl BufRead + Read + Seek,
+    reader: impl BufRead + Seek,
     format: MeshFormat,
     length: Option<u64>,
     reporter: &Reporter,

@@ -421,7 +421,7 @@ fn read_text<R: BufRead>(
             words.expect("endloop")?;
             words.expect("endfacet")?;
             triangles.push(corners);
-            if triangles.len() % BATCH == 0 {
+            if triangles.len().is_multiple_of(BATCH) {
                 observer.check()?;
                 observer.advance(BATCH as u64);
             }

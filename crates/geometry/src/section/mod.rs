@@ -1,12 +1,10 @@
 //! Sections of shapes by surfaces: planar slicing of meshes, layer heights.
 
-mod boolean;
 mod chain;
 pub mod heights;
 mod nesting;
 mod simplify;
 mod slice;
 
-pub(crate) use boolean::{difference, grown};
 pub use heights::{HeightsError, LastLayer, Layer, LayerHeight, layers};
 pub use slice::{Slice, SliceError, SlicePlan, slice};

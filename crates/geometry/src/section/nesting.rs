@@ -6,8 +6,8 @@
 
 use robust::{Coord, orient2d};
 
-use super::boolean::union;
 use crate::{
+    boolean::{PlanarError, union},
     math::DVec2,
     region::{Region, Ring, signed_area},
 };
@@ -24,13 +24,24 @@ pub(super) struct Nested {
 }
 
 /// Nests `loops` (any sense of rotation) by the non-zero rule.
-pub(super) fn nest(loops: &[Ring]) -> Nested {
+///
+/// # Errors
+/// Loops that touch, too far from the origin for the union.
+pub(super) fn nest(loops: &[Ring]) -> Result<Nested, PlanarError> {
     if touch(loops) {
-        return Nested {
-            regions: union(loops),
+        // the union keeps the sense of each ring as it stands: one ring a region, whatever its sense
+        let rings: Vec<Region> = loops
+            .iter()
+            .map(|ring| Region {
+                outer: ring.clone(),
+                holes: Vec::new(),
+            })
+            .collect();
+        return Ok(Nested {
+            regions: union(&rings)?,
             united: true,
             absorbed: 0,
-        };
+        });
     }
     let mut frames: Vec<Frame> = loops
         .iter()
@@ -82,11 +93,11 @@ pub(super) fn nest(loops: &[Ring]) -> Nested {
         };
         inside.push((winding, region));
     }
-    Nested {
+    Ok(Nested {
         regions,
         united: false,
         absorbed,
-    }
+    })
 }
 
 /// A loop's place and size.
@@ -272,7 +283,8 @@ mod tests {
             reversed(square(1.0, 1.0, 8.0)),
             square(0.0, 0.0, 10.0),
             square(20.0, 0.0, 1.0),
-        ]);
+        ])
+        .unwrap();
         assert!(!nested.united);
         let areas: Vec<f64> = nested.regions.iter().map(Region::area).collect();
         assert_eq!(areas, [36.0, 1.0, 1.0]);
@@ -281,17 +293,17 @@ mod tests {
 
     #[test]
     fn inside_out_loops_fill_and_inner_solids_are_absorbed() {
-        let nested = nest(&[reversed(square(0.0, 0.0, 10.0)), square(1.0, 1.0, 8.0)]);
+        let nested = nest(&[reversed(square(0.0, 0.0, 10.0)), square(1.0, 1.0, 8.0)]).unwrap();
         assert_eq!(nested.regions.len(), 1);
         assert_eq!(nested.regions[0].area(), 36.0);
         assert!(signed_area(&nested.regions[0].outer) > 0.0);
-        let nested = nest(&[square(0.0, 0.0, 10.0), square(1.0, 1.0, 8.0)]);
+        let nested = nest(&[square(0.0, 0.0, 10.0), square(1.0, 1.0, 8.0)]).unwrap();
         assert_eq!((nested.regions[0].area(), nested.absorbed), (100.0, 1));
     }
 
     #[test]
     fn crossing_and_touching_loops_are_united() {
-        let nested = nest(&[square(0.0, 0.0, 10.0), square(5.0, 5.0, 10.0)]);
+        let nested = nest(&[square(0.0, 0.0, 10.0), square(5.0, 5.0, 10.0)]).unwrap();
         assert!(nested.united);
         assert_eq!(nested.regions.len(), 1);
         assert!((nested.regions[0].area() - 175.0).abs() < 1e-4);

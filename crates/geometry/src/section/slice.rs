@@ -24,6 +24,7 @@ use super::{
 };
 use crate::{
     Mesh, Plane,
+    boolean::PlanarError,
     math::{DVec2, DVec3},
     region::Region,
 };
@@ -110,6 +111,14 @@ pub enum SliceError {
         /// Vertex, counted from 0.
         vertex: usize,
     },
+    /// Contours that touch could not be united.
+    #[error("slice at {height} mm: the union of its contours failed: {source}")]
+    Union {
+        /// Height of the slice, mm.
+        height: f64,
+        /// Why.
+        source: PlanarError,
+    },
     /// A triangle names a vertex that does not exist.
     #[error("triangle {triangle} of the mesh names a vertex that does not exist")]
     Index {
@@ -193,11 +202,11 @@ pub fn slice(
             .map_init(Chainer::default, |chainer, plane| {
                 observer.check()?;
                 let range = starts[plane - first]..starts[plane - first + 1];
-                let made = one_plane(mesh, &local, plan, heights[plane], &cuts[range], chainer);
+                let made = one_plane(mesh, &local, plan, heights[plane], &cuts[range], chainer)?;
                 observer.advance(1);
                 Ok(made)
             })
-            .collect::<Result<_, Cancelled>>()?;
+            .collect::<Result<_, SliceError>>()?;
         for (slice, note) in made {
             slices.push(slice);
             notes.push(note);
@@ -302,7 +311,7 @@ fn one_plane(
     height: f64,
     triangles: &[u32],
     chainer: &mut Chainer,
-) -> (Slice, Notes) {
+) -> Result<(Slice, Notes), SliceError> {
     chainer.segments.clear();
     for &t in triangles {
         let v = mesh.triangles[t as usize];
@@ -345,7 +354,7 @@ fn one_plane(
         simplify(ring, plan.collinear);
     }
     loops.retain(|ring| ring.len() >= 3);
-    let nested = nest(&loops);
+    let nested = nest(&loops).map_err(|source| SliceError::Union { height, source })?;
     notes.united = nested.united;
     notes.absorbed = nested.absorbed;
     let surface = Plane {
@@ -357,7 +366,7 @@ fn one_plane(
         height,
         regions: nested.regions,
     };
-    (slice, notes)
+    Ok((slice, notes))
 }
 
 /// Tells what happened, once per kind.

@@ -24,7 +24,9 @@ pub fn thin_wall(length: f64, thickness: f64, height: f64) -> Mesh {
 /// Four walls around an open rectangle; outer sizes `length` by `width`.
 pub fn box_wall(length: f64, width: f64, thickness: f64, height: f64) -> Mesh {
     let mut inner = plate(length - 2.0 * thickness, width - 2.0 * thickness).outer;
-    inner.iter_mut().for_each(|p| *p += DVec2::splat(thickness));
+    for p in &mut inner {
+        *p += DVec2::splat(thickness);
+    }
     let region = Region {
         outer: plate(length, width).outer,
         holes: vec![reversed(inner)],
