@@ -3,4 +3,5 @@
 pub mod judge;
 pub mod part;
 pub mod record;
+pub mod simulate;
 pub mod target;

@@ -22,7 +22,7 @@ pub struct Limits {
     pub ctwd_min: f64,
     /// Largest contact tube to work distance, mm.
     pub ctwd_max: f64,
-    /// Largest local height over the mean of the layer, bead heights.
+    /// Largest local thickness beyond the mean of the layer, share of it.
     pub accumulation: f64,
     /// Largest shift of a layer over the one below, bead widths.
     pub overhang: f64,
@@ -43,12 +43,14 @@ pub struct LayerOutcome {
     pub ctwd_mean: f64,
     /// Smallest and largest contact tube to work distance while it was deposited, mm.
     pub ctwd_range: (f64, f64),
-    /// Greatest height, mm, and where.
-    pub highest: Option<(f64, DVec3)>,
+    /// Largest local thickness beyond the mean of the layer, as a share of it, and where.
+    pub accumulation: Option<(f64, DVec3)>,
     /// Wire used, mm.
     pub wire: f64,
     /// Time with arc, s.
     pub arc_time: f64,
+    /// Length of its beads, mm.
+    pub length: f64,
     /// Number of beads.
     pub beads: u32,
 }
@@ -113,7 +115,7 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
 }
 
 /// Checks of layers: height, flatness, contact tube distance, accumulations. `growth_sigma` is the relative standard
-/// uncertainty of growth, `bead_height` the height of a single bead, mm.
+/// uncertainty of growth.
 pub fn layer_checks(
     layers: &[LayerOutcome],
     growth_sigma: f64,
@@ -149,12 +151,12 @@ pub fn layer_checks(
         );
     }
     checks.extend(ctwd_checks(layers, growth_sigma, limits));
-    let over = |l: &LayerOutcome| Some((l.highest?.0 - l.mean_top?) / bead_height);
-    if let Some((over, layer)) = worst(&over) {
-        let at = layer.highest.map(|(_, p)| p.to_array());
+    if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {
+        let position = layer.accumulation.map(|(_, p)| p.to_array());
+        let found = Measure::new(100.0 * over, 100.0 * growth_sigma * over, "%");
         checks.push(
-            Check::judge("accumulation", "accumulation over the mean of its layer, in bead heights", Measure::new(100.0 * over, 100.0 * growth_sigma * over, "%"), Limit::AtMost(100.0 * limits.accumulation))
-                .at(Place { position: at, layer: Some(layer.layer), ..Place::default() })
+            Check::judge("accumulation", "accumulation: local thickness beyond the mean of its layer", found, Limit::AtMost(100.0 * limits.accumulation))
+                .at(Place { position, layer: Some(layer.layer), ..Place::default() })
                 .remedy("more smoothing (machine.smoothing), fewer sharp corners (fill.strategy), spread starts (fill.starts)"),
         );
     }
@@ -281,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_drifting_wall_fails_on_its_contact_tube() {
-        let checks = layer_checks(&drifting_wall(), 0.05, 2.2, &LIMITS);
+        let checks = layer_checks(&drifting_wall(), 0.05, &LIMITS);
         let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
         assert_eq!(ctwd.status, Status::Fail);
         assert!(
@@ -297,7 +299,7 @@ mod tests {
 
     #[test]
     fn an_uncertain_map_cannot_say() {
-        let checks = layer_checks(&drifting_wall(), 0.5, 2.2, &LIMITS);
+        let checks = layer_checks(&drifting_wall(), 0.5, &LIMITS);
         let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
         assert_eq!(ctwd.status, Status::CannotSay);
     }

@@ -292,8 +292,8 @@ pub struct LayerTop {
 }
 
 /// Heights of `z` (row-major on the grid of `map`) over `mask`; `None` for an empty mask.
-pub fn layer_top(map: &HeightMap, z: &[f32], mask: &Mask) -> Option<LayerTop> {
-    let mut heights: Vec<(f32, usize)> = mask
+pub fn layer_top(map: &HeightMap, z: &[f64], mask: &Mask) -> Option<LayerTop> {
+    let mut heights: Vec<(f64, usize)> = mask
         .cells()
         .map(|(ix, iy)| iy * map.nx + ix)
         .map(|i| (z[i], i))
@@ -301,12 +301,12 @@ pub fn layer_top(map: &HeightMap, z: &[f32], mask: &Mask) -> Option<LayerTop> {
     heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let &(highest, at) = heights.last()?;
     let percentile =
-        |p: f64| f64::from(heights[((heights.len() - 1) as f64 * p).round() as usize].0);
-    let mean = heights.iter().map(|h| f64::from(h.0)).sum::<f64>() / heights.len() as f64;
+        |p: f64| heights[((heights.len() - 1) as f64 * p).round() as usize].0;
+    let mean = heights.iter().map(|h| h.0).sum::<f64>() / heights.len() as f64;
     Some(LayerTop {
         mean,
         spread: percentile(0.95) - percentile(0.05),
-        highest: (f64::from(highest), map.centre(at % map.nx, at / map.nx)),
+        highest: (highest, map.centre(at % map.nx, at / map.nx)),
     })
 }
 
@@ -458,7 +458,7 @@ mod tests {
             nx: map.nx,
             ny: map.ny,
         };
-        let mut z: Vec<f32> = map.z.iter().map(|&z| z as f32).collect();
+        let mut z = map.z.clone();
         z[map.index(40, 40)] = 14.0;
         let top = layer_top(&map, &z, &rasterise(&rectangle(0.0, 20.0), &grid)).unwrap();
         assert_eq!(top.spread, 0.0);

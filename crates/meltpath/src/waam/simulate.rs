@@ -1,0 +1,199 @@
+//! Machine and metal: the commands of a program become motion, the motion becomes metal, layer by layer.
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_deposition::bead::{BeadModel, PoolModel};
+use meltpath_deposition::deposit::{Deposit, DepositError, Deposition, LayerRecord, Settings};
+use meltpath_geometry::Pose;
+use meltpath_geometry::raster::Mask;
+use meltpath_geometry::workpiece::HeightMap;
+use meltpath_machine::command::{Command, Source};
+use meltpath_machine::controller::Controller;
+use meltpath_machine::fir::{self, MotionError};
+use meltpath_machine::summary::Summary;
+use meltpath_report::scene::{Grid, HeightLayers, SceneError};
+use meltpath_toolpath::{MotionBlock, MotionSink};
+
+use super::judge::LayerOutcome;
+use super::record::{Recorder, Sample};
+use super::target::layer_top;
+
+/// Why a simulation could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The commands cannot be driven, or the person cancelled.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// The bead cannot be laid.
+    #[error(transparent)]
+    Deposit(#[from] DepositError),
+    /// The heights cannot be shown.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// One planned layer, as the simulation needs it.
+#[derive(Debug, Clone, Default)]
+pub struct PlannedLayer {
+    /// Number, from 1.
+    pub layer: u32,
+    /// Planned height of its top, mm.
+    pub top: f64,
+    /// Cells well inside it, where its flatness is judged; empty for walls of one bead.
+    pub inner: Mask,
+}
+
+/// What the simulation starts from.
+#[derive(Debug, Clone)]
+pub struct Build<'a> {
+    /// Where the tool stands at first.
+    pub start: Pose,
+    /// The commands, numbered by their position.
+    pub commands: &'a [Command],
+    /// The layer of each command; 0 for none.
+    pub layer_of_command: Vec<u32>,
+    /// The planned layers, in order.
+    pub layers: &'a [PlannedLayer],
+    /// The controller.
+    pub controller: &'a Controller,
+    /// The bare plate.
+    pub map: HeightMap,
+    /// The bead.
+    pub bead: BeadModel,
+    /// The pool.
+    pub pool: PoolModel,
+    /// How metal is laid.
+    pub settings: Settings,
+}
+
+/// A point where the contact tube's distance is known: time, s, and distance, mm.
+pub type CtwdPoint = (f64, f64);
+
+/// What came out.
+#[derive(Debug)]
+pub struct Simulation {
+    /// Times.
+    pub summary: Summary,
+    /// The motion, thinned.
+    pub samples: Vec<Sample>,
+    /// Contact tube distance along the beads, in order of time.
+    pub ctwd: Vec<CtwdPoint>,
+    /// Layer by layer.
+    pub layers: Vec<LayerOutcome>,
+    /// The metal.
+    pub deposit: Deposit,
+    /// The surface after each layer, for pictures.
+    pub heights: HeightLayers,
+    /// Number of ignitions.
+    pub arc_starts: usize,
+}
+
+/// Pushes motion to the recorder and to the deposition.
+struct Both<'a, 'b> {
+    recorder: &'a mut Recorder,
+    deposition: &'a mut Deposition<'b>,
+}
+
+impl MotionSink for Both<'_, '_> {
+    fn block(&mut self, block: &MotionBlock) {
+        self.recorder.block(block);
+        self.deposition.block(block);
+    }
+}
+
+/// Drives the commands and lays the metal.
+///
+/// # Errors
+/// [`SimulateError`].
+pub fn simulate(build: Build<'_>, reporter: &Reporter, observer: &dyn Observer) -> Result<Simulation, SimulateError> {
+    let grid = Grid { origin: build.map.origin, cell: build.map.cell, nx: build.map.nx, ny: build.map.ny };
+    let mut heights = HeightLayers::new("predicted surface", grid, build.layers.len().max(1))?;
+    let mut layers = Vec::new();
+    let mut ctwd = Vec::new();
+    let mut arc_starts = 0;
+    let mut trouble = None;
+    let planned = build.layers;
+    let on_layer = |record: &LayerRecord, map: &HeightMap| {
+        let plan = planned.iter().find(|p| p.layer == record.layer);
+        layers.push(outcome(record, map, plan));
+        ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
+        arc_starts += record.arc_starts.len();
+        let top = plan.map_or(0.0, |p| p.top);
+        let error: Vec<f64> = map.z.iter().map(|z| if *z > map.base { z - top } else { f64::NAN }).collect();
+        if let Err(e) = heights.push(record.layer, &map.z, &[&error]) {
+            trouble = Some(e);
+        }
+    };
+    let dt = build.controller.sampling();
+    let mut recorder = Recorder::default();
+    let mut deposition = Deposition::new(build.map, build.bead, build.pool, build.settings)?
+        .with_layers(build.layer_of_command)
+        .reporting_to(reporter)
+        .on_layer(on_layer);
+    let mut both = Both { recorder: &mut recorder, deposition: &mut deposition };
+    let summary = fir::simulate(build.start, build.commands, build.controller, dt, observer, &mut both)?;
+    let deposit = deposition.finish();
+    if let Some(e) = trouble {
+        return Err(e.into());
+    }
+    Ok(Simulation { summary, samples: recorder.finish(), ctwd, layers, deposit, heights, arc_starts })
+}
+
+/// The outcome of one layer.
+fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -> LayerOutcome {
+    let inner = plan.and_then(|p| layer_top(map, &map.z, &p.inner));
+    let crests = || {
+        let mut z: Vec<f64> = record.path.iter().map(|p| p.crest.z).collect();
+        z.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| z.get(((z.len().saturating_sub(1)) as f64 * share).round() as usize).copied();
+        Some(at(0.95)? - at(0.05)?)
+    };
+    let worst = record.accumulations.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    LayerOutcome {
+        layer: record.layer,
+        planned_top: plan.map_or(f64::NAN, |p| p.top),
+        mean_top: record.crest.map(|c| c.mean),
+        flatness: inner.map(|t| t.spread).or_else(crests),
+        ctwd_mean: record.ctwd.map_or(f64::NAN, |c| c.mean),
+        ctwd_range: record.ctwd.map_or((f64::NAN, f64::NAN), |c| (c.least, c.greatest)),
+        accumulation: worst.map(|a| (a.ratio - 1.0, a.position)),
+        wire: record.wire,
+        arc_time: record.arc_time,
+        length: record.length,
+        beads: record.beads,
+    }
+}
+
+/// The layer of each command by the height of its deposit: distinct heights from the plate up are layers 1, 2, …
+///
+/// Heights closer than half a millimetre are one layer. A command without arc belongs to layer 0. For programs whose
+/// beads are level.
+pub fn layers_by_height(commands: &[Command]) -> (Vec<u32>, Vec<f64>) {
+    const SAME: f64 = 0.5;
+    let on = |c: &Command| matches!(c.source, Source::On { .. });
+    let mut z: Vec<f64> = commands.iter().filter(|c| on(c)).map(|c| c.target.z).collect();
+    z.sort_unstable_by(f64::total_cmp);
+    let mut levels: Vec<f64> = Vec::new();
+    for z in z {
+        if levels.last().is_none_or(|last| z - last > SAME) {
+            levels.push(z);
+        }
+    }
+    let layer = |c: &Command| if on(c) { levels.partition_point(|l| *l <= c.target.z + 1e-9) as u32 } else { 0 };
+    (commands.iter().map(layer).collect(), levels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_geometry::math::DVec3;
+    use meltpath_machine::command::Smoothing;
+
+    #[test]
+    fn layers_follow_the_height_of_the_deposit() {
+        let at = |z: f64| Command::line(0, DVec3::new(10.0, 0.0, z), 12.5, Smoothing::Fine);
+        let commands = [at(30.0), at(0.0).depositing(100.0), at(0.0004).depositing(100.0), at(30.0), at(1.7).depositing(100.0), at(3.4).depositing(100.0)];
+        let (layers, levels) = layers_by_height(&commands);
+        assert_eq!(layers, [0, 1, 1, 0, 2, 3]);
+        assert_eq!(levels.len(), 3);
+    }
+}
