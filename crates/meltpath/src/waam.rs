@@ -2,6 +2,7 @@
 
 pub mod judge;
 pub mod part;
+pub mod present;
 pub mod record;
 pub mod simulate;
 pub mod target;

@@ -10,12 +10,15 @@ use meltpath_machine::command::{Command, Source};
 use meltpath_machine::controller::Controller;
 use meltpath_machine::fir::{self, MotionError};
 use meltpath_machine::summary::Summary;
-use meltpath_report::scene::{Grid, HeightLayers, SceneError};
+use meltpath_report::scene::{Grid, HeightLayers, Scalar, SceneError};
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::judge::LayerOutcome;
 use super::record::{Recorder, Sample};
 use super::target::layer_top;
+
+/// Height errors beyond this take the end colours, mm.
+const SHOWN_ERROR: f64 = 2.0;
 
 /// Why a simulation could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -106,7 +109,8 @@ impl MotionSink for Both<'_, '_> {
 /// [`SimulateError`].
 pub fn simulate(build: Build<'_>, reporter: &Reporter, observer: &dyn Observer) -> Result<Simulation, SimulateError> {
     let grid = Grid { origin: build.map.origin, cell: build.map.cell, nx: build.map.nx, ny: build.map.ny };
-    let mut heights = HeightLayers::new("predicted surface", grid, build.layers.len().max(1))?;
+    let mut heights = HeightLayers::new("predicted surface", grid, build.layers.len().max(1))?
+        .with_scalar(Scalar::new("height error", "mm", Vec::new()).diverging(SHOWN_ERROR));
     let mut layers = Vec::new();
     let mut ctwd = Vec::new();
     let mut arc_starts = 0;
