@@ -1,1 +1,22 @@
-//! What people look at: series, tables, fields in; offline HTML, ParaView files, CSV out. Knows no physics.
+//! What people look at: series, tables, fields in; offline HTML, ParaView files, CSV and Parquet out. Knows no physics.
+//!
+//! - [`html::write_html`] writes a [`html::Report`]: verdict, 3D view of a [`scene::Scene`], [`plot::Plot`]s,
+//!   [`table::Table`]s, [`sheet::OperatorSheet`], warnings, provenance;
+//! - [`vtk`] writes lines, meshes and height maps for ParaView;
+//! - [`series`] writes columns as CSV or Parquet, block by block.
+
+pub mod colour;
+pub mod escape;
+pub mod html;
+pub mod number;
+pub mod packing;
+pub mod plot;
+pub mod plot_svg;
+mod provenance_html;
+pub mod scene;
+pub mod scene_data;
+pub mod series;
+pub mod sheet;
+pub mod table;
+pub mod verdict_html;
+pub mod vtk;

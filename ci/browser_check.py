@@ -1,0 +1,180 @@
+"""Opens reports in a headless browser without network and checks what a person would see.
+
+Usage: browser_check.py REPORT.html...    (SCREENSHOTS=FOLDER keeps the pictures, CHROMIUM=PATH names the browser)
+Exit code 1 when a check fails. Installs nothing: ci/setup.sh does.
+"""
+
+import io
+import os
+import pathlib
+import shutil
+import sys
+
+from PIL import Image, ImageChops
+from playwright.sync_api import sync_playwright
+
+FLAGS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--no-first-run",
+]
+
+
+class Failures(list):
+    def expect(self, holds, what):
+        if not holds:
+            self.append(what)
+
+
+def picture(locator):
+    return Image.open(io.BytesIO(locator.screenshot(timeout=120_000))).convert("RGB")
+
+
+def difference(a, b):
+    """Share of pixels that differ visibly."""
+    if a.size != b.size:
+        return 1.0
+    grey = ImageChops.difference(a, b).convert("L")
+    return sum(grey.histogram()[12:]) / (a.size[0] * a.size[1])
+
+
+def settle(page):
+    """Waits until the next frames are drawn."""
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
+
+
+def check_view(page, failures):
+    page.locator("body[data-view=ready]").wait_for(state="attached", timeout=120_000)
+    settle(page)
+    canvas = page.locator("#canvas")
+    whole = picture(canvas)
+    failures.expect(len(set(whole.resize((96, 64)).getdata())) > 40, "the 3D view is blank: hardly any colours")
+    sum_of_pixels = page.evaluate(
+        """() => { const c = document.getElementById('canvas'), gl = c.getContext('webgl2');
+             const p = new Uint8Array(4 * c.width * c.height);
+             gl.readPixels(0, 0, c.width, c.height, gl.RGBA, gl.UNSIGNED_BYTE, p);
+             return [new Set(new Uint32Array(p.buffer)).size, gl.getError()]; }"""
+    )
+    failures.expect(sum_of_pixels[0] > 40, f"the canvas holds {sum_of_pixels[0]} colours")
+    failures.expect(sum_of_pixels[1] == 0, f"WebGL reports error {sum_of_pixels[1]}")
+
+    layer = page.locator("#layer")
+    if page.locator("#layer-controls").is_visible():
+        last = int(layer.get_attribute("max"))
+        label = page.locator("#layer-label")
+        failures.expect(label.inner_text() == f"{last} of {last}", f"the layer label says {label.inner_text()!r}")
+        layer.fill("1")
+        settle(page)
+        first = picture(canvas)
+        failures.expect(label.inner_text() == f"1 of {last}", f"the layer label says {label.inner_text()!r} at layer 1")
+        failures.expect(difference(whole, first) > 0.002, "the layer slider does not change the picture")
+        layer.fill(str(last))
+        page.locator("[name=layer-mode][value=only]").check()
+        settle(page)
+        failures.expect(difference(whole, picture(canvas)) > 0.002, "“only it” does not change the picture")
+        page.locator("[name=layer-mode][value=upto]").check()
+        settle(page)
+        failures.expect(difference(whole, picture(canvas)) < 0.002, "the picture does not come back")
+
+    for select, ramp in (("#line-scalar", "#line-ramp"), ("#surface-scalar", "#surface-ramp")):
+        box = page.locator(select)
+        if not box.is_visible() or box.locator("option").count() < 2:
+            continue
+        before, words = picture(canvas), page.locator(ramp).inner_text()
+        changed = 0.0
+        for index in range(1, box.locator("option").count()):
+            box.select_option(index=index)
+            settle(page)
+            changed = max(changed, difference(before, picture(canvas)))
+            failures.expect(page.locator(ramp).inner_text() != words, f"{select}: the legend does not follow")
+        failures.expect(changed > 0.001, f"{select} does not change the picture")
+        box.select_option(index=0)
+    settle(page)
+
+    before = picture(canvas)
+    page.locator("[data-view=top]").click()
+    settle(page)
+    failures.expect(difference(before, picture(canvas)) > 0.01, "the top view does not change the picture")
+    page.locator("[data-view=oblique]").click()
+    canvas.focus()
+    page.keyboard.press("ArrowLeft")
+    settle(page)
+    failures.expect(difference(before, picture(canvas)) > 0.002, "the arrow keys do not turn the view")
+    page.locator("[data-view=oblique]").click()
+    page.locator("#section-axis").select_option("0")
+    settle(page)
+    failures.expect(difference(before, picture(canvas)) > 0.002, "the cut does not change the picture")
+    page.locator("#section-axis").select_option("")
+    settle(page)
+
+
+def check(browser, path, folder):
+    failures = Failures()
+    requests, messages = [], []
+    for scheme, width in (("light", 1400), ("dark", 1400), ("light", 400)):
+        context = browser.new_context(
+            offline=True, color_scheme=scheme, viewport={"width": width, "height": 1000}, reduced_motion="reduce"
+        )
+        page = context.new_page()
+        page.on("request", lambda r: requests.append(r.url))
+        page.on("console", lambda m: messages.append(m.text) if m.type in ("error", "warning") else None)
+        page.on("pageerror", lambda e: messages.append(str(e)))
+        page.goto(path.resolve().as_uri())
+        name = f"{path.resolve().parent.name}-{scheme}-{width}"
+        words = page.locator("#verdict").inner_text().lower()
+        failures.expect(
+            any(s in words for s in ("pass", "warn", "fail", "cannot say", "not checked")),
+            f"no verdict in words: {words!r}",
+        )
+        failures.expect(page.locator("table.checks tbody tr").count() > 0, "no check is listed")
+        failures.expect("nan" not in page.locator("main").inner_text().lower().split(), "a NaN is shown")
+        wide = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+        failures.expect(wide <= 0, f"at {width} px the page is {wide} px too wide")
+        if page.locator("#view").count():
+            if (scheme, width) == ("light", 1400):
+                check_view(page, failures)
+            else:
+                page.locator("body[data-view=ready]").wait_for(state="attached", timeout=120_000)
+                settle(page)
+        if folder:
+            page.screenshot(path=folder / f"{name}.png", full_page=True)
+            if (scheme, width) == ("light", 1400):
+                page.pdf(path=folder / f"{name}.pdf", format="A4", prefer_css_page_size=True)
+        context.close()
+    own = path.resolve().as_uri()
+    # "blob:" is how the page unpacks its own data; it never leaves the page
+    foreign = [r for r in requests if r != own and not r.startswith(("blob:", "data:"))]
+    failures.expect(not foreign, f"the page asked for {foreign[:3]}")
+    failures.expect(not messages, f"the console says {messages[:3]}")
+    return failures
+
+
+def main(paths):
+    chromium = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    if not chromium or not paths:
+        print(__doc__ if chromium else "no Chromium found: apt-get install chromium, or set CHROMIUM")
+        return 2
+    folder = os.environ.get("SCREENSHOTS")
+    folder = pathlib.Path(folder) if folder else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    wrong = 0
+    with sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
+        for path in map(pathlib.Path, paths):
+            failures = check(browser, path, folder)
+            print(f"{path}: {'ok' if not failures else 'FAILED'} ({path.stat().st_size / 1e6:.2f} MB)")
+            for failure in failures:
+                print(f"  {failure}")
+            wrong += bool(failures)
+        browser.close()
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,498 @@
+//! Plots drawn as SVG that stands inside a page: colours are the page's, text scales with the figure.
+//!
+//! Long lines are reduced to what the frame can show: in each column of a third of a pixel the first, lowest,
+//! highest and last points stay, so that no peak is lost (the M4 rule of Jugel et al. 2014).
+
+use std::fmt::Write as _;
+
+use meltpath_geometry::math::DVec2;
+
+use crate::escape::escape;
+use crate::number::{fixed, significant, ticks};
+use crate::plot::{Aspect, Axis, Mark, Plot};
+
+const WIDTH: f64 = 520.0;
+const HEIGHT: f64 = 300.0;
+/// Least free space around the frame: left, top, right, bottom.
+const MARGIN: [f64; 4] = [48.0, 12.0, 16.0, 46.0];
+/// Width of a digit in the tick labels, upper estimate over common fonts.
+const DIGIT: f64 = 8.0;
+/// Intervals that the vertical axis aims at.
+const Y_TICKS: u32 = 5;
+/// Number of colours and dash patterns in the page's style sheet.
+const STYLES: usize = 6;
+
+/// The figure: title, legend, drawing, caption.
+pub fn figure(plot: &Plot) -> String {
+    let mut html = String::from("<figure class=\"plot\">");
+    // writing to a String cannot fail, here and below
+    let _ = write!(html, "<h3>{}</h3>", escape(&plot.title));
+    html.push_str(&legend(plot));
+    html.push_str(&svg(plot));
+    if !plot.caption.is_empty() {
+        let _ = write!(html, "<figcaption>{}</figcaption>", escape(&plot.caption));
+    }
+    html.push_str("</figure>");
+    html
+}
+
+/// Colour of each mark: lines, dots and bars take the next one, a band that of the line after it.
+fn styles(marks: &[Mark]) -> Vec<usize> {
+    let mut next = 0;
+    marks
+        .iter()
+        .map(|mark| match mark {
+            Mark::Line { .. } | Mark::Dots { .. } | Mark::Bars { .. } => {
+                next += 1;
+                (next - 1) % STYLES
+            }
+            Mark::Band { .. } | Mark::Area { .. } | Mark::Limit { .. } => next % STYLES,
+        })
+        .collect()
+}
+
+fn class(mark: &Mark, style: usize) -> String {
+    match mark {
+        Mark::Line { .. } => format!("line s{style}"),
+        Mark::Dots { .. } => format!("dots s{style}"),
+        Mark::Band { .. } => format!("band s{style}"),
+        Mark::Bars { .. } => format!("bars s{style}"),
+        Mark::Area { .. } => "area".to_owned(),
+        Mark::Limit { .. } => "limit".to_owned(),
+    }
+}
+
+fn legend(plot: &Plot) -> String {
+    let mut html = String::from("<ul class=\"legend\">");
+    for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
+        let swatch = match mark {
+            Mark::Line { .. } | Mark::Limit { .. } => "<path d=\"M0 6h26\"/>",
+            Mark::Dots { .. } => "<circle cx=\"13\" cy=\"6\" r=\"3\"/>",
+            _ => "<rect x=\"2\" y=\"1\" width=\"22\" height=\"10\"/>",
+        };
+        let _ = write!(
+            html,
+            "<li><svg class=\"swatch\" width=\"26\" height=\"12\" aria-hidden=\"true\"><g class=\"{}\">{swatch}</g></svg>{}</li>",
+            class(mark, style),
+            escape(mark.name()),
+        );
+    }
+    html.push_str("</ul>");
+    html
+}
+
+/// Map from values to the drawing.
+struct Frame {
+    lo: DVec2,
+    hi: DVec2,
+    left: f64,
+    top: f64,
+    right: f64,
+    bottom: f64,
+}
+
+impl Frame {
+    fn of(plot: &Plot) -> Frame {
+        let (mut lo, mut hi) = extent(&plot.marks);
+        pad(&mut lo.x, &mut hi.x, plot.x.range, 0.0);
+        pad(&mut lo.y, &mut hi.y, plot.y.range, 0.06);
+        let [least_left, top, right, bottom] = MARGIN;
+        let (labels, decimals) = ticks(lo.y, hi.y, Y_TICKS);
+        let longest = labels.iter().map(|&y| tick_label(y, decimals).chars().count()).max();
+        let left = (33.0 + DIGIT * longest.unwrap_or(0) as f64).max(least_left);
+        let mut frame = Frame {
+            lo,
+            hi,
+            left,
+            top,
+            right: WIDTH - right,
+            bottom: HEIGHT - bottom,
+        };
+        if plot.aspect == Aspect::Equal {
+            frame.widen_to_equal_scales();
+        }
+        frame
+    }
+
+    fn widen_to_equal_scales(&mut self) {
+        let size = DVec2::new(self.right - self.left, self.bottom - self.top);
+        let per_unit = (size / (self.hi - self.lo)).min_element();
+        let missing = size / per_unit - (self.hi - self.lo);
+        self.lo -= 0.5 * missing;
+        self.hi += 0.5 * missing;
+    }
+
+    fn x(&self, x: f64) -> f64 {
+        self.left + (x - self.lo.x) / (self.hi.x - self.lo.x) * (self.right - self.left)
+    }
+
+    fn y(&self, y: f64) -> f64 {
+        self.bottom - (y - self.lo.y) / (self.hi.y - self.lo.y) * (self.bottom - self.top)
+    }
+
+    fn place(&self, p: DVec2) -> DVec2 {
+        DVec2::new(self.x(p.x), self.y(p.y))
+    }
+}
+
+/// Smallest box around every finite point of the marks; limits count along y.
+fn extent(marks: &[Mark]) -> (DVec2, DVec2) {
+    let mut lo = DVec2::INFINITY;
+    let mut hi = DVec2::NEG_INFINITY;
+    let mut take = |p: DVec2| {
+        if p.is_finite() {
+            lo = lo.min(p);
+            hi = hi.max(p);
+        }
+    };
+    for mark in marks {
+        match mark {
+            Mark::Line { points, .. } | Mark::Dots { points, .. } => {
+                points.iter().copied().for_each(&mut take);
+            }
+            Mark::Band { lower, upper, .. } => {
+                lower.iter().chain(upper).copied().for_each(&mut take);
+            }
+            Mark::Area { outline, .. } => outline.iter().copied().for_each(&mut take),
+            Mark::Bars { bars, .. } => {
+                for bar in bars {
+                    take(DVec2::new(bar.from, 0.0));
+                    take(DVec2::new(bar.to, bar.value));
+                }
+            }
+            Mark::Limit { .. } => {}
+        }
+    }
+    for mark in marks {
+        if let Mark::Limit { value, .. } = mark
+            && value.is_finite()
+        {
+            lo.y = lo.y.min(*value);
+            hi.y = hi.y.max(*value);
+        }
+    }
+    (lo, hi)
+}
+
+/// Settles one axis: the asked range, or the data with `margin` on either side, never empty.
+fn pad(lo: &mut f64, hi: &mut f64, asked: Option<[f64; 2]>, margin: f64) {
+    if let Some([a, b]) = asked.filter(|[a, b]| a < b && (b - a).is_finite()) {
+        (*lo, *hi) = (a, b);
+        return;
+    }
+    if !(lo.is_finite() && hi.is_finite()) {
+        (*lo, *hi) = (0.0, 1.0);
+    }
+    let span = *hi - *lo;
+    let least = 1e-9 * lo.abs().max(hi.abs()).max(1e-9);
+    let grow = if span > least { margin * span } else { 0.5 * lo.abs().max(1.0) };
+    // bars and counts stand on zero
+    let on_zero = *lo == 0.0 && span > least;
+    *lo -= if on_zero { 0.0 } else { grow };
+    *hi += grow;
+}
+
+fn svg(plot: &Plot) -> String {
+    let frame = Frame::of(plot);
+    let mut out = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">",
+        escape(&plot.title)
+    );
+    axes(&mut out, plot, &frame);
+    let (w, h) = (frame.right - frame.left, frame.bottom - frame.top);
+    // a nested svg clips what leaves the frame, without an id that could clash
+    let _ = write!(
+        out,
+        "<svg x=\"{0}\" y=\"{1}\" width=\"{w}\" height=\"{h}\" viewBox=\"{0} {1} {w} {h}\">",
+        frame.left, frame.top
+    );
+    for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
+        draw(&mut out, mark, style, &frame, &plot.y);
+    }
+    out.push_str("</svg></svg>");
+    out
+}
+
+fn axes(out: &mut String, plot: &Plot, f: &Frame) {
+    let (xs, x_decimals) = ticks(f.lo.x, f.hi.x, 6);
+    let (ys, y_decimals) = ticks(f.lo.y, f.hi.y, Y_TICKS);
+    let mut grid = String::new();
+    let mut labels = String::new();
+    for x in xs {
+        let at = f.x(x);
+        let _ = write!(grid, "M{at:.1} {:.1}V{:.1}", f.top, f.bottom);
+        let _ = write!(
+            labels,
+            "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            f.bottom + 17.0,
+            tick_label(x, x_decimals)
+        );
+    }
+    for y in ys {
+        let at = f.y(y);
+        let _ = write!(grid, "M{:.1} {at:.1}H{:.1}", f.left, f.right);
+        let _ = write!(
+            labels,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            f.left - 7.0,
+            at + 4.0,
+            tick_label(y, y_decimals)
+        );
+    }
+    let _ = write!(
+        out,
+        "<path class=\"grid\" d=\"{grid}\"/><path class=\"frame\" d=\"M{0} {1}V{2}H{3}\"/><g class=\"ticks\">{labels}</g>",
+        f.left, f.top, f.bottom, f.right
+    );
+    let middle = DVec2::new(0.5 * (f.left + f.right), 0.5 * (f.top + f.bottom));
+    let _ = write!(
+        out,
+        "<text class=\"axis\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+        middle.x,
+        HEIGHT - 8.0,
+        axis_label(&plot.x),
+    );
+    // turned, the text runs upwards: its x is the negative of the page's y
+    let _ = write!(
+        out,
+        "<text class=\"axis\" x=\"{:.1}\" y=\"14\" transform=\"rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        -middle.y,
+        axis_label(&plot.y),
+    );
+}
+
+fn tick_label(value: f64, decimals: usize) -> String {
+    if value.abs() >= 1e6 {
+        significant(value, 4)
+    } else {
+        fixed(value, decimals)
+    }
+}
+
+fn axis_label(axis: &Axis) -> String {
+    if axis.unit.is_empty() {
+        escape(&axis.label).into_owned()
+    } else {
+        format!("{} ({})", escape(&axis.label), escape(&axis.unit))
+    }
+}
+
+fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis) {
+    let class = class(mark, style);
+    match mark {
+        Mark::Line { points, .. } => {
+            let _ = write!(out, "<path class=\"{class}\" d=\"{}\"/>", line_path(points, frame));
+        }
+        Mark::Dots { points, .. } => {
+            let mut d = String::new();
+            for p in distinct(points, frame) {
+                // a dot is a line of no length with a round cap
+                let _ = write!(d, "M{:.1} {:.1}h0", p.x, p.y);
+            }
+            let _ = write!(out, "<path class=\"{class}\" d=\"{d}\"/>");
+        }
+        Mark::Band { lower, upper, .. } => {
+            let back = upper.iter().rev();
+            let edge: Vec<DVec2> = lower
+                .iter()
+                .chain(back)
+                .filter(|p| p.is_finite())
+                .map(|&p| frame.place(p))
+                .collect();
+            let _ = write!(out, "<path class=\"{class}\" d=\"{}Z\"/>", polyline(&spaced(&edge)));
+        }
+        Mark::Area { outline, .. } => {
+            let edge: Vec<DVec2> = outline
+                .iter()
+                .filter(|p| p.is_finite())
+                .map(|&p| frame.place(p))
+                .collect();
+            let _ = write!(out, "<path class=\"{class}\" d=\"{}Z\"/>", polyline(&spaced(&edge)));
+        }
+        Mark::Bars { bars, .. } => {
+            let zero = frame.y(0.0_f64.clamp(frame.lo.y, frame.hi.y));
+            let _ = write!(out, "<g class=\"{class}\">");
+            for bar in bars.iter().filter(|b| b.value.is_finite()) {
+                let (a, b) = (frame.x(bar.from), frame.x(bar.to));
+                let y = frame.y(bar.value);
+                let _ = write!(
+                    out,
+                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"><title>{} to {}: {} {}</title></rect>",
+                    a + 0.5,
+                    y.min(zero),
+                    (b - a - 1.0).max(0.5),
+                    (y - zero).abs(),
+                    significant(bar.from, 4),
+                    significant(bar.to, 4),
+                    significant(bar.value, 4),
+                    escape(&y_axis.unit),
+                );
+            }
+            out.push_str("</g>");
+        }
+        Mark::Limit { name, value } => {
+            let y = frame.y(*value);
+            let _ = write!(
+                out,
+                "<path class=\"{class}\" d=\"M{:.1} {y:.1}H{:.1}\"><title>{}: {} {}</title></path>",
+                frame.left,
+                frame.right,
+                escape(name),
+                significant(*value, 4),
+                escape(&y_axis.unit),
+            );
+        }
+    }
+}
+
+/// SVG path of a line with gaps where a point is not finite.
+fn line_path(points: &[DVec2], frame: &Frame) -> String {
+    points
+        .split(|p| !p.is_finite())
+        .filter(|run| !run.is_empty())
+        .map(|run| {
+            let placed: Vec<DVec2> = run.iter().map(|&p| frame.place(p)).collect();
+            let forward = placed.windows(2).all(|w| w[1].x >= w[0].x);
+            if forward {
+                polyline(&columns(&placed))
+            } else {
+                polyline(&spaced(&placed))
+            }
+        })
+        .collect()
+}
+
+fn polyline(points: &[DVec2]) -> String {
+    let mut d = String::with_capacity(12 * points.len());
+    for (i, p) in points.iter().enumerate() {
+        let _ = write!(d, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, p.x, p.y);
+    }
+    d
+}
+
+/// First, lowest, highest and last point of each column a third of a pixel wide; points run from left to right.
+fn columns(points: &[DVec2]) -> Vec<DVec2> {
+    let column = |p: &DVec2| (3.0 * p.x).floor();
+    let mut kept = Vec::new();
+    for run in points.chunk_by(|a, b| column(a) == column(b)) {
+        if run.len() <= 4 {
+            kept.extend_from_slice(run);
+            continue;
+        }
+        let last = run.len() - 1;
+        let (mut low, mut high) = (0, 0);
+        for (i, p) in run.iter().enumerate() {
+            if p.y < run[low].y {
+                low = i;
+            }
+            if p.y > run[high].y {
+                high = i;
+            }
+        }
+        let mut places = [0, low.min(high), low.max(high), last].to_vec();
+        places.dedup();
+        kept.extend(places.into_iter().map(|i| run[i]));
+    }
+    kept
+}
+
+/// Leaves out points nearer than a third of a pixel to the last one kept.
+fn spaced(points: &[DVec2]) -> Vec<DVec2> {
+    let mut kept: Vec<DVec2> = Vec::new();
+    for (i, &p) in points.iter().enumerate() {
+        let far = kept.last().is_none_or(|last| last.distance(p) > 1.0 / 3.0);
+        if far || i + 1 == points.len() {
+            kept.push(p);
+        }
+    }
+    kept
+}
+
+/// Dots that do not hide one another, in the frame's pixels.
+fn distinct(points: &[DVec2], frame: &Frame) -> Vec<DVec2> {
+    let mut seen = std::collections::HashSet::new();
+    points
+        .iter()
+        .filter(|p| p.is_finite())
+        .map(|&p| frame.place(p))
+        .filter(|p| seen.insert(((2.0 * p.x).round() as i64, (2.0 * p.y).round() as i64)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: Vec<DVec2>) -> Plot {
+        Plot::new("t", Axis::new("x", "mm"), Axis::new("y", "mm")).with(Mark::Line {
+            name: "l".to_owned(),
+            points,
+        })
+    }
+
+    #[test]
+    fn a_long_line_stays_small_and_keeps_its_peak() {
+        let mut points: Vec<DVec2> = (0..1_000_000)
+            .map(|i| DVec2::new(f64::from(i), (f64::from(i) * 0.01).sin()))
+            .collect();
+        points[500_001].y = 9.0;
+        let plot = line(points);
+        let text = svg(&plot);
+        assert!(text.len() < 100_000, "{} bytes", text.len());
+        let frame = Frame::of(&plot);
+        let peak = format!(" {:.1}", frame.y(9.0));
+        assert!(text.contains(&peak), "the peak at y = {peak} is drawn");
+    }
+
+    #[test]
+    fn values_that_are_not_finite_leave_gaps_and_nothing_is_drawn_of_them() {
+        let gap = DVec2::new(1.0, f64::NAN);
+        let plot = line(vec![DVec2::ZERO, DVec2::new(0.5, 1.0), gap, DVec2::new(2.0, 1.0), DVec2::new(3.0, 0.0)]);
+        let text = svg(&plot);
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        assert_eq!(line_path(&[DVec2::ZERO, gap, DVec2::ONE], &Frame::of(&plot)).matches('M').count(), 2);
+    }
+
+    #[test]
+    fn empty_and_constant_plots_still_have_axes() {
+        for points in [vec![], vec![DVec2::ONE; 3], vec![DVec2::splat(1e300), DVec2::splat(-1e300)]] {
+            let text = svg(&line(points));
+            assert!(text.contains("class=\"grid\""));
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn equal_aspect_gives_both_axes_one_scale() {
+        let mut plot = line(vec![DVec2::ZERO, DVec2::new(150.0, 30.0)]);
+        plot.aspect = Aspect::Equal;
+        let f = Frame::of(&plot);
+        let scale = DVec2::new(f.x(1.0) - f.x(0.0), f.y(0.0) - f.y(1.0));
+        assert!((scale.x - scale.y).abs() < 1e-9);
+        assert!(f.x(150.0) <= f.right + 1e-9 && f.y(30.0) >= f.top - 1e-9);
+    }
+
+    #[test]
+    fn a_small_plot_keeps_its_drawing() {
+        let plot = Plot::new("Height <after> each layer", Axis::new("layer", ""), Axis::new("height", "mm"))
+            .with(Mark::Band {
+                name: "± 1 standard uncertainty".to_owned(),
+                lower: vec![DVec2::new(1.0, 1.5), DVec2::new(3.0, 4.5)],
+                upper: vec![DVec2::new(1.0, 1.8), DVec2::new(3.0, 5.4)],
+            })
+            .with(Mark::Line {
+                name: "predicted".to_owned(),
+                points: vec![DVec2::new(1.0, 1.65), DVec2::new(3.0, 4.95)],
+            })
+            .with(Mark::Limit {
+                name: "asked".to_owned(),
+                value: 4.0,
+            })
+            .with(Mark::Bars {
+                name: "per layer".to_owned(),
+                bars: vec![crate::plot::Bar { from: 1.0, to: 2.0, value: 1.65 }],
+            })
+            .caption("Grows by 1.65 mm a layer.");
+        insta::assert_snapshot!(figure(&plot).replace("><", ">\n<"));
+    }
+}

@@ -1,0 +1,74 @@
+//! Lines and surfaces as VTK polygonal data.
+
+use std::io::Write;
+
+use super::VtkError;
+use super::appended::{Document, Values, titled};
+use crate::scene::{LineSet, Scalar, Surface};
+
+/// Writes polylines with their layer (cell data) and scalars (point data) as `.vtp`; mm.
+///
+/// A polyline of one point stays, as ParaView keeps it.
+///
+/// # Errors
+/// [`VtkError::Scene`] before anything is written; [`VtkError::Io`] when the system refuses.
+pub fn write_lines(out: &mut dyn Write, set: &LineSet) -> Result<(), VtkError> {
+    set.check()?;
+    let connectivity: Vec<i64> = (0..set.points.len() as i64).collect();
+    let ends = set.polylines.iter().skip(1).map(|p| p.first as i64);
+    let offsets: Vec<i64> = ends
+        .chain((!set.polylines.is_empty()).then_some(set.points.len() as i64))
+        .collect();
+    let layers: Vec<i64> = set.polylines.iter().map(|p| i64::from(p.layer)).collect();
+    let mut document = Document::new("PolyData");
+    document.xml("<PolyData>");
+    document.xml(&format!(
+        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">",
+        set.points.len(),
+        set.polylines.len()
+    ));
+    point_data(&mut document, &set.scalars);
+    document.xml("<CellData>");
+    document.array("layer", Values::Int64(&layers));
+    document.xml("</CellData>\n<Points>");
+    document.array("Points", Values::Points(&set.points));
+    document.xml("</Points>\n<Lines>");
+    document.array("connectivity", Values::Int64(&connectivity));
+    document.array("offsets", Values::Int64(&offsets));
+    document.xml("</Lines>\n</Piece>");
+    Ok(document.write(out)?)
+}
+
+/// Writes a triangle mesh with its scalars (point data) as `.vtp`; mm.
+///
+/// # Errors
+/// [`VtkError::Scene`] before anything is written; [`VtkError::Io`] when the system refuses.
+pub fn write_surface(out: &mut dyn Write, surface: &Surface) -> Result<(), VtkError> {
+    surface.check()?;
+    let corners = surface.mesh.triangles.iter().flatten();
+    let connectivity: Vec<i64> = corners.map(|&v| i64::from(v)).collect();
+    let offsets: Vec<i64> = (1..=surface.mesh.triangles.len() as i64).map(|t| 3 * t).collect();
+    let mut document = Document::new("PolyData");
+    document.xml("<PolyData>");
+    document.xml(&format!(
+        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">",
+        surface.mesh.vertices.len(),
+        surface.mesh.triangles.len()
+    ));
+    point_data(&mut document, &surface.scalars);
+    document.xml("<Points>");
+    document.array("Points", Values::Points(&surface.mesh.vertices));
+    document.xml("</Points>\n<Polys>");
+    document.array("connectivity", Values::Int64(&connectivity));
+    document.array("offsets", Values::Int64(&offsets));
+    document.xml("</Polys>\n</Piece>");
+    Ok(document.write(out)?)
+}
+
+fn point_data<'a>(document: &mut Document<'a>, scalars: &'a [Scalar]) {
+    document.xml("<PointData>");
+    for scalar in scalars {
+        document.array(&titled(&scalar.name, &scalar.unit), Values::Float32(&scalar.values));
+    }
+    document.xml("</PointData>");
+}
