@@ -119,7 +119,6 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
 pub fn layer_checks(
     layers: &[LayerOutcome],
     growth_sigma: f64,
-    bead_height: f64,
     limits: &Limits,
 ) -> Vec<Check> {
     let mut checks = Vec::new();

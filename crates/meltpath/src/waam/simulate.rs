@@ -107,8 +107,17 @@ impl MotionSink for Both<'_, '_> {
 ///
 /// # Errors
 /// [`SimulateError`].
-pub fn simulate(build: Build<'_>, reporter: &Reporter, observer: &dyn Observer) -> Result<Simulation, SimulateError> {
-    let grid = Grid { origin: build.map.origin, cell: build.map.cell, nx: build.map.nx, ny: build.map.ny };
+pub fn simulate(
+    build: Build<'_>,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Simulation, SimulateError> {
+    let grid = Grid {
+        origin: build.map.origin,
+        cell: build.map.cell,
+        nx: build.map.nx,
+        ny: build.map.ny,
+    };
     let mut heights = HeightLayers::new("predicted surface", grid, build.layers.len().max(1))?
         .with_scalar(Scalar::new("height error", "mm", Vec::new()).diverging(SHOWN_ERROR));
     let mut layers = Vec::new();
@@ -122,7 +131,11 @@ pub fn simulate(build: Build<'_>, reporter: &Reporter, observer: &dyn Observer) 
         ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
         arc_starts += record.arc_starts.len();
         let top = plan.map_or(0.0, |p| p.top);
-        let error: Vec<f64> = map.z.iter().map(|z| if *z > map.base { z - top } else { f64::NAN }).collect();
+        let error: Vec<f64> = map
+            .z
+            .iter()
+            .map(|z| if *z > map.base { z - top } else { f64::NAN })
+            .collect();
         if let Err(e) = heights.push(record.layer, &map.z, &[&error]) {
             trouble = Some(e);
         }
@@ -133,13 +146,31 @@ pub fn simulate(build: Build<'_>, reporter: &Reporter, observer: &dyn Observer) 
         .with_layers(build.layer_of_command)
         .reporting_to(reporter)
         .on_layer(on_layer);
-    let mut both = Both { recorder: &mut recorder, deposition: &mut deposition };
-    let summary = fir::simulate(build.start, build.commands, build.controller, dt, observer, &mut both)?;
+    let mut both = Both {
+        recorder: &mut recorder,
+        deposition: &mut deposition,
+    };
+    let summary = fir::simulate(
+        build.start,
+        build.commands,
+        build.controller,
+        dt,
+        observer,
+        &mut both,
+    )?;
     let deposit = deposition.finish();
     if let Some(e) = trouble {
         return Err(e.into());
     }
-    Ok(Simulation { summary, samples: recorder.finish(), ctwd, layers, deposit, heights, arc_starts })
+    Ok(Simulation {
+        summary,
+        samples: recorder.finish(),
+        ctwd,
+        layers,
+        deposit,
+        heights,
+        arc_starts,
+    })
 }
 
 /// The outcome of one layer.
@@ -148,17 +179,25 @@ fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -
     let crests = || {
         let mut z: Vec<f64> = record.path.iter().map(|p| p.crest.z).collect();
         z.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| z.get(((z.len().saturating_sub(1)) as f64 * share).round() as usize).copied();
+        let at = |share: f64| {
+            z.get(((z.len().saturating_sub(1)) as f64 * share).round() as usize)
+                .copied()
+        };
         Some(at(0.95)? - at(0.05)?)
     };
-    let worst = record.accumulations.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let worst = record
+        .accumulations
+        .iter()
+        .max_by(|a, b| a.ratio.total_cmp(&b.ratio));
     LayerOutcome {
         layer: record.layer,
         planned_top: plan.map_or(f64::NAN, |p| p.top),
         mean_top: record.crest.map(|c| c.mean),
         flatness: inner.map(|t| t.spread).or_else(crests),
         ctwd_mean: record.ctwd.map_or(f64::NAN, |c| c.mean),
-        ctwd_range: record.ctwd.map_or((f64::NAN, f64::NAN), |c| (c.least, c.greatest)),
+        ctwd_range: record
+            .ctwd
+            .map_or((f64::NAN, f64::NAN), |c| (c.least, c.greatest)),
         accumulation: worst.map(|a| (a.ratio - 1.0, a.position)),
         wire: record.wire,
         arc_time: record.arc_time,
@@ -174,7 +213,11 @@ fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -
 pub fn layers_by_height(commands: &[Command]) -> (Vec<u32>, Vec<f64>) {
     const SAME: f64 = 0.5;
     let on = |c: &Command| matches!(c.source, Source::On { .. });
-    let mut z: Vec<f64> = commands.iter().filter(|c| on(c)).map(|c| c.target.z).collect();
+    let mut z: Vec<f64> = commands
+        .iter()
+        .filter(|c| on(c))
+        .map(|c| c.target.z)
+        .collect();
     z.sort_unstable_by(f64::total_cmp);
     let mut levels: Vec<f64> = Vec::new();
     for z in z {
@@ -182,7 +225,13 @@ pub fn layers_by_height(commands: &[Command]) -> (Vec<u32>, Vec<f64>) {
             levels.push(z);
         }
     }
-    let layer = |c: &Command| if on(c) { levels.partition_point(|l| *l <= c.target.z + 1e-9) as u32 } else { 0 };
+    let layer = |c: &Command| {
+        if on(c) {
+            levels.partition_point(|l| *l <= c.target.z + 1e-9) as u32
+        } else {
+            0
+        }
+    };
     (commands.iter().map(layer).collect(), levels)
 }
 
@@ -195,7 +244,14 @@ mod tests {
     #[test]
     fn layers_follow_the_height_of_the_deposit() {
         let at = |z: f64| Command::line(0, DVec3::new(10.0, 0.0, z), 12.5, Smoothing::Fine);
-        let commands = [at(30.0), at(0.0).depositing(100.0), at(0.0004).depositing(100.0), at(30.0), at(1.7).depositing(100.0), at(3.4).depositing(100.0)];
+        let commands = [
+            at(30.0),
+            at(0.0).depositing(100.0),
+            at(0.0004).depositing(100.0),
+            at(30.0),
+            at(1.7).depositing(100.0),
+            at(3.4).depositing(100.0),
+        ];
         let (layers, levels) = layers_by_height(&commands);
         assert_eq!(layers, [0, 1, 1, 0, 2, 3]);
         assert_eq!(levels.len(), 3);

@@ -300,8 +300,7 @@ pub fn layer_top(map: &HeightMap, z: &[f64], mask: &Mask) -> Option<LayerTop> {
         .collect();
     heights.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let &(highest, at) = heights.last()?;
-    let percentile =
-        |p: f64| heights[((heights.len() - 1) as f64 * p).round() as usize].0;
+    let percentile = |p: f64| heights[((heights.len() - 1) as f64 * p).round() as usize].0;
     let mean = heights.iter().map(|h| h.0).sum::<f64>() / heights.len() as f64;
     Some(LayerTop {
         mean,
