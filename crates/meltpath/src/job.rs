@@ -229,11 +229,11 @@ pub fn parse(text: &str) -> Result<Job, TextError> {
     }
 }
 
-/// Reads a job file.
+/// Reads a job file: the job and its text.
 ///
 /// # Errors
 /// [`JobError`] with the file, the place in it and what to write.
-pub fn load(path: &Path) -> Result<Job, JobError> {
+pub fn load(path: &Path) -> Result<(Job, String), JobError> {
     let io = |source| JobError::Io {
         path: path.to_path_buf(),
         source,
@@ -245,13 +245,16 @@ pub fn load(path: &Path) -> Result<Job, JobError> {
         ))));
     }
     let text = std::fs::read_to_string(path).map_err(io)?;
-    parse(&text).map_err(|e| JobError::Text {
-        path: path.to_path_buf(),
-        text,
-        span: e.span,
-        message: e.message,
-        help: e.help,
-    })
+    match parse(&text) {
+        Ok(job) => Ok((job, text)),
+        Err(e) => Err(JobError::Text {
+            path: path.to_path_buf(),
+            text,
+            span: e.span,
+            message: e.message,
+            help: e.help,
+        }),
+    }
 }
 
 fn text_error(error: &toml::de::Error) -> TextError {

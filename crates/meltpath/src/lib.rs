@@ -1,5 +1,7 @@
-//! meltpath as a library: job files, the data that ships, the pipelines that join the rooms.
+//! meltpath as a library: job files, the pipelines that join the rooms, the data that ships.
 
+pub mod data;
+pub mod inspect;
 pub mod job;
 pub mod start;
 pub mod waam;

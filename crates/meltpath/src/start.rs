@@ -115,7 +115,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         for name in shape_names() {
             let job = waam(&dir.path().join(name), name).unwrap();
-            let Job::Waam(job) = load(&job).unwrap();
+            let (Job::Waam(job), _) = load(&job).unwrap();
             assert_eq!(job.part.get_ref(), &format!("{name}.stl"));
         }
         for (name, generate) in SHAPES {

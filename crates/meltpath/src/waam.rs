@@ -2,7 +2,14 @@
 
 pub mod judge;
 pub mod part;
+pub mod plan;
 pub mod present;
+pub mod program;
 pub mod record;
+pub mod run;
+pub mod settings;
+pub mod sheet;
 pub mod simulate;
 pub mod target;
+
+pub use run::{Outcome, RunError, doctor, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};

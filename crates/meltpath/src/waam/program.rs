@@ -1,0 +1,231 @@
+//! The robot's program: written, read back, and executed as commands for the machine model.
+//!
+//! The simulation starts from what was read back, rounding included.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::{Ratio, Reporter};
+use meltpath_geometry::Pose;
+use meltpath_machine::command::{Command, Kind, Smoothing, Source};
+use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
+use meltpath_programs::program::Instruction;
+use meltpath_programs::{
+    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, ExecutionSettings, Pause, Program, ProgramError, Schedule, build,
+    execution_order,
+};
+use meltpath_toolpath::Toolpath;
+
+use super::settings::Settings;
+use super::simulate::layers_by_height;
+
+/// Why there is no program, or why it cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProgramStageError {
+    /// The toolpath cannot become a program.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The program cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A program cannot be read.
+    #[error("cannot read the program {}: {source}", .path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        source: ParseError,
+    },
+    /// A program file cannot be opened.
+    #[error("cannot open the program {}: {source}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The program cannot be run.
+    #[error("cannot run the program: {0}")]
+    Execute(#[from] ProgramError),
+    /// The program never burns the arc.
+    #[error("the program {} never starts the arc: there is no metal to predict", .0)]
+    NoArc(String),
+}
+
+/// A program as a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProgramFile {
+    /// File name.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// The programs of a plan.
+#[derive(Debug, Clone)]
+pub struct Programs {
+    /// The files, main program first.
+    pub files: Vec<ProgramFile>,
+    /// The same programs, read back from the text of the files.
+    pub parsed: Vec<Program>,
+    /// Weld schedules that the operator sets.
+    pub schedules: Vec<Schedule>,
+    /// Whether each file, read and written again, gives itself.
+    pub stable: bool,
+}
+
+/// Writes the programs of a toolpath and reads them back.
+///
+/// # Errors
+/// [`ProgramStageError`].
+pub fn write(name: &str, toolpath: &Toolpath, settings: &Settings, reporter: &Reporter) -> Result<Programs, ProgramStageError> {
+    let pause = if settings.pause > 0.0 { Pause::Wait(settings.pause) } else { Pause::None };
+    let build_settings = BuildSettings { name: name.to_owned(), comment: "meltpath".to_owned(), smoothing: Ratio(settings.smoothing), pause };
+    let built = build(toolpath, &settings.cell.program, &build_settings, reporter)?;
+    let mut programs = Programs { files: Vec::new(), parsed: Vec::new(), schedules: built.schedules, stable: true };
+    for program in &built.programs {
+        let text = fanuc_ls::write(program)?;
+        let path = PathBuf::from(format!("{}.LS", program.name));
+        let parsed = fanuc_ls::parse(&text).map_err(|source| ProgramStageError::Parse { path: path.clone(), source })?;
+        programs.stable &= parsed.unread.is_empty() && fanuc_ls::write(&parsed.program)? == text;
+        programs.files.push(ProgramFile { name: path.display().to_string(), text });
+        programs.parsed.push(parsed.program);
+    }
+    Ok(programs)
+}
+
+/// Reads a main program and the programs that it calls, which lie beside it.
+///
+/// Lines that nothing here models are kept, and listed as warnings.
+///
+/// # Errors
+/// [`ProgramStageError`].
+pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramStageError> {
+    let mut programs = Vec::new();
+    let mut waiting = vec![main.to_path_buf()];
+    while let Some(path) = waiting.pop() {
+        let bytes = std::fs::read(&path).map_err(|source| ProgramStageError::Io { path: path.clone(), source })?;
+        let parsed = fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse { path: path.clone(), source })?;
+        for unread in &parsed.unread {
+            let place = meltpath_base::Place { file: Some(path.display().to_string()), line: Some(unread.line), ..meltpath_base::Place::default() };
+            reporter.warn_at("program-line-kept", format!("the line \"{}\" is kept but not simulated", unread.text.trim()), place, "");
+        }
+        for called in calls(&parsed.program) {
+            let known = programs.iter().any(|p: &Program| p.name.eq_ignore_ascii_case(called));
+            if !known && let Some(beside) = find_beside(&path, called) && !waiting.contains(&beside) {
+                waiting.push(beside);
+            }
+        }
+        programs.push(parsed.program);
+    }
+    Ok(programs)
+}
+
+/// The programs that a program calls.
+fn calls(program: &Program) -> impl Iterator<Item = &str> {
+    program.instructions.iter().filter_map(|i| match i {
+        Instruction::Call { program, .. } => Some(program.as_str()),
+        _ => None,
+    })
+}
+
+/// The file of program `name` beside `path`, whatever the case of its name.
+fn find_beside(path: &Path, name: &str) -> Option<PathBuf> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let wanted = format!("{name}.ls");
+    std::fs::read_dir(folder).ok()?.flatten().map(|e| e.path()).find(|p| p.file_name().is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(&wanted)))
+}
+
+/// Commands for the machine model, with what they mean.
+#[derive(Debug, Clone)]
+pub struct Commands {
+    /// Where the tool stands at first.
+    pub start: Pose,
+    /// The commands, numbered by their position.
+    pub commands: Vec<Command>,
+    /// The layer of each command, from 1; 0 without arc.
+    pub layer_of_command: Vec<u32>,
+    /// Length driven with the arc on, mm.
+    pub arc_length: f64,
+}
+
+/// Executes programs as the controller would. `wire_feed` is the programmed wire feed of schedules that `schedules` does
+/// not name, mm/s.
+///
+/// # Errors
+/// [`ProgramStageError`] where the programs cannot be run without the controller, or never burn the arc.
+pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, settings: &Settings, reporter: &Reporter) -> Result<Commands, ProgramStageError> {
+    let execution = ExecutionSettings { weld_speed: Some(settings.bead.travel_speed), ..ExecutionSettings::default() };
+    let executed = execution_order(programs, &execution, reporter)?;
+    let name = programs.first().map_or("", |p| &p.name);
+    let joint_speed = settings.cell.motion.joint_speed.value.0;
+    let factor = settings.feed_factor();
+    let source = |arc: Option<u32>| match arc {
+        None => Source::Off,
+        Some(schedule) => {
+            let programmed = schedules.iter().find(|s| s.number == schedule).map_or(wire_feed, |s| s.wire_feed);
+            Source::On { wire_feed: factor * programmed }
+        }
+    };
+    let mut start = None;
+    let mut here = Pose::default();
+    let mut commands: Vec<Command> = Vec::with_capacity(executed.len());
+    let mut layers = Vec::with_capacity(executed.len());
+    let mut arc_length = 0.0;
+    for step in executed {
+        let id = commands.len() as u32;
+        match step {
+            Executed::Wait { time, arc, .. } => {
+                commands.push(Command { kind: Kind::Wait { time }, source: source(arc), ..Command::line(id, here.position, 1.0, Smoothing::Fine) });
+                if let Some(last) = commands.last_mut() {
+                    last.orientation = here.orientation;
+                }
+                layers.push(None);
+            }
+            Executed::Motion(m) => {
+                if start.is_none() {
+                    // where the robot comes from is not in the program: it starts at its first position
+                    start = Some(m.target);
+                    here = m.target;
+                    continue;
+                }
+                let kind = match m.kind {
+                    ExecutedKind::Joint => Kind::Joint,
+                    ExecutedKind::Linear => Kind::Line,
+                    ExecutedKind::Circular { via } => Kind::Arc { via },
+                };
+                let length = match kind {
+                    Kind::Arc { via } => meltpath_geometry::arc::Arc::through(here.position, via, m.target.position).map(|a| a.length()),
+                    _ => None,
+                }
+                .unwrap_or_else(|| here.position.distance(m.target.position));
+                let speed = match m.speed {
+                    ExecutedSpeed::Path(v) => v,
+                    ExecutedSpeed::Joint(share) => share * joint_speed,
+                    ExecutedSpeed::Duration(t) if length > 0.0 => length / t,
+                    // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
+                    ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
+                };
+                if m.arc.is_some() {
+                    arc_length += length;
+                }
+                commands.push(Command {
+                    id,
+                    kind,
+                    target: m.target.position,
+                    orientation: m.target.orientation,
+                    speed,
+                    smoothing: m.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
+                    source: source(m.arc),
+                });
+                layers.push(m.layer.filter(|_| m.arc.is_some()));
+                here = m.target;
+            }
+        }
+    }
+    if arc_length <= 0.0 {
+        return Err(ProgramStageError::NoArc(name.to_owned()));
+    }
+    let told = commands.iter().zip(&layers).all(|(c, l)| l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. }));
+    let layer_of_command = if told { layers.iter().map(|l| l.unwrap_or(0)).collect() } else { layers_by_height(&commands).0 };
+    Ok(Commands { start: start.unwrap_or_default(), commands, layer_of_command, arc_length })
+}

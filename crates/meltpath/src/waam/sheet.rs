@@ -1,0 +1,75 @@
+//! The operator's sheet: what to set, what to check, in which order things happen.
+
+use meltpath_report::sheet::{OperatorSheet, Setting};
+use meltpath_report::table::{Cell, Table};
+
+use super::run::wire_mass;
+use super::settings::Settings;
+use super::simulate::Simulation;
+
+/// m/min per mm/s.
+const PER_MINUTE: f64 = 0.06;
+
+/// The sheet of a build.
+pub fn operator_sheet(settings: &Settings, simulation: &Simulation, programs: &[String]) -> OperatorSheet {
+    let bead = &settings.bead;
+    let cell = &settings.cell.program;
+    let main = programs.first().map_or("", String::as_str);
+    let (lo, hi) = simulation.deposit.map.bounds();
+    let plate = settings.plate.map_or_else(
+        || format!("at least {:.0} x {:.0} x {:.0} mm", (hi - lo).x, (hi - lo).y, settings.plate_thickness),
+        |[l, w]| format!("{l:.0} x {w:.0} x {:.0} mm", settings.plate_thickness),
+    );
+    let mass = wire_mass(simulation, settings);
+    OperatorSheet {
+        settings: vec![
+            Setting::new("Wire", &format!("{}, {}", settings.wire.name, settings.wire.standard), &format!("{mass:.2} kg are used")),
+            Setting::new("Gas", &settings.gas.name, &format!("{:.0} L/min", settings.gas.flow.value)),
+            Setting::new("Transfer mode", &settings.mode.to_uppercase(), "synergy of this wire, at the source"),
+            Setting::new("Wire feed (WFS)", &format!("{:.2} m/min", bead.wire_feed * PER_MINUTE), "programmed, at the source; it cannot change while the arc burns"),
+            Setting::new("Travel speed (TS)", &format!("{:.3} m/min", bead.travel_speed * PER_MINUTE), "in the program"),
+            Setting::new("Contact tube to work (CTWD)", &format!("{:.1} mm", settings.ctwd), "at the first layer: the tool frame ends at the wire's tip"),
+            Setting::new("Smoothing", &format!("CNT{:.0}", 100.0 * settings.smoothing), "in the program"),
+            Setting::new("User frame, tool frame", &format!("UF {}, UT {}", cell.user_frame, cell.tool_frame), "the part's origin on the plate's surface; the torch"),
+            Setting::new("Plate", &plate, "clamped, its top at z = 0 of the user frame"),
+            Setting::new("Main program", main, &format!("{} program files in all", programs.len())),
+        ],
+        before: [
+            "Plate clean, clamped, earthed",
+            "User frame and tool frame checked against the sheet",
+            "CONFIG of the first position checked at the controller",
+            "Dry run without arc at low speed: reach and collisions are not checked by meltpath",
+            "Gas flow, wire on the spool, contact tube new",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+        order: order(settings, simulation),
+        during: [
+            "After layers 1, 2 and 5: measure the height and compare it with the table",
+            "Contact tube distance within its limits; stop when it is not",
+            "Start and end of beads: no lack, no heap",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+    }
+}
+
+fn order(settings: &Settings, simulation: &Simulation) -> Table {
+    let mut table = Table::new("Order of layers", &["layer", "beads", "arc time", "planned top (mm)", "predicted top (mm)", "CTWD (mm)", "pause after"]);
+    table.rows = simulation
+        .layers
+        .iter()
+        .map(|l| {
+            vec![
+                Cell::Number(f64::from(l.layer)),
+                Cell::Number(f64::from(l.beads)),
+                Cell::Duration(l.arc_time),
+                if l.planned_top.is_finite() { Cell::Fixed(l.planned_top, 1) } else { Cell::Empty },
+                l.mean_top.map_or(Cell::Empty, |t| Cell::Fixed(t, 1)),
+                Cell::Fixed(l.ctwd_mean, 1),
+                if settings.pause > 0.0 { Cell::Duration(settings.pause) } else { Cell::text("none") },
+            ]
+        })
+        .collect();
+    table
+}
