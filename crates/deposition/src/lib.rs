@@ -1,8 +1,14 @@
 //! The bead: sections, process maps, pursuit, cumulative deposit and its levelling, layer growth.
+//!
+//! From settings to a bead ([`process_map`]), from beads and motion to a part ([`deposit`]). Lengths mm, speeds mm/s.
 
 pub mod bead;
+pub mod consumable;
+pub mod ctwd;
 pub mod deposit;
 mod least_squares;
 pub mod mass;
+pub mod process_map;
 pub mod pursuit;
 pub mod section;
+pub mod stepover;

@@ -167,13 +167,19 @@ mod tests {
     }
 
     #[test]
-    fn a_rope_never_runs_backwards() {
-        let path = corner(150.0);
-        let curve = pursuit_curve(&path, 5.0, PursuitMode::Rope, 0.01);
-        let rigid = pursuit_curve(&path, 5.0, PursuitMode::Rigid, 0.01);
-        let backwards = |c: &[DVec2]| c.windows(2).any(|w| w[1].x < w[0].x - 1e-9 && w[0].x < -4.9 && w[0].y < 1e-3);
-        assert!(backwards(&rigid), "the rigid follower is pushed back first");
-        assert!(!backwards(&curve));
+    fn a_rope_is_only_ever_drawn_forwards() {
+        // the follower pushed away from the leader: the cusp of eq. 3.4 beyond 90 degrees
+        let pushed = |mode| {
+            let turn = DVec2::from_angle(150f64.to_radians());
+            let mut pursuit = Pursuit::new(DVec2::ZERO, DVec2::X, 5.0, mode);
+            (1..2000).any(|i| {
+                let from = pursuit.follower();
+                pursuit.follow(turn * 0.01 * f64::from(i));
+                (pursuit.follower() - from).dot(pursuit.heading()) < -1e-9
+            })
+        };
+        assert!(pushed(PursuitMode::Rigid));
+        assert!(!pushed(PursuitMode::Rope));
     }
 
     #[test]
