@@ -120,6 +120,29 @@ pub fn weld(mesh: &mut Mesh, tolerance: f64) -> Welded {
     Welded { merged }
 }
 
+/// Drops vertices that no triangle uses; the others keep their order, and stay apart where they coincide.
+pub fn drop_unused_vertices(mesh: &mut Mesh) {
+    let mut renumber = vec![EMPTY; mesh.vertices.len()];
+    for &v in mesh.triangles.iter().flatten() {
+        renumber[v as usize] = 0;
+    }
+    let mut kept = 0;
+    for number in &mut renumber {
+        if *number != EMPTY {
+            *number = kept;
+            kept += 1;
+        }
+    }
+    let mut v = 0;
+    mesh.vertices.retain(|_| {
+        v += 1;
+        renumber[v - 1] != EMPTY
+    });
+    for v in mesh.triangles.iter_mut().flatten() {
+        *v = renumber[*v as usize];
+    }
+}
+
 /// Kept vertices in a hashed grid of cubes as large as the tolerance.
 struct Kept {
     vertices: Vec<DVec3>,

@@ -7,7 +7,10 @@
     reason = "a test that fails says so by panicking"
 )]
 
-use std::io::{Cursor, Write};
+use std::{
+    fmt::Write as _,
+    io::{Cursor, Write},
+};
 
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::{
@@ -455,6 +458,23 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
             .0
             .is_ok()
     );
+    let sliced = |more: &str| {
+        let object = tetra.replace(r#"id="1""#, &format!(r#"id="1" s:slicestackid="3" {more}"#));
+        let slice = r#"xmlns:s="http://schemas.microsoft.com/3dmanufacturing/slice/2015/07""#;
+        read(&model(slice, &object, item), MeshFormat::ThreeMf)
+    };
+    assert_eq!(sliced("").1, ["3mf-slices-ignored"]);
+    assert!(sliced(r#"s:meshresolution="lowres""#).0.is_err());
+    model_error(&model("", &format!("<q:x/>{tetra}"), item), "not declared");
+    let relation = r#"<Relationship Target="/3D/b.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    let two = packed(&[(
+        "_rels/.rels",
+        &RELATIONS.replace("</Relationships>", relation),
+    )]);
+    assert!(matches!(
+        threemf_error(&two),
+        ThreeMfError::TwoModels { .. }
+    ));
     let support = tetra.replace(r#"id="1""#, r#"id="1" type="support""#);
     let two = format!(r#"{support}<object id="2">{TETRA}</object>"#);
     let (meshes, warnings) = read(
@@ -478,16 +498,22 @@ fn bombs_are_refused() {
     let mut resources = format!(r#"<object id="1">{TETRA}</object>"#);
     for id in 2..10 {
         let copies = format!(r#"<component objectid="{}"/>"#, id - 1).repeat(10);
-        resources += &format!(r#"<object id="{id}"><components>{copies}</components></object>"#);
+        write!(
+            resources,
+            r#"<object id="{id}"><components>{copies}</components></object>"#
+        )
+        .unwrap();
     }
     let laughs = model("", &resources, r#"<item objectid="9"/>"#);
     assert!(matches!(threemf_error(&laughs), ThreeMfError::TooMany));
     let mut chain = format!(r#"<object id="1">{TETRA}</object>"#);
     for id in 2..200 {
-        chain += &format!(
+        write!(
+            chain,
             r#"<object id="{id}"><components><component objectid="{}"/></components></object>"#,
             id - 1
-        );
+        )
+        .unwrap();
     }
     let deep = model("", &chain, r#"<item objectid="199"/>"#);
     assert!(matches!(threemf_error(&deep), ThreeMfError::Nesting { .. }));

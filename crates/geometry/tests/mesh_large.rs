@@ -14,7 +14,7 @@ use std::io::{BufReader, Read};
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::{
     Plane,
-    diagnosis::diagnose,
+    diagnosis::{DiagnosisOptions, diagnose},
     io::stl::read_stl,
     section::{SlicePlan, slice},
 };
@@ -126,7 +126,7 @@ fn ten_million_triangles_fit_in_three_gigabytes() {
     .unwrap();
     let volume: f64 = slices.iter().map(|s| s.area() * 1.5).sum();
     tell("sliced");
-    let found = diagnose(&part, &Default::default(), &Silent).unwrap();
+    let found = diagnose(&part, &DiagnosisOptions::default(), &Silent).unwrap();
     tell("examined");
     assert!(found.is_sound(), "{:?}", found.findings);
     assert!((volume / found.volume - 1.0).abs() < 1e-4);

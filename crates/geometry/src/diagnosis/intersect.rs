@@ -2,7 +2,7 @@
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::math::DVec3;
+use crate::{Mesh, math::DVec3};
 
 type Triangle = [DVec3; 3];
 
@@ -16,18 +16,33 @@ fn side(t: &Triangle, p: DVec3) -> f64 {
     orient3d(c(t[0]), c(t[1]), c(t[2]), c(p))
 }
 
-/// Whether two triangles pass through each other or overlap in one plane.
+/// Whether two triangles of a mesh pass through each other or overlap in one plane.
 ///
 /// Touching does not count: an edge that ends on the other triangle, or triangles that share corners or an edge
 /// without overlap. Triangles without area cut nothing.
-pub(super) fn triangles_intersect(a: &Triangle, b: &Triangle) -> bool {
-    let of_a = a.map(|p| side(b, p));
-    let of_b = b.map(|p| side(a, p));
+pub(super) fn triangles_intersect(mesh: &Mesh, a: u32, b: u32) -> bool {
+    let (va, vb) = (mesh.triangles[a as usize], mesh.triangles[b as usize]);
+    let (a, b) = (&mesh.corners(a as usize), &mesh.corners(b as usize));
+    // a shared corner lies in the plane: known without the predicate, which is slowest just then
+    let sides = |own: [u32; 3], points: &Triangle, other: [u32; 3], plane: &Triangle| {
+        [0, 1, 2].map(|k| {
+            if other.contains(&own[k]) {
+                0.0
+            } else {
+                side(plane, points[k])
+            }
+        })
+    };
     let apart = |s: &[f64; 3]| {
         s.iter().all(|&x| x >= 0.0) && s.iter().any(|&x| x > 0.0)
             || s.iter().all(|&x| x <= 0.0) && s.iter().any(|&x| x < 0.0)
     };
-    if apart(&of_a) || apart(&of_b) {
+    let of_a = sides(va, a, vb, b);
+    if apart(&of_a) {
+        return false;
+    }
+    let of_b = sides(vb, b, va, a);
+    if apart(&of_b) {
         return false;
     }
     if of_a == [0.0; 3] && of_b == [0.0; 3] {
@@ -106,8 +121,16 @@ mod tests {
             (far, false),
             (a, true),
         ] {
-            assert_eq!(triangles_intersect(&a, &b), wanted, "{b:?}");
-            assert_eq!(triangles_intersect(&b, &a), wanted, "{b:?} first");
+            let mesh = Mesh {
+                vertices: [a, b].concat(),
+                triangles: vec![[0, 1, 2], [3, 4, 5]],
+            };
+            assert_eq!(triangles_intersect(&mesh, 0, 1), wanted, "{b:?}");
+            assert_eq!(triangles_intersect(&mesh, 1, 0), wanted, "{b:?} first");
+            // and with shared corners named as such
+            let mut welded = mesh.clone();
+            crate::weld::weld(&mut welded, 0.0);
+            assert_eq!(triangles_intersect(&welded, 0, 1), wanted, "{b:?} welded");
         }
     }
 }

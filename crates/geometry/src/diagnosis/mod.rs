@@ -486,8 +486,8 @@ fn intersections(mesh: &Mesh, bvh: &Bvh, observer: &dyn Observer) -> Result<Coll
             let past = (first + LEAVES_AT_ONCE).min(leaves);
             for leaf in first..past {
                 bvh.pairs_from(mesh, leaf, |a, b| {
-                    let (ta, tb) = (mesh.corners(a as usize), mesh.corners(b as usize));
-                    if intersect::triangles_intersect(&ta, &tb) {
+                    if intersect::triangles_intersect(mesh, a, b) {
+                        let (ta, tb) = (mesh.corners(a as usize), mesh.corners(b as usize));
                         own.add((ta.iter().sum::<DVec3>() + tb.iter().sum::<DVec3>()) / 6.0);
                     }
                 });

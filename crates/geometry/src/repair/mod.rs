@@ -2,7 +2,7 @@
 
 mod holes;
 
-use std::fmt;
+use std::{collections::HashSet, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::{
     diagnosis::{duplicates, majorities, measure, parents},
     math::DVec3,
     topology::{NO_SHELL, edges, half_edges, is_degenerate, rims, shells},
-    weld::weld,
+    weld::{drop_unused_vertices, weld},
 };
 
 /// Shells within shells followed at most: intersecting shells may seem to hold each other.
@@ -197,8 +197,7 @@ pub fn repair(
     observer.check()?;
     settle_shells(mesh, options.stray * diagonal, &mut actions);
     if !actions.is_empty() {
-        // drop what no triangle uses any more
-        weld(mesh, 0.0);
+        drop_unused_vertices(mesh);
     }
     for action in &actions {
         let place = meltpath_base::Place {
@@ -290,8 +289,37 @@ fn turn_triangles(mesh: &mut Mesh, actions: &mut Vec<RepairAction>) {
     }
 }
 
+/// The corners in rising order: the same for every sense and start.
+fn sorted_corners(mut t: [u32; 3]) -> [u32; 3] {
+    t.sort_unstable();
+    t
+}
+
+/// The edges of a patch that are not on its rim.
+fn inner_edges(patch: &[[u32; 3]], rim: &[u32]) -> Vec<u64> {
+    let key = |a: u32, b: u32| (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
+    let outer: HashSet<u64> = (0..rim.len())
+        .map(|k| key(rim[k], rim[(k + 1) % rim.len()]))
+        .collect();
+    let mut inner: Vec<u64> = patch
+        .iter()
+        .flat_map(|t| (0..3).map(|k| key(t[k], t[(k + 1) % 3])))
+        .filter(|edge| !outer.contains(edge))
+        .collect();
+    inner.sort_unstable();
+    inner.dedup();
+    inner
+}
+
+/// Fills holes up to `widest` mm across, where the patch neither repeats a triangle nor crowds an edge.
 fn fill_holes(mesh: &mut Mesh, widest: f64, actions: &mut Vec<RepairAction>) {
     let sorted = half_edges(mesh);
+    // what a patch must not repeat: the triangles around the rims, and any edge across a hole
+    let mut known: HashSet<[u32; 3]> = edges(&sorted)
+        .filter(|edge| edge.len() == 1)
+        .map(|edge| sorted_corners(mesh.triangles[edge[0].triangle() as usize]))
+        .collect();
+    let mut across_holes: HashSet<u64> = HashSet::new();
     let (mut holes, mut triangles) = (0, 0);
     let mut largest: Option<(f64, DVec3)> = None;
     for rim in rims(mesh, &sorted) {
@@ -303,14 +331,27 @@ fn fill_holes(mesh: &mut Mesh, widest: f64, actions: &mut Vec<RepairAction>) {
         if across > widest {
             continue;
         }
-        if let Some(patch) = holes::patch(&points) {
+        let patch = holes::patch(&points).map(|patch| -> Vec<[u32; 3]> {
+            patch.into_iter().map(|t| t.map(|k| rim[k])).collect()
+        });
+        if let Some(patch) = patch {
+            let inner = inner_edges(&patch, &rim);
+            let is_new = |key: &u64| {
+                sorted.binary_search_by_key(key, |e| e.key).is_err() && !across_holes.contains(key)
+            };
+            if !inner.iter().all(is_new)
+                || patch.iter().any(|&t| known.contains(&sorted_corners(t)))
+            {
+                continue;
+            }
+            across_holes.extend(inner);
+            known.extend(patch.iter().map(|&t| sorted_corners(t)));
             holes += 1;
             triangles += patch.len() as u64;
             if largest.is_none_or(|(w, _)| across > w) {
                 largest = Some((across, 0.5 * (lo + hi)));
             }
-            mesh.triangles
-                .extend(patch.into_iter().map(|t| t.map(|k| rim[k])));
+            mesh.triangles.extend(patch);
         }
     }
     if let Some((widest, place)) = largest {

@@ -52,6 +52,16 @@ pub(super) fn instantiate(
                 });
             }
         }
+        if object.has_slices {
+            reporter.warn(
+                "3mf-slices-ignored",
+                format!(
+                    "object {} also carries ready-made slices: they were ignored and its mesh was read",
+                    item.object
+                ),
+                "check the size and shape: the mesh may be a mere placeholder",
+            );
+        }
         let mut mesh = Mesh::default();
         let frame = (DAffine3::IDENTITY, placing.unit(start));
         placing.place(part, object, item, frame, 0, &mut mesh)?;

@@ -65,6 +65,16 @@ pub enum ThreeMfError {
         /// Who needs it.
         why: &'static str,
     },
+    /// The package starts from more than one model.
+    #[error(
+        "the 3MF package starts from two models, `{first}` and `{second}`: which one is the part?"
+    )]
+    TwoModels {
+        /// Name of one.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
     /// A part is suspiciously large.
     #[error(
         "part `{part}` unpacks to more than {bytes} bytes from {packed}: refused as a zip bomb; \
@@ -139,8 +149,8 @@ pub enum ThreeMfError {
 
 /// Reads every build item of a 3MF package as one mesh in millimetres, components and transforms applied.
 ///
-/// Warns (`3mf-support-skipped`) where a build item is support, not part. Vertices are kept as the file shares
-/// them.
+/// Warns where a build item is support, not part (`3mf-support-skipped`), and where an object also carries
+/// ready-made slices (`3mf-slices-ignored`). Vertices are kept as the file shares them.
 ///
 /// # Errors
 /// See [`ThreeMfError`]: damaged or encrypted packages, required extensions that are not supported, XML or

@@ -21,6 +21,7 @@ use crate::{
 
 const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
+const SLICE: &str = "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07";
 
 /// Extensions that may be required without changing any shape, or whose effect is followed.
 const HARMLESS: [&str; 4] = [
@@ -68,6 +69,8 @@ pub(super) struct Object {
     pub(super) name: String,
     pub(super) kind: Kind,
     pub(super) shape: Shape,
+    /// Whether it also carries ready-made slices, which are not read.
+    pub(super) has_slices: bool,
     /// How many objects were defined before it: components may only use earlier ones.
     pub(super) order: usize,
 }
@@ -149,6 +152,7 @@ struct OpenObject {
     id: u32,
     name: String,
     kind: Kind,
+    has_slices: bool,
     mesh: Option<Mesh>,
     components: Option<Vec<Placed>>,
 }
@@ -235,6 +239,12 @@ pub(super) fn read_model<R: Read>(
         let resolver = xml.resolver();
         let (namespace, local) = resolver.resolve_element(start.name());
         let is_core = matches!(namespace, ResolveResult::Bound(Namespace(n)) if n == CORE);
+        if let ResolveResult::Unknown(prefix) = &namespace {
+            let prefix = String::from_utf8_lossy(prefix.as_bytes());
+            return Err(at(broken(format!(
+                "the namespace prefix `{prefix}` is not declared"
+            ))));
+        }
         let element = if is_core && parent != Element::Foreign {
             parent.child(local.as_ref())
         } else {
@@ -370,17 +380,37 @@ impl Attributes<'_, '_> {
         values.try_into().map_err(|_| missing(0))
     }
 
-    fn placed(&self) -> Result<Placed, Fault> {
-        let mut path = None;
+    /// The value of an extension's attribute.
+    fn extension(&self, namespace: &str, name: &str) -> Result<Option<String>, Fault> {
+        let mut found = None;
         for attribute in self.element.attributes() {
             let attribute = attribute.map_err(|e| broken(e.to_string()))?;
-            let (namespace, local) = self.resolver.resolve_attribute(attribute.key);
-            let is_production =
-                matches!(namespace, ResolveResult::Bound(Namespace(n)) if n == PRODUCTION);
-            if is_production && local.as_ref() == "path" {
-                path = Some(attribute.value.trim_start_matches('/').to_owned());
+            let (bound, local) = self.resolver.resolve_attribute(attribute.key);
+            if local.as_ref() == name
+                && matches!(bound, ResolveResult::Bound(Namespace(n)) if n == namespace)
+            {
+                found = Some(attribute.value.into_owned());
             }
         }
+        Ok(found)
+    }
+
+    /// Whether the object carries ready-made slices.
+    ///
+    /// Where they replace its mesh (`meshresolution="lowres"`) the mesh is only a placeholder: refused.
+    fn slices(&self) -> Result<bool, Fault> {
+        if self.extension(SLICE, "meshresolution")?.as_deref() == Some("lowres") {
+            return Err(Fault::Extension(
+                "`slice` (its mesh is a placeholder)".to_owned(),
+            ));
+        }
+        Ok(self.extension(SLICE, "slicestackid")?.is_some())
+    }
+
+    fn placed(&self) -> Result<Placed, Fault> {
+        let path = self
+            .extension(PRODUCTION, "path")?
+            .map(|path| path.trim_start_matches('/').to_owned());
         let transform = match self.text("transform")? {
             None => DAffine3::IDENTITY,
             Some(text) => transform(&text)?,
@@ -438,6 +468,7 @@ impl Reading {
                     id,
                     name: attributes.text("name")?.unwrap_or_default(),
                     kind,
+                    has_slices: attributes.slices()?,
                     mesh: None,
                     components: None,
                 });
@@ -528,6 +559,7 @@ impl Reading {
                 name: object.name,
                 kind: object.kind,
                 shape,
+                has_slices: object.has_slices,
                 order,
             },
         );

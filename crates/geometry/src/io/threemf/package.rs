@@ -126,6 +126,7 @@ impl<R: Read + Seek> Package<R> {
         let part = self.part(ROOT_RELATIONS, "where every package names its model")?;
         let mut xml = Reader::from_reader(BufReader::new(part));
         let mut buffer = Vec::new();
+        let mut found: Option<String> = None;
         loop {
             let event = match xml.read_event_into(&mut buffer) {
                 Ok(event) => event,
@@ -152,11 +153,18 @@ impl<R: Read + Seek> Package<R> {
                     if value("Type").as_deref() == Some(MODEL_RELATION)
                         && let Some(target) = value("Target")
                     {
-                        return Ok(target.trim_start_matches('/').to_owned());
+                        let target = target.trim_start_matches('/').to_owned();
+                        if let Some(first) = found {
+                            return Err(ThreeMfError::TwoModels {
+                                first,
+                                second: target,
+                            });
+                        }
+                        found = Some(target);
                     }
                 }
                 Event::Eof => {
-                    return Err(ThreeMfError::MissingPart {
+                    return found.ok_or_else(|| ThreeMfError::MissingPart {
                         part: "3D model".to_owned(),
                         why: "no relationship of the package leads to one",
                     });
