@@ -97,4 +97,68 @@ impl Grid {
         };
         (mix(&self.width), mix(&self.height))
     }
+
+    /// Points of the cell at `low` of size `size` where both tables have the given values: at most two, by the
+    /// quadratic that is left once one unknown of the two bilinear equations is eliminated.
+    pub(crate) fn solve_cell(
+        &self,
+        low: [f64; 2],
+        size: [f64; 2],
+        width: f64,
+        height: f64,
+    ) -> Vec<[f64; 2]> {
+        let inset = 1e-9;
+        // read just inside, so that the cell asked for answers and not its neighbour
+        let at = |s: f64, t: f64| self.at(low[0] + s * size[0], low[1] + t * size[1]);
+        let (e, f) = (inset, 1.0 - inset);
+        let (p00, p10, p01, p11) = (at(e, e), at(f, e), at(e, f), at(f, f));
+        let terms = |pick: fn((f64, f64)) -> f64| {
+            let (a, b, c, d) = (pick(p00), pick(p10), pick(p01), pick(p11));
+            [a, b - a, c - a, d - b - c + a]
+        };
+        let (w, h) = (terms(|p| p.0), terms(|p| p.1));
+        if w.iter().chain(&h).any(|v| !v.is_finite()) {
+            return Vec::new();
+        }
+        // w0 + w1 s + (w2 + w3 s) t = width, the same for h; t eliminated
+        let (dw, dh) = (width - w[0], height - h[0]);
+        let a = h[1] * w[3] - h[3] * w[1];
+        let b = h[1] * w[2] - dh * w[3] + h[3] * dw - h[2] * w[1];
+        let c = h[2] * dw - dh * w[2];
+        let scale = a.abs().max(b.abs()).max(c.abs());
+        let roots: Vec<f64> = if a.abs() <= 1e-14 * scale {
+            if b == 0.0 { Vec::new() } else { vec![-c / b] }
+        } else {
+            let disc = b * b - 4.0 * a * c;
+            // a fold touched exactly may come out a rounding below zero
+            let disc = if disc < 0.0 && disc > -1e-12 * scale * scale { 0.0 } else { disc };
+            if disc < 0.0 {
+                Vec::new()
+            } else {
+                let q = -0.5 * (b + disc.sqrt().copysign(b));
+                let mut roots = vec![q / a];
+                if q != 0.0 {
+                    roots.push(c / q);
+                }
+                roots
+            }
+        };
+        let slack = 1e-7;
+        roots
+            .into_iter()
+            .filter_map(|s| {
+                let (qw, qh) = (w[2] + w[3] * s, h[2] + h[3] * s);
+                let t = if qw.abs() * height >= qh.abs() * width {
+                    (dw - w[1] * s) / qw
+                } else {
+                    (dh - h[1] * s) / qh
+                };
+                let inside = |x: f64| x >= -slack && x <= 1.0 + slack;
+                (inside(s) && inside(t)).then(|| {
+                    let (s, t) = (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0));
+                    [low[0] + s * size[0], low[1] + t * size[1]]
+                })
+            })
+            .collect()
+    }
 }

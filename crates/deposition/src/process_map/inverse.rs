@@ -136,18 +136,24 @@ impl ProcessMap {
         zeros
     }
 
-    /// Settings that make a width and a height: Newton from five starts in each cell.
+    /// Settings that make a width and a height: in closed form in each cell of a table, else Newton from five starts
+    /// in each cell of an even division.
     fn both(&self, width: f64, height: f64) -> Vec<Point> {
         let (rows, columns) = (self.knots(0), self.knots(1));
         let mut found: Vec<Point> = Vec::new();
         for r in rows.windows(2) {
             for c in columns.windows(2) {
-                let size = [r[1] - r[0], c[1] - c[0]];
-                for (s, t) in [(0.5, 0.5), (0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)] {
-                    let start = [r[0] + s * size[0], c[0] + t * size[1]];
-                    let Some(p) = self.newton(start, [r[0], c[0]], size, width, height) else {
-                        continue;
-                    };
+                let (low, size) = ([r[0], c[0]], [r[1] - r[0], c[1] - c[0]]);
+                let candidates: Vec<Point> = if let Law::Grid(grid) = &self.law {
+                    grid.solve_cell(low, size, width, height)
+                } else {
+                    [(0.5, 0.5), (0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)]
+                        .iter()
+                        .map(|(s, t)| [low[0] + s * size[0], low[1] + t * size[1]])
+                        .filter_map(|start| self.newton(start, low, size, width, height))
+                        .collect()
+                };
+                for p in candidates {
                     let new = found
                         .iter()
                         .all(|q| (q[0] - p[0]).abs() + (q[1] - p[1]).abs() > 1e-5);
