@@ -3,7 +3,9 @@
 
 pub mod arc;
 pub mod boolean;
+pub mod fit;
 pub mod math;
+pub mod medial;
 pub mod mesh;
 pub mod offset;
 pub mod plane;
