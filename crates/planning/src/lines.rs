@@ -1,0 +1,227 @@
+//! Parallel lines across regions: where they lie and the spans they have inside.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::{Region, Ring};
+
+use crate::settings::FillSettings;
+use crate::spacing::{Wish, positions};
+
+/// Lines keep this far from edges that run along them, mm, so that no line lies on one.
+const CLEAR: f64 = 1e-5;
+
+/// Where a line meets a boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Crossing {
+    /// Position along the line.
+    pub(crate) x: f64,
+    /// Ring, counted over all rings of all regions.
+    pub(crate) ring: usize,
+    /// Edge of the ring, by its first vertex.
+    pub(crate) edge: usize,
+}
+
+/// The part of a line inside the regions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    /// Position across the lines.
+    pub(crate) y: f64,
+    /// Left and right end.
+    pub(crate) ends: [Crossing; 2],
+}
+
+impl Span {
+    pub(crate) fn point(&self, end: usize) -> DVec2 {
+        DVec2::new(self.ends[end].x, self.y)
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.ends[1].x - self.ends[0].x
+    }
+}
+
+/// The spans of each line, lines from below; `regions` holds the possible centres of beads.
+pub(crate) fn spans(regions: &[Region], settings: &FillSettings) -> Vec<Vec<Span>> {
+    let rings: Vec<&Ring> = regions.iter().flat_map(Region::rings).collect();
+    let wishes = wishes(&rings, settings);
+    let shortest = 0.15 * settings.width;
+    positions(&wishes, settings)
+        .into_iter()
+        .map(|y| {
+            let mut line = cut(&rings, y);
+            line.retain(|s| s.length() > shortest);
+            line
+        })
+        .collect()
+}
+
+/// The spans at `y`, from left to right.
+fn cut(rings: &[&Ring], y: f64) -> Vec<Span> {
+    let mut crossings = Vec::new();
+    for (ring, points) in rings.iter().enumerate() {
+        for (edge, &a) in points.iter().enumerate() {
+            let b = points[(edge + 1) % points.len()];
+            if (a.y > y) != (b.y > y) {
+                let x = a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x);
+                crossings.push(Crossing { x, ring, edge });
+            }
+        }
+    }
+    crossings.sort_by(|p, q| {
+        p.x.total_cmp(&q.x)
+            .then(p.ring.cmp(&q.ring))
+            .then(p.edge.cmp(&q.edge))
+    });
+    crossings
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .map(|&ends| Span { y, ends })
+        .collect()
+}
+
+/// Where lines would lie best: at the extremes of the rings, moved inwards where the end is round so that the first
+/// line has a length, and otherwise by [`CLEAR`].
+fn wishes(rings: &[&Ring], settings: &FillSettings) -> Vec<Wish> {
+    let mut wishes: Vec<Wish> = rings.iter().flat_map(|r| extremes(r, settings)).collect();
+    wishes.sort_by(|a, b| a.at.total_cmp(&b.at).then(b.flat.total_cmp(&a.flat)));
+    let Some((first, last)) = wishes.first().copied().zip(wishes.last().copied()) else {
+        return wishes;
+    };
+    // near ones are one: the flatter counts; beyond a few hundred the small ones do not matter
+    let near = 0.1 * settings.stepover;
+    let mut kept: Vec<Wish> = Vec::new();
+    for wish in wishes {
+        match kept.last_mut() {
+            Some(before) if wish.at - before.at < near => {
+                let flat = before.flat + wish.flat;
+                if wish.flat > before.flat {
+                    *before = wish;
+                }
+                before.flat = flat;
+            }
+            _ => kept.push(wish),
+        }
+    }
+    if kept.len() > 200 {
+        let mut flats: Vec<f64> = kept.iter().map(|w| w.flat).collect();
+        flats.sort_by(|a, b| b.total_cmp(a));
+        let least = flats[198];
+        kept.retain(|w| w.flat > least);
+    }
+    kept.retain(|w| w.at > first.at + near && w.at < last.at - near);
+    kept.insert(0, first);
+    if last.at > first.at {
+        kept.push(last);
+    }
+    kept
+}
+
+fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
+    let n = ring.len();
+    let mut found = Vec::new();
+    let mut i = 0;
+    while i < n {
+        // the flat run that starts at vertex i, if the ring comes to it and leaves it on the same side
+        let y = ring[i].y;
+        let before = ring[(i + n - 1) % n];
+        let mut run = 0;
+        while run + 1 < n && (ring[(i + run + 1) % n].y - y).abs() < 1e-7 {
+            run += 1;
+        }
+        let after = ring[(i + run + 1) % n];
+        let comes = before.y - y;
+        let is_extreme = comes.abs() >= 1e-7 && comes * (after.y - y) > 0.0;
+        if is_extreme && (run < n - 1) {
+            let last = (i + run) % n;
+            // the region lies on the left: at its own lower end the ring goes from left to right
+            let turn = (ring[i] - before).perp_dot(after - ring[last])
+                + (ring[i] - before).perp_dot(ring[last] - ring[i]);
+            let end_of_region = turn > 0.0;
+            let up = comes > 0.0;
+            let inwards = if up == end_of_region { 1.0 } else { -1.0 };
+            let open = |depth: f64| opening(ring, i, last, y, depth * comes.signum());
+            let depth = if end_of_region {
+                depth_of_width(open, 0.7 * settings.width, 0.5 * settings.stepover)
+            } else {
+                CLEAR
+            };
+            found.push(Wish {
+                at: y + inwards * depth.max(CLEAR),
+                flat: open(0.1 * settings.stepover),
+            });
+        }
+        i += run + 1;
+    }
+    found
+}
+
+/// Width of the ring's two sides at `depth` from the extreme between vertices `first` and `last`.
+fn opening(ring: &Ring, first: usize, last: usize, y: f64, depth: f64) -> f64 {
+    let n = ring.len();
+    let reach = |start: usize, step: usize| {
+        let mut at = start;
+        for _ in 0..n {
+            let next = (at + step) % n;
+            let (p, q) = (ring[at], ring[next]);
+            let (dp, dq) = ((p.y - y) * depth.signum(), (q.y - y) * depth.signum());
+            if dq < dp - 1e-9 {
+                return p.x;
+            }
+            if dq >= depth.abs() {
+                return p.x + (depth.abs() - dp) / (dq - dp) * (q.x - p.x);
+            }
+            at = next;
+        }
+        ring[start].x
+    };
+    (reach(first, n - 1) - reach(last, 1)).abs()
+}
+
+/// The depth at which an end is `width` wide, at most `deepest`.
+fn depth_of_width(open: impl Fn(f64) -> f64, width: f64, deepest: f64) -> f64 {
+    if open(CLEAR) >= width {
+        return CLEAR;
+    }
+    let (mut low, mut high) = (CLEAR, deepest);
+    if open(high) < width {
+        return high;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if open(middle) < width {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+/// Spans grouped into cells: within a cell each line has one span, and neighbouring spans face only each other.
+pub(crate) fn cells(lines: &[Vec<Span>]) -> Vec<Vec<Span>> {
+    let mut cells: Vec<Vec<Span>> = Vec::new();
+    // for the spans of the line before: the cell each belongs to
+    let mut open: Vec<usize> = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let below: &[Span] = if i > 0 { &lines[i - 1] } else { &[] };
+        let faces = |a: &Span, b: &Span| a.ends[0].x < b.ends[1].x && b.ends[0].x < a.ends[1].x;
+        let mut now = Vec::with_capacity(line.len());
+        for span in line {
+            let mut facing = below.iter().enumerate().filter(|(_, b)| faces(span, b));
+            let only = facing.next().filter(|_| facing.next().is_none());
+            let cell = only.and_then(|(k, b)| {
+                let alone = line.iter().filter(|s| faces(s, b)).count() == 1;
+                alone.then_some(open[k])
+            });
+            now.push(if let Some(cell) = cell {
+                cells[cell].push(*span);
+                cell
+            } else {
+                cells.push(vec![*span]);
+                cells.len() - 1
+            });
+        }
+        open = now;
+    }
+    cells
+}

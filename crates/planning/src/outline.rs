@@ -1,0 +1,96 @@
+//! Questions to outlines: is a point, is a straight way inside, where does a ray leave.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::{Region, Ring};
+
+/// The edges of a ring.
+pub(crate) fn edges(ring: &Ring) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter().zip(next).map(|(&a, &b)| (a, b))
+}
+
+/// Whether `p` lies inside any of the regions (even-odd over their rings).
+pub(crate) fn contains(regions: &[Region], p: DVec2) -> bool {
+    regions.iter().any(|region| {
+        let mut inside = false;
+        for ring in region.rings() {
+            for (a, b) in edges(ring) {
+                if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+                {
+                    inside = !inside;
+                }
+            }
+        }
+        inside
+    })
+}
+
+/// Whether the straight way from `a` to `b` stays inside the regions, seen at points at most `step` mm apart.
+pub(crate) fn way_inside(regions: &[Region], a: DVec2, b: DVec2, step: f64) -> bool {
+    let n = (a.distance(b) / step).ceil().max(1.0) as usize;
+    (0..=n).all(|i| contains(regions, a.lerp(b, i as f64 / n as f64)))
+}
+
+/// How far a ray from `p` along the unit vector `u` runs until it meets the boundary.
+pub(crate) fn ray(region: &Region, p: DVec2, u: DVec2) -> Option<f64> {
+    let mut nearest: Option<f64> = None;
+    for ring in region.rings() {
+        for (a, b) in edges(ring) {
+            let e = b - a;
+            let det = u.perp_dot(e);
+            if det.abs() < 1e-12 {
+                continue;
+            }
+            let t = (a - p).perp_dot(e) / det;
+            let s = (a - p).perp_dot(u) / det;
+            if t > 1e-9 && (0.0..=1.0).contains(&s) && nearest.is_none_or(|n| t < n) {
+                nearest = Some(t);
+            }
+        }
+    }
+    nearest
+}
+
+/// The nearest point of the segment `a`–`b` to `p`, as the share of the way.
+pub(crate) fn nearest_share(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let e = b - a;
+    let length = e.length_squared();
+    if length > 0.0 {
+        ((p - a).dot(e) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
+/// Length of a polyline.
+pub(crate) fn length(points: &[DVec2]) -> f64 {
+    points.windows(2).map(|s| s[0].distance(s[1])).sum()
+}
+
+/// The polyline without its first `cut` mm; what is left of a shorter one is its last point.
+pub(crate) fn without_start(points: &[DVec2], cut: f64) -> Vec<DVec2> {
+    let mut left = cut;
+    for (i, s) in points.windows(2).enumerate() {
+        let step = s[0].distance(s[1]);
+        if step > left {
+            let mut rest = vec![s[0].lerp(s[1], left / step)];
+            rest.extend_from_slice(&points[i + 1..]);
+            return rest;
+        }
+        left -= step;
+    }
+    points.last().copied().into_iter().collect()
+}
+
+/// The regions turned by `angle` about the origin.
+pub(crate) fn turned(regions: &[Region], angle: f64) -> Vec<Region> {
+    let rotation = DVec2::from_angle(angle);
+    let turn = |ring: &Ring| ring.iter().map(|&p| rotation.rotate(p)).collect();
+    regions
+        .iter()
+        .map(|r| Region {
+            outer: turn(&r.outer),
+            holes: r.holes.iter().map(turn).collect(),
+        })
+        .collect()
+}
