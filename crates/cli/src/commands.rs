@@ -16,7 +16,10 @@ use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
 /// Executes the command and returns the exit code.
 pub(crate) fn execute(arguments: &Arguments) -> u8 {
     if let Some(threads) = arguments.threads
-        && rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global().is_err()
+        && rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.max(1))
+            .build_global()
+            .is_err()
     {
         line_to_stderr("note: the number of threads could not be set; all cores are used");
     }
@@ -24,9 +27,13 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Run { job, out } => run(job, out.as_deref()),
         Command::Plan { job, out } => plan(job, out.as_deref()),
         Command::Program { job, toolpath, out } => program(job, toolpath, out.as_deref()),
-        Command::Simulate { program, job, out } => simulate(program, job.as_deref(), out.as_deref()),
+        Command::Simulate { program, job, out } => {
+            simulate(program, job.as_deref(), out.as_deref())
+        }
         Command::Inspect { file } => inspect_file(file),
-        Command::New { process: NewProcess::Waam { name, shape } } => new_waam(name, shape),
+        Command::New {
+            process: NewProcess::Waam { name, shape },
+        } => new_waam(name, shape),
         Command::Doctor { job } => doctor(job),
     };
     match outcome {
@@ -44,7 +51,14 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
 
 /// Shows an error; one in a job file with the place marked in its text.
 fn show_error(error: RunError) {
-    if let RunError::Job(JobError::Text { path, text, span, message, help }) = error {
+    if let RunError::Job(JobError::Text {
+        path,
+        text,
+        span,
+        message,
+        help,
+    }) = error
+    {
         let mut diagnostic = MietteDiagnostic::new(message);
         if let Some(help) = help {
             diagnostic = diagnostic.with_help(help);
@@ -53,7 +67,10 @@ fn show_error(error: RunError) {
             diagnostic = diagnostic.with_label(LabeledSpan::underline(span));
         }
         let source = NamedSource::new(path.display().to_string(), text);
-        line_to_stderr(&format!("{:?}", Report::new(diagnostic).with_source_code(source)));
+        line_to_stderr(&format!(
+            "{:?}",
+            Report::new(diagnostic).with_source_code(source)
+        ));
     } else {
         line_to_stderr(&format!("error: {error}"));
     }
@@ -61,7 +78,10 @@ fn show_error(error: RunError) {
 
 /// A name beside `file`: its stem and a suffix.
 fn beside(file: &Path, suffix: &str) -> PathBuf {
-    let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = file
+        .file_stem()
+        .map(|s| s.to_string_lossy().into_owned())
+        .unwrap_or_default();
     file.with_file_name(format!("{stem}{suffix}"))
 }
 
@@ -80,8 +100,17 @@ fn show_timers(progress: &Progress) {
 fn show_verdict(verdict: &Verdict) {
     line("");
     for check in &verdict.checks {
-        let place = check.place.as_ref().map(|p| format!(" ({p})")).unwrap_or_default();
-        line(&format!("{:>12}  {}: {}{place}", check.status.words(), check.title, check.reason));
+        let place = check
+            .place
+            .as_ref()
+            .map(|p| format!(" ({p})"))
+            .unwrap_or_default();
+        line(&format!(
+            "{:>12}  {}: {}{place}",
+            check.status.words(),
+            check.title,
+            check.reason
+        ));
         if let Some(remedy) = &check.remedy {
             line(&format!("{:>12}  → {remedy}", ""));
         }
@@ -94,7 +123,11 @@ fn show_verdict(verdict: &Verdict) {
 }
 
 fn verdict_code(verdict: &Verdict) -> u8 {
-    if verdict.status() == Status::Fail { PART_FAILS } else { 0 }
+    if verdict.status() == Status::Fail {
+        PART_FAILS
+    } else {
+        0
+    }
 }
 
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
@@ -103,7 +136,10 @@ fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let outcome = waam::run(job, out, &runs, &progress)?;
     show_timers(&progress);
     show_verdict(&outcome.verdict);
-    line(&format!("report:  {}", outcome.folder.join("report.html").display()));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
     Ok(verdict_code(&outcome.verdict))
 }
 
@@ -131,7 +167,10 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
     let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
     show_timers(&progress);
     show_verdict(&outcome.verdict);
-    line(&format!("report:  {}", outcome.folder.join("report.html").display()));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
     Ok(verdict_code(&outcome.verdict))
 }
 

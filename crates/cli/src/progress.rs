@@ -30,10 +30,20 @@ impl Progress {
         let flag = Arc::clone(&cancelled);
         // without a handler Ctrl-C ends the process at once, which leaves a hidden partial folder: worth saying
         if ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).is_err() {
-            line_to_stderr("note: Ctrl-C cannot be handled here; a cancelled run may leave a hidden partial folder");
+            line_to_stderr(
+                "note: Ctrl-C cannot be handled here; a cancelled run may leave a hidden partial folder",
+            );
         }
-        let state = State { bar: None, stages: Vec::new(), ended: None };
-        Progress { cancelled, state: Mutex::new(state), terminal: std::io::stderr().is_terminal() }
+        let state = State {
+            bar: None,
+            stages: Vec::new(),
+            ended: None,
+        };
+        Progress {
+            cancelled,
+            state: Mutex::new(state),
+            terminal: std::io::stderr().is_terminal(),
+        }
     }
 
     fn with<T>(&self, f: impl FnOnce(&mut State) -> T) -> T {
@@ -53,8 +63,17 @@ impl Progress {
     /// Each stage with the time it took, in order.
     pub(crate) fn timers(&self) -> Vec<(String, Duration)> {
         self.with(|s| {
-            let ends = s.stages.iter().skip(1).map(|(_, t)| *t).chain(s.ended.or_else(|| Some(Instant::now())));
-            s.stages.iter().zip(ends).map(|((name, start), end)| (name.clone(), end.duration_since(*start))).collect()
+            let ends = s
+                .stages
+                .iter()
+                .skip(1)
+                .map(|(_, t)| *t)
+                .chain(s.ended.or_else(|| Some(Instant::now())));
+            s.stages
+                .iter()
+                .zip(ends)
+                .map(|((name, start), end)| (name.clone(), end.duration_since(*start)))
+                .collect()
         })
     }
 }
@@ -67,8 +86,16 @@ impl Observer for Progress {
             }
             s.stages.push((name.to_owned(), Instant::now()));
             if self.terminal {
-                let bar = if total == 0 { ProgressBar::new_spinner() } else { ProgressBar::new(total) };
-                let template = if total == 0 { "{msg:24} {spinner} {elapsed}" } else { "{msg:24} {wide_bar} {percent:>3} %  {eta} left" };
+                let bar = if total == 0 {
+                    ProgressBar::new_spinner()
+                } else {
+                    ProgressBar::new(total)
+                };
+                let template = if total == 0 {
+                    "{msg:24} {spinner} {elapsed}"
+                } else {
+                    "{msg:24} {wide_bar} {percent:>3} %  {eta} left"
+                };
                 if let Ok(style) = ProgressStyle::with_template(template) {
                     bar.set_style(style);
                 }

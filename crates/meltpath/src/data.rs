@@ -7,7 +7,10 @@ use meltpath_programs::CellProgramming;
 use serde::Deserialize;
 
 /// The cells that ship: name and file.
-pub const CELLS: &[(&str, &str)] = &[("arcmate-120ic", include_str!("../../../data/cells/arcmate-120ic.toml"))];
+pub const CELLS: &[(&str, &str)] = &[(
+    "arcmate-120ic",
+    include_str!("../../../data/cells/arcmate-120ic.toml"),
+)];
 
 /// What the robot is.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -64,7 +67,9 @@ pub enum CellFileError {
 
 /// Whether a name means a file of the user's own.
 pub fn is_file(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    Path::new(name)
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 impl Cell {
@@ -84,14 +89,21 @@ impl Cell {
             Some((_, text)) => (*text).to_owned(),
             None if is_file(name) => {
                 let path = folder.join(name);
-                std::fs::read_to_string(&path).map_err(|source| CellFileError::Io { path, source })?
+                std::fs::read_to_string(&path)
+                    .map_err(|source| CellFileError::Io { path, source })?
             }
             None => {
                 let known: Vec<_> = CELLS.iter().map(|(n, _)| format!("\"{n}\"")).collect();
-                return Err(CellFileError::Unknown { name: name.to_owned(), known: known.join(", ") });
+                return Err(CellFileError::Unknown {
+                    name: name.to_owned(),
+                    known: known.join(", "),
+                });
             }
         };
-        let content = |reason: String| CellFileError::Content { name: name.to_owned(), reason };
+        let content = |reason: String| CellFileError::Content {
+            name: name.to_owned(),
+            reason,
+        };
         let cell: Cell = toml::from_str(&text).map_err(|e| content(e.to_string()))?;
         cell.motion.check().map_err(|e| content(e.to_string()))?;
         cell.program.check().map_err(|e| content(e.to_string()))?;

@@ -17,8 +17,15 @@ const CHORD_ERROR: f64 = 0.02;
 ///
 /// # Errors
 /// [`RunError`] where the file cannot be read or is of no known kind.
-pub fn inspect(path: &Path, reporter: &Reporter, observer: &dyn Observer) -> Result<Vec<String>, RunError> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+pub fn inspect(
+    path: &Path,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<String>, RunError> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
     match extension.as_str() {
         "ls" => program(path),
         "melt" => plan(path),
@@ -26,33 +33,80 @@ pub fn inspect(path: &Path, reporter: &Reporter, observer: &dyn Observer) -> Res
     }
 }
 
-fn inspect_part(path: &Path, reporter: &Reporter, observer: &dyn Observer) -> Result<Vec<String>, RunError> {
-    let part = part::load(path, PartUnit::Millimetre, DVec3::Z, CHORD_ERROR, reporter, observer)?;
+fn inspect_part(
+    path: &Path,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<String>, RunError> {
+    let part = part::load(
+        path,
+        PartUnit::Millimetre,
+        DVec3::Z,
+        CHORD_ERROR,
+        reporter,
+        observer,
+    )?;
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
-    let mut lines = vec![format!("{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³", part.name, size.x, size.y, size.z, part.volume / 1000.0)];
+    let mut lines = vec![format!(
+        "{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³",
+        part.name,
+        size.x,
+        size.y,
+        size.z,
+        part.volume / 1000.0
+    )];
     lines.extend(part.findings);
     Ok(lines)
 }
 
 fn program(path: &Path) -> Result<Vec<String>, RunError> {
-    let bytes = std::fs::read(path).map_err(|e| RunError::Inspect(format!("cannot open {}: {e}", path.display())))?;
-    let parsed = fanuc_ls::read(&bytes).map_err(|e| RunError::Inspect(format!("cannot read {}: {e}", path.display())))?;
+    let bytes = std::fs::read(path)
+        .map_err(|e| RunError::Inspect(format!("cannot open {}: {e}", path.display())))?;
+    let parsed = fanuc_ls::read(&bytes)
+        .map_err(|e| RunError::Inspect(format!("cannot read {}: {e}", path.display())))?;
     let p = &parsed.program;
-    let mut lines = vec![format!("program {}: {} instructions, {} positions", p.name, p.instructions.len(), p.positions.len())];
-    lines.extend(parsed.unread.iter().map(|u| format!("line {} is kept but not simulated: {}", u.line, u.text.trim())));
+    let mut lines = vec![format!(
+        "program {}: {} instructions, {} positions",
+        p.name,
+        p.instructions.len(),
+        p.positions.len()
+    )];
+    lines.extend(parsed.unread.iter().map(|u| {
+        format!(
+            "line {} is kept but not simulated: {}",
+            u.line,
+            u.text.trim()
+        )
+    }));
     Ok(lines)
 }
 
 fn plan(path: &Path) -> Result<Vec<String>, RunError> {
     let toolpath = read_toolpath(path)?;
     let layers = toolpath.by_layer();
-    let mut lines = vec![format!("plan: {} beads, {:.1} m, in {} layers", toolpath.passes.len(), toolpath.deposited_length() / 1000.0, layers.len())];
+    let mut lines = vec![format!(
+        "plan: {} beads, {:.1} m, in {} layers",
+        toolpath.passes.len(),
+        toolpath.deposited_length() / 1000.0,
+        layers.len()
+    )];
     for p in &toolpath.profiles {
-        lines.push(format!("profile {}: {:.3} m/min travel, {:.2} m/min wire, bead {:.2} x {:.2} mm", p.name, p.speed * 0.06, p.wire_feed * 0.06, p.width, p.height));
+        lines.push(format!(
+            "profile {}: {:.3} m/min travel, {:.2} m/min wire, bead {:.2} x {:.2} mm",
+            p.name,
+            p.speed * 0.06,
+            p.wire_feed * 0.06,
+            p.width,
+            p.height
+        ));
     }
     for ((_, layer), passes) in layers {
         let length: f64 = passes.iter().map(|&i| toolpath.passes[i].length()).sum();
-        lines.push(format!("layer {layer}: {} beads, {:.0} mm", passes.len(), length));
+        lines.push(format!(
+            "layer {layer}: {} beads, {:.0} mm",
+            passes.len(),
+            length
+        ));
     }
     Ok(lines)
 }

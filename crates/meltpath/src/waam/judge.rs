@@ -116,11 +116,7 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
 
 /// Checks of layers: height, flatness, contact tube distance, accumulations. `growth_sigma` is the relative standard
 /// uncertainty of growth.
-pub fn layer_checks(
-    layers: &[LayerOutcome],
-    growth_sigma: f64,
-    limits: &Limits,
-) -> Vec<Check> {
+pub fn layer_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits) -> Vec<Check> {
     let mut checks = Vec::new();
     let worst = |value: &dyn Fn(&LayerOutcome) -> Option<f64>| {
         layers

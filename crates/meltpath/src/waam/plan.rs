@@ -8,7 +8,9 @@ use meltpath_geometry::offset::{Join, inset, outset, stroke};
 use meltpath_geometry::overhang::{Overhang, OverhangError, overhangs};
 use meltpath_geometry::raster::{Grid, rasterise};
 use meltpath_geometry::region::signed_area;
-use meltpath_geometry::section::{HeightsError, LastLayer, Layer, LayerHeight, Slice, SliceError, SlicePlan, layers, slice};
+use meltpath_geometry::section::{
+    HeightsError, LastLayer, Layer, LayerHeight, Slice, SliceError, SlicePlan, layers, slice,
+};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, plan_layers};
@@ -41,7 +43,9 @@ pub enum PlanStageError {
     #[error("cannot fill a layer: {0}")]
     Fill(#[from] PlanError),
     /// Nothing to build.
-    #[error("no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance")]
+    #[error(
+        "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance"
+    )]
     NoBead {
         /// Narrowest section that takes a bead, mm.
         narrowest: f64,
@@ -83,7 +87,12 @@ const SHORT: f64 = 0.2;
 ///
 /// # Errors
 /// [`PlanStageError`].
-pub fn plan(part: &Part, settings: &Settings, reporter: &Reporter, observer: &dyn Observer) -> Result<Plan, PlanStageError> {
+pub fn plan(
+    part: &Part,
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
     let top = part_top + settings.allowance;
     let height = match &settings.heights {
@@ -91,19 +100,48 @@ pub fn plan(part: &Part, settings: &Settings, reporter: &Reporter, observer: &dy
         Auto::Auto => grown_height(part, part_top, settings, observer)?,
     };
     let layers = lay_out(settings, top, height.value)?;
-    let slices = cut(part, part_top, layers.iter().map(|l| l.at(0.5)), reporter, observer)?;
+    let slices = cut(
+        part,
+        part_top,
+        layers.iter().map(|l| l.at(0.5)),
+        reporter,
+        observer,
+    )?;
     let regions: Vec<Vec<Region>> = covered(&slices, settings)?;
     tell_closed_holes(&slices, settings, reporter);
-    let overhangs = overhangs(&slices, settings.bead.width.value, settings.limits.overhang, reporter, observer)?;
+    let overhangs = overhangs(
+        &slices,
+        settings.bead.width.value,
+        settings.limits.overhang,
+        reporter,
+        observer,
+    )?;
     let plans = fill(&layers, &regions, settings, reporter, observer)?;
-    let coverage = plans.iter().flat_map(|p| p.coverage.iter().map(|c| (p.layer, c.clone()))).collect();
+    let coverage = plans
+        .iter()
+        .flat_map(|p| p.coverage.iter().map(|c| (p.layer, c.clone())))
+        .collect();
     let passes: Vec<Pass> = plans.into_iter().flat_map(|p| p.passes).collect();
     if passes.is_empty() {
-        return Err(PlanStageError::NoBead { narrowest: settings.fill.narrowest * settings.bead.width.value, allowance: settings.allowance });
+        return Err(PlanStageError::NoBead {
+            narrowest: settings.fill.narrowest * settings.bead.width.value,
+            allowance: settings.allowance,
+        });
     }
     let single = single_share(&passes);
-    let toolpath = Toolpath { profiles: vec![profile(settings)], passes };
-    Ok(Plan { toolpath, layers, regions, coverage, overhangs, height, single })
+    let toolpath = Toolpath {
+        profiles: vec![profile(settings)],
+        passes,
+    };
+    Ok(Plan {
+        toolpath,
+        layers,
+        regions,
+        coverage,
+        overhangs,
+        height,
+        single,
+    })
 }
 
 fn profile(settings: &Settings) -> Profile {
@@ -126,14 +164,23 @@ fn lay_out(settings: &Settings, top: f64, height: f64) -> Result<Vec<Layer>, Pla
     let mut made = match (settings.count, &settings.heights) {
         (Some(count), _) => {
             // as many as asked, whatever the part's height
-            let enough: f64 = (0..count as usize).map(|i| list.get(i).or(list.last()).copied().unwrap_or(height)).sum();
+            let enough: f64 = (0..count as usize)
+                .map(|i| list.get(i).or(list.last()).copied().unwrap_or(height))
+                .sum();
             layers(0.0, enough, &LayerHeight::PerLayer(list), LastLayer::Full)?
         }
-        (None, Auto::Value(_)) => layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?,
+        (None, Auto::Value(_)) => {
+            layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?
+        }
         (None, Auto::Auto) => {
             // a bead cannot be made lower than it is: whole layers, the last of which may stay a little short
             let count = (top / height - SHORT).ceil().max(1.0);
-            layers(0.0, count * height, &LayerHeight::Constant(height), LastLayer::Full)?
+            layers(
+                0.0,
+                count * height,
+                &LayerHeight::Constant(height),
+                LastLayer::Full,
+            )?
         }
     };
     if let Some(count) = settings.count {
@@ -171,7 +218,9 @@ fn hole_limit(settings: &Settings) -> f64 {
 
 /// What layers cover: sections grown by the allowance, without the holes that are too small to keep.
 fn covered(slices: &[Slice], settings: &Settings) -> Result<Vec<Vec<Region>>, PlanarError> {
-    let join = Join::Round { arc_tolerance: 0.02 };
+    let join = Join::Round {
+        arc_tolerance: 0.02,
+    };
     let limit = hole_limit(settings);
     slices
         .par_iter()
@@ -192,7 +241,17 @@ fn tell_closed_holes(slices: &[Slice], settings: &Settings, reporter: &Reporter)
         let radius = (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance;
         std::f64::consts::PI * radius.max(0.0).powi(2)
     };
-    let count = slices.iter().map(|s| s.regions.iter().flat_map(|r| &r.holes).filter(|h| shrunk(h) < limit).count()).max().unwrap_or(0);
+    let count = slices
+        .iter()
+        .map(|s| {
+            s.regions
+                .iter()
+                .flat_map(|r| &r.holes)
+                .filter(|h| shrunk(h) < limit)
+                .count()
+        })
+        .max()
+        .unwrap_or(0);
     if count > 0 {
         reporter.warn(
             "holes-closed",
@@ -202,33 +261,76 @@ fn tell_closed_holes(slices: &[Slice], settings: &Settings, reporter: &Reporter)
     }
 }
 
-fn fill(layers: &[Layer], regions: &[Vec<Region>], settings: &Settings, reporter: &Reporter, observer: &dyn Observer) -> Result<Vec<LayerPlan>, PlanError> {
+fn fill(
+    layers: &[Layer],
+    regions: &[Vec<Region>],
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Vec<LayerPlan>, PlanError> {
     // the wire's tip travels on the surface that the layer is laid on
     let planes: Vec<Plane> = layers.iter().map(|l| Plane::horizontal(l.bottom)).collect();
     let wanted: Vec<meltpath_planning::Layer<'_>> = planes
         .iter()
         .zip(regions)
         .enumerate()
-        .map(|(i, (plane, regions))| meltpath_planning::Layer { number: i as u32 + 1, plane, regions })
+        .map(|(i, (plane, regions))| meltpath_planning::Layer {
+            number: i as u32 + 1,
+            plane,
+            regions,
+        })
         .collect();
-    plan_layers(&wanted, &settings.fill, PassIds { part: 0 }, reporter, observer)
+    plan_layers(
+        &wanted,
+        &settings.fill,
+        PassIds { part: 0 },
+        reporter,
+        observer,
+    )
 }
 
 /// The height by which a layer grows: its metal over the area that its beads share.
-fn grown_height(part: &Part, part_top: f64, settings: &Settings, observer: &dyn Observer) -> Result<Resolved<f64>, PlanStageError> {
+fn grown_height(
+    part: &Part,
+    part_top: f64,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<Resolved<f64>, PlanStageError> {
     let quiet = Reporter::new();
-    let slices = cut(part, part_top, PROBES.iter().map(|p| p * part_top), &quiet, observer)?;
+    let slices = cut(
+        part,
+        part_top,
+        PROBES.iter().map(|p| p * part_top),
+        &quiet,
+        observer,
+    )?;
     let regions = covered(&slices, settings)?;
-    let layers: Vec<Layer> = PROBES.iter().map(|p| Layer { bottom: p * part_top, top: p * part_top + 1.0 }).collect();
+    let layers: Vec<Layer> = PROBES
+        .iter()
+        .map(|p| Layer {
+            bottom: p * part_top,
+            top: p * part_top + 1.0,
+        })
+        .collect();
     let plans = fill(&layers, &regions, settings, &quiet, observer)?;
     let (mut metal, mut area) = (0.0, 0.0);
     for plan in &plans {
-        let lines: Vec<Vec<DVec2>> = plan.passes.iter().map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect()).collect();
+        let lines: Vec<Vec<DVec2>> = plan
+            .passes
+            .iter()
+            .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
+            .collect();
         metal += plan.passes.iter().map(Pass::length).sum::<f64>() * settings.bead.area.value;
-        area += stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?.iter().map(Region::area).sum::<f64>();
+        area += stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
+            .iter()
+            .map(Region::area)
+            .sum::<f64>();
     }
     if area <= 0.0 {
-        return Err(PlanStageError::NoBead { narrowest: settings.fill.narrowest * settings.bead.width.value, allowance: settings.allowance });
+        return Err(PlanStageError::NoBead {
+            narrowest: settings.fill.narrowest * settings.bead.width.value,
+            allowance: settings.allowance,
+        });
     }
     let height = metal / area;
     let origin = Origin::Computed("growth: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)".to_owned());
@@ -241,7 +343,12 @@ fn single_share(passes: &[Pass]) -> f64 {
     let beside: f64 = passes
         .iter()
         .map(|p| {
-            let mut spans: Vec<(f64, f64)> = p.neighbours.iter().filter(|n| n.layer == p.tag.layer).map(|n| (n.from, n.to)).collect();
+            let mut spans: Vec<(f64, f64)> = p
+                .neighbours
+                .iter()
+                .filter(|n| n.layer == p.tag.layer)
+                .map(|n| (n.from, n.to))
+                .collect();
             spans.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut reached = 0.0_f64;
             spans.iter().fold(0.0, |sum, &(from, to)| {
@@ -251,7 +358,11 @@ fn single_share(passes: &[Pass]) -> f64 {
             })
         })
         .sum();
-    if total > 0.0 { (1.0 - beside / total).clamp(0.0, 1.0) } else { 0.0 }
+    if total > 0.0 {
+        (1.0 - beside / total).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
 }
 
 impl Plan {
@@ -259,17 +370,37 @@ impl Plan {
     ///
     /// # Errors
     /// [`meltpath_geometry::workpiece::WorkpieceError`] when the map would be too large.
-    pub fn plate(&self, settings: &Settings) -> Result<HeightMap, meltpath_geometry::workpiece::WorkpieceError> {
-        plate(self.toolpath.passes.iter().flat_map(|p| p.points.iter().map(|v| v.truncate())), settings)
+    pub fn plate(
+        &self,
+        settings: &Settings,
+    ) -> Result<HeightMap, meltpath_geometry::workpiece::WorkpieceError> {
+        plate(
+            self.toolpath
+                .passes
+                .iter()
+                .flat_map(|p| p.points.iter().map(|v| v.truncate())),
+            settings,
+        )
     }
 
     /// The layers as the simulation needs them.
     ///
     /// # Errors
     /// [`PlanarError`].
-    pub fn planned_layers(&self, map: &HeightMap, settings: &Settings) -> Result<Vec<PlannedLayer>, PlanarError> {
-        let grid = Grid { origin: map.origin, cell: map.cell, nx: map.nx, ny: map.ny };
-        let join = Join::Round { arc_tolerance: 0.05 };
+    pub fn planned_layers(
+        &self,
+        map: &HeightMap,
+        settings: &Settings,
+    ) -> Result<Vec<PlannedLayer>, PlanarError> {
+        let grid = Grid {
+            origin: map.origin,
+            cell: map.cell,
+            nx: map.nx,
+            ny: map.ny,
+        };
+        let join = Join::Round {
+            arc_tolerance: 0.05,
+        };
         self.layers
             .par_iter()
             .zip(&self.regions)
@@ -277,17 +408,37 @@ impl Plan {
             .map(|(i, (layer, regions))| {
                 // a bead's width from the edge: free edges round off and belong to no flatness
                 let inner = inset(regions, settings.bead.width.value, join)?;
-                Ok(PlannedLayer { layer: i as u32 + 1, top: layer.top, inner: rasterise(&inner, &grid) })
+                Ok(PlannedLayer {
+                    layer: i as u32 + 1,
+                    top: layer.top,
+                    inner: rasterise(&inner, &grid),
+                })
             })
             .collect()
     }
 
     /// Records what the plan resolved.
     pub fn record(&self, provenance: &mut meltpath_base::Provenance) {
-        let height = Resolved { value: Length(self.height.value), origin: self.height.origin.clone(), sigma: self.height.sigma.map(Length) };
+        let height = Resolved {
+            value: Length(self.height.value),
+            origin: self.height.origin.clone(),
+            sigma: self.height.sigma.map(Length),
+        };
         provenance.parameter("layers.height", &height);
-        provenance.parameter("layers.made", &Resolved::new(self.layers.len(), Origin::Computed("part height and allowance over the layer height".to_owned())));
-        provenance.parameter("plan.single_bead_share", &Resolved::new(self.single, Origin::Computed("bead length without a neighbour in its layer".to_owned())));
+        provenance.parameter(
+            "layers.made",
+            &Resolved::new(
+                self.layers.len(),
+                Origin::Computed("part height and allowance over the layer height".to_owned()),
+            ),
+        );
+        provenance.parameter(
+            "plan.single_bead_share",
+            &Resolved::new(
+                self.single,
+                Origin::Computed("bead length without a neighbour in its layer".to_owned()),
+            ),
+        );
     }
 }
 
@@ -298,12 +449,19 @@ const BESIDE: f64 = 3.0;
 ///
 /// # Errors
 /// [`meltpath_geometry::workpiece::WorkpieceError`] when the map would be too large.
-pub fn plate(path: impl Iterator<Item = DVec2>, settings: &Settings) -> Result<HeightMap, meltpath_geometry::workpiece::WorkpieceError> {
-    let (lo, hi) = path.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+pub fn plate(
+    path: impl Iterator<Item = DVec2>,
+    settings: &Settings,
+) -> Result<HeightMap, meltpath_geometry::workpiece::WorkpieceError> {
+    let (lo, hi) = path.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
+        (lo.min(p), hi.max(p))
+    });
     let middle = 0.5 * (lo + hi);
     let needed = 0.5 * (hi - lo) + DVec2::splat(BESIDE * settings.bead.width.value);
     let half = match settings.plate {
-        Some([length, width]) => needed.min(0.5 * DVec2::new(length, width)).max(0.5 * (hi - lo) + DVec2::splat(0.5 * settings.bead.width.value)),
+        Some([length, width]) => needed
+            .min(0.5 * DVec2::new(length, width))
+            .max(0.5 * (hi - lo) + DVec2::splat(0.5 * settings.bead.width.value)),
         None => needed,
     };
     HeightMap::new(middle - half, middle + half, settings.cell_size, 0.0)

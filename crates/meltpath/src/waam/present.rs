@@ -12,7 +12,9 @@ use meltpath_report::scene::{Grid, LineSet, Polyline, Scalar, Scene, Stroke, Sur
 use meltpath_report::series::csv::CsvWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_report::table::{Cell, Table};
-use meltpath_report::vtk::{Field, Values as FieldValues, VtkError, write_height_image, write_lines};
+use meltpath_report::vtk::{
+    Field, Values as FieldValues, VtkError, write_height_image, write_lines,
+};
 use meltpath_toolpath::{Pass, Toolpath};
 
 use super::judge::{LayerOutcome, Limits};

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_machine::command::{Command, Kind, Smoothing, Source};
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, ExecutionSettings, Pause, Program, ProgramError, Schedule, build,
-    execution_order,
+    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, ExecutionSettings, Pause,
+    Program, ProgramError, Schedule, build, execution_order,
 };
 use meltpath_toolpath::Toolpath;
 
@@ -77,17 +78,42 @@ pub struct Programs {
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn write(name: &str, toolpath: &Toolpath, settings: &Settings, reporter: &Reporter) -> Result<Programs, ProgramStageError> {
-    let pause = if settings.pause > 0.0 { Pause::Wait(settings.pause) } else { Pause::None };
-    let build_settings = BuildSettings { name: name.to_owned(), comment: "meltpath".to_owned(), smoothing: Ratio(settings.smoothing), pause };
+pub fn write(
+    name: &str,
+    toolpath: &Toolpath,
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<Programs, ProgramStageError> {
+    let pause = if settings.pause > 0.0 {
+        Pause::Wait(settings.pause)
+    } else {
+        Pause::None
+    };
+    let build_settings = BuildSettings {
+        name: name.to_owned(),
+        comment: "meltpath".to_owned(),
+        smoothing: Ratio(settings.smoothing),
+        pause,
+    };
     let built = build(toolpath, &settings.cell.program, &build_settings, reporter)?;
-    let mut programs = Programs { files: Vec::new(), parsed: Vec::new(), schedules: built.schedules, stable: true };
+    let mut programs = Programs {
+        files: Vec::new(),
+        parsed: Vec::new(),
+        schedules: built.schedules,
+        stable: true,
+    };
     for program in &built.programs {
         let text = fanuc_ls::write(program)?;
         let path = PathBuf::from(format!("{}.LS", program.name));
-        let parsed = fanuc_ls::parse(&text).map_err(|source| ProgramStageError::Parse { path: path.clone(), source })?;
+        let parsed = fanuc_ls::parse(&text).map_err(|source| ProgramStageError::Parse {
+            path: path.clone(),
+            source,
+        })?;
         programs.stable &= parsed.unread.is_empty() && fanuc_ls::write(&parsed.program)? == text;
-        programs.files.push(ProgramFile { name: path.display().to_string(), text });
+        programs.files.push(ProgramFile {
+            name: path.display().to_string(),
+            text,
+        });
         programs.parsed.push(parsed.program);
     }
     Ok(programs)
@@ -103,15 +129,38 @@ pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramSta
     let mut programs = Vec::new();
     let mut waiting = vec![main.to_path_buf()];
     while let Some(path) = waiting.pop() {
-        let bytes = std::fs::read(&path).map_err(|source| ProgramStageError::Io { path: path.clone(), source })?;
-        let parsed = fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse { path: path.clone(), source })?;
+        let bytes = std::fs::read(&path).map_err(|source| ProgramStageError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        let parsed = fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
+            path: path.clone(),
+            source,
+        })?;
         for unread in &parsed.unread {
-            let place = meltpath_base::Place { file: Some(path.display().to_string()), line: Some(unread.line), ..meltpath_base::Place::default() };
-            reporter.warn_at("program-line-kept", format!("the line \"{}\" is kept but not simulated", unread.text.trim()), place, "");
+            let place = meltpath_base::Place {
+                file: Some(path.display().to_string()),
+                line: Some(unread.line),
+                ..meltpath_base::Place::default()
+            };
+            reporter.warn_at(
+                "program-line-kept",
+                format!(
+                    "the line \"{}\" is kept but not simulated",
+                    unread.text.trim()
+                ),
+                place,
+                "",
+            );
         }
         for called in calls(&parsed.program) {
-            let known = programs.iter().any(|p: &Program| p.name.eq_ignore_ascii_case(called));
-            if !known && let Some(beside) = find_beside(&path, called) && !waiting.contains(&beside) {
+            let known = programs
+                .iter()
+                .any(|p: &Program| p.name.eq_ignore_ascii_case(called));
+            if !known
+                && let Some(beside) = find_beside(&path, called)
+                && !waiting.contains(&beside)
+            {
                 waiting.push(beside);
             }
         }
@@ -130,9 +179,19 @@ fn calls(program: &Program) -> impl Iterator<Item = &str> {
 
 /// The file of program `name` beside `path`, whatever the case of its name.
 fn find_beside(path: &Path, name: &str) -> Option<PathBuf> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let wanted = format!("{name}.ls");
-    std::fs::read_dir(folder).ok()?.flatten().map(|e| e.path()).find(|p| p.file_name().is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(&wanted)))
+    std::fs::read_dir(folder)
+        .ok()?
+        .flatten()
+        .map(|e| e.path())
+        .find(|p| {
+            p.file_name()
+                .is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(&wanted))
+        })
 }
 
 /// Commands for the machine model, with what they mean.
@@ -142,7 +201,7 @@ pub struct Commands {
     pub start: Pose,
     /// The commands, numbered by their position.
     pub commands: Vec<Command>,
-    /// The layer of each command, from 1; 0 without arc.
+    /// The layer of each command, from 1.
     pub layer_of_command: Vec<u32>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
@@ -153,8 +212,17 @@ pub struct Commands {
 ///
 /// # Errors
 /// [`ProgramStageError`] where the programs cannot be run without the controller, or never burn the arc.
-pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, settings: &Settings, reporter: &Reporter) -> Result<Commands, ProgramStageError> {
-    let execution = ExecutionSettings { weld_speed: Some(settings.bead.travel_speed), ..ExecutionSettings::default() };
+pub fn commands(
+    programs: &[Program],
+    schedules: &[Schedule],
+    wire_feed: f64,
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<Commands, ProgramStageError> {
+    let execution = ExecutionSettings {
+        weld_speed: Some(settings.bead.travel_speed),
+        ..ExecutionSettings::default()
+    };
     let executed = execution_order(programs, &execution, reporter)?;
     let name = programs.first().map_or("", |p| &p.name);
     let joint_speed = settings.cell.motion.joint_speed.value.0;
@@ -162,12 +230,20 @@ pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, se
     let source = |arc: Option<u32>| match arc {
         None => Source::Off,
         Some(schedule) => {
-            let programmed = schedules.iter().find(|s| s.number == schedule).map_or(wire_feed, |s| s.wire_feed);
-            Source::On { wire_feed: factor * programmed }
+            let programmed = schedules
+                .iter()
+                .find(|s| s.number == schedule)
+                .map_or(wire_feed, |s| s.wire_feed);
+            Source::On {
+                wire_feed: factor * programmed,
+            }
         }
     };
     let mut start = None;
-    let mut here = Pose::default();
+    let mut here = Pose {
+        position: DVec3::ZERO,
+        orientation: DQuat::IDENTITY,
+    };
     let mut commands: Vec<Command> = Vec::with_capacity(executed.len());
     let mut layers = Vec::with_capacity(executed.len());
     let mut arc_length = 0.0;
@@ -175,7 +251,11 @@ pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, se
         let id = commands.len() as u32;
         match step {
             Executed::Wait { time, arc, .. } => {
-                commands.push(Command { kind: Kind::Wait { time }, source: source(arc), ..Command::line(id, here.position, 1.0, Smoothing::Fine) });
+                commands.push(Command {
+                    kind: Kind::Wait { time },
+                    source: source(arc),
+                    ..Command::line(id, here.position, 1.0, Smoothing::Fine)
+                });
                 if let Some(last) = commands.last_mut() {
                     last.orientation = here.orientation;
                 }
@@ -194,7 +274,10 @@ pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, se
                     ExecutedKind::Circular { via } => Kind::Arc { via },
                 };
                 let length = match kind {
-                    Kind::Arc { via } => meltpath_geometry::arc::Arc::through(here.position, via, m.target.position).map(|a| a.length()),
+                    Kind::Arc { via } => {
+                        meltpath_geometry::arc::Arc::through(here.position, via, m.target.position)
+                            .map(|a| a.length())
+                    }
                     _ => None,
                 }
                 .unwrap_or_else(|| here.position.distance(m.target.position));
@@ -225,7 +308,36 @@ pub fn commands(programs: &[Program], schedules: &[Schedule], wire_feed: f64, se
     if arc_length <= 0.0 {
         return Err(ProgramStageError::NoArc(name.to_owned()));
     }
-    let told = commands.iter().zip(&layers).all(|(c, l)| l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. }));
-    let layer_of_command = if told { layers.iter().map(|l| l.unwrap_or(0)).collect() } else { layers_by_height(&commands).0 };
-    Ok(Commands { start: start.unwrap_or_default(), commands, layer_of_command, arc_length })
+    let told = commands.iter().zip(&layers).all(|(c, l)| {
+        l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. })
+    });
+    let known = if told {
+        layers
+    } else {
+        layers_by_height(&commands)
+            .0
+            .into_iter()
+            .map(|l| (l > 0).then_some(l))
+            .collect()
+    };
+    let layer_of_command = carried(&known);
+    Ok(Commands {
+        start: start.unwrap_or(here),
+        commands,
+        layer_of_command,
+        arc_length,
+    })
+}
+
+/// Travels and waits belong to the layer that was worked on last, those before the first bead to its layer: an arc that
+/// is struck or ends during one of them must find its layer.
+fn carried(known: &[Option<u32>]) -> Vec<u32> {
+    let mut layer = known.iter().flatten().copied().next().unwrap_or(1);
+    known
+        .iter()
+        .map(|l| {
+            layer = l.unwrap_or(layer);
+            layer
+        })
+        .collect()
 }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::container::{Container, ContainerError};
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
-use meltpath_base::{Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict};
+use meltpath_base::{
+    Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
+};
 use meltpath_geometry::workpiece::{HeightMap, WorkpieceError};
 use meltpath_report::html::{Fact, Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
@@ -122,30 +124,57 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let Job::Waam(job) = job;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let settings = resolve(&job, &folder, reporter).map_err(|e| in_file(path, &text, e))?;
-    Ok(Loaded { path: path.to_path_buf(), name: job_name(path, &job), text, settings })
+    Ok(Loaded {
+        path: path.to_path_buf(),
+        name: job_name(path, &job),
+        text,
+        settings,
+    })
 }
 
 /// A name for people: the part's, or the folder's where the job file has none of its own.
 fn job_name(path: &Path, job: &WaamJob) -> String {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned());
     let own = stem(path).filter(|s| s != "job");
-    let folder = || path.parent().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
-    own.or_else(folder).or_else(|| stem(Path::new(job.part.get_ref()))).unwrap_or_else(|| "job".to_owned())
+    let folder = || {
+        path.parent()
+            .and_then(Path::file_name)
+            .map(|n| n.to_string_lossy().into_owned())
+    };
+    own.or_else(folder)
+        .or_else(|| stem(Path::new(job.part.get_ref())))
+        .unwrap_or_else(|| "job".to_owned())
 }
 
 fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
     out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
 }
 
-fn load_part(settings: &Settings, reporter: &Reporter, observer: &dyn Observer) -> Result<Part, PartError> {
-    part::load(&settings.part, settings.part_unit, settings.up, settings.chord_error, reporter, observer)
+fn load_part(
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Part, PartError> {
+    part::load(
+        &settings.part,
+        settings.part_unit,
+        settings.up,
+        settings.chord_error,
+        reporter,
+        observer,
+    )
 }
 
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
 /// [`RunError`]; nothing is written then.
-pub fn run(job: &Path, out: Option<&Path>, runs: &Path, observer: &dyn Observer) -> Result<Outcome, RunError> {
+pub fn run(
+    job: &Path,
+    out: Option<&Path>,
+    runs: &Path,
+    observer: &dyn Observer,
+) -> Result<Outcome, RunError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let folder = output(out, runs)?;
@@ -154,14 +183,28 @@ pub fn run(job: &Path, out: Option<&Path>, runs: &Path, observer: &dyn Observer)
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
     let programs = program::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings.bead.wire_feed, settings, &reporter)?;
+    let commands = program::commands(
+        &programs.parsed,
+        &programs.schedules,
+        settings.bead.wire_feed,
+        settings,
+        &reporter,
+    )?;
     let map = plan.plate(settings)?;
     tell_plate(&plan, settings, &map, &reporter);
-    let layers = plan.planned_layers(&map, settings).map_err(PlanStageError::Planar)?;
+    let layers = plan
+        .planned_layers(&map, settings)
+        .map_err(PlanStageError::Planar)?;
     let build = built(&commands, &layers, map, settings);
     let simulation = simulate(build, &reporter, observer)?;
     observer.stage("compare with the part", 0);
-    let target = Target::new(&part.mesh, settings.allowance, &simulation.deposit.map, &reporter, observer)?;
+    let target = Target::new(
+        &part.mesh,
+        settings.allowance,
+        &simulation.deposit.map,
+        &reporter,
+        observer,
+    )?;
     let sigma = settings.growth_sigma(plan.single);
     let outcome = TargetOutcome {
         volume: target.volume,
@@ -175,7 +218,10 @@ pub fn run(job: &Path, out: Option<&Path>, runs: &Path, observer: &dyn Observer)
     checks.push(program_check(&programs, &plan.toolpath, &commands));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
-    let verdict = Verdict { checks, warnings: reporter.warnings() };
+    let verdict = Verdict {
+        checks,
+        warnings: reporter.warnings(),
+    };
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
@@ -193,12 +239,19 @@ pub fn run(job: &Path, out: Option<&Path>, runs: &Path, observer: &dyn Observer)
     write_common(&folder, &shown, &verdict, &provenance)?;
     present::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
-    folder.write("toolpath.melt", |w| storage::to_container(&plan.toolpath).write(w))?;
+    folder.write("toolpath.melt", |w| {
+        storage::to_container(&plan.toolpath).write(w)
+    })?;
     for file in &programs.files {
-        folder.write(&format!("program/{}", file.name), |w| w.write_all(file.text.as_bytes()))?;
+        folder.write(&format!("program/{}", file.name), |w| {
+            w.write_all(file.text.as_bytes())
+        })?;
     }
     observer.check()?;
-    Ok(Outcome { folder: folder.commit()?, verdict })
+    Ok(Outcome {
+        folder: folder.commit()?,
+        verdict,
+    })
 }
 
 /// What the report and the common files are made of.
@@ -213,7 +266,12 @@ struct Shown<'a> {
     bead_diameter: f64,
 }
 
-fn built<'a>(commands: &'a Commands, layers: &'a [PlannedLayer], map: HeightMap, settings: &'a Settings) -> Build<'a> {
+fn built<'a>(
+    commands: &'a Commands,
+    layers: &'a [PlannedLayer],
+    map: HeightMap,
+    settings: &'a Settings,
+) -> Build<'a> {
     Build {
         start: commands.start,
         commands: &commands.commands,
@@ -228,10 +286,20 @@ fn built<'a>(commands: &'a Commands, layers: &'a [PlannedLayer], map: HeightMap,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
-fn write_common(folder: &OutputFolder, shown: &Shown<'_>, verdict: &Verdict, provenance: &Provenance) -> Result<(), RunError> {
+fn write_common(
+    folder: &OutputFolder,
+    shown: &Shown<'_>,
+    verdict: &Verdict,
+    provenance: &Provenance,
+) -> Result<(), RunError> {
     let settings = shown.settings;
     let layers = &shown.commands.layer_of_command;
-    present::write_files(folder, shown.simulation, layers, Some(settings.plate_thickness))?;
+    present::write_files(
+        folder,
+        shown.simulation,
+        layers,
+        Some(settings.plate_thickness),
+    )?;
     let report = Report {
         title: shown.title.clone(),
         subtitle: format!(
@@ -244,9 +312,18 @@ fn write_common(folder: &OutputFolder, shown: &Shown<'_>, verdict: &Verdict, pro
         ),
         verdict: verdict.clone(),
         facts: facts(shown.simulation, settings),
-        scene: Some(present::scene(shown.simulation, layers, shown.bead_diameter, shown.part)),
+        scene: Some(present::scene(
+            shown.simulation,
+            layers,
+            shown.bead_diameter,
+            shown.part,
+        )),
         sections: present::sections(shown.simulation, shown.sigma, &settings.limits),
-        sheet: Some(operator_sheet(settings, shown.simulation, &shown.program_names)),
+        sheet: Some(operator_sheet(
+            settings,
+            shown.simulation,
+            &shown.program_names,
+        )),
         provenance: provenance.clone(),
     };
     folder.write("report.html", |w| {
@@ -257,7 +334,11 @@ fn write_common(folder: &OutputFolder, shown: &Shown<'_>, verdict: &Verdict, pro
     })?;
     json(folder, "verdict.json", &verdict.to_json())?;
     // plain structs of numbers and strings: their JSON exists
-    json(folder, "provenance.json", &serde_json::to_value(provenance).unwrap_or_default())?;
+    json(
+        folder,
+        "provenance.json",
+        &serde_json::to_value(provenance).unwrap_or_default(),
+    )?;
     Ok(())
 }
 
@@ -270,33 +351,60 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
 
 fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
     for path in files {
-        let failed = |source| JobError::Io { path: path.to_path_buf(), source };
+        let failed = |source| JobError::Io {
+            path: path.to_path_buf(),
+            source,
+        };
         let mut reader = BufReader::new(File::open(path).map_err(failed)?);
         let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
-        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = path
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default();
         provenance.inputs.insert(name, hash);
     }
     Ok(())
 }
 
 fn tell_plate(plan: &Plan, settings: &Settings, map: &HeightMap, reporter: &Reporter) {
-    let Some([length, width]) = settings.plate else { return };
+    let Some([length, width]) = settings.plate else {
+        return;
+    };
     let (lo, hi) = map.bounds();
     let size = hi - lo;
     if size.x > length + map.cell || size.y > width + map.cell {
         let beads = plan.toolpath.passes.len();
-        reporter.warn("plate-small", format!("the {beads} beads do not fit on the plate of {length:.0} x {width:.0} mm"), "a larger substrate.size, or none");
+        reporter.warn(
+            "plate-small",
+            format!("the {beads} beads do not fit on the plate of {length:.0} x {width:.0} mm"),
+            "a larger substrate.size, or none",
+        );
     }
 }
 
 /// Coverage and overhang.
 fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
     let width = settings.bead.width.value;
-    let worst = plan.overhangs.iter().max_by(|a, b| a.shift.unwrap_or(f64::MAX).total_cmp(&b.shift.unwrap_or(f64::MAX)));
-    let share = worst.map_or(0.0, |o| o.shift.map_or(f64::INFINITY, |s| 100.0 * s / width));
-    let mut overhang = Check::judge("overhang", "overhang: shift of a layer over the one below, in bead widths", Measure::exact(share, "%"), Limit::AtMost(100.0 * settings.limits.overhang));
+    let worst = plan.overhangs.iter().max_by(|a, b| {
+        a.shift
+            .unwrap_or(f64::MAX)
+            .total_cmp(&b.shift.unwrap_or(f64::MAX))
+    });
+    let share = worst.map_or(0.0, |o| {
+        o.shift.map_or(f64::INFINITY, |s| 100.0 * s / width)
+    });
+    let mut overhang = Check::judge(
+        "overhang",
+        "overhang: shift of a layer over the one below, in bead widths",
+        Measure::exact(share, "%"),
+        Limit::AtMost(100.0 * settings.limits.overhang),
+    );
     if let Some(o) = worst {
-        let place = Place { position: Some(o.place.to_array()), layer: Some(o.slice as u32 + 1), ..Place::default() };
+        let place = Place {
+            position: Some(o.place.to_array()),
+            layer: Some(o.slice as u32 + 1),
+            ..Place::default()
+        };
         overhang = overhang.at(place).remedy("turn the part (build_direction), or thicken it below: the height map is not valid where beads hang over");
         if o.shift.is_none() {
             overhang.status = Status::Fail;
@@ -305,17 +413,28 @@ fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
     }
     let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
     let lack: f64 = plan.coverage.iter().map(|(_, c)| c.lack_area).sum();
-    let gap = plan.coverage.iter().flat_map(|(layer, c)| c.gaps.iter().map(move |g| (*layer, g))).max_by(|a, b| a.1.area.total_cmp(&b.1.area));
+    let gap = plan
+        .coverage
+        .iter()
+        .flat_map(|(layer, c)| c.gaps.iter().map(move |g| (*layer, g)))
+        .max_by(|a, b| a.1.area.total_cmp(&b.1.area));
     let uncovered = if area > 0.0 { 100.0 * lack / area } else { 0.0 };
     let mut coverage = told(
         "coverage",
         "area that no bead covers",
         uncovered,
         "%",
-        format!("{uncovered:.2} % of the layers' area over {} regions; the metal that flows there is in the lack above", plan.coverage.len()),
+        format!(
+            "{uncovered:.2} % of the layers' area over {} regions; the metal that flows there is in the lack above",
+            plan.coverage.len()
+        ),
     );
     if let Some((layer, gap)) = gap {
-        coverage.place = Some(Place { position: Some(gap.place.to_array()), layer: Some(layer), ..Place::default() });
+        coverage.place = Some(Place {
+            position: Some(gap.place.to_array()),
+            layer: Some(layer),
+            ..Place::default()
+        });
         coverage.reason = format!("{}; largest place {:.1} mm²", coverage.reason, gap.area);
     }
     vec![overhang, coverage]
@@ -325,12 +444,21 @@ fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
 fn program_check(programs: &Programs, toolpath: &Toolpath, commands: &Commands) -> Check {
     let planned = toolpath.deposited_length();
     let off = 100.0 * (commands.arc_length - planned).abs() / planned;
-    let check = Check::judge("program", "program: length with arc against the plan", Measure::exact(off, "%"), Limit::AtMost(0.1))
-        .remedy("this is a fault of the program writer; please report it with the job");
+    let check = Check::judge(
+        "program",
+        "program: length with arc against the plan",
+        Measure::exact(off, "%"),
+        Limit::AtMost(0.1),
+    )
+    .remedy("this is a fault of the program writer; please report it with the job");
     if programs.stable {
         check
     } else {
-        Check { status: Status::Fail, reason: "the program does not read back as it was written".to_owned(), ..check }
+        Check {
+            status: Status::Fail,
+            reason: "the program does not read back as it was written".to_owned(),
+            ..check
+        }
     }
 }
 
@@ -338,18 +466,64 @@ fn program_check(programs: &Programs, toolpath: &Toolpath, commands: &Commands) 
 fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
     let s = &simulation.summary;
     let mass = wire_mass(simulation, settings);
-    let sigma = settings.map.feed_factor.uncertainty.map_or(0.0, |u| mass * u / settings.map.feed_factor.value);
+    let sigma = settings
+        .map
+        .feed_factor
+        .uncertainty
+        .map_or(0.0, |u| mass * u / settings.map.feed_factor.value);
     let minutes = |t: f64| t / 60.0;
-    let mut wire = told("wire-mass", "wire used", mass, "kg", format!("{mass:.3} ± {sigma:.3} kg, {:.1} m of {} ", simulation.deposit.wire / 1000.0, settings.wire.name).trim_end().to_owned());
+    let mut wire = told(
+        "wire-mass",
+        "wire used",
+        mass,
+        "kg",
+        format!(
+            "{mass:.3} ± {sigma:.3} kg, {:.1} m of {} ",
+            simulation.deposit.wire / 1000.0,
+            settings.wire.name
+        )
+        .trim_end()
+        .to_owned(),
+    );
     wire.value = Some(Measure::new(mass, sigma, "kg"));
     vec![
-        told("arc-starts", "arc starts", simulation.arc_starts as f64, "", format!("{} ignitions", simulation.arc_starts)),
+        told(
+            "arc-starts",
+            "arc starts",
+            simulation.arc_starts as f64,
+            "",
+            format!("{} ignitions", simulation.arc_starts),
+        ),
         wire,
         energy(simulation, settings),
-        told("time-arc", "time with arc", minutes(s.arc_time), "min", format!("{:.1} min", minutes(s.arc_time))),
-        told("time-travel", "time of travels", minutes(s.travel_time), "min", format!("{:.1} min", minutes(s.travel_time))),
-        told("time-pause", "time of pauses", minutes(s.pause_time), "min", format!("{:.1} min", minutes(s.pause_time))),
-        told("time-total", "time in all", minutes(s.total_time), "min", format!("{:.1} min", minutes(s.total_time))),
+        told(
+            "time-arc",
+            "time with arc",
+            minutes(s.arc_time),
+            "min",
+            format!("{:.1} min", minutes(s.arc_time)),
+        ),
+        told(
+            "time-travel",
+            "time of travels",
+            minutes(s.travel_time),
+            "min",
+            format!("{:.1} min", minutes(s.travel_time)),
+        ),
+        told(
+            "time-pause",
+            "time of pauses",
+            minutes(s.pause_time),
+            "min",
+            format!("{:.1} min", minutes(s.pause_time)),
+        ),
+        told(
+            "time-total",
+            "time in all",
+            minutes(s.total_time),
+            "min",
+            format!("{:.1} min", minutes(s.total_time)),
+        ),
     ]
 }
 
@@ -359,18 +533,33 @@ pub(super) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
 }
 
 /// Energy per volume of deposit that the source of Rouchon 2022 gave, J/mm³: (mode, mean, least, greatest).
-const ENERGY: [(&str, f64, f64, f64); 2] = [("cmt", 24.2, 20.4, 27.9), ("pulsed", 33.6, 27.8, 38.9)];
+const ENERGY: [(&str, f64, f64, f64); 2] =
+    [("cmt", 24.2, 20.4, 27.9), ("pulsed", 33.6, 27.8, 38.9)];
 
 /// Electric energy, from the energy per volume measured for the transfer mode.
 fn energy(simulation: &Simulation, settings: &Settings) -> Check {
-    let Some((_, mean, least, greatest)) = ENERGY.iter().find(|(mode, ..)| *mode == settings.mode) else {
-        return Check::not_checked("energy", "electric energy of the arc", "no energy per volume is known for this transfer mode");
+    let Some((_, mean, least, greatest)) = ENERGY.iter().find(|(mode, ..)| *mode == settings.mode)
+    else {
+        return Check::not_checked(
+            "energy",
+            "electric energy of the arc",
+            "no energy per volume is known for this transfer mode",
+        );
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;
     // least to greatest of some tens of beads: four standard deviations
     let sigma = megajoule(greatest - least) / 4.0;
-    let mut check = told("energy", "electric energy of the arc", megajoule(*mean), "MJ", format!("{:.2} ± {sigma:.2} MJ at {mean} J/mm³ (Rouchon 2022, table 2.5)", megajoule(*mean)));
+    let mut check = told(
+        "energy",
+        "electric energy of the arc",
+        megajoule(*mean),
+        "MJ",
+        format!(
+            "{:.2} ± {sigma:.2} MJ at {mean} J/mm³ (Rouchon 2022, table 2.5)",
+            megajoule(*mean)
+        ),
+    );
     check.value = Some(Measure::new(megajoule(*mean), sigma, "MJ"));
     check
 }
@@ -380,8 +569,14 @@ fn facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
     let minutes = |t: f64| format!("{:.0} min", t / 60.0);
     vec![
         Fact::new("Layers", &simulation.layers.len().to_string()),
-        Fact::new("Height", &format!("{:.1} mm", simulation.deposit.map.maximum())),
-        Fact::new("Wire", &format!("{:.2} kg", wire_mass(simulation, settings))),
+        Fact::new(
+            "Height",
+            &format!("{:.1} mm", simulation.deposit.map.maximum()),
+        ),
+        Fact::new(
+            "Wire",
+            &format!("{:.2} kg", wire_mass(simulation, settings)),
+        ),
         Fact::new("Arc time", &minutes(s.arc_time)),
         Fact::new("Total time", &minutes(s.total_time)),
         Fact::new("Arc starts", &simulation.arc_starts.to_string()),
@@ -409,7 +604,12 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
         plan.height.value
     )];
     lines.extend(part.findings);
-    lines.extend(reporter.warnings().into_iter().map(|w| format!("note: {}", w.message)));
+    lines.extend(
+        reporter
+            .warnings()
+            .into_iter()
+            .map(|w| format!("note: {}", w.message)),
+    );
     Ok(lines.join("\n"))
 }
 
@@ -418,7 +618,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
 /// # Errors
 /// [`RunError::Container`].
 pub fn read_toolpath(path: &Path) -> Result<Toolpath, RunError> {
-    let failed = |source| RunError::Container { path: path.to_path_buf(), source };
+    let failed = |source| RunError::Container {
+        path: path.to_path_buf(),
+        source,
+    };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
     let container = Container::read(&mut BufReader::new(file)).map_err(failed)?;
     storage::from_container(&container).map_err(failed)
@@ -446,7 +649,13 @@ pub fn program_to_folder(job: &Path, toolpath: &Path, out: &Path) -> Result<Vec<
 ///
 /// # Errors
 /// [`RunError`]; nothing is written then.
-pub fn simulate_program(main: &Path, job: Option<&Path>, out: Option<&Path>, runs: &Path, observer: &dyn Observer) -> Result<Outcome, RunError> {
+pub fn simulate_program(
+    main: &Path,
+    job: Option<&Path>,
+    out: Option<&Path>,
+    runs: &Path,
+    observer: &dyn Observer,
+) -> Result<Outcome, RunError> {
     let reporter = Reporter::new();
     let parsed = program::read(main, &reporter)?;
     let loaded = match job {
@@ -456,41 +665,93 @@ pub fn simulate_program(main: &Path, job: Option<&Path>, out: Option<&Path>, run
     let settings = &loaded.settings;
     let commands = program::commands(&parsed, &[], settings.bead.wire_feed, settings, &reporter)?;
     let folder = output(out, runs)?;
-    let part = job.map(|_| load_part(settings, &reporter, observer)).transpose()?;
-    let arc = |c: &&meltpath_machine::command::Command| matches!(c.source, meltpath_machine::command::Source::On { .. });
-    let map = plan::plate(commands.commands.iter().filter(arc).map(|c| c.target.truncate()), settings)?;
+    let part = job
+        .map(|_| load_part(settings, &reporter, observer))
+        .transpose()?;
+    let arc = |c: &&meltpath_machine::command::Command| {
+        matches!(c.source, meltpath_machine::command::Source::On { .. })
+    };
+    let map = plan::plate(
+        commands
+            .commands
+            .iter()
+            .filter(arc)
+            .map(|c| c.target.truncate()),
+        settings,
+    )?;
     let layers = levels(&commands, settings);
-    let simulation = simulate(built(&commands, &layers, map, settings), &reporter, observer)?;
+    let simulation = simulate(
+        built(&commands, &layers, map, settings),
+        &reporter,
+        observer,
+    )?;
     // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
     let sigma = settings.growth_sigma(1.0);
     let mut checks = Vec::new();
     if let Some(part) = &part {
-        let target = Target::new(&part.mesh, settings.allowance, &simulation.deposit.map, &reporter, observer)?;
+        let target = Target::new(
+            &part.mesh,
+            settings.allowance,
+            &simulation.deposit.map,
+            &reporter,
+            observer,
+        )?;
         let at = |scale: f64| compare(&simulation.deposit.map, &target, scale);
-        let outcome = TargetOutcome { volume: target.volume, expected: at(1.0), low: at(1.0 - sigma), high: at(1.0 + sigma) };
+        let outcome = TargetOutcome {
+            volume: target.volume,
+            expected: at(1.0),
+            low: at(1.0 - sigma),
+            high: at(1.0 + sigma),
+        };
         checks.extend(target_checks(&outcome, &settings.limits));
     } else {
-        checks.push(Check::not_checked("part", "lack, excess and stock against the part", "no job was given: name one with --job to judge the part"));
+        checks.push(Check::not_checked(
+            "part",
+            "lack, excess and stock against the part",
+            "no job was given: name one with --job to judge the part",
+        ));
     }
     checks.extend(layer_checks(&simulation.layers, sigma, &settings.limits));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
-    let verdict = Verdict { checks, warnings: reporter.warnings() };
+    let verdict = Verdict {
+        checks,
+        warnings: reporter.warnings(),
+    };
     let mut provenance = settings.provenance.clone();
     record_inputs(&mut provenance, &[main])?;
-    let title = main.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let title = main
+        .file_stem()
+        .map(|s| s.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let bead_diameter = 0.7 * settings.bead.height.value;
     let program_names = parsed.iter().map(|p| p.name.clone()).collect();
-    let shown = Shown { title, part: part.as_ref(), settings, simulation: &simulation, commands: &commands, program_names, sigma, bead_diameter };
+    let shown = Shown {
+        title,
+        part: part.as_ref(),
+        settings,
+        simulation: &simulation,
+        commands: &commands,
+        program_names,
+        sigma,
+        bead_diameter,
+    };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
     observer.check()?;
-    Ok(Outcome { folder: folder.commit()?, verdict })
+    Ok(Outcome {
+        folder: folder.commit()?,
+        verdict,
+    })
 }
 
 /// The layers of a program whose plan is unknown: each ends where the next one begins.
 fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
-    let on = commands.commands.iter().zip(&commands.layer_of_command).filter(|(_, l)| **l > 0);
+    let on = commands
+        .commands
+        .iter()
+        .zip(&commands.layer_of_command)
+        .filter(|(_, l)| **l > 0);
     let mut bottoms = std::collections::BTreeMap::<u32, f64>::new();
     for (c, layer) in on {
         let z = bottoms.entry(*layer).or_insert(c.target.z);
@@ -521,7 +782,12 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let text = crate::start::WAAM_TEMPLATE.to_owned();
     let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))?;
     let settings = resolve(&job, Path::new(""), reporter).map_err(|e| in_file(main, &text, e))?;
-    Ok(Loaded { path: main.to_path_buf(), text, name: "program".to_owned(), settings })
+    Ok(Loaded {
+        path: main.to_path_buf(),
+        text,
+        name: "program".to_owned(),
+        settings,
+    })
 }
 
 /// What is resolved, defaulted, missing or inconsistent in a job, in words.
@@ -533,21 +799,42 @@ pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
     let loaded = load(job, &reporter)?;
     let mut lines = Vec::new();
     for (name, value) in &loaded.settings.provenance.parameters {
-        let shown = |key: &str| value.get(key).filter(|v| !v.is_null()).map(plain).unwrap_or_default();
+        let shown = |key: &str| {
+            value
+                .get(key)
+                .filter(|v| !v.is_null())
+                .map(plain)
+                .unwrap_or_default()
+        };
         let sigma = shown("sigma");
-        let spread = if sigma.is_empty() { String::new() } else { format!(" ± {sigma}") };
+        let spread = if sigma.is_empty() {
+            String::new()
+        } else {
+            format!(" ± {sigma}")
+        };
         let origin = value.get("origin").map(origin_words).unwrap_or_default();
         lines.push(format!("{name} = {}{spread}    {origin}", shown("value")));
     }
     if !loaded.settings.part.exists() {
-        lines.push(format!("missing: the part {} is not there", loaded.settings.part.display()));
+        lines.push(format!(
+            "missing: the part {} is not there",
+            loaded.settings.part.display()
+        ));
     }
-    lines.extend(reporter.warnings().into_iter().map(|w| format!("note: {}{}", w.message, w.remedy.map(|r| format!("; {r}")).unwrap_or_default())));
+    lines.extend(reporter.warnings().into_iter().map(|w| {
+        format!(
+            "note: {}{}",
+            w.message,
+            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
+        )
+    }));
     Ok(lines)
 }
 
 fn plain(value: &serde_json::Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
 }
 
 fn origin_words(origin: &serde_json::Value) -> String {

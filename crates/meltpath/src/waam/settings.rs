@@ -11,7 +11,9 @@ use meltpath_deposition::deposit;
 use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
-use meltpath_planning::{ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, StartPoints, Strategy};
+use meltpath_planning::{
+    ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, StartPoints, Strategy,
+};
 use serde::Serialize;
 
 use super::judge::Limits;
@@ -93,7 +95,13 @@ impl Recorder {
     }
 
     /// The value written, or the default with its reason.
-    fn or<T: Serialize + Clone>(&mut self, name: &str, written: Option<T>, default: T, why: &str) -> T {
+    fn or<T: Serialize + Clone>(
+        &mut self,
+        name: &str,
+        written: Option<T>,
+        default: T,
+        why: &str,
+    ) -> T {
         let resolved = match written {
             Some(value) => Resolved::new(value, Origin::Job),
             None => Resolved::new(default, Origin::Default(why.to_owned())),
@@ -107,8 +115,16 @@ impl Recorder {
 /// # Errors
 /// [`TextError`] with the place in the job where one value is to blame.
 pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Settings, TextError> {
-    let mut r = Recorder { provenance: Provenance::new() };
-    let at = |span: Range<usize>| move |e: &dyn std::error::Error| TextError { span: Some(span.clone()), message: e.to_string(), help: None };
+    let mut r = Recorder {
+        provenance: Provenance::new(),
+    };
+    let at = |span: Range<usize>| {
+        move |e: &dyn std::error::Error| TextError {
+            span: Some(span.clone()),
+            message: e.to_string(),
+            help: None,
+        }
+    };
     let waam = &job.waam;
     let wire = Wire::builtin(waam.wire.get_ref()).map_err(|e| at(waam.wire.span())(&e))?;
     let gas = Gas::builtin(waam.gas.get_ref()).map_err(|e| at(waam.gas.span())(&e))?;
@@ -121,10 +137,28 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     r.value("waam.wire", Resolved::new(wire.id.clone(), Origin::Job));
     r.value("waam.gas", Resolved::new(gas.id.clone(), Origin::Job));
     r.value("waam.mode", Resolved::new(mode.clone(), Origin::Job));
-    r.value("waam.map", Resolved::new(map.id.clone(), Origin::Data(format!("process map {}", map.id))));
+    r.value(
+        "waam.map",
+        Resolved::new(
+            map.id.clone(),
+            Origin::Data(format!("process map {}", map.id)),
+        ),
+    );
     let datum = |d: &meltpath_deposition::consumable::Datum| {
-        let origin = Origin::Data(format!("{}, {}{}", d.source, d.page, d.note.as_ref().map(|n| format!(": {n}")).unwrap_or_default()));
-        Resolved { value: d.value, origin, sigma: d.uncertainty }
+        let origin = Origin::Data(format!(
+            "{}, {}{}",
+            d.source,
+            d.page,
+            d.note
+                .as_ref()
+                .map(|n| format!(": {n}"))
+                .unwrap_or_default()
+        ));
+        Resolved {
+            value: d.value,
+            origin,
+            sigma: d.uncertainty,
+        }
     };
     r.value("waam.efficiency", datum(&map.efficiency));
     r.value("waam.feed_factor", datum(&map.feed_factor));
@@ -132,18 +166,48 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     let bead = solve_bead(job, &map)?;
     map.warn_about(&bead, reporter);
     let computed = || Origin::Computed(format!("process map {}", map.id));
-    let given = job.waam.bead.as_ref().map(|b| *b.get_ref()).unwrap_or_default();
+    let given = job
+        .waam
+        .bead
+        .as_ref()
+        .map(|b| *b.get_ref())
+        .unwrap_or_default();
     let origin = |written: bool| if written { Origin::Job } else { computed() };
-    r.value("waam.bead.wire_feed", Resolved::new(Speed(bead.wire_feed), origin(given.wire_feed.is_some())));
-    r.value("waam.bead.travel_speed", Resolved::new(Speed(bead.travel_speed), origin(given.travel_speed.is_some())));
-    r.value("waam.bead.width", bead_length(&bead.width, origin(given.width.is_some())));
-    r.value("waam.bead.height", bead_length(&bead.height, origin(given.height.is_some())));
-    r.value("waam.bead.area_mm2", Resolved { value: bead.area.value, origin: computed(), sigma: Some(bead.area.sigma) });
+    r.value(
+        "waam.bead.wire_feed",
+        Resolved::new(Speed(bead.wire_feed), origin(given.wire_feed.is_some())),
+    );
+    r.value(
+        "waam.bead.travel_speed",
+        Resolved::new(
+            Speed(bead.travel_speed),
+            origin(given.travel_speed.is_some()),
+        ),
+    );
+    r.value(
+        "waam.bead.width",
+        bead_length(&bead.width, origin(given.width.is_some())),
+    );
+    r.value(
+        "waam.bead.height",
+        bead_length(&bead.height, origin(given.height.is_some())),
+    );
+    r.value(
+        "waam.bead.area_mm2",
+        Resolved {
+            value: bead.area.value,
+            origin: computed(),
+            sigma: Some(bead.area.sigma),
+        },
+    );
     let bead_model = bead.model(&map);
     let pool = pool_of(&wire.id, &mode, &gas.id, &bead, &bead_model, reporter);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
-    r.value("fill.stepover", Resolved::new(Length(step.value), step.origin.clone()));
+    r.value(
+        "fill.stepover",
+        Resolved::new(Length(step.value), step.origin.clone()),
+    );
     if fusion_at_risk(bead.wire_feed / bead.travel_speed, step.value / width) {
         reporter.warn(
             "stepover-fusion",
@@ -152,26 +216,97 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         );
     }
     let fill = fill_settings(&mut r, &job.fill, width, step.value);
-    fill.check().map_err(|e| TextError { span: None, message: e.to_string(), help: None })?;
-    let cell_name = job.machine.cell.as_ref().map_or_else(|| "arcmate-120ic".to_owned(), |c| c.get_ref().clone());
+    fill.check().map_err(|e| TextError {
+        span: None,
+        message: e.to_string(),
+        help: None,
+    })?;
+    let cell_name = job
+        .machine
+        .cell
+        .as_ref()
+        .map_or_else(|| "arcmate-120ic".to_owned(), |c| c.get_ref().clone());
     let cell = Cell::load(&cell_name, folder).map_err(|e| match &job.machine.cell {
         Some(c) => at(c.span())(&e),
-        None => TextError { span: None, message: e.to_string(), help: None },
+        None => TextError {
+            span: None,
+            message: e.to_string(),
+            help: None,
+        },
     })?;
-    r.or("machine.cell", job.machine.cell.as_ref().map(|_| cell_name.clone()), cell_name.clone(), "the cell that ships");
-    let smoothing = r.or("machine.smoothing", job.machine.smoothing, meltpath_base::Ratio(0.5), "CNT50, the reference of Rouchon 2022").0;
-    let ctwd = r.or("machine.ctwd", job.machine.ctwd.map(|c| c.0), cell.program.contact_tube_distance, "the cell's nominal distance").0;
-    let pause = r.or("layers.pause", job.layers.pause.map(|p| p.0), meltpath_base::Time(0.0), "no pause").0;
-    let plate_thickness = r.or("substrate.thickness", job.substrate.thickness.map(|t| t.0), Length(20.0), "the plate of Rouchon 2022, p. 38").0;
-    let allowance = r.or("target.allowance", job.target.allowance.map(|a| a.0), Length(2.0), "usual machining stock of a wire-arc blank").0;
-    let cell_size = r.or("simulation.cell", job.simulation.cell.map(|c| c.0), Length(0.5), "a thirteenth of a usual bead").0;
-    let chord_error = r.or("simulation.chord_error", job.simulation.chord_error.map(|c| c.0), Length(0.02), "far below a bead's scatter").0;
+    r.or(
+        "machine.cell",
+        job.machine.cell.as_ref().map(|_| cell_name.clone()),
+        cell_name.clone(),
+        "the cell that ships",
+    );
+    let smoothing = r
+        .or(
+            "machine.smoothing",
+            job.machine.smoothing,
+            meltpath_base::Ratio(0.5),
+            "CNT50, the reference of Rouchon 2022",
+        )
+        .0;
+    let ctwd = r
+        .or(
+            "machine.ctwd",
+            job.machine.ctwd.map(|c| c.0),
+            cell.program.contact_tube_distance,
+            "the cell's nominal distance",
+        )
+        .0;
+    let pause = r
+        .or(
+            "layers.pause",
+            job.layers.pause.map(|p| p.0),
+            meltpath_base::Time(0.0),
+            "no pause",
+        )
+        .0;
+    let plate_thickness = r
+        .or(
+            "substrate.thickness",
+            job.substrate.thickness.map(|t| t.0),
+            Length(20.0),
+            "the plate of Rouchon 2022, p. 38",
+        )
+        .0;
+    let allowance = r
+        .or(
+            "target.allowance",
+            job.target.allowance.map(|a| a.0),
+            Length(2.0),
+            "usual machining stock of a wire-arc blank",
+        )
+        .0;
+    let cell_size = r
+        .or(
+            "simulation.cell",
+            job.simulation.cell.map(|c| c.0),
+            Length(0.5),
+            "a thirteenth of a usual bead",
+        )
+        .0;
+    let chord_error = r
+        .or(
+            "simulation.chord_error",
+            job.simulation.chord_error.map(|c| c.0),
+            Length(0.02),
+            "far below a bead's scatter",
+        )
+        .0;
     if let Auto::Value(heights) = &job.layers.height {
         r.value("layers.height", Resolved::new(heights.clone(), Origin::Job));
     }
     let limits = limits(&mut r, job);
     let up = job.build_direction.map_or(DVec3::Z, DVec3::from_array);
-    r.or("build_direction", job.build_direction, [0.0, 0.0, 1.0], "+Z of the part file");
+    r.or(
+        "build_direction",
+        job.build_direction,
+        [0.0, 0.0, 1.0],
+        "+Z of the part file",
+    );
     models(&mut r.provenance);
     Ok(Settings {
         part: folder.join(job.part.get_ref()),
@@ -183,7 +318,10 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         bead,
         bead_model,
         pool,
-        deposit: deposit::Settings { nominal_ctwd: ctwd, ..deposit::Settings::default() },
+        deposit: deposit::Settings {
+            nominal_ctwd: ctwd,
+            ..deposit::Settings::default()
+        },
         map,
         stepover: step,
         fill,
@@ -204,30 +342,56 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     })
 }
 
-fn bead_length(estimate: &meltpath_deposition::process_map::Estimate, origin: Origin) -> Resolved<Length> {
-    Resolved { value: Length(estimate.value), origin, sigma: Some(Length(estimate.sigma)) }
+fn bead_length(
+    estimate: &meltpath_deposition::process_map::Estimate,
+    origin: Origin,
+) -> Resolved<Length> {
+    Resolved {
+        value: Length(estimate.value),
+        origin,
+        sigma: Some(Length(estimate.sigma)),
+    }
 }
 
-fn process_map(job: &WaamJob, folder: &Path, wire: &Wire, reporter: &Reporter) -> Result<ProcessMap, TextError> {
+fn process_map(
+    job: &WaamJob,
+    folder: &Path,
+    wire: &Wire,
+    reporter: &Reporter,
+) -> Result<ProcessMap, TextError> {
     let waam = &job.waam;
     let id = format!("{}-{}-{}", wire.id, waam.mode.get_ref(), waam.gas.get_ref());
     let Some(file) = &waam.map else {
         return ProcessMap::builtin(&id).map_err(|e| TextError {
             span: Some(waam.mode.span()),
             message: e.to_string(),
-            help: Some("measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"".to_owned()),
+            help: Some(
+                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\""
+                    .to_owned(),
+            ),
         });
     };
-    let at = |message: String| TextError { span: Some(file.span()), message, help: None };
+    let at = |message: String| TextError {
+        span: Some(file.span()),
+        message,
+        help: None,
+    };
     let name = file.get_ref();
     if !is_file(name) {
         return ProcessMap::builtin(name).map_err(|e| at(e.to_string()));
     }
-    let text = std::fs::read_to_string(folder.join(name)).map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
+    let text = std::fs::read_to_string(folder.join(name))
+        .map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
     let map = ProcessMap::parse(name, &text, wire, reporter).map_err(|e| at(e.to_string()))?;
-    for (what, of_map, of_job) in [("wire", &map.wire, &wire.id), ("gas", &map.gas, waam.gas.get_ref()), ("mode", &map.mode, waam.mode.get_ref())] {
+    for (what, of_map, of_job) in [
+        ("wire", &map.wire, &wire.id),
+        ("gas", &map.gas, waam.gas.get_ref()),
+        ("mode", &map.mode, waam.mode.get_ref()),
+    ] {
         if of_map != of_job {
-            return Err(at(format!("the process map is for {what} \"{of_map}\", the job for \"{of_job}\"")));
+            return Err(at(format!(
+                "the process map is for {what} \"{of_map}\", the job for \"{of_job}\""
+            )));
         }
     }
     Ok(map)
@@ -260,7 +424,14 @@ fn solve_bead(job: &WaamJob, map: &ProcessMap) -> Result<Bead, TextError> {
 }
 
 /// The pool measured for this configuration, or the only one there is, said so; scaled to the bead.
-fn pool_of(wire: &str, mode: &str, gas: &str, bead: &Bead, model: &BeadModel, reporter: &Reporter) -> PoolModel {
+fn pool_of(
+    wire: &str,
+    mode: &str,
+    gas: &str,
+    bead: &Bead,
+    model: &BeadModel,
+    reporter: &Reporter,
+) -> PoolModel {
     const MEASURED: &str = "x90-ig-1.0-cmt-m14";
     let own = pools(&format!("{wire}-{mode}-{gas}"));
     if own.is_err() {
@@ -270,7 +441,13 @@ fn pool_of(wire: &str, mode: &str, gas: &str, bead: &Bead, model: &BeadModel, re
     match nearest_pool(&rows, bead.wire_feed, bead.travel_speed) {
         Some(row) => PoolModel::for_bead(&row.model(PursuitLength::ByCorner), model),
         // without any measured pool: round, centred under the wire
-        None => PoolModel { front: 0.5 * model.width, rear: 0.5 * model.width, half_width: 0.5 * model.width, offset: 0.0, pursuit: PursuitLength::ByCorner },
+        None => PoolModel {
+            front: 0.5 * model.width,
+            rear: 0.5 * model.width,
+            half_width: 0.5 * model.width,
+            offset: 0.0,
+            pursuit: PursuitLength::ByCorner,
+        },
     }
 }
 
@@ -278,7 +455,9 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
     match *written {
         Auto::Auto => Resolved::new(
             stepover(Overlap::Tangent) * width,
-            Origin::Computed("tangent overlap, 0.738 of the bead's width (Ding; Rouchon 2022, § 4.1)".to_owned()),
+            Origin::Computed(
+                "tangent overlap, 0.738 of the bead's width (Ding; Rouchon 2022, § 4.1)".to_owned(),
+            ),
         ),
         Auto::Value(Stepover::Length(l)) => Resolved::new(l.0, Origin::Job),
         Auto::Value(Stepover::Widths(n)) => Resolved::new(n * width, Origin::Job),
@@ -286,13 +465,35 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
 }
 
 fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> FillSettings {
-    let strategy = r.or("fill.strategy", table.strategy, FillStrategy::Hybrid, "contour outside, few arc stops inside");
-    let starts = r.or("fill.starts", table.starts, Starts::Spread, "start defects do not stack");
-    let spacing = r.or("fill.spacing", table.spacing, Spacing::Adjust, "fills the width exactly");
-    let quarter = if strategy == FillStrategy::Raster { 0.0 } else { std::f64::consts::FRAC_PI_2 };
+    let strategy = r.or(
+        "fill.strategy",
+        table.strategy,
+        FillStrategy::Hybrid,
+        "contour outside, few arc stops inside",
+    );
+    let starts = r.or(
+        "fill.starts",
+        table.starts,
+        Starts::Spread,
+        "start defects do not stack",
+    );
+    let spacing = r.or(
+        "fill.spacing",
+        table.spacing,
+        Spacing::Adjust,
+        "fills the width exactly",
+    );
+    let quarter = if strategy == FillStrategy::Raster {
+        0.0
+    } else {
+        std::f64::consts::FRAC_PI_2
+    };
     let angle = match (table.angle, table.turn) {
         (None, None) => LineAngle::Best,
-        (first, turn) => LineAngle::Turning { first: first.map_or(0.0, |a| a.0), step: turn.map_or(quarter, |a| a.0) },
+        (first, turn) => LineAngle::Turning {
+            first: first.map_or(0.0, |a| a.0),
+            step: turn.map_or(quarter, |a| a.0),
+        },
     };
     let contours = table.contours.unwrap_or(1);
     let contour_order = |default| match table.order {
@@ -303,7 +504,11 @@ fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> 
     let planned = match strategy {
         FillStrategy::Raster => Strategy::Raster {
             angle,
-            order: if table.order == Some(FillOrder::CentreOut) { LineOrder::CentreOut } else { LineOrder::Across },
+            order: if table.order == Some(FillOrder::CentreOut) {
+                LineOrder::CentreOut
+            } else {
+                LineOrder::Across
+            },
             direction: match table.order {
                 Some(FillOrder::OneWay) => LineDirection::OneWay,
                 Some(FillOrder::AlternateBeads) => LineDirection::AlternatePerBead,
@@ -311,9 +516,17 @@ fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> 
             },
         },
         FillStrategy::Zigzag => Strategy::Zigzag { angle },
-        FillStrategy::Contour => Strategy::Contour { order: contour_order(ContourOrder::InsideOut) },
-        FillStrategy::Spiral => Strategy::Spiral { order: contour_order(ContourOrder::InsideOut) },
-        FillStrategy::Hybrid => Strategy::Hybrid { contours, order: contour_order(ContourOrder::OutsideIn), angle },
+        FillStrategy::Contour => Strategy::Contour {
+            order: contour_order(ContourOrder::InsideOut),
+        },
+        FillStrategy::Spiral => Strategy::Spiral {
+            order: contour_order(ContourOrder::InsideOut),
+        },
+        FillStrategy::Hybrid => Strategy::Hybrid {
+            contours,
+            order: contour_order(ContourOrder::OutsideIn),
+            angle,
+        },
     };
     FillSettings {
         strategy: planned,
@@ -333,12 +546,16 @@ fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
     use meltpath_base::Ratio;
     let c = &job.checks;
     let usual = "a usual limit for a blank to be machined";
-    let mut ratio = |name: &str, written: Option<Ratio>, default: f64| r.or(name, written, Ratio(default), usual).0;
+    let mut ratio = |name: &str, written: Option<Ratio>, default: f64| {
+        r.or(name, written, Ratio(default), usual).0
+    };
     let lack = ratio("checks.lack", c.lack.map(|v| v.0), 0.005);
     let excess = ratio("checks.excess", c.excess.map(|v| v.0), 0.3);
     let accumulation = ratio("checks.accumulation", c.accumulation.map(|v| v.0), 1.0);
     let overhang = ratio("checks.overhang", c.overhang.map(|v| v.0), 0.25);
-    let mut length = |name: &str, written: Option<Length>, default: f64| r.or(name, written, Length(default), usual).0;
+    let mut length = |name: &str, written: Option<Length>, default: f64| {
+        r.or(name, written, Length(default), usual).0
+    };
     Limits {
         lack,
         excess,
@@ -355,13 +572,28 @@ fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
 /// The models of the chain with their sources.
 fn models(provenance: &mut Provenance) {
     for (name, source) in [
-        ("process map", "Rouchon 2022, § 2.1.2, 2.3; seed law of our own through its published points"),
+        (
+            "process map",
+            "Rouchon 2022, § 2.1.2, 2.3; seed law of our own through its published points",
+        ),
         ("filling", "Rouchon 2022, § 1.2.3.2, with rules of our own"),
-        ("robot motion", "Rouchon 2022, § 3.3.1: two moving averages; the dwell below 30° is an assumption"),
+        (
+            "robot motion",
+            "Rouchon 2022, § 3.3.1: two moving averages; the dwell below 30° is an assumption",
+        ),
         ("bead axis", "Rouchon 2022, § 3.3.2: pursuit curve"),
-        ("deposit", "Rouchon 2022, § 3.5, eq. 3.10-3.13: cumulated double half-ellipsoids"),
-        ("levelling of beads", "of our own, after the assembly model of Rouchon 2022, § 4.2-4.4 (walls 0.9 w wide)"),
-        ("decision rule", "guard bands of one standard uncertainty, after ISO 14253-1"),
+        (
+            "deposit",
+            "Rouchon 2022, § 3.5, eq. 3.10-3.13: cumulated double half-ellipsoids",
+        ),
+        (
+            "levelling of beads",
+            "of our own, after the assembly model of Rouchon 2022, § 4.2-4.4 (walls 0.9 w wide)",
+        ),
+        (
+            "decision rule",
+            "guard bands of one standard uncertainty, after ISO 14253-1",
+        ),
     ] {
         provenance.model(name, source);
     }
@@ -383,5 +615,11 @@ impl Settings {
 
 /// A [`TextError`] of a job file with the file's name and text.
 pub fn in_file(path: &Path, text: &str, e: TextError) -> JobError {
-    JobError::Text { path: path.to_path_buf(), text: text.to_owned(), span: e.span, message: e.message, help: e.help }
+    JobError::Text {
+        path: path.to_path_buf(),
+        text: text.to_owned(),
+        span: e.span,
+        message: e.message,
+        help: e.help,
+    }
 }

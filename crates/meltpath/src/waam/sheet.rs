@@ -11,28 +11,79 @@ use super::simulate::Simulation;
 const PER_MINUTE: f64 = 0.06;
 
 /// The sheet of a build.
-pub fn operator_sheet(settings: &Settings, simulation: &Simulation, programs: &[String]) -> OperatorSheet {
+pub fn operator_sheet(
+    settings: &Settings,
+    simulation: &Simulation,
+    programs: &[String],
+) -> OperatorSheet {
     let bead = &settings.bead;
     let cell = &settings.cell.program;
     let main = programs.first().map_or("", String::as_str);
     let (lo, hi) = simulation.deposit.map.bounds();
     let plate = settings.plate.map_or_else(
-        || format!("at least {:.0} x {:.0} x {:.0} mm", (hi - lo).x, (hi - lo).y, settings.plate_thickness),
+        || {
+            format!(
+                "at least {:.0} x {:.0} x {:.0} mm",
+                (hi - lo).x,
+                (hi - lo).y,
+                settings.plate_thickness
+            )
+        },
         |[l, w]| format!("{l:.0} x {w:.0} x {:.0} mm", settings.plate_thickness),
     );
     let mass = wire_mass(simulation, settings);
     OperatorSheet {
         settings: vec![
-            Setting::new("Wire", &format!("{}, {}", settings.wire.name, settings.wire.standard), &format!("{mass:.2} kg are used")),
-            Setting::new("Gas", &settings.gas.name, &format!("{:.0} L/min", settings.gas.flow.value)),
-            Setting::new("Transfer mode", &settings.mode.to_uppercase(), "synergy of this wire, at the source"),
-            Setting::new("Wire feed (WFS)", &format!("{:.2} m/min", bead.wire_feed * PER_MINUTE), "programmed, at the source; it cannot change while the arc burns"),
-            Setting::new("Travel speed (TS)", &format!("{:.3} m/min", bead.travel_speed * PER_MINUTE), "in the program"),
-            Setting::new("Contact tube to work (CTWD)", &format!("{:.1} mm", settings.ctwd), "at the first layer: the tool frame ends at the wire's tip"),
-            Setting::new("Smoothing", &format!("CNT{:.0}", 100.0 * settings.smoothing), "in the program"),
-            Setting::new("User frame, tool frame", &format!("UF {}, UT {}", cell.user_frame, cell.tool_frame), "the part's origin on the plate's surface; the torch"),
-            Setting::new("Plate", &plate, "clamped, its top at z = 0 of the user frame"),
-            Setting::new("Main program", main, &format!("{} program files in all", programs.len())),
+            Setting::new(
+                "Wire",
+                &format!("{}, {}", settings.wire.name, settings.wire.standard),
+                &format!("{mass:.2} kg are used"),
+            ),
+            Setting::new(
+                "Gas",
+                &settings.gas.name,
+                &format!("{:.0} L/min", settings.gas.flow.value),
+            ),
+            Setting::new(
+                "Transfer mode",
+                &settings.mode.to_uppercase(),
+                "synergy of this wire, at the source",
+            ),
+            Setting::new(
+                "Wire feed (WFS)",
+                &format!("{:.2} m/min", bead.wire_feed * PER_MINUTE),
+                "programmed, at the source; it cannot change while the arc burns",
+            ),
+            Setting::new(
+                "Travel speed (TS)",
+                &format!("{:.3} m/min", bead.travel_speed * PER_MINUTE),
+                "in the program",
+            ),
+            Setting::new(
+                "Contact tube to work (CTWD)",
+                &format!("{:.1} mm", settings.ctwd),
+                "at the first layer: the tool frame ends at the wire's tip",
+            ),
+            Setting::new(
+                "Smoothing",
+                &format!("CNT{:.0}", 100.0 * settings.smoothing),
+                "in the program",
+            ),
+            Setting::new(
+                "User frame, tool frame",
+                &format!("UF {}, UT {}", cell.user_frame, cell.tool_frame),
+                "the part's origin on the plate's surface; the torch",
+            ),
+            Setting::new(
+                "Plate",
+                &plate,
+                "clamped, its top at z = 0 of the user frame",
+            ),
+            Setting::new(
+                "Main program",
+                main,
+                &format!("{} program files in all", programs.len()),
+            ),
         ],
         before: [
             "Plate clean, clamped, earthed",
@@ -55,7 +106,18 @@ pub fn operator_sheet(settings: &Settings, simulation: &Simulation, programs: &[
 }
 
 fn order(settings: &Settings, simulation: &Simulation) -> Table {
-    let mut table = Table::new("Order of layers", &["layer", "beads", "arc time", "planned top (mm)", "predicted top (mm)", "CTWD (mm)", "pause after"]);
+    let mut table = Table::new(
+        "Order of layers",
+        &[
+            "layer",
+            "beads",
+            "arc time",
+            "planned top (mm)",
+            "predicted top (mm)",
+            "CTWD (mm)",
+            "pause after",
+        ],
+    );
     table.rows = simulation
         .layers
         .iter()
@@ -64,10 +126,18 @@ fn order(settings: &Settings, simulation: &Simulation) -> Table {
                 Cell::Number(f64::from(l.layer)),
                 Cell::Number(f64::from(l.beads)),
                 Cell::Duration(l.arc_time),
-                if l.planned_top.is_finite() { Cell::Fixed(l.planned_top, 1) } else { Cell::Empty },
+                if l.planned_top.is_finite() {
+                    Cell::Fixed(l.planned_top, 1)
+                } else {
+                    Cell::Empty
+                },
                 l.mean_top.map_or(Cell::Empty, |t| Cell::Fixed(t, 1)),
                 Cell::Fixed(l.ctwd_mean, 1),
-                if settings.pause > 0.0 { Cell::Duration(settings.pause) } else { Cell::text("none") },
+                if settings.pause > 0.0 {
+                    Cell::Duration(settings.pause)
+                } else {
+                    Cell::text("none")
+                },
             ]
         })
         .collect();
