@@ -82,4 +82,36 @@ impl Reporter {
         all.sort_by(|a, b| (&a.code, &a.message).cmp(&(&b.code, &b.message)));
         all
     }
+
+    /// The warnings for people: of many with the same code the first `most` (in order of collection), and one that
+    /// counts the others.
+    ///
+    /// ```
+    /// let reporter = meltpath_base::Reporter::new();
+    /// (1..=9).for_each(|i| reporter.warn("overhang", format!("layer {i}"), ""));
+    /// let shown = reporter.digest(2);
+    /// assert_eq!(shown.len(), 3);
+    /// assert_eq!(shown[2].message, "and 7 more of the kind `overhang`");
+    /// ```
+    pub fn digest(&self, most: usize) -> Vec<Warning> {
+        let mut all = self.lock().clone();
+        all.sort_by(|a, b| a.code.cmp(&b.code));
+        let mut shown: Vec<Warning> = Vec::new();
+        for kind in all.chunk_by(|a, b| a.code == b.code) {
+            shown.extend(kind.iter().take(most).cloned());
+            if kind.len() > most {
+                shown.push(Warning {
+                    code: kind[0].code.clone(),
+                    message: format!(
+                        "and {} more of the kind `{}`",
+                        kind.len() - most,
+                        kind[0].code
+                    ),
+                    place: None,
+                    remedy: None,
+                });
+            }
+        }
+        shown
+    }
 }

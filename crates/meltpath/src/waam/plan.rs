@@ -67,7 +67,7 @@ pub struct Plan {
     pub coverage: Vec<(u32, Coverage)>,
     /// Where layers hang over the ones below.
     pub overhangs: Vec<Overhang>,
-    /// Layer height: as written or from the growth model, mm.
+    /// Mean layer height: as written or from the growth model, mm.
     pub height: Resolved<f64>,
     /// Share of the bead length that has no neighbour in its layer.
     pub single: f64,
@@ -76,8 +76,8 @@ pub struct Plan {
 /// A free edge of the metal lies this share of the bead's width outside its axis: walls are 0.9 widths wide (Rouchon 2022,
 /// § 4.4).
 const FREE_EDGE: f64 = 0.45;
-/// Heights of the part at which the growth model looks, shares of its height.
-const PROBES: [f64; 5] = [0.05, 0.275, 0.5, 0.725, 0.95];
+/// Most heights at which the growth model looks.
+const MOST_PROBES: usize = 60;
 /// Holes narrower than this many bead widths, allowance taken off, are closed.
 const CLOSED_HOLE: f64 = 2.0;
 /// Part of a layer by which the build may stay below its target.
@@ -95,22 +95,29 @@ pub fn plan(
 ) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
     let top = part_top + settings.allowance;
-    let height = match &settings.heights {
-        Auto::Value(list) => Resolved::new(list.0.last().map_or(0.0, |h| h.0.0), Origin::Job),
-        Auto::Auto => grown_height(part, part_top, settings, observer)?,
-    };
-    let layers = lay_out(settings, top, height.value)?;
-    let slices = cut(
+    let (layers, height) = lay_out(part, part_top, top, settings, observer)?;
+    let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
+    let sections = cut(
         part,
         part_top,
-        layers.iter().map(|l| l.at(0.5)),
+        settings.allowance,
+        &middles,
         reporter,
         observer,
     )?;
-    let regions: Vec<Vec<Region>> = covered(&slices, settings)?;
-    tell_closed_holes(&slices, settings, reporter);
+    let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
+    tell_closed_holes(&sections, settings, reporter);
+    let shapes: Vec<Slice> = layers
+        .iter()
+        .zip(&regions)
+        .map(|(l, r)| Slice {
+            surface: Plane::horizontal(l.bottom),
+            height: l.bottom,
+            regions: r.clone(),
+        })
+        .collect();
     let overhangs = overhangs(
-        &slices,
+        &shapes,
         settings.bead.width.value,
         settings.limits.overhang,
         reporter,
@@ -155,60 +162,89 @@ fn profile(settings: &Settings) -> Profile {
     }
 }
 
-/// Layers from the plate up.
-fn lay_out(settings: &Settings, top: f64, height: f64) -> Result<Vec<Layer>, PlanStageError> {
-    let list = match &settings.heights {
-        Auto::Value(list) => list.0.iter().map(|h| h.0.0).collect(),
-        Auto::Auto => vec![height],
-    };
-    let mut made = match (settings.count, &settings.heights) {
-        (Some(count), _) => {
-            // as many as asked, whatever the part's height
-            let enough: f64 = (0..count as usize)
-                .map(|i| list.get(i).or(list.last()).copied().unwrap_or(height))
-                .sum();
-            layers(0.0, enough, &LayerHeight::PerLayer(list), LastLayer::Full)?
+/// Layers from the plate up, and their mean height with its origin.
+fn lay_out(
+    part: &Part,
+    part_top: f64,
+    top: f64,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<(Vec<Layer>, Resolved<f64>), PlanStageError> {
+    let (mut made, origin) = match &settings.heights {
+        Auto::Value(list) => {
+            let list: Vec<f64> = list.0.iter().map(|h| h.0.0).collect();
+            let made = match settings.count {
+                // as many as asked, whatever the part's height
+                Some(count) => {
+                    let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
+                    let enough: f64 = (0..count as usize).map(height).sum();
+                    layers(0.0, enough, &LayerHeight::PerLayer(list), LastLayer::Full)?
+                }
+                None => layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?,
+            };
+            (made, Origin::Job)
         }
-        (None, Auto::Value(_)) => {
-            layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?
-        }
-        (None, Auto::Auto) => {
-            // a bead cannot be made lower than it is: whole layers, the last of which may stay a little short
-            let count = (top / height - SHORT).ceil().max(1.0);
-            layers(
-                0.0,
-                count * height,
-                &LayerHeight::Constant(height),
-                LastLayer::Full,
-            )?
+        Auto::Auto => {
+            let growth = growth(part, part_top, settings, observer)?;
+            let origin = "growth, layer by layer: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
+            (
+                grown_layers(&growth, top),
+                Origin::Computed(origin.to_owned()),
+            )
         }
     };
     if let Some(count) = settings.count {
         made.truncate(count as usize);
     }
-    Ok(made)
+    let mean = made.last().map_or(0.0, |l| l.top) / made.len().max(1) as f64;
+    let sigma = mean * settings.growth_sigma(0.0);
+    let height = Resolved::new(mean, origin.clone());
+    Ok((
+        made,
+        if origin == Origin::Job {
+            height
+        } else {
+            height.with_sigma(sigma)
+        },
+    ))
 }
 
-/// Sections of the part; heights above its top take the section just below the top, which the allowance raises.
+/// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
+/// mid-height and down to an allowance below it.
+const BELOW: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// For each height, the sections of the part at that height and below it ([`BELOW`]); none above the part.
 fn cut(
     part: &Part,
     part_top: f64,
-    heights: impl Iterator<Item = f64>,
+    allowance: f64,
+    heights: &[f64],
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Vec<Slice>, PlanStageError> {
-    let heights: Vec<f64> = heights.collect();
-    let highest = part_top * (1.0 - 1e-4);
-    let mut cuts: Vec<f64> = heights.iter().map(|h| h.min(highest)).collect();
+) -> Result<Vec<Vec<Slice>>, PlanStageError> {
+    // the very top and the very bottom belong to the part
+    let (lowest, highest) = (1e-4 * part_top, part_top * (1.0 - 1e-4));
+    let wanted = |h: f64| {
+        BELOW
+            .iter()
+            .map(move |b| h - b * allowance)
+            .filter(move |z| *z <= part_top)
+            .map(move |z| z.clamp(lowest, highest))
+    };
+    let mut cuts: Vec<f64> = heights.iter().flat_map(|h| wanted(*h)).collect();
+    cuts.sort_unstable_by(f64::total_cmp);
     cuts.dedup();
-    let plan = SlicePlan::new(Plane::horizontal(0.0), cuts);
-    let mut slices = slice(&part.mesh, &plan, reporter, observer)?;
-    if let Some(last) = slices.last().cloned() {
-        while slices.len() < heights.len() {
-            slices.push(last.clone());
-        }
-    }
-    Ok(slices)
+    let slices = slice(
+        &part.mesh,
+        &SlicePlan::new(Plane::horizontal(0.0), cuts.clone()),
+        reporter,
+        observer,
+    )?;
+    let at = |z: f64| slices.get(cuts.partition_point(|c| *c < z)).cloned();
+    Ok(heights
+        .iter()
+        .map(|h| wanted(*h).filter_map(at).collect())
+        .collect())
 }
 
 fn hole_limit(settings: &Settings) -> f64 {
@@ -216,16 +252,20 @@ fn hole_limit(settings: &Settings) -> f64 {
     0.25 * std::f64::consts::PI * diameter * diameter
 }
 
-/// What layers cover: sections grown by the allowance, without the holes that are too small to keep.
-fn covered(slices: &[Slice], settings: &Settings) -> Result<Vec<Vec<Region>>, PlanarError> {
+/// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep.
+fn covered(sections: &[Vec<Slice>], settings: &Settings) -> Result<Vec<Vec<Region>>, PlanarError> {
     let join = Join::Round {
         arc_tolerance: 0.02,
     };
     let limit = hole_limit(settings);
-    slices
+    sections
         .par_iter()
-        .map(|s| {
-            let mut grown = outset(&s.regions, settings.allowance, join)?;
+        .map(|slices| {
+            let all: Vec<Region> = slices
+                .iter()
+                .flat_map(|s| s.regions.iter().cloned())
+                .collect();
+            let mut grown = outset(&all, settings.allowance, join)?;
             for region in &mut grown {
                 region.holes.retain(|h| signed_area(h).abs() >= limit);
             }
@@ -234,28 +274,31 @@ fn covered(slices: &[Slice], settings: &Settings) -> Result<Vec<Vec<Region>>, Pl
         .collect()
 }
 
-fn tell_closed_holes(slices: &[Slice], settings: &Settings, reporter: &Reporter) {
+fn tell_closed_holes(sections: &[Vec<Slice>], settings: &Settings, reporter: &Reporter) {
     let limit = hole_limit(settings);
     let shrunk = |hole: &[DVec2]| {
         // a hole of area a shrunk by the allowance, as if it were round
         let radius = (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance;
         std::f64::consts::PI * radius.max(0.0).powi(2)
     };
-    let count = slices
+    let small = |slice: &Slice| {
+        slice
+            .regions
+            .iter()
+            .flat_map(|r| &r.holes)
+            .filter(|h| shrunk(h) < limit)
+            .count()
+    };
+    let count = sections
         .iter()
-        .map(|s| {
-            s.regions
-                .iter()
-                .flat_map(|r| &r.holes)
-                .filter(|h| shrunk(h) < limit)
-                .count()
-        })
+        .filter_map(|s| s.first().map(small))
         .max()
         .unwrap_or(0);
     if count > 0 {
+        let narrow = CLOSED_HOLE * settings.bead.width.value;
         reporter.warn(
             "holes-closed",
-            format!("{count} holes narrower than {:.0} mm (allowance taken off) are filled, to be drilled: beads round them would start and stop for nothing", CLOSED_HOLE * settings.bead.width.value),
+            format!("{count} holes narrower than {narrow:.0} mm (allowance taken off) are filled, to be drilled: beads round them would start and stop for nothing"),
             "",
         );
     }
@@ -289,52 +332,90 @@ fn fill(
     )
 }
 
-/// The height by which a layer grows: its metal over the area that its beads share.
-fn grown_height(
+/// How much layers grow, over the height of the part: the metal of a layer over the area that its beads share, at a number of
+/// heights (mm, growth in mm).
+fn growth(
     part: &Part,
     part_top: f64,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<Resolved<f64>, PlanStageError> {
+) -> Result<Vec<(f64, f64)>, PlanStageError> {
     let quiet = Reporter::new();
-    let slices = cut(
-        part,
-        part_top,
-        PROBES.iter().map(|p| p * part_top),
-        &quiet,
-        observer,
+    let count = (part_top / settings.bead.height.value)
+        .ceil()
+        .clamp(1.0, MOST_PROBES as f64) as usize;
+    let heights: Vec<f64> = (0..count)
+        .map(|i| (i as f64 + 0.5) / count as f64 * part_top)
+        .collect();
+    let regions = covered(
+        &cut(
+            part,
+            part_top,
+            settings.allowance,
+            &heights,
+            &quiet,
+            observer,
+        )?,
+        settings,
     )?;
-    let regions = covered(&slices, settings)?;
-    let layers: Vec<Layer> = PROBES
+    let layers: Vec<Layer> = heights
         .iter()
-        .map(|p| Layer {
-            bottom: p * part_top,
-            top: p * part_top + 1.0,
+        .map(|h| Layer {
+            bottom: *h,
+            top: h + 1.0,
         })
         .collect();
     let plans = fill(&layers, &regions, settings, &quiet, observer)?;
-    let (mut metal, mut area) = (0.0, 0.0);
-    for plan in &plans {
+    let mut grown = Vec::new();
+    for (plan, height) in plans.iter().zip(heights) {
         let lines: Vec<Vec<DVec2>> = plan
             .passes
             .iter()
             .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
             .collect();
-        metal += plan.passes.iter().map(Pass::length).sum::<f64>() * settings.bead.area.value;
-        area += stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
+        let metal = plan.passes.iter().map(Pass::length).sum::<f64>() * settings.bead.area.value;
+        let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
             .iter()
             .map(Region::area)
-            .sum::<f64>();
+            .sum();
+        if area > 0.0 {
+            grown.push((height, metal / area));
+        }
     }
-    if area <= 0.0 {
-        return Err(PlanStageError::NoBead {
-            narrowest: settings.fill.narrowest * settings.bead.width.value,
-            allowance: settings.allowance,
+    if grown.is_empty() {
+        return Err(no_bead(settings));
+    }
+    Ok(grown)
+}
+
+/// Layers that follow the growth, up to `top`.
+fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    let mut bottom = 0.0;
+    loop {
+        // each layer as the nearest height at which the growth is known
+        let nearest = growth
+            .iter()
+            .min_by(|a, b| (a.0 - bottom).abs().total_cmp(&(b.0 - bottom).abs()));
+        let Some((_, height)) = nearest else {
+            return layers;
+        };
+        if top - bottom <= SHORT * height && !layers.is_empty() {
+            return layers;
+        }
+        layers.push(Layer {
+            bottom,
+            top: bottom + height,
         });
+        bottom += height;
     }
-    let height = metal / area;
-    let origin = Origin::Computed("growth: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)".to_owned());
-    Ok(Resolved::new(height, origin).with_sigma(height * settings.growth_sigma(0.0)))
+}
+
+fn no_bead(settings: &Settings) -> PlanStageError {
+    PlanStageError::NoBead {
+        narrowest: settings.fill.narrowest * settings.bead.width.value,
+        allowance: settings.allowance,
+    }
 }
 
 /// Share of the bead length without a neighbour in its own layer.

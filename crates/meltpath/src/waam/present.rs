@@ -26,6 +26,8 @@ use super::simulate::Simulation;
 const PER_MINUTE: f64 = 0.06;
 /// A part of more triangles is left out of the 3D view: the page would be slow.
 const SHOWN_TRIANGLES: usize = 400_000;
+/// Less metal than this over the plate is not shown in the as-built mesh, mm.
+const BUILT: f64 = 0.01;
 /// The plate's thickness in the as-built mesh where the job says none, mm.
 const FLOOR: f64 = 20.0;
 
@@ -351,7 +353,7 @@ pub fn write_files(
     thickness: Option<f64>,
 ) -> Result<(), OutputError> {
     let map = &simulation.deposit.map;
-    let mesh = map.to_mesh(Crop::Whole, thickness.unwrap_or(FLOOR));
+    let mesh = map.to_mesh(Crop::Built { threshold: BUILT }, thickness.unwrap_or(FLOOR));
     folder.write("as-built.stl", |mut w| write_stl(&mesh, "as-built", &mut w))?;
     let path = lines("path", simulation, layer_of_command, Beads::Deposited);
     folder.write("fields/path.vtp", |w| write_lines(w, &path).map_err(vtk_io))?;

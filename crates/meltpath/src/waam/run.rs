@@ -101,6 +101,9 @@ impl From<Cancelled> for RunError {
     }
 }
 
+/// Warnings of one kind that a verdict tells one by one.
+const SHOWN_WARNINGS: usize = 3;
+
 /// What a run made.
 #[derive(Debug)]
 pub struct Outcome {
