@@ -1,5 +1,7 @@
 //! Samples a second of the streaming interpolation, one thread: long lines, short chords, circular moves.
 
+#![expect(clippy::expect_used, reason = "a bench may fail")]
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::Silent;
 use meltpath_geometry::Pose;

@@ -1,1 +1,18 @@
-//! What controllers read: one module per dialect, each a writer and a parser.
+//! What controllers read: a neutral program, one module per dialect (each a writer and a parser), programs from toolpaths,
+//! and the order in which a controller executes them. Files hold mm and degrees; what is executed is in mm, s, rad.
+
+pub mod assembly;
+pub mod build;
+pub mod cell;
+pub mod execute;
+pub mod fanuc_ls;
+mod orientation;
+pub mod program;
+
+pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
+pub use cell::{CellError, CellProgramming};
+pub use execute::{
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, ProgramError,
+    execution_order,
+};
+pub use program::Program;

@@ -1,0 +1,72 @@
+//! Points a second of building, writing, parsing and executing a long program, one thread.
+
+#![expect(clippy::expect_used, reason = "a bench may fail")]
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use meltpath_base::{Ratio, Reporter};
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::{
+    BuildSettings, CellProgramming, ExecutionSettings, Pause, build, execution_order, fanuc_ls,
+};
+use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag, Toolpath};
+
+#[derive(serde::Deserialize)]
+struct Cell {
+    program: CellProgramming,
+}
+
+const POINTS: u32 = 100_000;
+
+fn benchmark(c: &mut Criterion) {
+    let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+    let mut cell = toml::from_str::<Cell>(text)
+        .expect("the shipped cell reads")
+        .program;
+    cell.lines_per_program = 1_000_000;
+    cell.points_per_program = 1_000_000;
+    let points = (0..POINTS)
+        .map(|i| {
+            let (sin, cos) = (f64::from(i) * 0.01).sin_cos();
+            DVec3::new(50.0 * cos, 50.0 * sin, f64::from(i) * 1e-3)
+        })
+        .collect();
+    let tag = Tag {
+        part: 0,
+        layer: 1,
+        entity: 0,
+    };
+    let toolpath = Toolpath {
+        profiles: vec![Profile {
+            speed: 12.5,
+            wire_feed: 133.3,
+            height: 2.0,
+            ..Profile::default()
+        }],
+        passes: vec![Pass::polyline(PassId(1), Role::Contour, tag, points)],
+    };
+    let settings = BuildSettings {
+        name: "bench".to_owned(),
+        comment: String::new(),
+        smoothing: Ratio(0.5),
+        pause: Pause::None,
+    };
+    let reporter = Reporter::new();
+    let make = || build(&toolpath, &cell, &settings, &reporter).expect("the bench builds");
+    let built = make();
+    let text = fanuc_ls::write(&built.programs[0]).expect("the bench writes");
+    let parsed = fanuc_ls::parse(&text).expect("the bench parses").program;
+    let mut group = c.benchmark_group("fanuc_ls");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(u64::from(POINTS)));
+    group.bench_function("build", |b| b.iter(make));
+    group.bench_function("write", |b| b.iter(|| fanuc_ls::write(&built.programs[0])));
+    group.bench_function("parse", |b| b.iter(|| fanuc_ls::parse(&text)));
+    group.bench_function("execute", |b| {
+        let programs = [parsed.clone()];
+        b.iter(|| execution_order(&programs, &ExecutionSettings::default(), &reporter));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, benchmark);
+criterion_main!(benches);

@@ -1,0 +1,524 @@
+//! From a toolpath to programs: travels, approaches, arc words, speeds, comments, pauses.
+//!
+//! For each bead: along a travel at clearance above the highest surface so far (the highest point of any bead so far and of the next,
+//! plus its expected height), down to the start, FINE and arc on there; the bead with the job's smoothing; FINE and arc off at its end;
+//! up again. All these are linear moves, so that the simulation knows their path; the first move alone is a joint move. Travel passes
+//! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
+//! [`crate::execution_order`].
+
+use meltpath_base::{Ratio, Reporter};
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::{Move, Pass, Role, Toolpath};
+
+use crate::assembly::{Assembly, comment};
+use crate::cell::{CellError, CellProgramming};
+use crate::orientation::wpr_of_axis;
+use crate::program::{
+    ArcAction, ArcWord, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit, Termination,
+};
+
+/// What programs hold no digits for, mm: points closer than this are one.
+const RESOLUTION: f64 = 1e-3;
+/// Shortest wait that can be written, s.
+const SHORTEST_WAIT: f64 = 0.01;
+
+/// What happens after each layer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pause {
+    /// Nothing.
+    None,
+    /// Waits, s.
+    Wait(f64),
+    /// Calls a program of the cell, which cools, measures or asks.
+    Call(String),
+}
+
+/// What the job says about its programs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BuildSettings {
+    /// What to call them.
+    pub name: String,
+    /// Comment in the header.
+    pub comment: String,
+    /// Smoothing inside a bead (FANUC CNT).
+    pub smoothing: Ratio,
+    /// After each layer.
+    pub pause: Pause,
+}
+
+/// A weld schedule that the operator sets on the controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Schedule {
+    /// Its number.
+    pub number: u32,
+    /// Programmed wire feed speed, mm/s.
+    pub wire_feed: f64,
+}
+
+/// Programs with the schedules they refer to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Built {
+    /// The programs, main first.
+    pub programs: Vec<Program>,
+    /// The schedules.
+    pub schedules: Vec<Schedule>,
+}
+
+/// Why a toolpath cannot become a program.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// The cell file is unsound.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+    /// A pass cannot be executed.
+    #[error("pass {pass} (layer {layer}): {what} is {value}, but must be {wanted}")]
+    Pass {
+        /// Its id.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+        /// What is wrong.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// Nothing to do.
+    #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
+    Empty,
+}
+
+/// Makes the programs of a toolpath.
+///
+/// # Errors
+/// [`BuildError`] where the toolpath is empty, a pass is not finite or has no speed, or the cell is unsound.
+pub fn build(
+    toolpath: &Toolpath,
+    cell: &CellProgramming,
+    settings: &BuildSettings,
+    reporter: &Reporter,
+) -> Result<Built, BuildError> {
+    cell.check()?;
+    if toolpath.passes.is_empty() {
+        return Err(BuildError::Empty);
+    }
+    let mut builder = Builder {
+        toolpath,
+        cell,
+        settings,
+        reporter,
+        assembly: Assembly::new(cell, &settings.name, &settings.comment),
+        schedules: Vec::new(),
+        layer: None,
+        highest: f64::NEG_INFINITY,
+        place: None,
+    };
+    for pass in &toolpath.passes {
+        builder.pass(pass)?;
+    }
+    Ok(Built {
+        programs: builder.assembly.finish(),
+        schedules: builder.schedules,
+    })
+}
+
+/// A point of a pass as the program will hold it.
+#[derive(Clone, Copy)]
+struct Point {
+    position: DVec3,
+    wpr: [f64; 3],
+}
+
+struct Builder<'a> {
+    toolpath: &'a Toolpath,
+    cell: &'a CellProgramming,
+    settings: &'a BuildSettings,
+    reporter: &'a Reporter,
+    assembly: Assembly<'a>,
+    schedules: Vec<Schedule>,
+    layer: Option<u32>,
+    /// Highest surface so far, mm.
+    highest: f64,
+    /// Where the tool is.
+    place: Option<Point>,
+}
+
+/// One thing to do along a pass.
+enum Step {
+    /// Move number `index` of the pass.
+    Move {
+        index: usize,
+        via: Option<Point>,
+        to: Point,
+    },
+    /// Stay, s.
+    Wait(f64),
+}
+
+/// The move of a step that moves.
+fn moved(step: &Step) -> Option<usize> {
+    match step {
+        Step::Move { index, .. } => Some(*index),
+        Step::Wait(_) => None,
+    }
+}
+
+/// A value of a pass, from its channel or its profile.
+fn channel(channel: Option<&Vec<f64>>, i: usize, profile: f64) -> f64 {
+    channel.and_then(|c| c.get(i).copied()).unwrap_or(profile)
+}
+
+fn cnt(smoothing: Ratio) -> Termination {
+    Termination::Cnt((smoothing.0 * 100.0).round().clamp(0.0, 100.0) as u8)
+}
+
+impl Builder<'_> {
+    fn check(&self, pass: &Pass) -> Result<(), BuildError> {
+        let fail = |what, value, wanted| {
+            Err(BuildError::Pass {
+                pass: pass.id.0,
+                layer: pass.tag.layer,
+                what,
+                value,
+                wanted,
+            })
+        };
+        let via = pass.moves.iter().filter_map(|m| match m {
+            Move::Arc { via } => Some(via),
+            Move::Line | Move::Spot { .. } => None,
+        });
+        if let Some(bad) = pass
+            .points
+            .iter()
+            .chain(&pass.axes)
+            .chain(via)
+            .find(|p| !p.is_finite())
+        {
+            return fail("a point", bad.length(), "finite");
+        }
+        if pass.moves.len() + 1 != pass.points.len() && !pass.points.is_empty() {
+            let moves = pass.moves.len() as f64;
+            return fail("the number of moves", moves, "one less than its points");
+        }
+        if !pass.axes.is_empty() && pass.axes.len() != pass.points.len() {
+            let axes = pass.axes.len() as f64;
+            return fail("the number of tool axes", axes, "that of its points");
+        }
+        let Some(profile) = self.toolpath.profiles.get(pass.profile as usize) else {
+            let index = f64::from(pass.profile);
+            return fail("its profile", index, "one of the toolpath's");
+        };
+        for i in 0..pass.moves.len() {
+            let speed = channel(pass.channels.speed.as_ref(), i, profile.speed);
+            // the slowest that can be written
+            let slowest = 0.1_f64.powi(i32::from(self.cell.speed_decimals)) * 10.0 / 60.0;
+            if !(speed.is_finite() && speed >= slowest) {
+                return fail(
+                    "the speed",
+                    speed,
+                    "finite and not too slow to write (mm/s)",
+                );
+            }
+            let feed = channel(pass.channels.wire_feed.as_ref(), i, profile.wire_feed);
+            if pass.role != Role::Travel && !(feed > 0.0 && feed.is_finite()) {
+                return fail("the wire feed", feed, "positive and finite (mm/s)");
+            }
+        }
+        Ok(())
+    }
+
+    fn schedule(&mut self, wire_feed: f64) -> u32 {
+        let known = self.schedules.iter().find(|s| s.wire_feed == wire_feed);
+        if let Some(schedule) = known {
+            return schedule.number;
+        }
+        let number = self.cell.arc.first_schedule + self.schedules.len() as u32;
+        self.schedules.push(Schedule { number, wire_feed });
+        self.assembly.push(comment(&format!(
+            "Schedule {number} WFS {:.2} m/min",
+            wire_feed * 0.06
+        )));
+        number
+    }
+
+    /// A speed along the path, mm/s, in the cell's unit and digits.
+    fn speed(&self, mm_per_second: f64) -> Speed {
+        let unit = self.cell.speed_unit;
+        let per = match unit {
+            SpeedUnit::CentimetrePerMinute => 6.0,
+            _ => 1.0,
+        };
+        let scale = 10_f64.powi(i32::from(self.cell.speed_decimals));
+        let value = (mm_per_second * per * scale).round() / scale;
+        Speed::Value { value, unit }
+    }
+
+    fn motion(
+        &mut self,
+        kind: MotionKind,
+        point: Point,
+        speed: Speed,
+        termination: Termination,
+        arc: Option<ArcWord>,
+    ) {
+        let target = self.assembly.point(point.position, point.wpr);
+        self.place = Some(point);
+        self.assembly.push(Instruction::Motion(Motion {
+            kind,
+            target,
+            speed,
+            termination,
+            arc,
+            extra: Vec::new(),
+        }));
+    }
+
+    fn line(&mut self, point: Point, speed: f64, termination: Termination, arc: Option<ArcWord>) {
+        let speed = self.speed(speed);
+        self.motion(MotionKind::Linear, point, speed, termination, arc);
+    }
+
+    fn points(&self, pass: &Pass) -> Vec<Point> {
+        let default = self.cell.orientation.degrees();
+        let at = |(i, &position): (usize, &DVec3)| Point {
+            position: (position / RESOLUTION).round() * RESOLUTION,
+            wpr: pass
+                .axes
+                .get(i)
+                .map_or(default, |&axis| wpr_of_axis(default, axis)),
+        };
+        pass.points.iter().enumerate().map(at).collect()
+    }
+
+    fn layer(&mut self, layer: u32) {
+        if self.layer == Some(layer) {
+            return;
+        }
+        if self.layer.is_some() {
+            match &self.settings.pause {
+                Pause::None => {}
+                Pause::Wait(seconds) => {
+                    if *seconds >= SHORTEST_WAIT {
+                        self.assembly.push(Instruction::Wait(*seconds));
+                    }
+                }
+                Pause::Call(program) => self.assembly.push(Instruction::Call {
+                    program: program.clone(),
+                    arguments: String::new(),
+                }),
+            }
+        }
+        self.layer = Some(layer);
+        self.assembly.push(comment(&format!("Layer {layer}")));
+    }
+
+    fn feed(&self, pass: &Pass, index: usize) -> f64 {
+        let profile = &self.toolpath.profiles[pass.profile as usize];
+        channel(pass.channels.wire_feed.as_ref(), index, profile.wire_feed)
+    }
+
+    /// What to do along a pass, moves below the program's digits left out.
+    fn steps(&self, pass: &Pass, points: &[Point]) -> Vec<Step> {
+        let mut steps = Vec::new();
+        let wait = |steps: &mut Vec<Step>, seconds: f64| {
+            if seconds > 0.0 && seconds.is_finite() {
+                // controllers wait in hundredths of a second
+                let hundredths = (seconds / SHORTEST_WAIT).round().max(1.0);
+                steps.push(Step::Wait(hundredths * SHORTEST_WAIT));
+            }
+        };
+        let Some(mut from) = points.first().map(|p| p.position) else {
+            return steps;
+        };
+        for (index, pair) in points.windows(2).enumerate() {
+            let to = pair[1];
+            let via = match pass.moves[index] {
+                Move::Arc { via } => {
+                    let position = (via / RESOLUTION).round() * RESOLUTION;
+                    let middle = 0.5 * (from + to.position);
+                    // what the program's digits make of a flat arc is a line
+                    let round = Arc::through(from, position, to.position)
+                        .filter(|_| middle.distance(position) > 2.0 * RESOLUTION);
+                    round.map(|_| Point {
+                        position,
+                        wpr: self.between(pass, index),
+                    })
+                }
+                Move::Line | Move::Spot { .. } => None,
+            };
+            if via.is_some() || from.distance(to.position) >= 0.5 * RESOLUTION {
+                steps.push(Step::Move { index, via, to });
+                from = to.position;
+            }
+            if let Move::Spot { time } = pass.moves[index] {
+                wait(&mut steps, time);
+            }
+            wait(
+                &mut steps,
+                channel(pass.channels.dwell.as_ref(), index, 0.0),
+            );
+        }
+        steps
+    }
+
+    /// Orientation halfway along move `index`.
+    fn between(&self, pass: &Pass, index: usize) -> [f64; 3] {
+        let default = self.cell.orientation.degrees();
+        match pass.axes.get(index..index + 2) {
+            Some([a, b]) => wpr_of_axis(default, a.normalize_or(*a) + b.normalize_or(*b)),
+            _ => default,
+        }
+    }
+
+    /// Executes the steps of a pass from its start; with `schedule` the arc is on and goes off at the end.
+    fn follow(&mut self, pass: &Pass, steps: &[Step], mut schedule: Option<u32>) {
+        let speeds = pass.channels.speed.as_ref();
+        let profile_speed = self.toolpath.profiles[pass.profile as usize].speed;
+        for (k, step) in steps.iter().enumerate() {
+            if !self.assembly.takes(4, 4) {
+                self.assembly.cut();
+                if schedule.is_some() {
+                    self.reporter.warn(
+                        "pass-cut",
+                        format!(
+                            "pass {} of layer {} is longer than a program of this cell: it goes on in the next, arc on",
+                            pass.id.0, pass.tag.layer
+                        ),
+                        "raise lines_per_program and points_per_program in the cell file if the controller allows",
+                    );
+                }
+            }
+            let next = steps.get(k + 1);
+            let stops = !matches!(next, Some(Step::Move { .. }));
+            let arc = match (schedule, steps[k + 1..].iter().find_map(moved)) {
+                (Some(current), Some(index)) => {
+                    let feed = self.feed(pass, index);
+                    let coming = self.schedule(feed);
+                    schedule = Some(coming);
+                    (coming != current).then(|| self.cell.arc.word(ArcAction::Start, coming))
+                }
+                (Some(current), None) if next.is_none() => {
+                    schedule = None;
+                    Some(self.cell.arc.word(ArcAction::End, current))
+                }
+                _ => None,
+            };
+            match *step {
+                Step::Move { index, via, to } => {
+                    let termination = match (stops, pass.role) {
+                        (true, _) => Termination::Fine,
+                        (false, Role::Travel) => cnt(self.cell.travel_smoothing),
+                        (false, _) => cnt(self.settings.smoothing),
+                    };
+                    let speed = self.speed(channel(speeds, index, profile_speed));
+                    let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
+                        via: self.assembly.point(v.position, v.wpr),
+                    });
+                    self.motion(kind, to, speed, termination, arc);
+                }
+                Step::Wait(seconds) => {
+                    self.assembly.push(Instruction::Wait(seconds));
+                    if let Some(word) = arc {
+                        self.assembly.push(Instruction::Arc(word));
+                    }
+                }
+            }
+        }
+    }
+
+    /// To `to` at clearance, from wherever the tool is.
+    fn travel(&mut self, to: Point) {
+        let above = |point: Point, z: f64| Point {
+            position: DVec3::new(point.position.x, point.position.y, z),
+            ..point
+        };
+        let clear = self.highest + self.cell.clearance.0;
+        let speed = self.cell.travel_speed.0;
+        let over = cnt(self.cell.travel_smoothing);
+        if let Some(place) = self.place {
+            if place.position.z < clear {
+                self.line(above(place, clear), speed, over.clone(), None);
+            }
+            self.line(above(to, clear), speed, over, None);
+        } else {
+            let first = Speed::Value {
+                value: (self.cell.first_move.0 * 100.0).round(),
+                unit: SpeedUnit::Percent,
+            };
+            let to = above(to, clear);
+            self.motion(MotionKind::Joint, to, first, Termination::Fine, None);
+        }
+    }
+
+    fn pass(&mut self, pass: &Pass) -> Result<(), BuildError> {
+        self.check(pass)?;
+        let points = self.points(pass);
+        let Some(&start) = points.first() else {
+            self.reporter.warn(
+                "pass-empty",
+                format!(
+                    "pass {} of layer {} has no point",
+                    pass.id.0, pass.tag.layer
+                ),
+                "",
+            );
+            return Ok(());
+        };
+        let height = self.toolpath.profiles[pass.profile as usize]
+            .height
+            .max(0.0);
+        let top = points
+            .iter()
+            .map(|p| p.position.z)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let steps = self.steps(pass, &points);
+        if steps.is_empty() {
+            self.reporter.warn(
+                "pass-too-short",
+                format!(
+                    "pass {} of layer {} is shorter than a program's digits: left out",
+                    pass.id.0, pass.tag.layer
+                ),
+                "",
+            );
+            return Ok(());
+        }
+        if !self
+            .assembly
+            .takes(steps.len() * 2 + 12, steps.len() * 2 + 4)
+        {
+            self.assembly.cut();
+        }
+        // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
+        self.highest = self.highest.max(top);
+        self.layer(pass.tag.layer);
+        self.assembly.push(comment(&format!("Pass {}", pass.id.0)));
+        if pass.role == Role::Travel {
+            self.follow(pass, &steps, None);
+        } else {
+            let first = steps.iter().find_map(moved).unwrap_or(0);
+            let feed = self.feed(pass, first);
+            let schedule = self.schedule(feed);
+            self.travel(start);
+            let on = self.cell.arc.word(ArcAction::Start, schedule);
+            let approach = self.cell.approach_speed.0;
+            self.line(start, approach, Termination::Fine, Some(on));
+            self.follow(pass, &steps, Some(schedule));
+            self.highest = self.highest.max(top + height);
+            if let Some(end) = self.place {
+                let clear = self.highest + self.cell.clearance.0;
+                let position = end.position.with_z(clear);
+                let speed = self.cell.travel_speed.0;
+                self.line(
+                    Point { position, ..end },
+                    speed,
+                    cnt(self.cell.travel_smoothing),
+                    None,
+                );
+            }
+        }
+        Ok(())
+    }
+}

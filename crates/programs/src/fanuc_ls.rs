@@ -1,0 +1,14 @@
+//! FANUC programs as text (`.ls`), read and written.
+//!
+//! The layout follows what controllers and other programming software print: `/PROG`, `/ATTR`, `/APPL`, `/MN` with numbered
+//! instructions that end in `;`, `/POS` with one block a position, `/END`. Words that are not modelled are kept verbatim and listed.
+//! Arc words and header are the cell's business: check them against the manual of the controller at hand.
+
+mod line;
+mod parse;
+mod positions;
+mod scan;
+mod write;
+
+pub use parse::{ParseError, Parsed, Unread, parse, read};
+pub use write::{WriteError, write};

@@ -1,0 +1,217 @@
+//! The `/POS` section: positions from text and to text.
+
+use std::fmt::Write as _;
+
+use super::parse::ParseError;
+use super::scan::{bracket, number, numbered, strip_prefix, tidy};
+use crate::program::{Axis, Coordinates, Group, Position};
+
+/// The positions in `text`, whose first line is line `first` of the file.
+pub(super) fn parse(text: &str, first: u32) -> Result<Vec<Position>, ParseError> {
+    let mut positions = Vec::new();
+    let mut rest = text;
+    loop {
+        rest = rest.trim_start_matches(|c: char| c.is_whitespace() || c == ';');
+        if rest.is_empty() {
+            return Ok(positions);
+        }
+        let done = &text[..text.len() - rest.len()];
+        let line = first + done.matches('\n').count() as u32;
+        let error = |why| ParseError::Position { line, why };
+        let head = strip_prefix(rest, "P").ok_or_else(|| error("it does not start with P["))?;
+        let (inner, after) = bracket(head).ok_or_else(|| error("its bracket is not closed"))?;
+        let (index, comment) = numbered(inner).ok_or_else(|| error("its number does not read"))?;
+        let after = after.trim_start();
+        let after = after
+            .strip_prefix('{')
+            .ok_or_else(|| error("no { follows"))?;
+        let (body, after) = after
+            .split_once('}')
+            .ok_or_else(|| error("its { is not closed: the file is cut off"))?;
+        positions.push(Position {
+            index,
+            comment,
+            groups: groups(body),
+        });
+        rest = after;
+    }
+}
+
+/// The groups of a position: `GP1:` and what follows up to the next.
+fn groups(body: &str) -> Vec<Group> {
+    let mut groups: Vec<(u32, String)> = Vec::new();
+    for line in body.lines() {
+        let line = line.trim();
+        let header = strip_prefix(line, "GP").and_then(|r| r.split_once(':'));
+        if let Some((number, rest)) = header.and_then(|(n, r)| Some((n.trim().parse().ok()?, r))) {
+            groups.push((number, rest.to_owned()));
+        } else if let Some((_, text)) = groups.last_mut() {
+            text.push('\n');
+            text.push_str(line);
+        } else if !line.is_empty() {
+            // no group header: the robot's
+            groups.push((1, line.to_owned()));
+        }
+    }
+    groups.iter().map(|(n, text)| group(*n, text)).collect()
+}
+
+/// The entries of a group, cut at commas outside quotes.
+fn entries(text: &str) -> Vec<(String, String)> {
+    let mut parts = vec![String::new()];
+    let mut quoted = false;
+    for c in text.chars() {
+        match c {
+            '\'' => quoted = !quoted,
+            ',' if !quoted => {
+                parts.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(part) = parts.last_mut() {
+            part.push(c);
+        }
+    }
+    let pair = |part: &String| {
+        let at = part.find(['=', ':'])?;
+        Some((tidy(&part[..at]), tidy(&part[at + 1..])))
+    };
+    let empty = |p: &&String| !p.trim().is_empty();
+    parts
+        .iter()
+        .filter(empty)
+        .map(|p| pair(p).unwrap_or_else(|| (tidy(p), String::new())))
+        .collect()
+}
+
+fn group(number: u32, text: &str) -> Group {
+    let entries = entries(text);
+    let entry = |key: &str| {
+        let found = entries.iter().find(|(k, _)| k.eq_ignore_ascii_case(key));
+        found.map(|(_, v)| v.as_str())
+    };
+    Group {
+        number,
+        frame: entry("UF").and_then(|v| v.parse().ok()),
+        tool: entry("UT").and_then(|v| v.parse().ok()),
+        coordinates: coordinates(&entries).unwrap_or_else(|| Coordinates::Unread(tidy(text))),
+    }
+}
+
+/// `None` where an entry does not read.
+fn coordinates(entries: &[(String, String)]) -> Option<Coordinates> {
+    let (mut config, mut axes) = (None, Vec::new());
+    for (key, value) in entries {
+        match key.to_ascii_uppercase().as_str() {
+            // F: whatever frame is selected
+            "UF" | "UT" if value.eq_ignore_ascii_case("F") => {}
+            "UF" | "UT" => drop(value.parse::<u32>().ok()?),
+            "CONFIG" => {
+                let inner = value.strip_prefix('\'')?.strip_suffix('\'')?.trim();
+                if inner.contains('\'') || config.is_some() {
+                    return None;
+                }
+                config = Some(inner.to_owned());
+            }
+            name => {
+                // what is no name of an axis makes the whole unreadable: it is kept as it is
+                let plain = name.len() <= 4 && name.bytes().all(|b| b.is_ascii_alphanumeric());
+                let known = axes.iter().any(|a: &Axis| a.name == name);
+                if !plain || known || !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+                    return None;
+                }
+                let (value, unit) = self::number(value)?;
+                let unit = unit.trim();
+                if !unit.bytes().all(|b| b.is_ascii_alphabetic()) {
+                    return None;
+                }
+                axes.push(Axis {
+                    name: name.to_owned(),
+                    value,
+                    unit: unit.to_owned(),
+                });
+            }
+        }
+    }
+    if config.is_none() && !axes.is_empty() && axes.iter().all(|a| a.name.starts_with('J')) {
+        return Some(Coordinates::Joint(axes));
+    }
+    let mut take = |name: &str, unit: &str| {
+        let at = axes.iter().position(|a| a.name == name)?;
+        (axes[at].unit.is_empty() || axes[at].unit.eq_ignore_ascii_case(unit))
+            .then(|| axes.remove(at).value)
+    };
+    let xyz = [take("X", "mm")?, take("Y", "mm")?, take("Z", "mm")?];
+    let wpr_degrees = [take("W", "deg")?, take("P", "deg")?, take("R", "deg")?];
+    Some(Coordinates::Cartesian {
+        config: config?,
+        xyz,
+        wpr_degrees,
+        external: axes,
+    })
+}
+
+/// Three decimals, without a minus sign before zero.
+fn fixed(value: f64) -> String {
+    let text = format!("{value:.3}");
+    if text == "-0.000" {
+        "0.000".to_owned()
+    } else {
+        text
+    }
+}
+
+/// The position as `/POS` holds it.
+pub(super) fn write(text: &mut String, position: &Position) {
+    let comment = position.comment.as_ref();
+    let comment = comment.map_or(String::new(), |c| format!(":\"{c}\""));
+    // writing to a String cannot fail
+    let _ = writeln!(text, "P[{}{comment}]{{", position.index);
+    for (i, group) in position.groups.iter().enumerate() {
+        if i > 0 {
+            text.push('\n');
+        }
+        if let Coordinates::Unread(body) = &group.coordinates {
+            // on one line: nothing in it can be taken for a section or a group
+            let _ = write!(text, "   GP{}: {body}", group.number);
+            continue;
+        }
+        let _ = writeln!(text, "   GP{}:", group.number);
+        let frame = |n: Option<u32>| n.map_or("F".to_owned(), |n| n.to_string());
+        let (frame, tool) = (frame(group.frame), frame(group.tool));
+        match &group.coordinates {
+            Coordinates::Cartesian {
+                config,
+                xyz: [x, y, z],
+                wpr_degrees: [w, p, r],
+                external,
+            } => {
+                let _ = writeln!(text, "\tUF : {frame}, UT : {tool},\t\tCONFIG : '{config}',");
+                let [x, y, z, w, p, r] = [x, y, z, w, p, r].map(|v| fixed(*v));
+                let _ = writeln!(text, "\tX = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm,");
+                let _ = write!(text, "\tW = {w:>9} deg,\tP = {p:>9} deg,\tR = {r:>9} deg");
+                if !external.is_empty() {
+                    text.push_str(",\n");
+                    axes(text, external);
+                }
+            }
+            Coordinates::Joint(values) => {
+                let _ = writeln!(text, "\tUF : {frame}, UT : {tool},");
+                axes(text, values);
+            }
+            Coordinates::Unread(_) => {}
+        }
+    }
+    text.push_str("\n};\n");
+}
+
+fn axes(text: &mut String, axes: &[Axis]) {
+    for (i, axis) in axes.iter().enumerate() {
+        if i > 0 {
+            text.push_str(if i % 3 == 0 { ",\n" } else { "," });
+        }
+        let Axis { name, value, unit } = axis;
+        let _ = write!(text, "\t{name}= {:>9} {unit:>3}", fixed(*value));
+    }
+}

@@ -1,0 +1,359 @@
+//! A robot program, whatever its dialect: instructions in order and the table of taught positions.
+//!
+//! Numbers are as files hold them: mm and degrees, speeds in the unit written.
+
+use std::fmt;
+
+/// One program.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Program {
+    /// Name on the controller.
+    pub name: String,
+    /// What follows the name, such as `Macro`.
+    pub kind: String,
+    /// Header, in order.
+    pub attributes: Vec<Attribute>,
+    /// Lines of the application header, verbatim.
+    pub application: Vec<String>,
+    /// The instructions; the controller numbers them from 1.
+    pub instructions: Vec<Instruction>,
+    /// Taught positions.
+    pub positions: Vec<Position>,
+    /// Sections that no one here reads, verbatim.
+    pub sections: Vec<Section>,
+}
+
+/// An entry of the header.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Attribute {
+    /// Name.
+    pub key: String,
+    /// Value, empty where none is written.
+    pub value: String,
+}
+
+/// A section kept as it was.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Section {
+    /// Name without its slash, with what follows it on its line.
+    pub name: String,
+    /// Lines.
+    pub lines: Vec<String>,
+}
+
+/// One instruction.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Instruction {
+    /// A move.
+    Motion(Motion),
+    /// Arc on or off, on a line of its own.
+    Arc(ArcWord),
+    /// Waits, s.
+    Wait(f64),
+    /// Selects a user frame.
+    UserFrame(u32),
+    /// Selects a tool frame.
+    ToolFrame(u32),
+    /// Runs another program.
+    Call {
+        /// Its name.
+        program: String,
+        /// What stands between the parentheses; empty without.
+        arguments: String,
+    },
+    /// Says something to people.
+    Comment {
+        /// How it is written.
+        mark: CommentMark,
+        /// The text.
+        text: String,
+    },
+    /// A place to jump to.
+    Label {
+        /// Number.
+        number: u32,
+        /// Its comment.
+        comment: Option<String>,
+    },
+    /// Jumps to a label.
+    Jump(u32),
+    /// Returns to the caller.
+    End,
+    /// Nothing.
+    Blank,
+    /// Anything else, verbatim.
+    Raw(String),
+}
+
+/// How a comment is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommentMark {
+    /// `!text`
+    Remark,
+    /// `//instruction`: an instruction switched off.
+    SwitchedOff,
+    /// `--eg:text`: a comment in one of the controller's languages.
+    Language,
+}
+
+/// A move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// How.
+    pub kind: MotionKind,
+    /// Where to.
+    pub target: PositionRef,
+    /// How fast.
+    pub speed: Speed,
+    /// How it ends.
+    pub termination: Termination,
+    /// What the arc does at its end.
+    pub arc: Option<ArcWord>,
+    /// Further words of the line, verbatim.
+    pub extra: Vec<String>,
+}
+
+/// How a move goes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MotionKind {
+    /// By the joints: the path is the robot's business.
+    Joint,
+    /// Straight.
+    Linear,
+    /// On the circle through the last position, `via` and the target.
+    Circular {
+        /// The point on the way.
+        via: PositionRef,
+    },
+    /// On the circle through three consecutive targets of such moves.
+    CircleArc,
+}
+
+/// What a move refers to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PositionRef {
+    /// An entry of the position table.
+    Point {
+        /// Its number.
+        index: u32,
+        /// Its comment on this line.
+        comment: Option<String>,
+    },
+    /// Something that only the controller knows, verbatim: a position register, an indirect index.
+    Unresolved(String),
+}
+
+impl PositionRef {
+    /// The point `index` without comment.
+    pub fn point(index: u32) -> Self {
+        PositionRef::Point {
+            index,
+            comment: None,
+        }
+    }
+}
+
+/// The speed of a move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// A number.
+    Value {
+        /// In `unit`.
+        value: f64,
+        /// Unit.
+        unit: SpeedUnit,
+    },
+    /// The content of a register.
+    Register {
+        /// Its number.
+        number: u32,
+        /// Unit of the content.
+        unit: SpeedUnit,
+    },
+    /// The speed of the active weld schedule.
+    Weld,
+    /// As fast as the robot can.
+    Maximum,
+}
+
+/// Units of speeds, and of durations where a move is given its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum SpeedUnit {
+    /// mm/s.
+    #[serde(rename = "mm/sec")]
+    MillimetrePerSecond,
+    /// cm/min.
+    #[serde(rename = "cm/min")]
+    CentimetrePerMinute,
+    /// in/min.
+    #[serde(rename = "inch/min")]
+    InchPerMinute,
+    /// °/s.
+    #[serde(rename = "deg/sec")]
+    DegreePerSecond,
+    /// Share of the robot's joint speed, %.
+    #[serde(rename = "%")]
+    Percent,
+    /// Duration, s.
+    #[serde(rename = "sec")]
+    Second,
+    /// Duration, ms.
+    #[serde(rename = "msec")]
+    Millisecond,
+}
+
+impl SpeedUnit {
+    /// Every unit, longest symbol first.
+    pub const ALL: [SpeedUnit; 7] = [
+        SpeedUnit::InchPerMinute,
+        SpeedUnit::DegreePerSecond,
+        SpeedUnit::MillimetrePerSecond,
+        SpeedUnit::CentimetrePerMinute,
+        SpeedUnit::Millisecond,
+        SpeedUnit::Second,
+        SpeedUnit::Percent,
+    ];
+
+    /// As programs write it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            SpeedUnit::MillimetrePerSecond => "mm/sec",
+            SpeedUnit::CentimetrePerMinute => "cm/min",
+            SpeedUnit::InchPerMinute => "inch/min",
+            SpeedUnit::DegreePerSecond => "deg/sec",
+            SpeedUnit::Percent => "%",
+            SpeedUnit::Second => "sec",
+            SpeedUnit::Millisecond => "msec",
+        }
+    }
+}
+
+/// How a move ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Termination {
+    /// Stops.
+    Fine,
+    /// Goes on smoothly, 0 to 100.
+    Cnt(u8),
+    /// Smoothing from a register.
+    CntRegister(u32),
+    /// Another word, verbatim.
+    Other(String),
+}
+
+/// Arc on or off.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ArcWord {
+    /// On or off.
+    pub action: ArcAction,
+    /// Which words the controller has.
+    pub style: ArcStyle,
+    /// What stands between the brackets: schedule number, or procedure and schedule, or values.
+    pub arguments: String,
+}
+
+impl ArcWord {
+    /// The schedule number, where the arguments are plain numbers: the last of them.
+    pub fn schedule(&self) -> Option<u32> {
+        self.arguments.rsplit(',').next()?.trim().parse().ok()
+    }
+}
+
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArcAction {
+    /// Arc on.
+    Start,
+    /// Arc off.
+    End,
+}
+
+/// Which words the controller has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArcStyle {
+    /// `Arc Start[1]`.
+    Arc,
+    /// `Weld Start[1,1]`.
+    Weld,
+}
+
+impl fmt::Display for ArcWord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let style = match self.style {
+            ArcStyle::Arc => "Arc",
+            ArcStyle::Weld => "Weld",
+        };
+        let action = match self.action {
+            ArcAction::Start => "Start",
+            ArcAction::End => "End",
+        };
+        write!(f, "{style} {action}[{}]", self.arguments)
+    }
+}
+
+/// A taught position.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Position {
+    /// Number.
+    pub index: u32,
+    /// Its comment.
+    pub comment: Option<String>,
+    /// One entry a motion group.
+    pub groups: Vec<Group>,
+}
+
+/// Where one motion group stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Group number; 1 is the robot.
+    pub number: u32,
+    /// User frame, where it is a number.
+    pub frame: Option<u32>,
+    /// Tool frame, where it is a number.
+    pub tool: Option<u32>,
+    /// The coordinates.
+    pub coordinates: Coordinates,
+}
+
+/// Coordinates of a group.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Coordinates {
+    /// Tool in user frame.
+    Cartesian {
+        /// Configuration of the arm, verbatim.
+        config: String,
+        /// X, Y, Z, mm.
+        xyz: [f64; 3],
+        /// W, P, R, degrees.
+        wpr_degrees: [f64; 3],
+        /// External axes.
+        external: Vec<Axis>,
+    },
+    /// Joint values.
+    Joint(Vec<Axis>),
+    /// What no one here reads, verbatim: an untaught position, for example.
+    Unread(String),
+}
+
+/// A named axis value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Name, such as `J1` or `E1`.
+    pub name: String,
+    /// Value in `unit`.
+    pub value: f64,
+    /// `deg` or `mm`.
+    pub unit: String,
+}
+
+impl Program {
+    /// The value of a header entry.
+    pub fn attribute(&self, key: &str) -> Option<&str> {
+        let found = self
+            .attributes
+            .iter()
+            .find(|a| a.key.eq_ignore_ascii_case(key));
+        found.map(|a| a.value.as_str())
+    }
+}
