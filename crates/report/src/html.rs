@@ -240,7 +240,10 @@ fn embed(out: &mut dyn Write, data: &SceneData) -> io::Result<()> {
         json_for_script(&data.description)
     )?;
     for (i, column) in data.columns.iter().enumerate() {
-        write!(out, "\n<script type=\"text/plain\" id=\"column-{i}\">{column}</script>")?;
+        write!(
+            out,
+            "\n<script type=\"text/plain\" id=\"column-{i}\">{column}</script>"
+        )?;
     }
     Ok(())
 }

@@ -18,15 +18,15 @@ pub fn significant(value: f64, figures: u32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let figures = figures.clamp(1, 15) as usize;
+    let figures = figures.clamp(1, 15).cast_signed();
     // the exponent after rounding: 9.996 with three figures is 10.0
-    let rounded = format!("{:.*e}", figures - 1, value);
+    let rounded = format!("{:.*e}", usize::try_from(figures - 1).unwrap_or(0), value);
     let exponent: i32 = rounded
         .split_once('e')
         .and_then(|(_, e)| e.parse().ok())
         .unwrap_or(0);
     let text = if (-4..7).contains(&exponent) {
-        let decimals = usize::try_from(figures as i32 - 1 - exponent).unwrap_or(0);
+        let decimals = usize::try_from(figures - 1 - exponent).unwrap_or(0);
         trimmed(&format!("{value:.decimals$}"))
     } else {
         let (mantissa, _) = rounded.split_once('e').unwrap_or((&rounded, ""));
@@ -99,7 +99,11 @@ pub fn duration(seconds: f64) -> String {
         format!("{:.0} min {:02.0} s", (whole / 60.0).floor(), whole % 60.0)
     } else {
         let minutes = (seconds / 60.0).round();
-        format!("{:.0} h {:02.0} min", (minutes / 60.0).floor(), minutes % 60.0)
+        format!(
+            "{:.0} h {:02.0} min",
+            (minutes / 60.0).floor(),
+            minutes % 60.0
+        )
     }
 }
 

@@ -169,7 +169,11 @@ pub fn histogram(values: &[f64], bins: usize) -> Vec<Bar> {
     }
     let bins = bins.max(1);
     // equal values make one bin of unit width about them
-    let (lo, hi) = if lo < hi { (lo, hi) } else { (lo - 0.5, hi + 0.5) };
+    let (lo, hi) = if lo < hi {
+        (lo, hi)
+    } else {
+        (lo - 0.5, hi + 0.5)
+    };
     let width = (hi - lo) / bins as f64;
     let mut counts = vec![0_u64; bins];
     for v in finite() {

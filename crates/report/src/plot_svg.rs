@@ -98,7 +98,10 @@ impl Frame {
         pad(&mut lo.y, &mut hi.y, plot.y.range, 0.06);
         let [least_left, top, right, bottom] = MARGIN;
         let (labels, decimals) = ticks(lo.y, hi.y, Y_TICKS);
-        let longest = labels.iter().map(|&y| tick_label(y, decimals).chars().count()).max();
+        let longest = labels
+            .iter()
+            .map(|&y| tick_label(y, decimals).chars().count())
+            .max();
         let left = (33.0 + DIGIT * longest.unwrap_or(0) as f64).max(least_left);
         let mut frame = Frame {
             lo,
@@ -185,7 +188,11 @@ fn pad(lo: &mut f64, hi: &mut f64, asked: Option<[f64; 2]>, margin: f64) {
     }
     let span = *hi - *lo;
     let least = 1e-9 * lo.abs().max(hi.abs()).max(1e-9);
-    let grow = if span > least { margin * span } else { 0.5 * lo.abs().max(1.0) };
+    let grow = if span > least {
+        margin * span
+    } else {
+        0.5 * lo.abs().max(1.0)
+    };
     // bars and counts stand on zero
     let on_zero = *lo == 0.0 && span > least;
     *lo -= if on_zero { 0.0 } else { grow };
@@ -281,7 +288,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
     let class = class(mark, style);
     match mark {
         Mark::Line { points, .. } => {
-            let _ = write!(out, "<path class=\"{class}\" d=\"{}\"/>", line_path(points, frame));
+            let _ = write!(
+                out,
+                "<path class=\"{class}\" d=\"{}\"/>",
+                line_path(points, frame)
+            );
         }
         Mark::Dots { points, .. } => {
             let mut d = String::new();
@@ -299,7 +310,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
                 .filter(|p| p.is_finite())
                 .map(|&p| frame.place(p))
                 .collect();
-            let _ = write!(out, "<path class=\"{class}\" d=\"{}Z\"/>", polyline(&spaced(&edge)));
+            let _ = write!(
+                out,
+                "<path class=\"{class}\" d=\"{}Z\"/>",
+                polyline(&spaced(&edge))
+            );
         }
         Mark::Area { outline, .. } => {
             let edge: Vec<DVec2> = outline
@@ -307,7 +322,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
                 .filter(|p| p.is_finite())
                 .map(|&p| frame.place(p))
                 .collect();
-            let _ = write!(out, "<path class=\"{class}\" d=\"{}Z\"/>", polyline(&spaced(&edge)));
+            let _ = write!(
+                out,
+                "<path class=\"{class}\" d=\"{}Z\"/>",
+                polyline(&spaced(&edge))
+            );
         }
         Mark::Bars { bars, .. } => {
             let zero = frame.y(0.0_f64.clamp(frame.lo.y, frame.hi.y));
@@ -447,15 +466,30 @@ mod tests {
     #[test]
     fn values_that_are_not_finite_leave_gaps_and_nothing_is_drawn_of_them() {
         let gap = DVec2::new(1.0, f64::NAN);
-        let plot = line(vec![DVec2::ZERO, DVec2::new(0.5, 1.0), gap, DVec2::new(2.0, 1.0), DVec2::new(3.0, 0.0)]);
+        let plot = line(vec![
+            DVec2::ZERO,
+            DVec2::new(0.5, 1.0),
+            gap,
+            DVec2::new(2.0, 1.0),
+            DVec2::new(3.0, 0.0),
+        ]);
         let text = svg(&plot);
         assert!(!text.contains("NaN") && !text.contains("inf"));
-        assert_eq!(line_path(&[DVec2::ZERO, gap, DVec2::ONE], &Frame::of(&plot)).matches('M').count(), 2);
+        assert_eq!(
+            line_path(&[DVec2::ZERO, gap, DVec2::ONE], &Frame::of(&plot))
+                .matches('M')
+                .count(),
+            2
+        );
     }
 
     #[test]
     fn empty_and_constant_plots_still_have_axes() {
-        for points in [vec![], vec![DVec2::ONE; 3], vec![DVec2::splat(1e300), DVec2::splat(-1e300)]] {
+        for points in [
+            vec![],
+            vec![DVec2::ONE; 3],
+            vec![DVec2::splat(1e300), DVec2::splat(-1e300)],
+        ] {
             let text = svg(&line(points));
             assert!(text.contains("class=\"grid\""));
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
@@ -474,25 +508,33 @@ mod tests {
 
     #[test]
     fn a_small_plot_keeps_its_drawing() {
-        let plot = Plot::new("Height <after> each layer", Axis::new("layer", ""), Axis::new("height", "mm"))
-            .with(Mark::Band {
-                name: "± 1 standard uncertainty".to_owned(),
-                lower: vec![DVec2::new(1.0, 1.5), DVec2::new(3.0, 4.5)],
-                upper: vec![DVec2::new(1.0, 1.8), DVec2::new(3.0, 5.4)],
-            })
-            .with(Mark::Line {
-                name: "predicted".to_owned(),
-                points: vec![DVec2::new(1.0, 1.65), DVec2::new(3.0, 4.95)],
-            })
-            .with(Mark::Limit {
-                name: "asked".to_owned(),
-                value: 4.0,
-            })
-            .with(Mark::Bars {
-                name: "per layer".to_owned(),
-                bars: vec![crate::plot::Bar { from: 1.0, to: 2.0, value: 1.65 }],
-            })
-            .caption("Grows by 1.65 mm a layer.");
+        let plot = Plot::new(
+            "Height <after> each layer",
+            Axis::new("layer", ""),
+            Axis::new("height", "mm"),
+        )
+        .with(Mark::Band {
+            name: "± 1 standard uncertainty".to_owned(),
+            lower: vec![DVec2::new(1.0, 1.5), DVec2::new(3.0, 4.5)],
+            upper: vec![DVec2::new(1.0, 1.8), DVec2::new(3.0, 5.4)],
+        })
+        .with(Mark::Line {
+            name: "predicted".to_owned(),
+            points: vec![DVec2::new(1.0, 1.65), DVec2::new(3.0, 4.95)],
+        })
+        .with(Mark::Limit {
+            name: "asked".to_owned(),
+            value: 4.0,
+        })
+        .with(Mark::Bars {
+            name: "per layer".to_owned(),
+            bars: vec![crate::plot::Bar {
+                from: 1.0,
+                to: 2.0,
+                value: 1.65,
+            }],
+        })
+        .caption("Grows by 1.65 mm a layer.");
         insta::assert_snapshot!(figure(&plot).replace("><", ">\n<"));
     }
 }

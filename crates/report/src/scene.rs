@@ -50,7 +50,9 @@ pub enum SceneError {
         layer: u32,
     },
     /// The cell size or the counts of a grid make no sense.
-    #[error("grid of {nx} x {ny} cells of {cell} mm: both counts and the cell size must be positive")]
+    #[error(
+        "grid of {nx} x {ny} cells of {cell} mm: both counts and the cell size must be positive"
+    )]
     Grid {
         /// Cells along x.
         nx: usize,
@@ -165,19 +167,28 @@ impl LineSet {
                 layer: polyline.layer,
             });
             let last = past.saturating_sub(1);
-            kept.extend((polyline.first..past).filter(|p| (p - polyline.first).is_multiple_of(every) || *p == last));
+            kept.extend(
+                (polyline.first..past)
+                    .filter(|p| (p - polyline.first).is_multiple_of(every) || *p == last),
+            );
         }
         let scalars = self
             .scalars
             .iter()
             .map(|s| Scalar {
-                values: kept.iter().filter_map(|&p| s.values.get(p).copied()).collect(),
+                values: kept
+                    .iter()
+                    .filter_map(|&p| s.values.get(p).copied())
+                    .collect(),
                 ..s.clone()
             })
             .collect();
         let thinned = LineSet {
             name: self.name.clone(),
-            points: kept.iter().filter_map(|&p| self.points.get(p).copied()).collect(),
+            points: kept
+                .iter()
+                .filter_map(|&p| self.points.get(p).copied())
+                .collect(),
             polylines,
             scalars,
             stroke: self.stroke,
@@ -304,12 +315,12 @@ impl HeightLayers {
                 cell: grid.cell.to_string(),
             });
         }
-        let block = (1..)
-            .find(|&b| {
-                let cells = grid.nx.div_ceil(b) as f64 * grid.ny.div_ceil(b) as f64;
-                cells * snapshots.max(1) as f64 <= SHOWN_VALUES as f64 || b >= grid.nx.max(grid.ny)
-            })
-            .unwrap_or(1);
+        let fits = |block: usize| {
+            let cells = grid.nx.div_ceil(block) as f64 * grid.ny.div_ceil(block) as f64;
+            cells * snapshots.max(1) as f64 <= SHOWN_VALUES as f64
+        };
+        let coarsest = grid.nx.max(grid.ny);
+        let block = (1..coarsest).find(|&b| fits(b)).unwrap_or(coarsest);
         let half = 0.5 * grid.cell * (block - 1) as f64;
         let shown = Grid {
             origin: grid.origin + DVec2::splat(half),
@@ -347,7 +358,12 @@ impl HeightLayers {
     /// # Errors
     /// [`SceneError::Count`] when a frame does not match the grid or a field is missing, [`SceneError::Layer`]
     /// when layers do not ascend or are too many; nothing is added then.
-    pub fn push(&mut self, layer: u32, heights: &[f64], scalars: &[&[f64]]) -> Result<(), SceneError> {
+    pub fn push(
+        &mut self,
+        layer: u32,
+        heights: &[f64],
+        scalars: &[&[f64]],
+    ) -> Result<(), SceneError> {
         if layer > MAX_LAYER || self.numbers.last().is_some_and(|&last| last >= layer) {
             return Err(SceneError::Layer {
                 what: self.name.clone(),
@@ -361,7 +377,12 @@ impl HeightLayers {
             element,
         };
         if scalars.len() != self.scalars.len() {
-            return Err(wrong("fields", self.scalars.len(), scalars.len(), "declared field"));
+            return Err(wrong(
+                "fields",
+                self.scalars.len(),
+                scalars.len(),
+                "declared field",
+            ));
         }
         let cells = self.given.nx * self.given.ny;
         for frame in scalars.iter().chain([&heights]) {
@@ -447,7 +468,10 @@ impl Scene {
 
     /// The highest layer of any item.
     pub fn layers(&self) -> u32 {
-        let lines = self.lines.iter().flat_map(|l| l.polylines.iter().map(|p| p.layer));
+        let lines = self
+            .lines
+            .iter()
+            .flat_map(|l| l.polylines.iter().map(|p| p.layer));
         let heights = self.heights.iter().flat_map(|h| h.numbers.iter().copied());
         lines.chain(heights).max().unwrap_or(0)
     }
@@ -502,16 +526,26 @@ mod tests {
         good.check().unwrap();
         let mut bad = good.clone();
         bad.points[3].y = f64::NAN;
-        assert!(matches!(bad.check(), Err(SceneError::Point { index: 3, .. })));
+        assert!(matches!(
+            bad.check(),
+            Err(SceneError::Point { index: 3, .. })
+        ));
         let mut bad = good.clone();
         bad.scalars[0].values.pop();
         assert!(matches!(
             bad.check(),
-            Err(SceneError::Count { expected: 10, found: 9, .. })
+            Err(SceneError::Count {
+                expected: 10,
+                found: 9,
+                ..
+            })
         ));
         let mut bad = good.clone();
         bad.polylines[1].first = 10;
-        assert!(matches!(bad.check(), Err(SceneError::Index { index: 1, .. })));
+        assert!(matches!(
+            bad.check(),
+            Err(SceneError::Index { index: 1, .. })
+        ));
         let mut bad = good.clone();
         bad.polylines[1].layer = 40_000;
         assert!(matches!(bad.check(), Err(SceneError::Layer { .. })));
@@ -525,7 +559,10 @@ mod tests {
             opacity: 1.0,
             visibility: Visibility::Shown,
         };
-        assert!(matches!(surface.check(), Err(SceneError::Index { index: 0, .. })));
+        assert!(matches!(
+            surface.check(),
+            Err(SceneError::Index { index: 0, .. })
+        ));
     }
 
     #[test]
@@ -560,8 +597,14 @@ mod tests {
             .collect();
         layers.push(1, &plane, &[]).unwrap();
         // the mean of a plane over a block is its value at the block's centre
-        assert_eq!(f64::from(layers.heights()[7]), shown.origin.x + 7.0 * shown.cell);
-        assert!(matches!(layers.push(1, &plane, &[]), Err(SceneError::Layer { .. })));
+        assert_eq!(
+            f64::from(layers.heights()[7]),
+            shown.origin.x + 7.0 * shown.cell
+        );
+        assert!(matches!(
+            layers.push(1, &plane, &[]),
+            Err(SceneError::Layer { .. })
+        ));
         assert!(matches!(
             layers.push(2, &plane[1..], &[]),
             Err(SceneError::Count { .. })

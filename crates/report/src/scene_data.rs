@@ -173,7 +173,11 @@ impl Frame {
 
 fn describe_scalar(scalar: &Scalar, stride: usize, queue: &mut Queue) -> Value {
     let q = Quantiser::covering(scalar.values.iter().map(|&v| f64::from(v)));
-    let codes = scalar.values.iter().map(|&v| q.code(f64::from(v))).collect();
+    let codes = scalar
+        .values
+        .iter()
+        .map(|&v| q.code(f64::from(v)))
+        .collect();
     let range = scalar
         .range
         .unwrap_or([q.lo, q.value(crate::packing::NO_VALUE - 1)]);

@@ -48,7 +48,12 @@ impl OperatorSheet {
         if !self.settings.is_empty() {
             html.push_str("<h3>Set</h3><dl class=\"settings\">");
             for s in &self.settings {
-                let _ = write!(html, "<div><dt>{}</dt><dd><b>{}</b>", escape(&s.name), escape(&s.value));
+                let _ = write!(
+                    html,
+                    "<div><dt>{}</dt><dd><b>{}</b>",
+                    escape(&s.name),
+                    escape(&s.value)
+                );
                 if !s.remark.is_empty() {
                     let _ = write!(html, " <span class=\"note\">{}</span>", escape(&s.remark));
                 }
@@ -74,7 +79,11 @@ fn list(html: &mut String, title: &str, items: &[String]) {
     }
     let _ = write!(html, "<h3>{title}</h3><ul class=\"tick\">");
     for item in items {
-        let _ = write!(html, "<li><label><input type=\"checkbox\"> <span>{}</span></label></li>", escape(item));
+        let _ = write!(
+            html,
+            "<li><label><input type=\"checkbox\"> <span>{}</span></label></li>",
+            escape(item)
+        );
     }
     html.push_str("</ul>");
 }

@@ -73,7 +73,12 @@ impl Table {
         }
         html.push_str("<div class=\"scroll\"><table><thead><tr>");
         for (i, column) in self.columns.iter().enumerate() {
-            let _ = write!(html, "<th scope=\"col\"{}>{}</th>", self.alignment(i), escape(column));
+            let _ = write!(
+                html,
+                "<th scope=\"col\"{}>{}</th>",
+                self.alignment(i),
+                escape(column)
+            );
         }
         html.push_str("</tr></thead><tbody>");
         for row in &self.rows {
@@ -96,7 +101,11 @@ impl Table {
         let cells = || self.rows.iter().filter_map(|row| row.get(column));
         let numbers = cells().any(Cell::is_number);
         let words = cells().any(|c| matches!(c, Cell::Text(_)));
-        if numbers && !words { " class=\"n\"" } else { "" }
+        if numbers && !words {
+            " class=\"n\""
+        } else {
+            ""
+        }
     }
 }
 
@@ -108,7 +117,12 @@ mod tests {
     fn a_table_is_escaped_aligned_and_filled() {
         let mut table = Table::new("Layers <1>", &["layer", "height (mm)", "time", "remark"]);
         table.rows = vec![
-            vec![Cell::Number(1.0), Cell::Fixed(1.649, 2), Cell::Duration(75.0), Cell::text("<b>first</b>")],
+            vec![
+                Cell::Number(1.0),
+                Cell::Fixed(1.649, 2),
+                Cell::Duration(75.0),
+                Cell::text("<b>first</b>"),
+            ],
             vec![Cell::Number(2.0), Cell::Fixed(f64::NAN, 2)],
         ];
         insta::assert_snapshot!(table.to_html().replace("<t", "\n<t"));

@@ -32,11 +32,21 @@ fn class(status: Status) -> &'static str {
 /// A sign that reads without colour.
 fn icon(status: Status) -> &'static str {
     match status {
-        Status::Pass => "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M5.5 10.5l3 3 6-7\"/></svg>",
-        Status::NotChecked => "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M5.5 10h9\"/></svg>",
-        Status::Warn => "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><path class=\"body\" d=\"M10 1.5L19.3 18H.7z\"/><path d=\"M10 7v5.5m0 2v.6\"/></svg>",
-        Status::CannotSay => "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M7.2 7.6a2.8 2.8 0 1 1 4.3 2.4c-1 .6-1.5 1.1-1.5 2.2m0 2.4v.6\"/></svg>",
-        Status::Fail => "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><path class=\"body\" d=\"M6.2 1h7.6L19 6.2v7.6L13.8 19H6.2L1 13.8V6.2z\"/><path d=\"M6.5 6.5l7 7m0-7l-7 7\"/></svg>",
+        Status::Pass => {
+            "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M5.5 10.5l3 3 6-7\"/></svg>"
+        }
+        Status::NotChecked => {
+            "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M5.5 10h9\"/></svg>"
+        }
+        Status::Warn => {
+            "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><path class=\"body\" d=\"M10 1.5L19.3 18H.7z\"/><path d=\"M10 7v5.5m0 2v.6\"/></svg>"
+        }
+        Status::CannotSay => {
+            "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><circle cx=\"10\" cy=\"10\" r=\"9\"/><path d=\"M7.2 7.6a2.8 2.8 0 1 1 4.3 2.4c-1 .6-1.5 1.1-1.5 2.2m0 2.4v.6\"/></svg>"
+        }
+        Status::Fail => {
+            "<svg class=\"icon\" viewBox=\"0 0 20 20\" aria-hidden=\"true\"><path class=\"body\" d=\"M6.2 1h7.6L19 6.2v7.6L13.8 19H6.2L1 13.8V6.2z\"/><path d=\"M6.5 6.5l7 7m0-7l-7 7\"/></svg>"
+        }
     }
 }
 
@@ -60,7 +70,13 @@ pub fn sentence(verdict: &Verdict) -> String {
         count(Status::NotChecked),
     );
     let checks = if total == 1 { "check" } else { "checks" };
-    let verb = |n: usize, one: &str, many: &str| if n == 1 { one.to_owned() } else { many.to_owned() };
+    let verb = |n: usize, one: &str, many: &str| {
+        if n == 1 {
+            one.to_owned()
+        } else {
+            many.to_owned()
+        }
+    };
     if total == 0 {
         return "Nothing was checked.".to_owned();
     }
@@ -154,7 +170,11 @@ fn row(html: &mut String, check: &Check) {
         escape(&check.reason),
     );
     if let Some(place) = &check.place {
-        let _ = write!(html, "<div class=\"place\">at {}</div>", escape(&place.to_string()));
+        let _ = write!(
+            html,
+            "<div class=\"place\">at {}</div>",
+            escape(&place.to_string())
+        );
     }
     if let Some(remedy) = &check.remedy {
         let _ = write!(html, "<div class=\"remedy\">→ {}</div>", escape(remedy));
@@ -182,7 +202,11 @@ pub fn warnings(warnings: &[Warning]) -> String {
                 escape(&warning.message)
             );
             if let Some(place) = &warning.place {
-                let _ = write!(html, "<div class=\"place\">at {}</div>", escape(&place.to_string()));
+                let _ = write!(
+                    html,
+                    "<div class=\"place\">at {}</div>",
+                    escape(&place.to_string())
+                );
             }
             if let Some(remedy) = &warning.remedy {
                 let _ = write!(html, "<div class=\"remedy\">→ {}</div>", escape(remedy));
@@ -239,9 +263,15 @@ mod tests {
         v.checks.remove(2);
         assert!(sentence(&v).contains("1 of 4 checks cannot be decided"));
         v.checks.remove(2);
-        assert_eq!(sentence(&v), "Nothing fails, but 1 of 3 checks asks to be looked at.");
+        assert_eq!(
+            sentence(&v),
+            "Nothing fails, but 1 of 3 checks asks to be looked at."
+        );
         v.checks.remove(2);
-        assert_eq!(sentence(&v), "Nothing fails, but 1 of 2 checks was not made.");
+        assert_eq!(
+            sentence(&v),
+            "Nothing fails, but 1 of 2 checks was not made."
+        );
         v.checks.remove(1);
         assert_eq!(sentence(&v), "The check passes.");
         v.checks.clear();

@@ -36,10 +36,23 @@ const VIEWS = { top: [-Math.PI / 2, Math.PI / 2], front: [-Math.PI / 2, 0], side
 function look(name) {
   if (name in VIEWS) [camera.azimuth, camera.height] = VIEWS[name];
   camera.target = [...centre];
-  const { right, up } = axes(), half = scene.size.map((v) => v / 2);
-  const extent = (axis) => axis.reduce((sum, v, k) => sum + Math.abs(v) * half[k], 0);
-  camera.scale = 2.2 * Math.max(extent(right) / canvas.clientWidth, extent(up) / canvas.clientHeight, 1e-6);
+  camera.scale = fittingScale(canvas.clientWidth, canvas.clientHeight);
   redraw();
+}
+
+/** Millimetres per pixel at which the whole scene fits. */
+function fittingScale(width, height) {
+  const { right, up } = axes();
+  const extent = (axis) => axis.reduce((sum, v, k) => sum + Math.abs(v) * scene.size[k], 0);
+  return 1.1 * Math.max(extent(right) / Math.max(width, 1), extent(up) / Math.max(height, 1), 1e-6);
+}
+
+/** Keeps the same part of the scene in sight when the canvas changes its size. */
+const drawnSize = [0, 0];
+function followSize() {
+  const size = [canvas.clientWidth, canvas.clientHeight];
+  if (drawnSize[0]) camera.scale *= fittingScale(...size) / fittingScale(...drawnSize);
+  drawnSize.splice(0, 2, ...size);
 }
 
 function clipPlane() {

@@ -1,7 +1,7 @@
 // The packed scene: its description, and its columns undone: base64, raw DEFLATE, byte planes, zigzag differences.
 // The other side is packing.rs and scene_data.rs.
 const scene = JSON.parse($("scene").textContent);
-const NO_VALUE = 65535, LAYER = 0x7fff;
+const NO_VALUE = 65535, START = 0x8000, LAYER = 0x7fff;
 
 async function inflated(column) {
   const element = $("column-" + column);

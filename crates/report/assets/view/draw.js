@@ -49,12 +49,17 @@ function drawLines(set, view, density) {
   gl.uniform1f(u.uHalf, half);
   gl.uniform1f(u.uDepth, 0.25 * set.width / view.depth);
   gl.uniform2ui(u.uLayers, state.only ? state.layer : 1, state.layer);
+  const buffers = camera.scale > 0.7 * scene.step * COARSE ? set.coarse : set.fine;
   noAttributes();
-  attribute(0, set.buffer, 4, 8, 0, 1);
-  attribute(1, set.buffer, 4, 8, 8, 1);
-  if (scalar) { attribute(2, scalar.buffer, 1, 2, 0, 1); attribute(3, scalar.buffer, 1, 2, 2, 1); }
+  attribute(0, buffers.buffer, 4, 8, 0, 1);
+  attribute(1, buffers.buffer, 4, 8, 8, 1);
+  if (scalar) {
+    const values = buffers.scalars[set.scalars.indexOf(scalar)];
+    attribute(2, values, 1, 2, 0, 1);
+    attribute(3, values, 1, 2, 2, 1);
+  }
   gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
-  gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, set.points - 1);
+  gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, buffers.points - 1);
   gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
 }
 
@@ -109,9 +114,11 @@ function drawHeights(h, view) {
 }
 
 function draw() {
+  if (!gl || !canvas.clientWidth) return;
   const density = Math.min(window.devicePixelRatio || 1, 2);
   const w = Math.round(canvas.clientWidth * density), h = Math.round(canvas.clientHeight * density);
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
+  followSize();
   gl.viewport(0, 0, w, h);
   gl.clearColor(...rgb(css("--stage")), 1);
   gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);

@@ -13,10 +13,15 @@ async function start() {
   $("view-message").hidden = true;
   new ResizeObserver(redraw).observe(canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  // on paper the view is light, whatever the screen
-  const printing = (on) => () => { document.documentElement.classList.toggle("printing", on); draw(); };
-  window.addEventListener("beforeprint", printing(true));
-  window.addEventListener("afterprint", printing(false));
+  // on paper stands a copy, light whatever the screen: what WebGL draws while printing does not reach the paper
+  const paper = $("paper");
+  window.addEventListener("beforeprint", () => {
+    document.documentElement.classList.add("printing");
+    draw();
+    [paper.width, paper.height] = [canvas.width, canvas.height];
+    paper.getContext("2d").drawImage(canvas, 0, 0);
+  });
+  window.addEventListener("afterprint", () => { document.documentElement.classList.remove("printing"); redraw(); });
   canvas.addEventListener("webglcontextlost", () => { gl = null; fail("The graphics driver stopped. Load the page again to see the 3D view."); });
   draw();
   document.body.dataset.view = "ready";

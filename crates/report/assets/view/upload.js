@@ -42,6 +42,32 @@ function rampColour(stops, t) {
   return stops[i].map((c, k) => Math.round(c + (at - i) * (stops[i + 1][k] - c)));
 }
 
+/** Points nearer to one another than this, in codes, are one pixel until a person zooms in. */
+const COARSE = 65534 / 1000;
+
+/** Indices of the points that show from afar: the ends of each polyline, and points a pixel apart. */
+function coarse({ codes, points }) {
+  const kept = [];
+  let last = 0;
+  for (let i = 0; i < points; i++) {
+    const end = codes[4 * i + 3] & START || i + 1 === points || codes[4 * i + 7] & START;
+    const far = [0, 1, 2].reduce((sum, k) => sum + (codes[4 * i + k] - codes[4 * last + k]) ** 2, 0) > COARSE ** 2;
+    if (end || far) kept.push(last = i);
+  }
+  return kept;
+}
+
+/** Buffers of all points, or of those kept. */
+function lineBuffers({ codes, points, scalars }, kept) {
+  const pick = (all, width) => {
+    if (!kept) return all;
+    const some = new Uint16Array(width * kept.length);
+    kept.forEach((i, at) => { for (let k = 0; k < width; k++) some[width * at + k] = all[width * i + k]; });
+    return some;
+  };
+  return { points: kept ? kept.length : points, buffer: buffer(pick(codes, 4)), scalars: scalars.map((s) => buffer(pick(s.codes, 1))) };
+}
+
 function upload() {
   programs = Object.fromEntries(Object.entries(PROGRAMS).map(([name, text]) => [name, compile(text)]));
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
@@ -51,10 +77,15 @@ function upload() {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
     return t;
   });
-  for (const item of [...scene.lines, ...scene.surfaces]) {
-    item.buffer = buffer(item.codes);
-    for (const s of item.scalars) s.buffer = buffer(s.codes);
-    if (item.triangles) item.indexBuffer = buffer(item.triangles, gl.ELEMENT_ARRAY_BUFFER);
+  for (const set of scene.lines) {
+    set.fine = lineBuffers(set, null);
+    const kept = set.points > 20_000 ? coarse(set) : null;
+    set.coarse = kept ? lineBuffers(set, kept) : set.fine;
+  }
+  for (const surface of scene.surfaces) {
+    surface.buffer = buffer(surface.codes);
+    for (const s of surface.scalars) s.buffer = buffer(s.codes);
+    surface.indexBuffer = buffer(surface.triangles, gl.ELEMENT_ARRAY_BUFFER);
   }
   const h = scene.heights;
   if (h) [h.now, h.before, h.field] = [1, 2, 3].map((unit) => texture(unit, gl.NEAREST));

@@ -65,7 +65,11 @@ impl<'w> CsvWriter<'w> {
 }
 
 fn separator(out: &mut dyn Write, column: usize) -> std::io::Result<()> {
-    if column > 0 { out.write_all(b",") } else { Ok(()) }
+    if column > 0 {
+        out.write_all(b",")
+    } else {
+        Ok(())
+    }
 }
 
 fn float(out: &mut dyn Write, value: f64) -> std::io::Result<()> {
@@ -121,6 +125,9 @@ mod tests {
             }
         }
         let head = vec![Column::new("t", "s", Kind::Float)];
-        assert!(matches!(CsvWriter::new(&mut Full, head), Err(SeriesError::Io(_))));
+        assert!(matches!(
+            CsvWriter::new(&mut Full, head),
+            Err(SeriesError::Io(_))
+        ));
     }
 }

@@ -150,9 +150,15 @@ mod tests {
             Column::new("time", "s", Kind::Float),
             Column::new("layer", "", Kind::Integer),
         ];
-        assert_eq!(check(&head, &[Values::Float(&[1.0]), Values::Integer(&[1])]).unwrap(), 1);
+        assert_eq!(
+            check(&head, &[Values::Float(&[1.0]), Values::Integer(&[1])]).unwrap(),
+            1
+        );
         let wrong = |block: &[Values<'_>]| check(&head, block).unwrap_err().to_string();
-        assert_eq!(wrong(&[Values::Float(&[])]), "a block of 1 columns in a series of 2");
+        assert_eq!(
+            wrong(&[Values::Float(&[])]),
+            "a block of 1 columns in a series of 2"
+        );
         assert_eq!(
             wrong(&[Values::Float(&[1.0]), Values::Integer(&[])]),
             "column \"layer\" has 0 values in a block of 1 rows"

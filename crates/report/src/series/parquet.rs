@@ -4,6 +4,11 @@
 //! Source: Apache Parquet format 2.x, `parquet.thrift` and Encodings.md. Own writer: the `parquet` crate takes 50 s of
 //! build on two cores for the same bytes.
 
+#![expect(
+    clippy::cast_possible_wrap,
+    reason = "the format's sizes are signed; a page is checked to stay below 2 GiB and a file is far below 2^63"
+)]
+
 use std::io::{self, Write};
 
 use flate2::Compression;
@@ -167,8 +172,12 @@ impl<'w> ParquetWriter<'w> {
 fn page(values: &Values<'_>) -> io::Result<(usize, Vec<u8>)> {
     let mut plain = Vec::with_capacity(8 * values.len());
     match values {
-        Values::Float(v) => v.iter().for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
-        Values::Integer(v) => v.iter().for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
+        Values::Float(v) => v
+            .iter()
+            .for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
+        Values::Integer(v) => v
+            .iter()
+            .for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
         Values::Text(v) => {
             for text in *v {
                 plain.extend_from_slice(&(text.len() as u32).to_le_bytes());
@@ -214,7 +223,8 @@ mod tests {
         writer.finish().unwrap();
         assert_eq!(&out[..4], MAGIC);
         assert_eq!(&out[out.len() - 4..], MAGIC);
-        let footer = u32::from_le_bytes(out[out.len() - 8..out.len() - 4].try_into().unwrap()) as usize;
+        let footer =
+            u32::from_le_bytes(out[out.len() - 8..out.len() - 4].try_into().unwrap()) as usize;
         let metadata = &out[out.len() - 8 - footer..out.len() - 8];
         // version 1, then the list of four schema elements
         assert_eq!(&metadata[..4], [0x15, 2, 0x19, 0x4c]);
@@ -224,7 +234,8 @@ mod tests {
     #[test]
     fn blocks_that_do_not_fit_write_nothing() {
         let mut out = Vec::new();
-        let mut writer = ParquetWriter::new(&mut out, vec![Column::new("t", "s", Kind::Float)]).unwrap();
+        let mut writer =
+            ParquetWriter::new(&mut out, vec![Column::new("t", "s", Kind::Float)]).unwrap();
         assert!(writer.block(&[Values::Integer(&[1])]).is_err());
         assert_eq!(writer.position, 4);
     }

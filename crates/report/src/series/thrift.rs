@@ -54,7 +54,12 @@ impl Struct<'_> {
     }
 
     /// A list of structures.
-    pub(super) fn structures<T>(&mut self, id: u8, items: &[T], mut fields: impl FnMut(&mut Struct<'_>, &T)) {
+    pub(super) fn structures<T>(
+        &mut self,
+        id: u8,
+        items: &[T],
+        mut fields: impl FnMut(&mut Struct<'_>, &T),
+    ) {
         self.list(id, STRUCT, items.len());
         for item in items {
             structure(self.bytes, |s| fields(s, item));
@@ -94,7 +99,10 @@ fn string(bytes: &mut Vec<u8>, value: &str) {
 }
 
 fn zigzag(bytes: &mut Vec<u8>, value: i64) {
-    varint(bytes, (value.wrapping_shl(1) ^ (value >> 63)).cast_unsigned());
+    varint(
+        bytes,
+        (value.wrapping_shl(1) ^ (value >> 63)).cast_unsigned(),
+    );
 }
 
 fn varint(bytes: &mut Vec<u8>, mut value: u64) {
@@ -115,7 +123,9 @@ mod tests {
         varint(&mut bytes, 50399);
         assert_eq!(bytes, [0xdf, 0x89, 0x03]);
         let mut bytes = Vec::new();
-        [0, -1, 1, -2, 2].into_iter().for_each(|v| zigzag(&mut bytes, v));
+        for value in [0, -1, 1, -2, 2] {
+            zigzag(&mut bytes, value);
+        }
         assert_eq!(bytes, [0, 1, 2, 3, 4]);
     }
 

@@ -29,7 +29,11 @@ impl Values<'_> {
     }
 
     fn components(&self) -> usize {
-        if matches!(self, Values::Points(_)) { 3 } else { 1 }
+        if matches!(self, Values::Points(_)) {
+            3
+        } else {
+            1
+        }
     }
 
     fn bytes(&self) -> u64 {
@@ -49,7 +53,7 @@ impl Values<'_> {
             Values::Int64(v) => v.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
             Values::Points(v) => v
                 .iter()
-                .flat_map(|p| p.to_array())
+                .flat_map(DVec3::to_array)
                 .try_for_each(|x| out.write_all(&x.to_le_bytes())),
         }
     }

@@ -34,7 +34,12 @@ impl Field<'_> {
 /// # Errors
 /// [`VtkError::Scene`] before anything is written when a field does not match the grid; [`VtkError::Io`] when the
 /// system refuses.
-pub fn write_height_image(out: &mut dyn Write, grid: &Grid, z: f64, fields: &[Field<'_>]) -> Result<(), VtkError> {
+pub fn write_height_image(
+    out: &mut dyn Write,
+    grid: &Grid,
+    z: f64,
+    fields: &[Field<'_>],
+) -> Result<(), VtkError> {
     if grid.nx < 1 || grid.ny < 1 || !(grid.cell > 0.0 && grid.cell.is_finite()) {
         return Err(VtkError::Scene(SceneError::Grid {
             nx: grid.nx,

@@ -1,5 +1,10 @@
 //! Lines and surfaces as VTK polygonal data.
 
+#![expect(
+    clippy::cast_possible_wrap,
+    reason = "VTK's indices are signed; counts of what is in memory are far below 2^63"
+)]
+
 use std::io::Write;
 
 use super::VtkError;
@@ -47,7 +52,9 @@ pub fn write_surface(out: &mut dyn Write, surface: &Surface) -> Result<(), VtkEr
     surface.check()?;
     let corners = surface.mesh.triangles.iter().flatten();
     let connectivity: Vec<i64> = corners.map(|&v| i64::from(v)).collect();
-    let offsets: Vec<i64> = (1..=surface.mesh.triangles.len() as i64).map(|t| 3 * t).collect();
+    let offsets: Vec<i64> = (1..=surface.mesh.triangles.len() as i64)
+        .map(|t| 3 * t)
+        .collect();
     let mut document = Document::new("PolyData");
     document.xml("<PolyData>");
     document.xml(&format!(
@@ -68,7 +75,10 @@ pub fn write_surface(out: &mut dyn Write, surface: &Surface) -> Result<(), VtkEr
 fn point_data<'a>(document: &mut Document<'a>, scalars: &'a [Scalar]) {
     document.xml("<PointData>");
     for scalar in scalars {
-        document.array(&titled(&scalar.name, &scalar.unit), Values::Float32(&scalar.values));
+        document.array(
+            &titled(&scalar.name, &scalar.unit),
+            Values::Float32(&scalar.values),
+        );
     }
     document.xml("</PointData>");
 }

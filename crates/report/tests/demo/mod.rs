@@ -1,6 +1,15 @@
 //! A report with invented but plausible numbers: a thin wall and a ring on a plate, 25 layers. Shared by the
 //! example, the tests and the bench, so that what is looked at is what is tested.
 
+#![allow(
+    dead_code,
+    reason = "tests, example and bench each take what they need"
+)]
+#![allow(
+    clippy::unwrap_used,
+    reason = "the scene is built here and makes sense"
+)]
+
 use std::collections::BTreeMap;
 
 use meltpath_base::{Check, Limit, Measure, Origin, Place, Provenance, Resolved, Verdict, Warning};
@@ -22,7 +31,13 @@ fn paths(layer: u32, step: f64) -> [Vec<DVec3>; 2] {
     let z = f64::from(layer - 1) * GROWTH;
     let along = |n: usize| (0..=n).map(move |i| i as f64 / n as f64);
     let wall: Vec<DVec3> = along((150.0 / step) as usize)
-        .map(|t| DVec3::new(30.0 + 150.0 * if layer % 2 == 1 { t } else { 1.0 - t }, 50.0, z))
+        .map(|t| {
+            DVec3::new(
+                30.0 + 150.0 * if layer % 2 == 1 { t } else { 1.0 - t },
+                50.0,
+                z,
+            )
+        })
         .collect();
     let ring = along((188.5 / step) as usize)
         .map(|t| {
@@ -46,10 +61,16 @@ pub(crate) fn lines(step: f64) -> [LineSet; 2] {
         for path in paths(layer, step) {
             if let (Some(&from), Some(&to)) = (points.last(), path.first()) {
                 let lift = DVec3::Z * 20.0;
-                travels.push(Polyline { first: travel.len(), layer });
+                travels.push(Polyline {
+                    first: travel.len(),
+                    layer,
+                });
                 travel.extend([from, from + lift, to + lift, to]);
             }
-            polylines.push(Polyline { first: points.len(), layer });
+            polylines.push(Polyline {
+                first: points.len(),
+                layer,
+            });
             let n = path.len() as f64;
             for (i, p) in path.into_iter().enumerate() {
                 let from_end = (i as f64).min(n - 1.0 - i as f64) * step;
@@ -96,7 +117,11 @@ pub(crate) fn surface(grid: &Grid, layer: u32) -> [Vec<f64>; 2] {
         if off > half {
             return (0.0, f64::NAN);
         }
-        let end = if to_wall < to_ring { (x - 30.0).min(180.0 - x) } else { 99.0 };
+        let end = if to_wall < to_ring {
+            (x - 30.0).min(180.0 - x)
+        } else {
+            99.0
+        };
         let sag = 0.9 * (1.0 - (-n / 3.0).exp()) * (-end / 6.0).exp();
         let ripple = 0.15 * (0.35 * p.x + 0.9 * n).sin();
         let crown = 1.9 * (1.0 - (off / half).powi(2)).sqrt().min(1.0);
@@ -139,7 +164,14 @@ pub(crate) fn part() -> Surface {
             [0.0, 40.0][i >> 2 & 1],
         )
     };
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let faces = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
     Surface {
         name: "finished part".to_owned(),
         mesh: Mesh {
@@ -156,7 +188,8 @@ pub(crate) fn part() -> Surface {
 }
 
 fn verdict() -> Verdict {
-    let judge = |id: &str, title: &str, value: Measure, limit| Check::judge(id, title, value, limit);
+    let judge =
+        |id: &str, title: &str, value: Measure, limit| Check::judge(id, title, value, limit);
     let mm = |v, s| Measure::new(v, s, "mm");
     Verdict {
         checks: vec![
@@ -197,36 +230,76 @@ fn sections() -> Vec<Section> {
         name: name.to_owned(),
         points: layers().map(|n| DVec2::new(n, f(n))).collect(),
     };
-    let height = Plot::new("Height after each layer", Axis::new("layer", ""), Axis::new("height", "mm"))
-        .with(Mark::Band {
-            name: "± one standard uncertainty".to_owned(),
-            lower: layers().map(|n| DVec2::new(n, 1.65 * n - 0.3 - 0.06 * n)).collect(),
-            upper: layers().map(|n| DVec2::new(n, 1.65 * n + 0.3 + 0.06 * n)).collect(),
-        })
-        .with(line("predicted", &|n| 1.65 * n))
-        .with(line("planned", &|n| 1.2 * n))
-        .caption("The wall grows faster than the torch climbs.");
-    let ctwd = Plot::new("Contact-tube distance", Axis::new("layer", ""), Axis::new("distance", "mm"))
-        .with(line("wall", &|n| 15.0 - 0.45 * (n - 1.0)))
-        .with(line("ring", &|n| 15.0 - 0.31 * (n - 1.0)))
-        .with(Mark::Dots {
-            name: "measured".to_owned(),
-            points: vec![DVec2::new(1.0, 15.0), DVec2::new(5.0, 12.6), DVec2::new(22.0, 5.5)],
-        })
-        .with(Mark::Limit { name: "limit".to_owned(), value: 8.0 });
+    let height = Plot::new(
+        "Height after each layer",
+        Axis::new("layer", ""),
+        Axis::new("height", "mm"),
+    )
+    .with(Mark::Band {
+        name: "± one standard uncertainty".to_owned(),
+        lower: layers()
+            .map(|n| DVec2::new(n, 1.65 * n - 0.3 - 0.06 * n))
+            .collect(),
+        upper: layers()
+            .map(|n| DVec2::new(n, 1.65 * n + 0.3 + 0.06 * n))
+            .collect(),
+    })
+    .with(line("predicted", &|n| 1.65 * n))
+    .with(line("planned", &|n| 1.2 * n))
+    .caption("The wall grows faster than the torch climbs.");
+    let ctwd = Plot::new(
+        "Contact-tube distance",
+        Axis::new("layer", ""),
+        Axis::new("distance", "mm"),
+    )
+    .with(line("wall", &|n| 15.0 - 0.45 * (n - 1.0)))
+    .with(line("ring", &|n| 15.0 - 0.31 * (n - 1.0)))
+    .with(Mark::Dots {
+        name: "measured".to_owned(),
+        points: vec![
+            DVec2::new(1.0, 15.0),
+            DVec2::new(5.0, 12.6),
+            DVec2::new(22.0, 5.5),
+        ],
+    })
+    .with(Mark::Limit {
+        name: "limit".to_owned(),
+        value: 8.0,
+    });
     let speed: Vec<DVec2> = (0..40_000)
         .map(|i| {
             let t = f64::from(i) * 0.008;
-            let v = if t % 13.0 > 12.2 { f64::NAN } else { 12.5 * (1.0 - (-(t % 13.0) * 3.0).exp()) };
+            let v = if t % 13.0 > 12.2 {
+                f64::NAN
+            } else {
+                12.5 * (1.0 - (-(t % 13.0) * 3.0).exp())
+            };
             DVec2::new(t, v)
         })
         .collect();
     let values: Vec<f64> = speed.iter().map(|p| p.y).filter(|v| *v > 11.0).collect();
-    let speed = Plot::new("Travel speed while the arc is on", Axis::new("time", "s"), Axis::new("speed", "mm/s"))
-        .with(Mark::Line { name: "simulated".to_owned(), points: speed })
-        .with(Mark::Limit { name: "programmed".to_owned(), value: 12.5 });
-    let spread = Plot::new("Spread of the speed", Axis::new("speed", "mm/s"), Axis::new("samples", ""))
-        .with(Mark::Bars { name: "samples".to_owned(), bars: histogram(&values, 24) });
+    let speed = Plot::new(
+        "Travel speed while the arc is on",
+        Axis::new("time", "s"),
+        Axis::new("speed", "mm/s"),
+    )
+    .with(Mark::Line {
+        name: "simulated".to_owned(),
+        points: speed,
+    })
+    .with(Mark::Limit {
+        name: "programmed".to_owned(),
+        value: 12.5,
+    });
+    let spread = Plot::new(
+        "Spread of the speed",
+        Axis::new("speed", "mm/s"),
+        Axis::new("samples", ""),
+    )
+    .with(Mark::Bars {
+        name: "samples".to_owned(),
+        bars: histogram(&values, 24),
+    });
     let arc = |from: f64, to: f64, r: f64, z: f64| {
         (0..=40).map(move |i| {
             let a = from + (to - from) * f64::from(i) / 40.0;
@@ -237,18 +310,41 @@ fn sections() -> Vec<Section> {
         .into_iter()
         .chain(arc(0.0, std::f64::consts::PI, 3.6, 38.0))
         .collect();
-    let mut section = Plot::new("Section of the wall at x = 105 mm", Axis::new("y", "mm"), Axis::new("z", "mm"))
-        .with(Mark::Area { name: "predicted metal".to_owned(), outline })
-        .with(Mark::Line {
-            name: "finished part".to_owned(),
-            points: [[-2.0, 0.0], [-2.0, 40.0], [2.0, 40.0], [2.0, 0.0]].map(DVec2::from).to_vec(),
-        });
+    let mut section = Plot::new(
+        "Section of the wall at x = 105 mm",
+        Axis::new("y", "mm"),
+        Axis::new("z", "mm"),
+    )
+    .with(Mark::Area {
+        name: "predicted metal".to_owned(),
+        outline,
+    })
+    .with(Mark::Line {
+        name: "finished part".to_owned(),
+        points: [[-2.0, 0.0], [-2.0, 40.0], [2.0, 40.0], [2.0, 0.0]]
+            .map(DVec2::from)
+            .to_vec(),
+    });
     section.aspect = Aspect::Equal;
-    let mut table = Table::new("Layers", &["layer", "height (mm)", "flatness (mm)", "arc on", "pause", "remark"]);
+    let mut table = Table::new(
+        "Layers",
+        &[
+            "layer",
+            "height (mm)",
+            "flatness (mm)",
+            "arc on",
+            "pause",
+            "remark",
+        ],
+    );
     table.rows = (1..=LAYERS)
         .step_by(4)
         .map(|n| {
-            let remark = if n == 21 { Cell::text("contact-tube distance below 8 mm from layer 17") } else { Cell::Empty };
+            let remark = if n == 21 {
+                Cell::text("contact-tube distance below 8 mm from layer 17")
+            } else {
+                Cell::Empty
+            };
             vec![
                 Cell::Number(f64::from(n)),
                 Cell::Fixed(1.65 * f64::from(n), 2),
@@ -276,20 +372,26 @@ fn sections() -> Vec<Section> {
 }
 
 fn sheet() -> OperatorSheet {
-    let mut order = Table::new("Order", &["step", "what", "layers", "arc on", "pause after"]);
-    order.rows = [("wall, from −x to +x, then back", "1 to 25, odd"), ("ring, counter-clockwise", "1 to 25")]
-        .iter()
-        .enumerate()
-        .map(|(i, (what, layers))| {
-            vec![
-                Cell::Number((i + 1) as f64),
-                Cell::text(what),
-                Cell::text(layers),
-                Cell::Duration(13.4),
-                Cell::Duration(60.0),
-            ]
-        })
-        .collect();
+    let mut order = Table::new(
+        "Order",
+        &["step", "what", "layers", "arc on", "pause after"],
+    );
+    order.rows = [
+        ("wall, from −x to +x, then back", "1 to 25, odd"),
+        ("ring, counter-clockwise", "1 to 25"),
+    ]
+    .iter()
+    .enumerate()
+    .map(|(i, (what, layers))| {
+        vec![
+            Cell::Number((i + 1) as f64),
+            Cell::text(what),
+            Cell::text(layers),
+            Cell::Duration(13.4),
+            Cell::Duration(60.0),
+        ]
+    })
+    .collect();
     let words = |list: &[&str]| list.iter().map(|&s| s.to_owned()).collect();
     OperatorSheet {
         settings: vec![
@@ -298,7 +400,11 @@ fn sheet() -> OperatorSheet {
             Setting::new("Source mode", "CMT", "line 1 of the panel"),
             Setting::new("Wire feed", "8.0 m/min", "expect 17.2 V, 165 A"),
             Setting::new("Travel speed", "0.75 m/min", "in the program"),
-            Setting::new("Contact-tube distance", "15 mm", "on the plate, first layer"),
+            Setting::new(
+                "Contact-tube distance",
+                "15 mm",
+                "on the plate, first layer",
+            ),
             Setting::new("User frame", "3", "corner of the plate"),
             Setting::new("Tool frame", "1", "torch, checked this week"),
         ],
@@ -318,20 +424,36 @@ fn sheet() -> OperatorSheet {
 fn provenance() -> Provenance {
     let mut p = Provenance {
         inputs: BTreeMap::from([
-            ("wall.toml".to_owned(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned()),
-            ("wall.step".to_owned(), "cb8379ac2098aa165029e3938a51da0bcecfc008fd6795f401178647f96c5b34".to_owned()),
+            (
+                "wall.toml".to_owned(),
+                "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad".to_owned(),
+            ),
+            (
+                "wall.step".to_owned(),
+                "cb8379ac2098aa165029e3938a51da0bcecfc008fd6795f401178647f96c5b34".to_owned(),
+            ),
         ]),
         meltpath: "0.1.0".to_owned(),
         ..Provenance::new()
     };
-    p.parameter("waam.bead.wire_feed", &Resolved::new("8 m/min", Origin::Job));
+    p.parameter(
+        "waam.bead.wire_feed",
+        &Resolved::new("8 m/min", Origin::Job),
+    );
     p.parameter(
         "layers.height",
-        &Resolved::new("1.2 mm", Origin::Computed("60 % of the bead height".to_owned())),
+        &Resolved::new(
+            "1.2 mm",
+            Origin::Computed("60 % of the bead height".to_owned()),
+        ),
     );
     p.parameter(
         "machine.smoothing",
-        &Resolved::new(0.5, Origin::Default("the value identified on the cell".to_owned())).with_sigma(0.02),
+        &Resolved::new(
+            0.5,
+            Origin::Default("the value identified on the cell".to_owned()),
+        )
+        .with_sigma(0.02),
     );
     p.model("motion of the controller", "Rouchon 2022, section 3.3.1");
     p.model("cumulative deposition", "Rouchon 2022, section 3.5");
