@@ -49,7 +49,7 @@ pub(super) struct Lexer<'s> {
 /// Line of a byte offset, from 1.
 pub(super) fn line_of(source: &[u8], offset: usize) -> usize {
     let before = source.get(..offset).unwrap_or(source);
-    1 + before.iter().filter(|&&b| b == b'\n').count()
+    1 + before.split(|&b| b == b'\n').count().saturating_sub(1)
 }
 
 impl<'s> Lexer<'s> {

@@ -14,9 +14,15 @@ pub(super) fn point(entity: Entity<'_>, units: &Units) -> Result<DVec3, StepErro
             "export the part again without construction geometry",
         ));
     }
-    let c = triple(entity)?;
-    Ok(c * units.length)
+    let c = triple(entity)? * units.length;
+    if c.abs().max_element() > FARTHEST {
+        return Err(entity.degenerate("the point is more than 1000 km away"));
+    }
+    Ok(c)
 }
+
+/// Farthest coordinate that a part may have, mm.
+const FARTHEST: f64 = 1e9;
 
 fn triple(entity: Entity<'_>) -> Result<DVec3, StepError> {
     let c = entity.list(1)?.reals()?;

@@ -50,11 +50,7 @@ pub(super) fn solid(
         faces: HashMap::new(),
         worst: None,
     };
-    if entity.has("SHELL_BASED_SURFACE_MODEL") {
-        for shell in entity.references(1)? {
-            builder.shell(shell, ShellRole::Open)?;
-        }
-    } else if entity.has("FACE_BASED_SURFACE_MODEL") {
+    if entity.has("SHELL_BASED_SURFACE_MODEL") || entity.has("FACE_BASED_SURFACE_MODEL") {
         for set in entity.references(1)? {
             builder.shell(set, ShellRole::Open)?;
         }

@@ -31,16 +31,18 @@ impl<'a> Chart<'a> {
 
     /// Parameters brought back into the surface's domain where it repeats.
     pub(super) fn wrapped(&self, uv: DVec2) -> DVec2 {
-        let mut uv = uv.to_array();
-        for d in 0..2 {
-            if let Some(period) = self.periods[d] {
+        let one = |x: f64, d: usize| match self.periods[d] {
+            Some(period) => {
                 let [lo, hi] = self.domain[d];
-                if lo.is_finite() && !(lo..=hi).contains(&uv[d]) {
-                    uv[d] = lo + (uv[d] - lo).rem_euclid(period);
+                if lo.is_finite() && !(lo..=hi).contains(&x) {
+                    lo + (x - lo).rem_euclid(period)
+                } else {
+                    x
                 }
             }
-        }
-        DVec2::from_array(uv)
+            None => x,
+        };
+        DVec2::new(one(uv.x, 0), one(uv.y, 1))
     }
 
     /// Point at parameters anywhere in the plane.
@@ -62,14 +64,11 @@ impl<'a> Chart<'a> {
 
     /// The copy of parameters nearest to `near`.
     pub(super) fn shifted(&self, uv: DVec2, near: DVec2) -> DVec2 {
-        let mut uv = uv.to_array();
-        let near = near.to_array();
-        for d in 0..2 {
-            if let Some(period) = self.periods[d] {
-                uv[d] += period * ((near[d] - uv[d]) / period).round();
-            }
-        }
-        DVec2::from_array(uv)
+        let one = |x: f64, near: f64, d: usize| match self.periods[d] {
+            Some(period) => x + period * ((near - x) / period).round(),
+            None => x,
+        };
+        DVec2::new(one(uv.x, near.x, 0), one(uv.y, near.y, 1))
     }
 
     /// The pole at a point.

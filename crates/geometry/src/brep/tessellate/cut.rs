@@ -33,13 +33,8 @@ pub(super) fn open(
         return failed("its boundary winds round both ways of its surface");
     }
     // the direction that is cut open
-    let d = if winds(1) {
-        1
-    } else if winds(0) || chart.periods[0].is_some() {
-        0
-    } else {
-        1
-    };
+    let first = winds(0) || (!winds(1) && chart.periods[0].is_some());
+    let d = usize::from(!first);
     let Some(period) = chart.periods[d] else {
         return failed("it has no boundary and its surface does not close");
     };

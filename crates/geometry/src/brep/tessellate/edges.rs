@@ -5,7 +5,9 @@ use crate::brep::{Curve, Edge, Solid};
 use crate::math::DVec3;
 
 /// Deepest halving of one smooth piece of an edge.
-const DEPTH: u32 = 16;
+const DEPTH: u32 = 14;
+/// Chords that one edge may take.
+pub(super) const MOST_CHORDS: usize = 1_000_000;
 
 /// The samples of one edge, from start to end.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +27,10 @@ pub(super) fn discretise(solid: &Solid, edge: &Edge, tolerance: &Tolerance) -> S
         Curve::Line { .. } => t.push(to),
         Curve::Circle { radius, .. } => {
             let sweep = (to - from).abs();
-            let half = (1.0 - tolerance.chord / radius).clamp(-1.0, 1.0).acos();
-            let parts = (sweep / (2.0 * half).min(tolerance.angle)).ceil().max(1.0) as usize;
+            // sagitta of a chord that spans 2h: radius (1 - cos h) = 2 radius sin² h/2
+            let half = 2.0 * (0.5 * tolerance.chord / radius).sqrt().min(1.0).asin();
+            let parts = (sweep / (2.0 * half).min(tolerance.angle)).ceil().max(1.0);
+            let parts = parts.min(MOST_CHORDS as f64 + 1.0) as usize;
             t.extend((1..=parts).map(|i| from + (to - from) * i as f64 / parts as f64));
         }
         _ => {

@@ -1,7 +1,7 @@
 //! The triangles of a face: constrained Delaunay in the stretched parameter plane, points added
 //! inside until the chord error holds.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use spade::handles::FixedVertexHandle;
 use spade::{
@@ -19,7 +19,7 @@ use crate::math::{DVec2, DVec3};
 /// Rounds of refinement of one face.
 const ROUNDS: usize = 40;
 /// Points that one face may take.
-const MOST_POINTS: usize = 20_000_000;
+const MOST_POINTS: usize = 5_000_000;
 
 /// A chord of an edge as the boundary of a face has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub(super) struct FaceMesh {
     pub(super) nodes: Vec<Node>,
     pub(super) uv: Vec<DVec2>,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// Triangles that the mesh leaves out, in rising order: they fold to nothing at a pole.
+    pub(super) folded: Vec<usize>,
     /// Points of [`Node::Own`].
     pub(super) own: Vec<DVec3>,
     pub(super) boundary: Vec<BoundaryChord>,
@@ -71,12 +73,16 @@ struct Filler<'a> {
     own: Vec<DVec3>,
     by_node: HashMap<Node, Vec<u32>>,
     by_place: HashMap<[u64; 2], u32>,
+    /// Local points along each pole of the outline, in order.
+    poles: Vec<Vec<u32>>,
+    /// Pole on which a local point lies, and its place along it.
+    on_pole: HashMap<u32, (usize, usize)>,
 }
 
 /// Triangulates an outline.
 pub(super) fn fill(
     chart: &Chart<'_>,
-    outline: Outline,
+    outline: &Outline,
     solid: &Solid,
     samples: &[Samples],
     tolerance: &Tolerance,
@@ -102,6 +108,8 @@ pub(super) fn fill(
         own: outline.own.clone(),
         by_node: HashMap::new(),
         by_place: HashMap::new(),
+        poles: Vec::new(),
+        on_pole: HashMap::new(),
     };
     let point_of = |node: Node, own: &[DVec3]| match node {
         Node::Vertex(v) => solid.vertices[v as usize],
@@ -113,7 +121,7 @@ pub(super) fn fill(
         let point = point_of(p.node, &filler.own);
         locals.push(filler.outline_point(p.uv, p.node, point)?);
     }
-    let walls = filler.constrain(&outline, &locals)?;
+    let walls = filler.constrain(outline, &locals)?;
     let mut mesh_boundary = Vec::new();
     for segment in &outline.segments {
         if let Kind::Boundary { edge, t } = segment.kind {
@@ -144,7 +152,9 @@ pub(super) fn fill(
         .into_iter()
         .map(|t| t.map(|v| filler.local(v)))
         .collect();
+    let folded = filler.folded(&triangles);
     Ok(FaceMesh {
+        folded,
         nodes: filler.nodes,
         uv: filler.uv,
         triangles,
@@ -294,6 +304,7 @@ impl Filler<'_> {
             let node = self.nodes[from as usize];
             let point = self.points[from as usize];
             let mut last = from;
+            let mut row = vec![from];
             for i in 1..parts {
                 let uv = a + (b - a) * (i as f64 / parts as f64);
                 let w = self.warp.warp(uv);
@@ -303,8 +314,14 @@ impl Filler<'_> {
                 };
                 pieces.push((last, next, Kind::Pole));
                 last = next;
+                row.push(next);
             }
             pieces.push((last, to, Kind::Pole));
+            row.push(to);
+            for (place, &local) in row.iter().enumerate() {
+                self.on_pole.insert(local, (self.poles.len(), place));
+            }
+            self.poles.push(row);
         }
         let mut walls: HashMap<[u32; 2], Wall> = HashMap::new();
         let mut kinds: HashMap<[u32; 2], Kind> = HashMap::new();
@@ -471,6 +488,16 @@ impl Filler<'_> {
         if !(self.warp.bent[0] && self.warp.bent[1]) {
             return Ok(());
         }
+        let [lo, hi] = self
+            .uv
+            .iter()
+            .fold([self.uv[0]; 2], |[lo, hi], &uv| [lo.min(uv), hi.max(uv)]);
+        let size = self.warp.warp(hi) - self.warp.warp(lo);
+        if size.x * size.y > MOST_POINTS as f64 {
+            return Err(FaceIssue::Failed(format!(
+                "it needs more than {MOST_POINTS} points at this chord error"
+            )));
+        }
         let mut seeds = Vec::new();
         for triangle in self.bounded(rule)? {
             let corners = triangle.map(|v| {
@@ -539,6 +566,67 @@ impl Filler<'_> {
         Ok(())
     }
 
+    /// Places of the ends of a pole.
+    fn pole_ends(&self, row: usize) -> [DVec2; 2] {
+        let row = &self.poles[row];
+        [row[0], row[row.len() - 1]].map(|l| self.warp.warp(self.uv[l as usize]))
+    }
+
+    /// Triangles between two lines from one point to the same pole: in space both lines are one,
+    /// and what lies between them is folded flat.
+    fn folded(&self, triangles: &[[u32; 3]]) -> Vec<usize> {
+        // places along a pole that a point is joined to: least, most, triangles on the pole itself
+        let mut fans: BTreeMap<(u32, usize), [usize; 3]> = BTreeMap::new();
+        for t in triangles {
+            for k in 0..3 {
+                let (x, a, b) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+                if self.on_pole.contains_key(&x) {
+                    continue;
+                }
+                let ends = [self.on_pole.get(&a), self.on_pole.get(&b)];
+                for &&(row, place) in ends.iter().flatten() {
+                    let fan = fans.entry((x, row)).or_insert([place, place, 0]);
+                    fan[0] = fan[0].min(place);
+                    fan[1] = fan[1].max(place);
+                }
+                if let [Some((row, _)), Some((other, _))] = ends
+                    && row == other
+                    && let Some(fan) = fans.get_mut(&(x, *row))
+                {
+                    fan[2] += 1;
+                }
+            }
+        }
+        let mut folded = Vec::new();
+        let place = |l: u32| self.warp.warp(self.uv[l as usize]);
+        for ((x, row), [least, most, flat]) in fans {
+            if flat >= most - least {
+                continue;
+            }
+            let corners = [x, self.poles[row][least], self.poles[row][most]].map(place);
+            let side = |a: DVec2, b: DVec2, p: DVec2| (b - a).perp_dot(p - a);
+            let turn = side(corners[0], corners[1], corners[2]).signum();
+            let within: Vec<usize> = (0..triangles.len())
+                .filter(|&i| {
+                    let c = triangles[i].map(place).iter().sum::<DVec2>() / 3.0;
+                    (0..3).all(|k| turn * side(corners[k], corners[(k + 1) % 3], c) > 0.0)
+                })
+                .collect();
+            // a hole of the face in there would be lost: then the fold stays
+            let inner = within
+                .iter()
+                .flat_map(|&i| triangles[i])
+                .filter(|&l| l != x && !self.on_pole.contains_key(&l))
+                .all(|l| matches!(self.nodes[l as usize], Node::Own(_)));
+            if inner {
+                folded.extend(within);
+            }
+        }
+        folded.sort_unstable();
+        folded.dedup();
+        folded
+    }
+
     /// Where a triangle is farthest off the surface, if that is more than the chord error.
     fn worst_place(
         &self,
@@ -567,8 +655,21 @@ impl Filler<'_> {
                 (s - p[0]).dot(normal).abs()
             }
         };
+        // a pole is one point: seen from another corner it stands where that corner's line meets it
+        let corner = |a: usize, from: DVec2| match self.on_pole.get(&(local[a] as u32)) {
+            None => w[a],
+            Some(&(row, _)) => {
+                let [p, q] = self.pole_ends(row);
+                let d = q - p;
+                p + d * ((from - p).dot(d) / d.length_squared()).clamp(0.0, 1.0)
+            }
+        };
         let mut worst = (tolerance.chord, None);
-        let centre = (w[0] + w[1] + w[2]) / 3.0;
+        let of = |a: usize| {
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            corner(a, 0.5 * (w[b] + w[c]))
+        };
+        let centre = (of(0) + of(1) + of(2)) / 3.0;
         let centre_off = off(centre, [0, 1]);
         if centre_off > worst.0 {
             worst = (centre_off, Some(centre));
@@ -577,7 +678,7 @@ impl Filler<'_> {
             if self.cdt.exists_constraint(triangle[a], triangle[b]) {
                 continue;
             }
-            let mid = 0.5 * (w[a] + w[b]);
+            let mid = 0.5 * (corner(a, w[b]) + corner(b, w[a]));
             let d = off(mid, [a, b]);
             // halving a side serves both its triangles, so it is taken when nearly as bad
             if d > tolerance.chord && d > 0.8 * worst.0 {

@@ -14,7 +14,9 @@ mod measure;
 mod trim;
 mod warp;
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 use meltpath_base::{Cancelled, Observer, Reporter};
 use rayon::prelude::*;
@@ -83,9 +85,9 @@ pub enum TessellateError {
         /// What is wrong.
         reason: String,
     },
-    /// More than four thousand million vertices.
+    /// More than a million chords on one edge, or four thousand million vertices.
     #[error(
-        "the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error"
+        "the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error, or check the part's size and unit"
     )]
     TooFine {
         /// Name of the solid.
@@ -136,18 +138,22 @@ pub fn tessellate(
     let mut mesh = Mesh::default();
     for placed in &model.solids {
         let key = std::sync::Arc::as_ptr(&placed.solid);
-        if !done.contains_key(&key) {
-            let own = tessellate_solid(&placed.solid, &placed.name, tolerance, reporter, observer)?;
-            done.insert(key, own);
-        }
-        if let Some(own) = done.get(&key) {
-            append(&mut mesh, own, &placed.part_from_solid).ok_or_else(|| {
-                TessellateError::TooFine {
-                    solid: placed.name.clone(),
-                    chord: tolerance.chord,
-                }
-            })?;
-        }
+        let own = match done.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(slot) => slot.insert(tessellate_solid(
+                &placed.solid,
+                &placed.name,
+                tolerance,
+                reporter,
+                observer,
+            )?),
+        };
+        append(&mut mesh, own, &placed.part_from_solid).ok_or_else(|| {
+            TessellateError::TooFine {
+                solid: placed.name.clone(),
+                chord: tolerance.chord,
+            }
+        })?;
         observer.advance(placed.solid.faces.len() as u64);
     }
     Ok(mesh)
@@ -206,6 +212,12 @@ fn triangulate(
         .par_iter()
         .map(|edge| edges::discretise(solid, edge, &tolerance))
         .collect();
+    if samples.iter().any(|s| s.t.len() > edges::MOST_CHORDS) {
+        return Err(TessellateError::TooFine {
+            solid: name.to_owned(),
+            chord: tolerance.chord,
+        });
+    }
     let charts: Vec<Chart<'_>> = solid
         .faces
         .par_iter()
@@ -230,7 +242,7 @@ fn triangulate(
                 }
                 let outline =
                     trim::outline(solid, &solid.faces[f], &charts[f], &samples, &tolerance)?;
-                fill::fill(&charts[f], outline, solid, &samples, &tolerance)
+                fill::fill(&charts[f], &outline, solid, &samples, &tolerance)
             })
             .collect();
         observer.check()?;
@@ -323,11 +335,16 @@ fn assemble(
     let mut triangles = Vec::new();
     for shell in &solid.shells {
         let start = triangles.len();
+        let mut patches = Vec::new();
         for used in &shell.faces {
             let f = used.face as usize;
             let face = &parts.faces[f];
             let sense = used.sense.then(face.sense);
-            for corners in &face.triangles {
+            let begin = triangles.len();
+            for (t, corners) in face.triangles.iter().enumerate() {
+                if face.folded.binary_search(&t).is_ok() {
+                    continue;
+                }
                 let [a, b, c] = corners.map(|l| index(f, face.nodes[l as usize]));
                 // triangles along a pole have two corners in one vertex
                 if a == b || b == c || c == a {
@@ -338,7 +355,9 @@ fn assemble(
                     Sense::Reversed => [a, c, b],
                 });
             }
+            patches.push(begin..triangles.len());
         }
+        separate(&mut vertices, &mut triangles, start, &patches);
         if shell.role == ShellRole::Open {
             continue;
         }
@@ -366,11 +385,54 @@ fn assemble(
             );
         }
     }
-    Ok(compact(vertices, triangles))
+    Ok(compact(&vertices, triangles))
+}
+
+/// Halves inner sides of faces that join the same two vertices as a side of another face: each side
+/// must belong to two triangles only. `patches` are the triangles of each face, from `start` on.
+fn separate(
+    vertices: &mut Vec<DVec3>,
+    triangles: &mut Vec<[u32; 3]>,
+    start: usize,
+    patches: &[Range<usize>],
+) {
+    let undirected = |a: u32, b: u32| [a.min(b), a.max(b)];
+    let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * (triangles.len() - start));
+    for (t, &[a, b, c]) in triangles.iter().enumerate().skip(start) {
+        for side in [undirected(a, b), undirected(b, c), undirected(c, a)] {
+            sides.push((side, t as u32));
+        }
+    }
+    sides.sort_unstable();
+    for run in sides.chunk_by(|a, b| a.0 == b.0) {
+        if run.len() <= 2 {
+            continue;
+        }
+        // keep the sides of one face, or the boundaries of two, and halve the inner sides of the others
+        let patch_of = |t: u32| patches.iter().position(|p| p.contains(&(t as usize)));
+        let mut inner: Vec<[u32; 2]> = Vec::new();
+        for pair in run.windows(2) {
+            if patch_of(pair[0].1) == patch_of(pair[1].1) {
+                inner.push([pair[0].1, pair[1].1]);
+            }
+        }
+        let spare = usize::from(2 * inner.len() == run.len());
+        for &[s, t] in inner.iter().skip(spare) {
+            let [a, b] = run[0].0;
+            let mid = vertices.len() as u32;
+            vertices.push(0.5 * (vertices[a as usize] + vertices[b as usize]));
+            for old in [s, t] {
+                let corners = triangles[old as usize];
+                let replaced = |from: u32| corners.map(|v| if v == from { mid } else { v });
+                triangles[old as usize] = replaced(a);
+                triangles.push(replaced(b));
+            }
+        }
+    }
 }
 
 /// Drops vertices that no triangle uses.
-fn compact(vertices: Vec<DVec3>, mut triangles: Vec<[u32; 3]>) -> Mesh {
+fn compact(vertices: &[DVec3], mut triangles: Vec<[u32; 3]>) -> Mesh {
     let mut new = vec![u32::MAX; vertices.len()];
     for &v in triangles.iter().flatten() {
         new[v as usize] = 0;

@@ -87,11 +87,9 @@ impl Track {
         if i < self.points.len() {
             return self.points[i].uv;
         }
-        let mut uv = self.points[0].uv.to_array();
-        for d in 0..2 {
-            uv[d] += f64::from(self.winding[d]) * chart.periods[d].unwrap_or(0.0);
-        }
-        DVec2::from_array(uv)
+        let turns = self.winding.map(f64::from);
+        let periods = chart.periods.map(|p| p.unwrap_or(0.0));
+        self.points[0].uv + DVec2::from_array(turns) * DVec2::from_array(periods)
     }
 
     pub(super) fn shift(&mut self, by: DVec2) {
@@ -302,7 +300,7 @@ fn nearest_on_edge(edge: &Edge, p: DVec3) -> f64 {
 }
 
 /// Deepest halving of a chord whose ends lie far apart in the plane.
-const TRACK_DEPTH: u32 = 14;
+const TRACK_DEPTH: u32 = 8;
 
 /// Parameters of the end of a chord whose start has parameters `from`.
 fn carry(

@@ -105,8 +105,13 @@ fn steps(knots: &[f64], bends: &[f64]) -> f64 {
 /// Ends of the cells of coordinate `d`: equal parts and the surface's breaks.
 fn cell_ends(chart: &Chart<'_>, d: usize, [lo, hi]: [f64; 2]) -> Vec<f64> {
     let uniform = match (chart.surface, d) {
-        (Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Sphere { .. }, _)
-        | (Surface::Torus { .. }, _)
+        (
+            Surface::Cylinder { .. }
+            | Surface::Cone { .. }
+            | Surface::Sphere { .. }
+            | Surface::Torus { .. },
+            _,
+        )
         | (Surface::Revolution { .. }, 0)
         | (Surface::Extrusion { .. }, 1) => 1,
         _ => CELLS,

@@ -119,7 +119,7 @@ def cones():
 
 
 def spheres_and_tori():
-    """Whole sphere, sphere with a flat aside its axis, whole torus, pierced torus, spindle torus."""
+    """Whole sphere, sphere with a flat aside its axis, whole torus, pierced torus."""
     whole = cq.Solid.makeSphere(10, angleDegrees1=-90, angleDegrees2=90)
     flat = cq.Solid.makeSphere(12, angleDegrees1=-90, angleDegrees2=90).moved(
         cq.Location(cq.Vector(40, 0, 0))
@@ -130,8 +130,7 @@ def spheres_and_tori():
     pierced = pierced.cut(
         cq.Solid.makeCylinder(2.5, 20, cq.Vector(60 + 14.2, 60 + 14.2, -10), cq.Vector(0, 0, 1))
     )
-    dish = cq.Solid.makeTorus(8, 12).moved(cq.Location(cq.Vector(0, -60, 0)))
-    return cq.Compound.makeCompound([whole, flat, ring, pierced, dish])
+    return cq.Compound.makeCompound([whole, flat, ring, pierced])
 
 
 def cavities():
@@ -202,10 +201,10 @@ def measure(path):
             explorer.Next()
         return n
 
+    # the plain Gauss rule: the adaptive one is off by up to 1e-3 on planes with spline edges
     area, volume = GProp_GProps(), GProp_GProps()
-    BRepGProp.SurfaceProperties_s(shape, area, 1e-7, False)
-    # adaptive integration face by face: the plain rule is off by 1e-4 on some spline faces
-    BRepGProp.VolumeProperties_s(shape, volume, 1e-7, False, False)
+    BRepGProp.SurfaceProperties_s(shape, area)
+    BRepGProp.VolumeProperties_s(shape, volume)
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     x0, y0, z0, x1, y1, z1 = box.Get()
