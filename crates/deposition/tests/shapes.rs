@@ -63,5 +63,13 @@ fn look() {
         }
         for w in warnings { println!("  {} {}", w.code, w.message); }
         ppm(&out.map, name);
+        // sharpest point: height over the mean of its four neighbours
+        let m = &out.map;
+        let mut worst = (0.0, DVec2::ZERO);
+        for iy in 1..m.ny - 1 { for ix in 1..m.nx - 1 { let i = m.index(ix, iy);
+            let around = [m.z[i - 1], m.z[i + 1], m.z[i - m.nx], m.z[i + m.nx]];
+            let over = m.z[i] - around.iter().copied().fold(f64::MIN, f64::max);
+            if over > worst.0 { worst = (over, m.centre(ix, iy)); } } }
+        println!("  sharpest {worst:?}");
     }
 }

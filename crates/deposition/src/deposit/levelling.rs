@@ -64,7 +64,7 @@ pub(crate) struct LocalBead {
     pub(crate) half_width: f64,
     /// Height on a plate, mm.
     pub(crate) height: f64,
-    /// Length of the molten zone behind the centre, mm.
+    /// Length of the molten zone behind the centre, mm, on its axis.
     pub(crate) rear: f64,
 }
 
@@ -157,7 +157,8 @@ impl MoltenZone {
         to: &Station,
         volume: f64,
     ) -> StepReport {
-        self.retire(to.travelled - bead.rear);
+        // round behind: edges freeze half a width before the middle does
+        self.retire(to.travelled - (bead.rear - bead.half_width).max(bead.half_width));
         let reference = self.ground_at(map, to.centre);
         if self.cell.is_empty() {
             self.level = reference;
@@ -217,7 +218,12 @@ impl MoltenZone {
                 }
                 let i = iy * map.nx + ix;
                 let slot = self.slot_of[i];
+                let station = from.travelled + t * (to.travelled - from.travelled);
                 if slot != NONE && self.distance[slot as usize] <= distance {
+                    // near the pool's centre metal stays molten, whichever part of the bead it belongs to
+                    if distance <= bead.half_width {
+                        self.station[slot as usize] = station;
+                    }
                     continue;
                 }
                 let edge = self.edge_of[i];
@@ -250,20 +256,33 @@ impl MoltenZone {
                 };
                 self.widen(s, cover);
                 self.distance[s] = distance;
-                self.station[s] = from.travelled + t * (to.travelled - from.travelled);
+                self.station[s] = station;
                 self.psi[s] = k * distance * distance;
             }
         }
-        // neighbours by slot: cells come and go at every step
+        self.meet(map);
+    }
+
+    /// Finds the neighbours of each slot: cells come and go at every step.
+    ///
+    /// A cell that froze and melts again by a later stretch of the bead measures its distance from there; the distances
+    /// of neighbours then jump, and φ is not one field across them: they do not pull each other.
+    fn meet(&mut self, map: &HeightMap) {
+        let jump = 1.5 * map.cell;
         for s in 0..self.cell.len() {
             let i = self.cell[s] as usize;
             let (ix, iy) = (i % map.nx, i / map.nx);
-            self.near[s] = [
+            let near = [
                 if ix > 0 { self.slot_of[i - 1] } else { NONE },
                 if ix + 1 < map.nx { self.slot_of[i + 1] } else { NONE },
                 if iy > 0 { self.slot_of[i - map.nx] } else { NONE },
                 if iy + 1 < map.ny { self.slot_of[i + map.nx] } else { NONE },
             ];
+            let own = self.distance[s];
+            self.near[s] = near.map(|t| {
+                let joined = t != NONE && (self.distance[t as usize] - own).abs() <= jump;
+                if joined { t } else { NONE }
+            });
         }
     }
 
