@@ -1,1 +1,80 @@
-fn main() {}
+//! Deposition of 100 mm beads at 0.5 mm cells: stamps alone, and levelling on a growing wall of three beads.
+#![allow(missing_docs)]
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
+use meltpath_deposition::deposit::{Deposition, Mode, Settings};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::workpiece::HeightMap;
+use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+
+const SPEED: f64 = 12.5;
+const DT: f64 = 0.012;
+
+fn motion(beads: u32) -> Vec<MotionBlock> {
+    let n = (100.0 / (SPEED * DT)) as usize + 1;
+    (0..beads)
+        .map(|b| {
+            let y = 4.62 * f64::from(b % 3);
+            let position =
+                (0..n).map(|i| DVec3::new(SPEED * DT * i as f64, y, 1.8 * f64::from(b / 3)));
+            let mut wire = vec![0.153 * 12.0 * DT / 0.012; n];
+            wire[0] = 0.0;
+            MotionBlock {
+                t0: f64::from(b) * 10.0,
+                dt: DT,
+                position: position.collect(),
+                speed: vec![SPEED; n],
+                axis: vec![],
+                wire,
+                command: vec![b; n],
+            }
+        })
+        .collect()
+}
+
+fn deposit(c: &mut Criterion) {
+    let bead = BeadModel {
+        width: 6.54,
+        area: 9.63,
+        wire_section: 0.7854,
+        efficiency: 1.0,
+        width_exponent: 0.345,
+    };
+    let pool = PoolModel {
+        front: 3.27,
+        rear: 9.81,
+        half_width: 3.27,
+        offset: 1.5,
+        pursuit: PursuitLength::Fixed(4.0),
+    };
+    let blocks = motion(6);
+    let stamps: usize = blocks.iter().map(MotionBlock::len).sum();
+    let mut group = c.benchmark_group("deposit");
+    group.throughput(Throughput::Elements(stamps as u64));
+    group.sample_size(10);
+    for (name, mode) in [
+        ("plain", Mode::Plain),
+        ("levelling", Settings::default().mode),
+    ] {
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let map = HeightMap::new(DVec2::splat(-10.0), DVec2::new(110.0, 20.0), 0.5, 0.0)
+                    .expect("a sensible map");
+                let settings = Settings {
+                    mode,
+                    ..Settings::default()
+                };
+                let mut d = Deposition::new(map, bead, pool, settings).expect("sensible sizes");
+                for block in &blocks {
+                    d.block(block);
+                }
+                d.finish().volume
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, deposit);
+criterion_main!(benches);

@@ -242,14 +242,24 @@ pub fn pools(id: &str) -> Result<Vec<PoolRow>, DataError> {
 pub fn nearest_pool(rows: &[PoolRow], wire_feed: f64, travel_speed: f64) -> Option<&PoolRow> {
     let wanted = wire_feed / travel_speed;
     let distance = |r: &&PoolRow| (r.wire_feed.0 / r.travel_speed.0 / wanted).ln().abs();
-    rows.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    rows.iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// The wires that come with the program: (id, file).
 pub const WIRES: &[(&str, &str)] = &[
-    ("x90-ig-1.0", include_str!("../../../data/wires/x90-ig-1.0.toml")),
-    ("x90-ig-1.2", include_str!("../../../data/wires/x90-ig-1.2.toml")),
-    ("g3si-1.2", include_str!("../../../data/wires/g3si-1.2.toml")),
+    (
+        "x90-ig-1.0",
+        include_str!("../../../data/wires/x90-ig-1.0.toml"),
+    ),
+    (
+        "x90-ig-1.2",
+        include_str!("../../../data/wires/x90-ig-1.2.toml"),
+    ),
+    (
+        "g3si-1.2",
+        include_str!("../../../data/wires/g3si-1.2.toml"),
+    ),
 ];
 
 /// The gases that come with the program.

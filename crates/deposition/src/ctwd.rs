@@ -60,7 +60,11 @@ mod tests {
             programmed: 1.2,
             growth: 1.654,
         };
-        assert!((wall.distance(22) - 5.47).abs() < 0.005, "{}", wall.distance(22));
+        assert!(
+            (wall.distance(22) - 5.47).abs() < 0.005,
+            "{}",
+            wall.distance(22)
+        );
         // the build was stopped after layer 22 at 5.47 mm: an alarm at 5.5 mm stops it there, at 8 mm before
         assert_eq!(wall.critical_layer(5.5, 30.0, 25), Some(22));
         assert!(wall.critical_layer(8.0, 30.0, 25).unwrap() < 22);

@@ -145,12 +145,19 @@ mod tests {
             let mut late = 0.0f64;
             for p in &curve {
                 let (first, second) = (p.y, turn.perp_dot(*p));
-                assert!(first > -1e-9 && second > -1e-9, "outside of the turn at {p}");
+                assert!(
+                    first > -1e-9 && second > -1e-9,
+                    "outside of the turn at {p}"
+                );
                 late = late.max(if p.dot(turn) > 0.0 { second } else { 0.0 });
             }
             // upstream the curve is on the leg; downstream it comes back only slowly
             assert!(late > 1.0);
-            let before = curve.iter().filter(|p| p.x < -2.0).map(|p| p.y).fold(0.0, f64::max);
+            let before = curve
+                .iter()
+                .filter(|p| p.x < -2.0)
+                .map(|p| p.y)
+                .fold(0.0, f64::max);
             assert!(late > 2.0 * before, "{late} {before}");
         }
         // the tangent points to the leader

@@ -231,8 +231,15 @@ mod tests {
             let sum: f64 = (0..n)
                 .map(|i| shape.at((f64::from(i) + 0.5) * dx - 0.5 * w, w, h) * dx)
                 .sum();
-            let tails = if shape == Section::Gaussian { 0.015 } else { 1e-6 };
-            assert!((sum / shape.area(w, h) - 1.0).abs() < tails, "{shape:?} {sum}");
+            let tails = if shape == Section::Gaussian {
+                0.015
+            } else {
+                1e-6
+            };
+            assert!(
+                (sum / shape.area(w, h) - 1.0).abs() < tails,
+                "{shape:?} {sum}"
+            );
         }
     }
 

@@ -97,7 +97,8 @@ pub fn arc_surface(w: f64, h: f64, d: f64) -> Option<ArcSurface> {
     let filled = |xt: f64| {
         let (yc, r, t) = surface(xt);
         let u = half - xt;
-        let cap = 0.5 * (u * (r * r - u * u).max(0.0).sqrt() + r * r * (u / r).clamp(-1.0, 1.0).asin());
+        let cap =
+            0.5 * (u * (r * r - u * u).max(0.0).sqrt() + r * r * (u / r).clamp(-1.0, 1.0).asin());
         let arc = yc * u - cap * t.signum();
         // a convex arc begins left of the apex of bead 1, on the bead all the same
         2.0 * (arc - area_under_bead(xt, half))
@@ -162,7 +163,11 @@ mod tests {
     #[test]
     fn waam_ac31_overlap_models() {
         assert!((stepover(Overlap::FlatTop) - 0.66667).abs() < 1e-5);
-        assert!((stepover(Overlap::Tangent) - 0.73784).abs() < 1e-5, "{}", stepover(Overlap::Tangent));
+        assert!(
+            (stepover(Overlap::Tangent) - 0.73784).abs() < 1e-5,
+            "{}",
+            stepover(Overlap::Tangent)
+        );
         for (d, tangent, radius, middle) in [
             (0.66, -0.079, 92.6, 2.030),
             (0.738, 0.825, 6.76, 1.656),

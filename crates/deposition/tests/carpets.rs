@@ -33,7 +33,10 @@ fn carpet(width: f64, height: f64, d: f64, levelling: Levelling, cell: f64) -> (
     let profile: Vec<(f64, f64)> = (0..=120)
         .map(|k| {
             let y = 1.5 * d * (f64::from(k) / 60.0 - 1.0);
-            let z = (0..60).map(|j| out.map.height(DVec2::new(20.5 + f64::from(j), y))).sum::<f64>() / 60.0;
+            let z = (0..60)
+                .map(|j| out.map.height(DVec2::new(20.5 + f64::from(j), y)))
+                .sum::<f64>()
+                / 60.0;
             (y, z)
         })
         .collect();
@@ -41,7 +44,9 @@ fn carpet(width: f64, height: f64, d: f64, levelling: Levelling, cell: f64) -> (
         let z = profile.iter().map(|(y, z)| z - slope * y);
         z.clone().fold(f64::MIN, f64::max) - z.fold(f64::MAX, f64::min)
     };
-    let flatness = (-150..=150).map(|k| span(1e-3 * f64::from(k))).fold(f64::MAX, f64::min);
+    let flatness = (-150..=150)
+        .map(|k| span(1e-3 * f64::from(k)))
+        .fold(f64::MAX, f64::min);
     (flatness, span(0.0))
 }
 
@@ -50,44 +55,70 @@ fn carpet(width: f64, height: f64, d: f64, levelling: Levelling, cell: f64) -> (
 const CARPETS: [(f64, [(f64, f64, f64); 5], f64, f64); 2] = [
     (
         6.54,
-        [(0.6, 0.36, 0.61), (0.66, 0.36, 0.47), (0.7, 0.41, 0.49), (0.738, 0.47, 0.46), (0.8, 0.71, 0.69)],
+        [
+            (0.6, 0.36, 0.61),
+            (0.66, 0.36, 0.47),
+            (0.7, 0.41, 0.49),
+            (0.738, 0.47, 0.46),
+            (0.8, 0.71, 0.69),
+        ],
         6.8,
         2.0,
     ),
     (
         4.8,
-        [(0.6, 0.44, 0.50), (0.66, 0.30, 0.31), (0.7, 0.55, 0.53), (0.738, 0.56, 0.56), (0.8, 0.45, 0.43)],
+        [
+            (0.6, 0.44, 0.50),
+            (0.66, 0.30, 0.31),
+            (0.7, 0.55, 0.53),
+            (0.738, 0.56, 0.56),
+            (0.8, 0.45, 0.43),
+        ],
         5.6,
         1.6,
     ),
 ];
 
-fn misfit(levelling: Levelling, cell: f64) -> (f64, f64, String) {
-    let mut rms = [0.0; 2];
-    let mut text = String::new();
-    for (group, (reference, rows, w, h)) in CARPETS.iter().enumerate() {
-        for (k, flat, parallel) in rows {
-            let (f, p) = carpet(*w, *h, k * reference, levelling, cell);
-            rms[group] += (f - flat).powi(2) + (p - parallel).powi(2);
-            text.push_str(&format!("{f:.2}/{p:.2} "));
-        }
-    }
-    ((rms[0] / 10.0).sqrt(), (rms[1] / 10.0).sqrt(), text)
+/// Root mean square of flatness and parallelism against the measurement, per group of five carpets.
+fn misfit(levelling: Levelling, cell: f64) -> [f64; 2] {
+    CARPETS.map(|(reference, rows, width, height)| {
+        let square: f64 = rows
+            .iter()
+            .map(|(k, flat, parallel)| {
+                let (f, p) = carpet(width, height, k * reference, levelling, cell);
+                (f - flat).powi(2) + (p - parallel).powi(2)
+            })
+            .sum();
+        (square / 10.0).sqrt()
+    })
 }
 
 #[test]
-#[ignore = "identification"]
-fn wetting_length_of_the_carpets() {
-    for length in [0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0] {
-        let levelling = Levelling { wetting_length: length, ..Levelling::default() };
-        let (a, b, text) = misfit(levelling, 0.25);
-        println!("{length}: {a:.3} {b:.3} all {:.3} {text}", (0.5 * (a * a + b * b)).sqrt());
-    }
-    for cell in [0.5, 0.25] {
-        for (sweeps, step) in [(2, 0.25), (4, 0.25), (8, 0.25), (16, 0.25), (4, 0.5), (8, 0.5)] {
-            let levelling = Levelling { sweeps, step, ..Levelling::default() };
-            let (a, b, text) = misfit(levelling, cell);
-            println!("cell {cell} sweeps {sweeps} step {step}: {a:.3} {b:.3} {text}");
-        }
+fn carpets_are_as_flat_as_measured() {
+    let [bulged, flat] = misfit(Levelling::default(), 0.25);
+    // the polynomial assembly of the thesis misses the same measurements by 0.21 and 0.12 mm; the flat beads scatter
+    // by defects of fusion (table 4.3 itself)
+    assert!(bulged < 0.08, "{bulged}");
+    assert!(flat < 0.16, "{flat}");
+}
+
+#[test]
+#[ignore = "identifies the default wetting length: a minute"]
+fn the_default_wetting_length_fits_best() {
+    let total = |length: f64| {
+        let levelling = Levelling {
+            wetting_length: length,
+            ..Levelling::default()
+        };
+        let [a, b] = misfit(levelling, 0.25);
+        (0.5 * (a * a + b * b)).sqrt()
+    };
+    let best = total(Levelling::default().wetting_length);
+    for length in [0.5, 0.75, 2.0, 3.0] {
+        assert!(
+            total(length) > best,
+            "{length}: {} below {best}",
+            total(length)
+        );
     }
 }

@@ -43,19 +43,38 @@ fn table() -> ProcessMap {
 
 #[test]
 fn waam_ac6_two_settings_make_one_bead_and_none_makes_another() {
-    let target = Target { width: Some(6.0), height: Some(1.8), ..Target::default() };
+    let target = Target {
+        width: Some(6.0),
+        height: Some(1.8),
+        ..Target::default()
+    };
     let found = table().solve(&target).unwrap();
     for (vf, vr) in [(4.4, 0.67), (8.5, 1.2)] {
         assert!(
-            found.iter().any(|b| (b.wire_feed / M_PER_MIN - vf).abs() < 1e-6
-                && (b.travel_speed / M_PER_MIN - vr).abs() < 1e-6),
+            found
+                .iter()
+                .any(|b| (b.wire_feed / M_PER_MIN - vf).abs() < 1e-6
+                    && (b.travel_speed / M_PER_MIN - vr).abs() < 1e-6),
             "({vf}, {vr}) in {found:?}"
         );
     }
-    assert!((found[0].wire_feed / M_PER_MIN - 8.5).abs() < 1e-6, "highest rate first");
-    let flat = Target { width: Some(12.0), height: Some(0.5), ..Target::default() };
+    assert!(
+        (found[0].wire_feed / M_PER_MIN - 8.5).abs() < 1e-6,
+        "highest rate first"
+    );
+    let flat = Target {
+        width: Some(12.0),
+        height: Some(0.5),
+        ..Target::default()
+    };
     let error = table().solve(&flat).unwrap_err();
-    let ProcessMapError::Unreachable { closest, width, height, .. } = &error else {
+    let ProcessMapError::Unreachable {
+        closest,
+        width,
+        height,
+        ..
+    } = &error
+    else {
         panic!("{error}");
     };
     assert!(closest.valid);
@@ -86,12 +105,18 @@ fn the_seed_gives_the_quoted_widths_with_its_band() {
 
 #[test]
 fn the_height_alone_takes_the_fastest_wire() {
-    let target = Target { height: Some(1.9), ..Target::default() };
+    let target = Target {
+        height: Some(1.9),
+        ..Target::default()
+    };
     let found = seed().solve(&target).unwrap();
     assert_eq!(found.len(), 1);
     assert!((found[0].height.value - 1.9).abs() < 1e-6);
     // nothing faster makes it
-    let faster = Target { wire_feed: Some(found[0].wire_feed * 1.01), ..target };
+    let faster = Target {
+        wire_feed: Some(found[0].wire_feed * 1.01),
+        ..target
+    };
     let possible = seed().solve(&faster);
     assert!(found[0].wire_feed / M_PER_MIN > 11.99 || possible.is_err());
 }
@@ -101,13 +126,41 @@ fn what_is_missing_or_senseless_is_told() {
     let seed = seed();
     let none = seed.solve(&Target::default()).unwrap_err();
     assert!(matches!(none, ProcessMapError::Underspecified { .. }));
-    let three = Target { wire_feed: Some(100.0), travel_speed: Some(10.0), width: Some(6.0), height: None };
-    assert!(matches!(seed.solve(&three), Err(ProcessMapError::Underspecified { .. })));
-    let width_only = Target { width: Some(6.0), ..Target::default() };
-    assert!(matches!(seed.solve(&width_only), Err(ProcessMapError::Underspecified { .. })));
-    let negative = Target { wire_feed: Some(-1.0), travel_speed: Some(10.0), ..Target::default() };
-    assert!(matches!(seed.solve(&negative), Err(ProcessMapError::Value { what: "wire_feed", .. })));
-    let tall = Target { wire_feed: Some(8.0 * M_PER_MIN), height: Some(9.0), ..Target::default() };
+    let three = Target {
+        wire_feed: Some(100.0),
+        travel_speed: Some(10.0),
+        width: Some(6.0),
+        height: None,
+    };
+    assert!(matches!(
+        seed.solve(&three),
+        Err(ProcessMapError::Underspecified { .. })
+    ));
+    let width_only = Target {
+        width: Some(6.0),
+        ..Target::default()
+    };
+    assert!(matches!(
+        seed.solve(&width_only),
+        Err(ProcessMapError::Underspecified { .. })
+    ));
+    let negative = Target {
+        wire_feed: Some(-1.0),
+        travel_speed: Some(10.0),
+        ..Target::default()
+    };
+    assert!(matches!(
+        seed.solve(&negative),
+        Err(ProcessMapError::Value {
+            what: "wire_feed",
+            ..
+        })
+    ));
+    let tall = Target {
+        wire_feed: Some(8.0 * M_PER_MIN),
+        height: Some(9.0),
+        ..Target::default()
+    };
     let error = seed.solve(&tall).unwrap_err().to_string();
     assert!(error.contains("with the value given"), "{error}");
     let reporter = Reporter::new();
@@ -145,14 +198,25 @@ fn a_quadratic_map_reads_and_turns_round() {
             rows.push_str(&format!("[{vf}, {vr}, {w}, {h}],"));
         }
     }
-    let head = TWO_POINTS.split("[grid]").next().unwrap().replace("\"grid\"", "\"surface\"");
+    let head = TWO_POINTS
+        .split("[grid]")
+        .next()
+        .unwrap()
+        .replace("\"grid\"", "\"surface\"");
     let text = format!("{head}[beads]\nsource = \"test\"\npage = \"-\"\nrows = [{rows}]\n");
     let wire = Wire::builtin("g3si-1.2").unwrap();
     let map = ProcessMap::parse("s", &text, &wire, &Reporter::new()).unwrap();
     let b = map.bead(6.0 * M_PER_MIN, 1.0 * M_PER_MIN);
-    let target = Target { width: Some(b.width.value), wire_feed: Some(b.wire_feed), ..Target::default() };
+    let target = Target {
+        width: Some(b.width.value),
+        wire_feed: Some(b.wire_feed),
+        ..Target::default()
+    };
     let back = map.solve(&target).unwrap();
-    assert!(back.iter().any(|c| (c.travel_speed / b.travel_speed - 1.0).abs() < 1e-6));
+    assert!(
+        back.iter()
+            .any(|c| (c.travel_speed / b.travel_speed - 1.0).abs() < 1e-6)
+    );
     assert!(map.width_exponent(b.wire_feed, b.travel_speed) > 0.0);
 }
 

@@ -1,75 +1,131 @@
-//! Corners, rings, crossings, reversals.
+//! Corners, rings, crossings, reversals: where beads turn, meet themselves or cross others, nothing spikes.
 
 mod support;
+
 use meltpath_deposition::bead::PoolModel;
-use meltpath_deposition::deposit::*;
+use meltpath_deposition::deposit::{Deposit, Deposition, LayerRecord, Settings};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use support::*;
 
-fn lay(paths: &[(u32, Vec<DVec3>)], lo: DVec2, hi: DVec2, cell: f64) -> (Deposit, Vec<LayerRecord>, Vec<meltpath_base::Warning>) {
-    let bead_ = seed_bead();
-    let pool = PoolModel::for_bead(&POOL, &bead_);
-    let map = HeightMap::new(lo, hi, cell, 0.0).unwrap();
-    let reporter = meltpath_base::Reporter::new();
+fn lay(layers: u32, paths: impl Fn(u32) -> Vec<Vec<DVec3>>) -> (Deposit, Vec<LayerRecord>) {
+    let model = seed_bead();
+    let pool = PoolModel::for_bead(&POOL, &model);
+    let map = HeightMap::new(DVec2::splat(-50.0), DVec2::splat(60.0), 0.5, 0.0).unwrap();
     let mut records = Vec::new();
     let out = {
-        let top = paths.iter().map(|p| p.0).max().unwrap();
-        let mut dep = Deposition::new(map, bead_, pool, Settings::default()).unwrap()
-            .with_layers((0..=top).collect())
-            .on_layer(|r, _| records.push(r.clone()))
-            .reporting_to(&reporter);
+        let mut d = Deposition::new(map, model, pool, Settings::default())
+            .unwrap()
+            .with_layers((0..=layers).collect())
+            .on_layer(|r, _| records.push(r.clone()));
         let mut clock = 0.0;
-        for (n, p) in paths {
-            bead(&mut dep, p, *n, &mut clock, bead_.area);
+        for n in 1..=layers {
+            for p in paths(n) {
+                bead(&mut d, &p, n, &mut clock, model.area);
+            }
         }
-        dep.finish()
+        d.finish()
     };
-    (out, records, reporter.warnings())
+    assert!((out.map.volume() / out.volume - 1.0).abs() < 1e-9);
+    assert!(sharpest(&out.map) < 0.2, "spike of {}", sharpest(&out.map));
+    (out, records)
 }
 
-fn ppm(map: &HeightMap, name: &str) {
-    let max = map.maximum();
-    let mut s = format!("P3\n{} {}\n255\n", map.nx, map.ny);
-    for iy in (0..map.ny).rev() {
-        for ix in 0..map.nx {
-            let t = (map.z[map.index(ix, iy)] / max).clamp(0.0, 1.0);
-            let r = (255.0 * (1.5 - (4.0 * t - 3.0).abs()).clamp(0.0, 1.0)) as u8;
-            let g = (255.0 * (1.5 - (4.0 * t - 2.0).abs()).clamp(0.0, 1.0)) as u8;
-            let b = (255.0 * (1.5 - (4.0 * t - 1.0).abs()).clamp(0.0, 1.0)) as u8;
-            s.push_str(&format!("{r} {g} {b}\n"));
+/// Greatest height of a cell over the highest of its four neighbours.
+fn sharpest(map: &HeightMap) -> f64 {
+    let mut worst = 0.0f64;
+    for iy in 1..map.ny - 1 {
+        for ix in 1..map.nx - 1 {
+            let i = map.index(ix, iy);
+            let around = [i - 1, i + 1, i - map.nx, i + map.nx];
+            let highest = around.iter().map(|&j| map.z[j]).fold(f64::MIN, f64::max);
+            worst = worst.max(map.z[i] - highest);
         }
     }
-    std::fs::write(format!("/tmp/{name}.ppm"), s).unwrap();
+    worst
 }
 
 #[test]
-fn look() {
-    let z = 0.0;
-    let corner = vec![(1, vec![xyz(0., 0., z), xyz(40., 0., z), xyz(40., 40., z)])];
-    let ring: Vec<_> = (1..=20u32).map(|n| (n, (0..=240).map(|i| { let a = std::f64::consts::TAU * f64::from(i) / 240.0 + f64::from(n); xyz(30.0 * a.cos(), 30.0 * a.sin(), 1.6 * f64::from(n - 1)) }).collect::<Vec<_>>())).collect();
-    let cross = vec![(1, vec![xyz(-30., 0., z), xyz(30., 0., z)]), (1, vec![xyz(0., -30., z), xyz(0., 30., z)])];
-    let mut zz = Vec::new();
-    for i in 0..8 { let (a, b) = if i % 2 == 0 { (0., 40.) } else { (40., 0.) }; zz.push(xyz(a, 4.6 * f64::from(i), z)); zz.push(xyz(b, 4.6 * f64::from(i), z)); }
-    let zigzag: Vec<_> = (1..=5u32).map(|n| { let mut p: Vec<_> = zz.iter().map(|q| xyz(q.x, q.y, 1.95 * f64::from(n - 1))).collect(); if n % 2 == 0 { p.reverse(); } (n, p) }).collect();
-    let square: Vec<_> = (1..=10u32).map(|n| { let z = 1.6 * f64::from(n - 1); (n, vec![xyz(0., 20., z), xyz(0., 0., z), xyz(40., 0., z), xyz(40., 40., z), xyz(0., 40., z), xyz(0., 20., z)]) }).collect();
-    let slant: Vec<_> = (1..=15u32).map(|n| (n, turned(&[xyz(-40., 0., 1.6 * f64::from(n - 1)), xyz(40., 0., 1.6 * f64::from(n - 1))], 0.5))).collect();
-    for (name, paths) in [("corner", corner), ("ring", ring), ("cross", cross), ("zigzag", zigzag), ("square", square), ("slant", slant)] {
-        let (out, records, warnings) = lay(&paths, DVec2::splat(-50.0), DVec2::splat(60.0), 0.5);
-        println!("{name}: max {:.2} vol err {:.1e}", out.map.maximum(), out.map.volume() / out.volume - 1.0);
-        for r in records.iter().filter(|r| r.layer == 1 || r.layer % 5 == 0) {
-            let c = r.crest.unwrap(); let t = r.thickness.unwrap();
-            println!("  layer {} crest {:.2} [{:.2} {:.2}] thick {:.2} [{:.2} {:.2}] acc {:?}", r.layer, c.mean, c.least, c.greatest, t.mean, t.least, t.greatest, r.accumulations.iter().map(|a| (a.position.x.round(), a.position.y.round(), (100.0 * a.ratio).round())).collect::<Vec<_>>());
+fn a_right_angle_piles_up_little() {
+    let (out, records) = lay(1, |_| {
+        vec![vec![
+            xyz(0.0, 0.0, 0.0),
+            xyz(40.0, 0.0, 0.0),
+            xyz(40.0, 40.0, 0.0),
+        ]]
+    });
+    let h = seed_bead().height();
+    assert!(out.map.maximum() < 1.2 * h, "{}", out.map.maximum());
+    // the bead cuts the corner on its inside, after the turn
+    let (inside, outside) = (
+        out.map.height(DVec2::new(37.5, 2.5)),
+        out.map.height(DVec2::new(42.5, -2.5)),
+    );
+    assert!(inside > outside + 0.3, "{inside} {outside}");
+    assert!(records[0].accumulations.is_empty());
+    assert_eq!(records[0].arc_starts.len(), 1);
+}
+
+#[test]
+fn a_closed_ring_grows_evenly() {
+    let (_, records) = lay(20, |n| {
+        let point = |i: u32| {
+            let a = std::f64::consts::TAU * f64::from(i) / 240.0 + f64::from(n);
+            xyz(30.0 * a.cos(), 30.0 * a.sin(), 1.6 * f64::from(n - 1))
+        };
+        vec![(0..=240).map(point).collect()]
+    });
+    let crest = |n: usize| records[n - 1].crest.unwrap();
+    let growth = (crest(20).mean - crest(1).mean) / 19.0;
+    // no ends to run down to: the section over 0.9 of the width
+    let expected = seed_bead().area / (0.9 * seed_bead().width);
+    assert!(
+        (growth / expected - 1.0).abs() < 0.03,
+        "{growth} {expected}"
+    );
+    assert!(crest(20).greatest - crest(20).least < 1.0);
+}
+
+#[test]
+fn a_crossing_is_higher_than_a_bead_and_lower_than_two() {
+    let (out, _) = lay(1, |_| {
+        vec![
+            vec![xyz(-30.0, 0.0, 0.0), xyz(30.0, 0.0, 0.0)],
+            vec![xyz(0.0, -30.0, 0.0), xyz(0.0, 30.0, 0.0)],
+        ]
+    });
+    let h = seed_bead().height();
+    let top = out.map.height(DVec2::ZERO);
+    assert!(top > 1.05 * h && top < 2.0 * h, "{top}");
+}
+
+#[test]
+fn reversals_at_stepover_distance_pile_up_moderately() {
+    let (out, records) = lay(5, |n| {
+        let z = 1.95 * f64::from(n - 1);
+        let mut path: Vec<DVec3> = (0..8)
+            .flat_map(|i| {
+                let y = 4.6 * f64::from(i);
+                let (a, b) = if i % 2 == 0 { (0.0, 40.0) } else { (40.0, 0.0) };
+                [xyz(a, y, z), xyz(b, y, z)]
+            })
+            .collect();
+        if n % 2 == 0 {
+            path.reverse();
         }
-        for w in warnings { println!("  {} {}", w.code, w.message); }
-        ppm(&out.map, name);
-        // sharpest point: height over the mean of its four neighbours
-        let m = &out.map;
-        let mut worst = (0.0, DVec2::ZERO);
-        for iy in 1..m.ny - 1 { for ix in 1..m.nx - 1 { let i = m.index(ix, iy);
-            let around = [m.z[i - 1], m.z[i + 1], m.z[i - m.nx], m.z[i + m.nx]];
-            let over = m.z[i] - around.iter().copied().fold(f64::MIN, f64::max);
-            if over > worst.0 { worst = (over, m.centre(ix, iy)); } } }
-        println!("  sharpest {worst:?}");
+        vec![path]
+    });
+    let inside = out.map.height(DVec2::new(20.0, 16.1));
+    assert!(
+        out.map.maximum() < inside + 2.0,
+        "{} {inside}",
+        out.map.maximum()
+    );
+    // told as accumulations at the turns, where there are any
+    for a in &records[4].accumulations {
+        assert!(
+            a.ratio > 1.3 && !(8.0..32.0).contains(&a.position.x),
+            "{a:?}"
+        );
     }
 }

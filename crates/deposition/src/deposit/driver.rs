@@ -223,7 +223,10 @@ impl<'a> Deposition<'a> {
             if self.told.skipped > 0 {
                 reporter.warn(
                     "motion-not-finite",
-                    format!("{} motion samples without a finite position or wire were skipped", self.told.skipped),
+                    format!(
+                        "{} motion samples without a finite position or wire were skipped",
+                        self.told.skipped
+                    ),
                     "check the program",
                 );
             }
@@ -400,16 +403,15 @@ impl<'a> Deposition<'a> {
             return;
         };
         if self.pool.pursuit == PursuitLength::ByCorner && travel > 0.0 {
-            let corner = pursuit
-                .heading()
-                .angle_to(run.torch - pursuit.follower());
+            let corner = pursuit.heading().angle_to(run.torch - pursuit.follower());
             // half a millimetre per millimetre: the length follows the corner without dragging the bead
             let wanted = pursuit_length(corner);
             pursuit.length += (wanted - pursuit.length).clamp(-0.5 * travel, 0.5 * travel);
         }
         pursuit.follow(run.torch);
         // local feed per length over the time the pool takes to pass
-        let forget = (-travel.max(volume / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
+        let forget =
+            (-travel.max(volume / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
         run.fed = run.fed * forget + volume;
         run.gone = run.gone * forget + travel;
         match self.settings.mode {

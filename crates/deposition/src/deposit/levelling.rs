@@ -40,7 +40,8 @@ pub struct Levelling {
     pub cliff: f64,
     /// Travel between two solutions, mm.
     pub step: f64,
-    /// Relaxation sweeps per solution.
+    /// Relaxation sweeps per solution where the wetting length spans two and a half cells; more in proportion on finer
+    /// grids, where each sweep carries less far.
     pub sweeps: u32,
 }
 
@@ -172,10 +173,22 @@ impl MoltenZone {
         // melt with too little to stand on runs down the cliff instead of piling up
         let overfull = self.level - reference > 2.5 * bead.height;
         let cliff = if overfull { f64::INFINITY } else { model.cliff };
-        self.touch(map, model, bead, (from, to), (reference, reach, cliff * bead.height));
+        self.touch(
+            map,
+            model,
+            bead,
+            (from, to),
+            (reference, reach, cliff * bead.height),
+        );
         let lost = if self.cell.is_empty() {
             let cliff = f64::INFINITY;
-            self.touch(map, model, bead, (from, to), (reference, bead.half_width, cliff));
+            self.touch(
+                map,
+                model,
+                bead,
+                (from, to),
+                (reference, bead.half_width, cliff),
+            );
             if self.cell.is_empty() { volume } else { 0.0 }
         } else {
             0.0
@@ -274,9 +287,21 @@ impl MoltenZone {
             let (ix, iy) = (i % map.nx, i / map.nx);
             let near = [
                 if ix > 0 { self.slot_of[i - 1] } else { NONE },
-                if ix + 1 < map.nx { self.slot_of[i + 1] } else { NONE },
-                if iy > 0 { self.slot_of[i - map.nx] } else { NONE },
-                if iy + 1 < map.ny { self.slot_of[i + map.nx] } else { NONE },
+                if ix + 1 < map.nx {
+                    self.slot_of[i + 1]
+                } else {
+                    NONE
+                },
+                if iy > 0 {
+                    self.slot_of[i - map.nx]
+                } else {
+                    NONE
+                },
+                if iy + 1 < map.ny {
+                    self.slot_of[i + map.nx]
+                } else {
+                    NONE
+                },
             ];
             let own = self.distance[s];
             self.near[s] = near.map(|t| {
@@ -392,7 +417,9 @@ impl MoltenZone {
         if before == 0.0 {
             self.pour(target);
         }
-        for _ in 0..model.sweeps {
+        let finer = (model.wetting_length / (2.5 * map.cell)).max(1.0);
+        let sweeps = (f64::from(model.sweeps) * finer).ceil() as u32;
+        for _ in 0..sweeps {
             self.close(target);
             self.level = self.balance(coupling);
             self.backwards = !self.backwards;

@@ -102,10 +102,7 @@ mod tests {
             assert_eq!(lost, 0.0);
             assert!((map.volume() - 2.5).abs() < 1e-12);
             // nothing was cut by the box: the stamp reaches its own tips
-            let (rear, front) = (
-                at.centre - 10.2 * at.heading,
-                at.centre + 3.1 * at.heading,
-            );
+            let (rear, front) = (at.centre - 10.2 * at.heading, at.centre + 3.1 * at.heading);
             assert!(map.height(rear) > 0.0 && map.height(front) > 0.0);
         }
     }

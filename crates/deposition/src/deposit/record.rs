@@ -152,7 +152,8 @@ impl LayerRecord {
             .collect();
         high.sort_by(|a, b| b.thickness.total_cmp(&a.thickness));
         for p in high {
-            let known = |a: &Accumulation| a.position.truncate().distance(p.crest.truncate()) < spacing;
+            let known =
+                |a: &Accumulation| a.position.truncate().distance(p.crest.truncate()) < spacing;
             if !self.accumulations.iter().any(known) {
                 self.accumulations.push(Accumulation {
                     position: p.crest,

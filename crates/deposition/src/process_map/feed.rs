@@ -122,7 +122,10 @@ mod tests {
             assert!((got - e).abs() < 0.1, "{got} {e}");
         }
         let (mean, sigma) = campaign.feed_factor();
-        assert!((mean - 1.103).abs() < 0.002 && (0.03..0.05).contains(&sigma), "{mean} {sigma}");
+        assert!(
+            (mean - 1.103).abs() < 0.002 && (0.03..0.05).contains(&sigma),
+            "{mean} {sigma}"
+        );
     }
 
     #[test]
@@ -130,7 +133,10 @@ mod tests {
         let s = mass::wire_section(1.0);
         let first = mass::energy_per_volume(16.65, 190.0, s, 10.10 * M_PER_MIN);
         let last = mass::energy_per_volume(15.17, 205.0, s, 8.13 * M_PER_MIN);
-        assert!((first - 23.9).abs() < 0.2 && (21.6..24.7).contains(&first), "{first}");
+        assert!(
+            (first - 23.9).abs() < 0.2 && (21.6..24.7).contains(&first),
+            "{first}"
+        );
         assert!((last - 29.2).abs() < 0.2, "{last}");
     }
 }

@@ -31,7 +31,11 @@ impl Grid {
         };
         for (what, axis) in [("wire_feed", &wire_feed), ("travel_speed", &travel_speed)] {
             if axis.len() < 2 {
-                return Err(fail(what, axis.len() as f64, "a table needs two values or more"));
+                return Err(fail(
+                    what,
+                    axis.len() as f64,
+                    "a table needs two values or more",
+                ));
             }
             if let Some(w) = axis.windows(2).find(|w| !(w[0] > 0.0 && w[1] > w[0])) {
                 return Err(fail(what, w[1], "the axis must be positive and rise"));
@@ -68,7 +72,10 @@ impl Grid {
     /// Whether the four nodes round a point were measured.
     pub(crate) fn covers(&self, vf: f64, vr: f64) -> bool {
         let (lo, hi) = (self.wire_feed[0], self.wire_feed[self.wire_feed.len() - 1]);
-        let (left, right) = (self.travel_speed[0], self.travel_speed[self.travel_speed.len() - 1]);
+        let (left, right) = (
+            self.travel_speed[0],
+            self.travel_speed[self.travel_speed.len() - 1],
+        );
         let slack = 1e-9;
         vf >= lo - slack
             && vf <= hi + slack
@@ -131,7 +138,11 @@ impl Grid {
         } else {
             let disc = b * b - 4.0 * a * c;
             // a fold touched exactly may come out a rounding below zero
-            let disc = if disc < 0.0 && disc > -1e-12 * scale * scale { 0.0 } else { disc };
+            let disc = if disc < 0.0 && disc > -1e-12 * scale * scale {
+                0.0
+            } else {
+                disc
+            };
             if disc < 0.0 {
                 Vec::new()
             } else {

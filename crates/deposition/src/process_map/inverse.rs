@@ -88,7 +88,11 @@ impl ProcessMap {
                 0 => grid.wire_feeds(),
                 _ => grid.travel_speeds(),
             };
-            knots = nodes.iter().copied().filter(|x| *x > lo && *x < hi).collect();
+            knots = nodes
+                .iter()
+                .copied()
+                .filter(|x| *x > lo && *x < hi)
+                .collect();
             knots.insert(0, lo.max(nodes[0]));
             knots.push(hi.min(nodes[nodes.len() - 1]));
         }
@@ -167,13 +171,22 @@ impl ProcessMap {
     }
 
     /// Newton's method in one cell; `None` unless it ends inside (the border counts, to rounding).
-    fn newton(&self, start: Point, low: Point, size: Point, width: f64, height: f64) -> Option<Point> {
+    fn newton(
+        &self,
+        start: Point,
+        low: Point,
+        size: Point,
+        width: f64,
+        height: f64,
+    ) -> Option<Point> {
         let residual = |p: Point| {
             let b = self.at(p);
             [b.width.value / width - 1.0, b.height.value / height - 1.0]
         };
         let inside = |p: Point, slack: f64| {
-            (0..2).all(|i| p[i] >= low[i] - slack * size[i] && p[i] <= low[i] + (1.0 + slack) * size[i])
+            (0..2).all(|i| {
+                p[i] >= low[i] - slack * size[i] && p[i] <= low[i] + (1.0 + slack) * size[i]
+            })
         };
         let mut p = start;
         for _ in 0..40 {
@@ -325,7 +338,9 @@ fn given(target: &Target) -> String {
     let size = |v: f64| format!("{v:.2} mm");
     let parts: Vec<String> = [
         target.wire_feed.map(|v| format!("wire_feed {}", speed(v))),
-        target.travel_speed.map(|v| format!("travel_speed {}", speed(v))),
+        target
+            .travel_speed
+            .map(|v| format!("travel_speed {}", speed(v))),
         target.width.map(|v| format!("width {}", size(v))),
         target.height.map(|v| format!("height {}", size(v))),
     ]

@@ -62,12 +62,20 @@ impl Surface {
 
     /// Width, mm.
     pub fn width_at(&self, vf: f64, vr: f64) -> f64 {
-        terms(vf, vr).iter().zip(&self.width).map(|(t, c)| t * c).sum()
+        terms(vf, vr)
+            .iter()
+            .zip(&self.width)
+            .map(|(t, c)| t * c)
+            .sum()
     }
 
     /// Height, mm.
     pub fn height_at(&self, vf: f64, vr: f64) -> f64 {
-        terms(vf, vr).iter().zip(&self.height).map(|(t, c)| t * c).sum()
+        terms(vf, vr)
+            .iter()
+            .zip(&self.height)
+            .map(|(t, c)| t * c)
+            .sum()
     }
 }
 
@@ -93,7 +101,12 @@ mod tests {
             }
         }
         let (got, wq, hq) = Surface::fit(&beads).unwrap();
-        for (a, b) in got.width.iter().chain(&got.height).zip(truth.width.iter().chain(&truth.height)) {
+        for (a, b) in got
+            .width
+            .iter()
+            .chain(&got.height)
+            .zip(truth.width.iter().chain(&truth.height))
+        {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
         assert!(wq.r_squared > 1.0 - 1e-12 && hq.r_squared > 1.0 - 1e-12);
@@ -101,7 +114,11 @@ mod tests {
         let (_, worse, _) = Surface::fit(&beads).unwrap();
         assert!(worse.r_squared < 0.999 && worse.sigma > 0.1);
         assert!(Surface::fit(&beads[..5]).is_none());
-        let line: Vec<_> = beads.iter().filter(|b| b.travel_speed == 0.5).copied().collect();
+        let line: Vec<_> = beads
+            .iter()
+            .filter(|b| b.travel_speed == 0.5)
+            .copied()
+            .collect();
         assert!(Surface::fit(&[line.clone(), line].concat()).is_none());
     }
 }
