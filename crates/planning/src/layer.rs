@@ -185,6 +185,12 @@ pub fn plan_layers(
     plans.into_iter().collect()
 }
 
+/// Half the width up to which a band is filled with contours alone, mm: inside the contours there must be room for zigzag
+/// lines of three stepovers, else their reversals pile up more metal than the lines lay down.
+fn widest_band(contours: u32, settings: &FillSettings) -> f64 {
+    0.5 * settings.width + (f64::from(contours) + 1.5) * settings.stepover
+}
+
 /// The beads of one region in order.
 fn fill(
     region: &Region,
@@ -271,6 +277,14 @@ fn fill_body(
         } => {
             if contours == 0 {
                 return zigzag_body(whole, angle, layer, settings, beads);
+            }
+            if inset(whole, widest_band(contours, settings), settings.join())?.is_empty() {
+                // a zigzag between contours this near would turn at every step: contours fill the band better
+                let settings = FillSettings {
+                    strategy: Strategy::Contour { order },
+                    ..*settings
+                };
+                return fill_body(body, layer, &settings, beads);
             }
             let inside = reversal_distance(settings.stepover);
             let nest = nest(

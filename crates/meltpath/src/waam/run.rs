@@ -223,7 +223,7 @@ pub fn run(
     checks.extend(judge::not_checked());
     let verdict = Verdict {
         checks,
-        warnings: reporter.warnings(),
+        warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
@@ -719,7 +719,7 @@ pub fn simulate_program(
     checks.extend(judge::not_checked());
     let verdict = Verdict {
         checks,
-        warnings: reporter.warnings(),
+        warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
     record_inputs(&mut provenance, &[main])?;
