@@ -11,7 +11,7 @@ import shutil
 import sys
 
 from PIL import Image, ImageChops
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Error, sync_playwright
 
 FLAGS = [
     "--no-sandbox",
@@ -43,13 +43,22 @@ def difference(a, b):
     return sum(grey.histogram()[12:]) / (a.size[0] * a.size[1])
 
 
+def wait_for_view(page):
+    """Until the view is ready, or says why there is none."""
+    page.locator("body[data-view=ready], #view-message:text-matches('could not|shows no 3D|too old')").first.wait_for(
+        state="attached", timeout=60_000
+    )
+    if page.locator("body[data-view=ready]").count() == 0:
+        raise Error(page.locator("#view-message").inner_text())
+
+
 def settle(page):
     """Waits until the next frames are drawn."""
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
 
 
 def check_view(page, failures):
-    page.locator("body[data-view=ready]").wait_for(state="attached", timeout=120_000)
+    wait_for_view(page)
     settle(page)
     canvas = page.locator("#canvas")
     whole = picture(canvas)
@@ -127,6 +136,19 @@ def check_view(page, failures):
 def check(browser, path, folder):
     failures = Failures()
     requests, messages = [], []
+    try:
+        open_and_look(browser, path, folder, failures, requests, messages)
+    except Error as error:
+        failures.append(f"the page does not get so far: {str(error).splitlines()[0]}")
+    own = path.resolve().as_uri()
+    # "blob:" is how the page unpacks its own data; it never leaves the page
+    foreign = [r for r in requests if r != own and not r.startswith(("blob:", "data:"))]
+    failures.expect(not foreign, f"the page asked for {foreign[:3]}")
+    failures.expect(not messages, f"the console says {messages[:3]}")
+    return failures
+
+
+def open_and_look(browser, path, folder, failures, requests, messages):
     for scheme, width in (("light", 1400), ("dark", 1400), ("light", 400)):
         context = browser.new_context(
             offline=True, color_scheme=scheme, viewport={"width": width, "height": 1000}, reduced_motion="reduce"
@@ -150,19 +172,13 @@ def check(browser, path, folder):
             if (scheme, width) == ("light", 1400):
                 check_view(page, failures)
             else:
-                page.locator("body[data-view=ready]").wait_for(state="attached", timeout=120_000)
+                wait_for_view(page)
                 settle(page)
         if folder:
             page.screenshot(path=folder / f"{name}.png", full_page=True)
             if (scheme, width) == ("light", 1400):
                 page.pdf(path=folder / f"{name}.pdf", format="A4", prefer_css_page_size=True)
         context.close()
-    own = path.resolve().as_uri()
-    # "blob:" is how the page unpacks its own data; it never leaves the page
-    foreign = [r for r in requests if r != own and not r.startswith(("blob:", "data:"))]
-    failures.expect(not foreign, f"the page asked for {foreign[:3]}")
-    failures.expect(not messages, f"the console says {messages[:3]}")
-    return failures
 
 
 def main(paths):
