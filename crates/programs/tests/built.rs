@@ -382,9 +382,10 @@ proptest! {
             prop_assert_eq!(&read.application, &program.application);
             prop_assert_eq!(read.instructions.len(), program.instructions.len());
             for (a, b) in program.instructions.iter().zip(&read.instructions) {
-                match (a, b) {
-                    (Instruction::Wait(x), Instruction::Wait(y)) => prop_assert!((x - y).abs() < 1e-9),
-                    _ => prop_assert_eq!(a, b),
+                if let (Instruction::Wait(x), Instruction::Wait(y)) = (a, b) {
+                    prop_assert!((x - y).abs() < 1e-9);
+                } else {
+                    prop_assert_eq!(a, b);
                 }
             }
             for (a, b) in program.positions.iter().zip(&read.positions) {
