@@ -254,6 +254,17 @@ fn unsound_passes_are_refused_by_number() {
             .contains("moves")
     );
     assert_eq!(refused(|t| t.passes.clear()), BuildError::Empty);
+    let mut cell = arcmate();
+    cell.arc.schedules = 1;
+    let reporter = Reporter::new();
+    assert_eq!(
+        build(&small(), &cell, &settings(Pause::None), &reporter),
+        Err(BuildError::Schedules {
+            available: 1,
+            pass: 2,
+            layer: 2
+        })
+    );
 }
 
 #[test]
