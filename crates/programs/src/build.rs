@@ -6,6 +6,8 @@
 //! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
 //! [`crate::execution_order`].
 
+use std::collections::BTreeSet;
+
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
@@ -85,6 +87,18 @@ pub enum BuildError {
         /// What it must be.
         wanted: &'static str,
     },
+    /// More wire feeds than schedules.
+    #[error(
+        "the toolpath needs more than the {available} weld schedules of this cell, from pass {pass} (layer {layer}) on: use fewer different wire feeds, or raise arc.schedules in the cell file"
+    )]
+    Schedules {
+        /// Schedules of the cell.
+        available: u32,
+        /// First pass without a schedule.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+    },
     /// Nothing to do.
     #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
     Empty,
@@ -111,6 +125,7 @@ pub fn build(
         reporter,
         assembly: Assembly::new(cell, &settings.name, &settings.comment),
         schedules: Vec::new(),
+        feeds: BTreeSet::new(),
         layer: None,
         highest: f64::NEG_INFINITY,
         place: None,
@@ -138,6 +153,8 @@ struct Builder<'a> {
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
     schedules: Vec<Schedule>,
+    /// Bits of the wire feeds that need a schedule, so far.
+    feeds: BTreeSet<u64>,
     layer: Option<u32>,
     /// Highest surface so far, mm.
     highest: f64,
@@ -229,7 +246,28 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Refuses a pass that needs more schedules than the cell has.
+    fn count_schedules(&mut self, pass: &Pass) -> Result<(), BuildError> {
+        if pass.role == Role::Travel {
+            return Ok(());
+        }
+        for i in 0..pass.moves.len() {
+            let feed = self.feed(pass, i);
+            self.feeds.insert(feed.to_bits());
+        }
+        let available = self.cell.arc.schedules;
+        if self.feeds.len() <= available as usize {
+            return Ok(());
+        }
+        Err(BuildError::Schedules {
+            available,
+            pass: pass.id.0,
+            layer: pass.tag.layer,
+        })
+    }
+
     fn schedule(&mut self, wire_feed: f64) -> u32 {
+        // `count_schedules` has made sure that the cell has enough of them
         let known = self.schedules.iter().find(|s| s.wire_feed == wire_feed);
         if let Some(schedule) = known {
             return schedule.number;
@@ -454,6 +492,7 @@ impl Builder<'_> {
 
     fn pass(&mut self, pass: &Pass) -> Result<(), BuildError> {
         self.check(pass)?;
+        self.count_schedules(pass)?;
         let points = self.points(pass);
         let Some(&start) = points.first() else {
             self.reporter.warn(

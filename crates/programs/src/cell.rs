@@ -79,6 +79,8 @@ pub struct ArcWords {
     pub procedure: u32,
     /// Schedule of the first wire feed of a program; further wire feeds take the next ones.
     pub first_schedule: u32,
+    /// How many schedules the controller has from the first one on.
+    pub schedules: u32,
 }
 
 impl ArcWords {
@@ -170,6 +172,12 @@ impl CellProgramming {
             "name_length",
             self.name_length.to_string(),
             "at least 8",
+        )?;
+        check(
+            self.arc.schedules >= 1,
+            "arc.schedules",
+            self.arc.schedules.to_string(),
+            "at least 1",
         )?;
         check(
             self.lines_per_program >= 50,

@@ -254,6 +254,17 @@ fn unsound_passes_are_refused_by_number() {
             .contains("moves")
     );
     assert_eq!(refused(|t| t.passes.clear()), BuildError::Empty);
+    let mut cell = arcmate();
+    cell.arc.schedules = 1;
+    let reporter = Reporter::new();
+    assert_eq!(
+        build(&small(), &cell, &settings(Pause::None), &reporter),
+        Err(BuildError::Schedules {
+            available: 1,
+            pass: 2,
+            layer: 2
+        })
+    );
 }
 
 #[test]
@@ -382,9 +393,10 @@ proptest! {
             prop_assert_eq!(&read.application, &program.application);
             prop_assert_eq!(read.instructions.len(), program.instructions.len());
             for (a, b) in program.instructions.iter().zip(&read.instructions) {
-                match (a, b) {
-                    (Instruction::Wait(x), Instruction::Wait(y)) => prop_assert!((x - y).abs() < 1e-9),
-                    _ => prop_assert_eq!(a, b),
+                if let (Instruction::Wait(x), Instruction::Wait(y)) = (a, b) {
+                    prop_assert!((x - y).abs() < 1e-9);
+                } else {
+                    prop_assert_eq!(a, b);
                 }
             }
             for (a, b) in program.positions.iter().zip(&read.positions) {

@@ -15,9 +15,12 @@ pub(super) fn parse(text: &str, first: u32) -> Result<Vec<Position>, ParseError>
         if rest.is_empty() {
             return Ok(positions);
         }
-        let done = &text[..text.len() - rest.len()];
-        let line = first + done.matches('\n').count() as u32;
-        let error = |why| ParseError::Position { line, why };
+        let at = text.len() - rest.len();
+        // lines are counted for errors only: counting for each position would take the square of their number
+        let error = |why| ParseError::Position {
+            line: first + text[..at].matches('\n').count() as u32,
+            why,
+        };
         let head = strip_prefix(rest, "P").ok_or_else(|| error("it does not start with P["))?;
         let (inner, after) = bracket(head).ok_or_else(|| error("its bracket is not closed"))?;
         let (index, comment) = numbered(inner).ok_or_else(|| error("its number does not read"))?;
@@ -39,57 +42,49 @@ pub(super) fn parse(text: &str, first: u32) -> Result<Vec<Position>, ParseError>
 
 /// The groups of a position: `GP1:` and what follows up to the next.
 fn groups(body: &str) -> Vec<Group> {
-    let mut groups: Vec<(u32, String)> = Vec::new();
-    for line in body.lines() {
-        let line = line.trim();
-        let header = strip_prefix(line, "GP").and_then(|r| r.split_once(':'));
+    let mut starts: Vec<(u32, usize, usize)> = Vec::new();
+    let mut at = 0;
+    for line in body.split_inclusive('\n') {
+        let trimmed = line.trim();
+        let header = strip_prefix(trimmed, "GP").and_then(|r| r.split_once(':'));
         if let Some((number, rest)) = header.and_then(|(n, r)| Some((n.trim().parse().ok()?, r))) {
-            groups.push((number, rest.to_owned()));
-        } else if let Some((_, text)) = groups.last_mut() {
-            text.push('\n');
-            text.push_str(line);
-        } else if !line.is_empty() {
+            let content = at + line.trim_end().len() - rest.len();
+            starts.push((number, at, content));
+        } else if starts.is_empty() && !trimmed.is_empty() {
             // no group header: the robot's
-            groups.push((1, line.to_owned()));
+            starts.push((1, at, at));
         }
+        at += line.len();
     }
-    groups.iter().map(|(n, text)| group(*n, text)).collect()
+    let ends = starts.iter().skip(1).map(|s| s.1).chain([body.len()]);
+    starts
+        .iter()
+        .zip(ends)
+        .map(|(&(number, _, from), to)| group(number, body.get(from..to).unwrap_or_default()))
+        .collect()
 }
 
-/// The entries of a group, cut at commas outside quotes.
-fn entries(text: &str) -> Vec<(String, String)> {
-    let mut parts = vec![String::new()];
+/// The entries of a group, cut at commas outside quotes, as key and value.
+fn entries(text: &str) -> Vec<(&str, &str)> {
     let mut quoted = false;
-    for c in text.chars() {
-        match c {
-            '\'' => quoted = !quoted,
-            ',' if !quoted => {
-                parts.push(String::new());
-                continue;
-            }
-            _ => {}
-        }
-        if let Some(part) = parts.last_mut() {
-            part.push(c);
-        }
-    }
-    let pair = |part: &String| {
-        let at = part.find(['=', ':'])?;
-        Some((tidy(&part[..at]), tidy(&part[at + 1..])))
-    };
-    let empty = |p: &&String| !p.trim().is_empty();
-    parts
-        .iter()
-        .filter(empty)
-        .map(|p| pair(p).unwrap_or_else(|| (tidy(p), String::new())))
-        .collect()
+    text.split(|c| {
+        quoted ^= c == '\'';
+        c == ',' && !quoted
+    })
+    .map(str::trim)
+    .filter(|part| !part.is_empty())
+    .map(|part| {
+        let at = part.find(['=', ':']);
+        at.map_or((part, ""), |at| (part[..at].trim(), part[at + 1..].trim()))
+    })
+    .collect()
 }
 
 fn group(number: u32, text: &str) -> Group {
     let entries = entries(text);
     let entry = |key: &str| {
         let found = entries.iter().find(|(k, _)| k.eq_ignore_ascii_case(key));
-        found.map(|(_, v)| v.as_str())
+        found.map(|(_, v)| *v)
     };
     Group {
         number,
@@ -100,9 +95,9 @@ fn group(number: u32, text: &str) -> Group {
 }
 
 /// `None` where an entry does not read.
-fn coordinates(entries: &[(String, String)]) -> Option<Coordinates> {
+fn coordinates(entries: &[(&str, &str)]) -> Option<Coordinates> {
     let (mut config, mut axes) = (None, Vec::new());
-    for (key, value) in entries {
+    for &(key, value) in entries {
         match key.to_ascii_uppercase().as_str() {
             // F: whatever frame is selected
             "UF" | "UT" if value.eq_ignore_ascii_case("F") => {}
@@ -112,7 +107,7 @@ fn coordinates(entries: &[(String, String)]) -> Option<Coordinates> {
                 if inner.contains('\'') || config.is_some() {
                     return None;
                 }
-                config = Some(inner.to_owned());
+                config = Some(tidy(inner));
             }
             name => {
                 // what is no name of an axis makes the whole unreadable: it is kept as it is
