@@ -272,7 +272,7 @@ mod tests {
         for piece in pieces {
             match piece.shape {
                 Shape::Line => {
-                    out.extend((1..=50).map(|i| at.lerp(piece.end, f64::from(i) / 50.0)))
+                    out.extend((1..=50).map(|i| at.lerp(piece.end, f64::from(i) / 50.0)));
                 }
                 Shape::Arc { via } => {
                     let arc = Arc::through(at.extend(0.0), via.extend(0.0), piece.end.extend(0.0))

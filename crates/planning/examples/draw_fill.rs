@@ -249,11 +249,16 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
     for (i, pass) in plan.passes.iter().enumerate() {
         let (points, _) = pass.flatten(0.01);
         let hue = 240.0 * (1.0 - i as f64 / count);
-        let path: String = points
-            .iter()
-            .enumerate()
-            .map(|(i, p)| format!("{}{:.3} {:.3} ", if i == 0 { "M" } else { "L" }, p.x, p.y))
-            .collect();
+        let mut path = String::new();
+        for (i, p) in points.iter().enumerate() {
+            let _ = write!(
+                path,
+                "{}{:.3} {:.3} ",
+                if i == 0 { "M" } else { "L" },
+                p.x,
+                p.y
+            );
+        }
         line(format!(
             "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},80%,50%)\" stroke-opacity=\"0.25\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"/>",
             plan.settings.width

@@ -1,5 +1,6 @@
 //! The branches of a medial axis that matter: corner branches pruned, the rest as chains between junctions.
 
+use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::{MedialAxis, Node};
 
 /// A branch of the axis that ends in a corner grows faster than this with the way (the sine of half the corner's
@@ -34,13 +35,6 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
-    pub(crate) fn length(&self) -> f64 {
-        self.nodes
-            .windows(2)
-            .map(|s| s[0].position.distance(s[1].position))
-            .sum()
-    }
-
     pub(crate) fn is_closed(&self) -> bool {
         self.nodes.len() > 3
             && self.nodes.first().map(|n| n.position) == self.nodes.last().map(|n| n.position)
@@ -50,6 +44,13 @@ impl Chain {
         self.nodes.reverse();
         self.ends.reverse();
     }
+}
+
+/// Which part of the axis is wanted.
+struct Range<'a> {
+    low: f64,
+    high: f64,
+    wide: &'a dyn Fn(DVec2) -> bool,
 }
 
 impl Skeleton {
@@ -77,7 +78,8 @@ impl Skeleton {
         let leaves: Vec<u32> = (0..self.nodes.len() as u32)
             .filter(|&i| self.links[i as usize].len() == 1)
             .collect();
-        let mut removed = false;
+        // judged together before any is cut: the two corners of a wall's end go together
+        let mut corners = Vec::new();
         for leaf in leaves {
             let mut branch = vec![leaf];
             let mut length = 0.0;
@@ -97,14 +99,14 @@ impl Skeleton {
             let (tip, root) = (branch[0], branch[branch.len() - 1]);
             let growth = self.nodes[root as usize].radius - self.nodes[tip as usize].radius;
             if branch.len() > 1 && growth > CORNER_SLOPE * length {
-                for pair in branch.windows(2) {
-                    self.links[pair[0] as usize].retain(|&n| n != pair[1]);
-                    self.links[pair[1] as usize].retain(|&n| n != pair[0]);
-                }
-                removed = true;
+                corners.push(branch);
             }
         }
-        removed
+        for pair in corners.iter().flat_map(|branch| branch.windows(2)) {
+            self.links[pair[0] as usize].retain(|&n| n != pair[1]);
+            self.links[pair[1] as usize].retain(|&n| n != pair[0]);
+        }
+        !corners.is_empty()
     }
 
     fn distance(&self, a: u32, b: u32) -> f64 {
@@ -134,8 +136,10 @@ impl Skeleton {
         })
     }
 
-    /// The chains along which the radius lies between `low` and `high`, cut at junctions.
-    pub(crate) fn chains(&self, low: f64, high: f64) -> Vec<Chain> {
+    /// The chains along which the radius lies between `low` and `high`, cut at junctions. Where it is above `high` the
+    /// chain goes on if the place is not `wide` in earnest.
+    pub(crate) fn chains(&self, low: f64, high: f64, wide: &dyn Fn(DVec2) -> bool) -> Vec<Chain> {
+        let range = Range { low, high, wide };
         let mut done = vec![false; self.nodes.len()];
         let mut chains = Vec::new();
         let degree = |i: u32| self.links[i as usize].len();
@@ -150,7 +154,9 @@ impl Skeleton {
                 if (last, path[path.len() - 2]) < (start, first) && degree(last) != 2 {
                     continue;
                 }
-                path.iter().for_each(|&i| done[i as usize] = true);
+                for &i in &path {
+                    done[i as usize] = true;
+                }
                 let end = |i: u32| {
                     if degree(i) == 1 {
                         End::Dead
@@ -158,7 +164,7 @@ impl Skeleton {
                         End::Junction
                     }
                 };
-                self.clip(&path, [end(start), end(last)], low, high, &mut chains);
+                self.clip(&path, [end(start), end(last)], &range, &mut chains);
             }
         }
         // what is left are closed loops
@@ -167,9 +173,11 @@ impl Skeleton {
                 continue;
             }
             let path = self.walk(start, self.links[start as usize][0]);
-            path.iter().for_each(|&i| done[i as usize] = true);
+            for &i in &path {
+                done[i as usize] = true;
+            }
             let before = chains.len();
-            self.clip(&path, [End::Junction; 2], low, high, &mut chains);
+            self.clip(&path, [End::Junction; 2], &range, &mut chains);
             // a loop that is only partly in range: its first and last piece are one
             if let [first, .., last] = &mut chains[before..]
                 && first.ends[0] == End::Junction
@@ -202,9 +210,10 @@ impl Skeleton {
     }
 
     /// The stretches of a path with radii in range.
-    fn clip(&self, path: &[u32], ends: [End; 2], low: f64, high: f64, out: &mut Vec<Chain>) {
+    fn clip(&self, path: &[u32], ends: [End; 2], range: &Range<'_>, out: &mut Vec<Chain>) {
         let node = |i: u32| self.nodes[i as usize];
-        let inside = |n: Node| (low..=high).contains(&n.radius);
+        let &Range { low, high, wide } = range;
+        let inside = |n: Node| n.radius >= low && (n.radius <= high || !wide(n.position));
         let mut current: Option<Chain> = inside(node(path[0])).then(|| Chain {
             nodes: vec![node(path[0])],
             ends: [ends[0], End::Dead],
@@ -291,14 +300,7 @@ pub(crate) fn joined(mut chains: Vec<Chain>, reach: f64, largest_turn: f64) -> V
 }
 
 /// The end point of a chain and the unit direction in which it leaves the chain there.
-pub(crate) fn outward(
-    chain: &Chain,
-    end: usize,
-    reach: f64,
-) -> (
-    meltpath_geometry::math::DVec2,
-    meltpath_geometry::math::DVec2,
-) {
+pub(crate) fn outward(chain: &Chain, end: usize, reach: f64) -> (DVec2, DVec2) {
     let nodes: Vec<_> = if end == 0 {
         chain.nodes.iter().collect()
     } else {

@@ -120,7 +120,9 @@ pub(crate) fn aligned_family(
         });
     }
     if settings.layers == LayerDirection::Alternate && layer.is_multiple_of(2) {
-        turns.iter_mut().for_each(|t| t.reverse());
+        for turn in &mut turns {
+            turn.reverse();
+        }
     }
     turns
 }

@@ -3,10 +3,10 @@
 use meltpath_geometry::boolean::{PlanarError, difference};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::stroke;
-use meltpath_geometry::region::signed_area;
 use meltpath_geometry::{Plane, Region};
 use serde::{Deserialize, Serialize};
 
+use crate::outline::{contains, edges, length};
 use crate::settings::FillSettings;
 
 /// A place that no bead covers.
@@ -50,7 +50,9 @@ pub(crate) fn coverage(
     settings: &FillSettings,
 ) -> Result<Coverage, PlanarError> {
     let whole = std::slice::from_ref(region);
-    let metal = stroke(beads, 0.5 * settings.width, 2e-3 * settings.width)?;
+    // the plan's own tolerance is no gap
+    let reach = 0.5 * settings.width + settings.tolerance;
+    let metal = stroke(beads, reach, 2e-3 * settings.width)?;
     let lack = difference(whole, &metal)?;
     let lack_area = area(&lack);
     let outside_area = area(&difference(&metal, whole)?);
@@ -60,13 +62,13 @@ pub(crate) fn coverage(
         .iter()
         .filter(|r| r.area() > least)
         .map(|r| Gap {
-            place: plane.from_local(centroid(r)),
+            place: plane.from_local(middle(r)),
             area: r.area(),
         })
         .collect();
     gaps.sort_by(|a, b| b.area.total_cmp(&a.area));
     gaps.truncate(20);
-    let long: f64 = beads.iter().map(|b| crate::outline::length(b)).sum();
+    let long: f64 = beads.iter().map(|b| length(b)).sum();
     Ok(Coverage {
         region: index,
         area: total,
@@ -82,16 +84,29 @@ pub(crate) fn coverage(
     })
 }
 
-/// Centre of area.
-fn centroid(region: &Region) -> DVec2 {
+/// The centre of area, or the point of the boundary nearest to it where that lies outside.
+fn middle(region: &Region) -> DVec2 {
     let o = region.outer.first().copied().unwrap_or_default();
     let mut moment = DVec2::ZERO;
     for ring in region.rings() {
-        for (a, b) in crate::outline::edges(ring) {
+        for (a, b) in edges(ring) {
             let (a, b) = (a - o, b - o);
             moment += (a + b) * (a.perp_dot(b) / 6.0);
         }
     }
-    let total: f64 = region.rings().map(|r| signed_area(r)).sum();
-    if total > 0.0 { o + moment / total } else { o }
+    let total = region.area();
+    if total <= 0.0 {
+        return o;
+    }
+    let centre = o + moment / total;
+    if contains(std::slice::from_ref(region), centre) {
+        return centre;
+    }
+    let vertices = region.rings().flatten().copied();
+    vertices
+        .min_by(|a, b| {
+            a.distance_squared(centre)
+                .total_cmp(&b.distance_squared(centre))
+        })
+        .unwrap_or(centre)
 }

@@ -11,7 +11,7 @@ use meltpath_toolpath::{Move, Pass, PassId, Role, Tag};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::contour::{contour_beads, start_share};
+use crate::contour::{contour_beads, start_share, started};
 use crate::coverage::{Coverage, coverage};
 use crate::direction::angle;
 use crate::error::PlanError;
@@ -215,7 +215,7 @@ fn fill(
         for body in &parts.bodies {
             fill_body(body, layer, settings, &mut beads)?;
         }
-        beads.extend(beads_of(Role::Fill, parts.lines));
+        beads.extend(middles(parts.lines, layer.number, settings));
     }
     beads.retain(|b| {
         b.points.len() > 1
@@ -246,29 +246,24 @@ fn fill_body(
             }
         }
         Strategy::Zigzag { angle } => zigzag_body(whole, angle, layer, settings, beads)?,
-        Strategy::Contour { order } => {
+        Strategy::Contour { order } | Strategy::Spiral { order } => {
             let settings = FillSettings {
                 stepover: spacing(body, settings),
                 ..*settings
             };
             let nest = nest(body, Depth::Full, &settings)?;
-            let lines = contour_beads(
-                &nest.contours,
-                &links(whole)?,
-                order,
-                layer.number,
-                &settings,
-            );
-            with_middles(order, beads_of(Role::Contour, lines), nest.lines, beads);
-        }
-        Strategy::Spiral { order } => {
-            let settings = FillSettings {
-                stepover: spacing(body, settings),
-                ..*settings
+            let lines = if matches!(settings.strategy, Strategy::Spiral { .. }) {
+                spirals(&nest.contours, order, layer.number, &settings)
+            } else {
+                let links = links(whole)?;
+                contour_beads(&nest.contours, &links, order, layer.number, &settings)
             };
-            let nest = nest(body, Depth::Full, &settings)?;
-            let lines = spirals(&nest.contours, order, layer.number, &settings);
-            with_middles(order, beads_of(Role::Contour, lines), nest.lines, beads);
+            let contours = beads_of(Role::Contour, lines);
+            let middles = middles(nest.lines, layer.number, &settings);
+            match order {
+                ContourOrder::OutsideIn => beads.extend(contours.chain(middles)),
+                ContourOrder::InsideOut => beads.extend(middles.chain(contours)),
+            }
         }
         Strategy::Hybrid {
             contours,
@@ -307,9 +302,9 @@ fn fill_body(
             for region in &nest.rest {
                 let parts = split(region, narrowest, settings)?;
                 zigzag_body(&parts.bodies, angle, layer, settings, &mut inner)?;
-                inner.extend(beads_of(Role::Fill, parts.lines));
+                inner.extend(middles(parts.lines, layer.number, settings));
             }
-            inner.extend(beads_of(Role::Fill, nest.lines));
+            inner.extend(middles(nest.lines, layer.number, settings));
             let outer = beads_of(Role::Contour, lines);
             if order == ContourOrder::OutsideIn {
                 beads.extend(outer.chain(inner));
@@ -321,18 +316,25 @@ fn fill_body(
     Ok(())
 }
 
-/// Contours and the centre lines inside them, which come last from outside inwards and first the other way.
-fn with_middles(
-    order: ContourOrder,
-    contours: impl Iterator<Item = Bead>,
-    middles: Vec<Vec<DVec2>>,
-    beads: &mut Vec<Bead>,
-) {
-    let middles = beads_of(Role::Fill, middles);
-    match order {
-        ContourOrder::OutsideIn => beads.extend(contours.chain(middles)),
-        ContourOrder::InsideOut => beads.extend(middles.chain(contours)),
-    }
+/// Beads on centre lines: closed ones start where contours do, and directions follow the layer.
+fn middles(
+    lines: Vec<Vec<DVec2>>,
+    layer: u32,
+    settings: &FillSettings,
+) -> impl Iterator<Item = Bead> + '_ {
+    lines.into_iter().enumerate().map(move |(i, mut points)| {
+        if points.len() > 3 && points.first() == points.last() {
+            points.pop();
+            points = started(&points, start_share(settings.starts, layer, i as u32));
+        }
+        if settings.layers == LayerDirection::Alternate && layer.is_multiple_of(2) {
+            points.reverse();
+        }
+        Bead {
+            points,
+            role: Role::Fill,
+        }
+    })
 }
 
 fn zigzag_body(
@@ -350,7 +352,9 @@ fn zigzag_body(
         let mut lines = zigzag(centre, &links, angle, entry, settings);
         if settings.layers == LayerDirection::Alternate && layer.number.is_multiple_of(2) {
             lines.reverse();
-            lines.iter_mut().for_each(|l| l.reverse());
+            for line in &mut lines {
+                line.reverse();
+            }
         }
         beads.extend(beads_of(Role::Fill, lines));
     }

@@ -6,8 +6,10 @@ use meltpath_geometry::{Region, Ring};
 use crate::settings::FillSettings;
 use crate::spacing::{Wish, positions};
 
+/// Edges whose ends differ by less across the lines run along them, mm: the grid's rounding and the angle's.
+const FLAT: f64 = 1e-4;
 /// Lines keep this far from edges that run along them, mm, so that no line lies on one.
-const CLEAR: f64 = 1e-5;
+const CLEAR: f64 = 3e-4;
 
 /// Where a line meets a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,19 +127,21 @@ fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
         let y = ring[i].y;
         let before = ring[(i + n - 1) % n];
         let mut run = 0;
-        while run + 1 < n && (ring[(i + run + 1) % n].y - y).abs() < 1e-7 {
+        while run + 1 < n && (ring[(i + run + 1) % n].y - y).abs() < FLAT {
             run += 1;
         }
         let after = ring[(i + run + 1) % n];
         let comes = before.y - y;
-        let is_extreme = comes.abs() >= 1e-7 && comes * (after.y - y) > 0.0;
-        if is_extreme && (run < n - 1) {
-            let last = (i + run) % n;
-            // the region lies on the left: at its own lower end the ring goes from left to right
-            let turn = (ring[i] - before).perp_dot(after - ring[last])
-                + (ring[i] - before).perp_dot(ring[last] - ring[i]);
-            let end_of_region = turn > 0.0;
+        let last = (i + run) % n;
+        let is_extreme = comes.abs() >= FLAT && comes * (after.y - y) > 0.0;
+        if is_extreme && run < n - 1 {
+            // the region lies on the left: along its own lower end the ring goes from left to right
             let up = comes > 0.0;
+            let end_of_region = if run > 0 {
+                (ring[last].x > ring[i].x) == up
+            } else {
+                (ring[i] - before).perp_dot(after - ring[i]) > 0.0
+            };
             let inwards = if up == end_of_region { 1.0 } else { -1.0 };
             let open = |depth: f64| opening(ring, i, last, y, depth * comes.signum());
             let depth = if end_of_region {
@@ -149,6 +153,15 @@ fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
                 at: y + inwards * depth.max(CLEAR),
                 flat: open(0.1 * settings.stepover),
             });
+        } else if comes.abs() >= FLAT && run > 0 && run < n - 1 {
+            // a shoulder
+            let along = ring[last].x - ring[i].x;
+            if along.abs() > 0.5 * settings.width {
+                found.push(Wish {
+                    at: y + along.signum() * CLEAR,
+                    flat: along.abs(),
+                });
+            }
         }
         i += run + 1;
     }
@@ -164,7 +177,7 @@ fn opening(ring: &Ring, first: usize, last: usize, y: f64, depth: f64) -> f64 {
             let next = (at + step) % n;
             let (p, q) = (ring[at], ring[next]);
             let (dp, dq) = ((p.y - y) * depth.signum(), (q.y - y) * depth.signum());
-            if dq < dp - 1e-9 {
+            if dq < dp - FLAT {
                 return p.x;
             }
             if dq >= depth.abs() {

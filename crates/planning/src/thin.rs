@@ -6,6 +6,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::{MedialError, medial_axis};
 use meltpath_geometry::offset::{inset, outset};
 
+use crate::bend::with_corners;
 use crate::chain::{Chain, End, Skeleton, joined, outward};
 use crate::outline::{contains, length, ray, without_start};
 use crate::settings::{FillSettings, end_distance};
@@ -33,21 +34,23 @@ pub(crate) fn split(
     let (width, stepover) = (settings.width, settings.stepover);
     let (single, join) = (settings.single_radius(), settings.join());
     let whole = std::slice::from_ref(region);
-    let open = outset(&inset(whole, single, join)?, single + 1e-3 * width, join)?;
-    let narrow = difference(whole, &open)?;
-    let mut roomy = Vec::new();
-    for piece in narrow {
-        if !inset(
-            std::slice::from_ref(&piece),
-            narrowest.min(0.9 * single),
-            join,
-        )?
-        .is_empty()
-        {
-            roomy.push(piece);
+    let cores = inset(whole, single, join)?;
+    let roomy = |rest: Vec<Region>| -> Result<Vec<Region>, PlanarError> {
+        let mut kept = Vec::new();
+        for piece in rest {
+            let room = inset(
+                std::slice::from_ref(&piece),
+                narrowest.min(0.9 * single),
+                join,
+            )?;
+            if !room.is_empty() {
+                kept.push(piece);
+            }
         }
-    }
-    if roomy.is_empty() {
+        Ok(kept)
+    };
+    let opened = |cores: &[Region]| outset(cores, single + 1e-3 * width, join);
+    if roomy(difference(whole, &opened(&cores)?)?)?.is_empty() {
         return Ok(Split {
             bodies: vec![region.clone()],
             ..Split::default()
@@ -63,44 +66,82 @@ pub(crate) fn split(
             });
         }
     };
-    let mut chains = skeleton.chains(narrowest, single);
-    chains.retain(|c| c.ends.contains(&End::Junction) || c.length() > 0.25 * width);
-    let chains = joined(chains, 0.5 * width, LARGEST_TURN);
-    let mut lines = Vec::new();
-    let mut taken = vec![false; roomy.len()];
-    for chain in &chains {
-        let line = centre_line(chain, region, settings);
-        if length(&line) + 1e-9 < settings.shortest_bead.min(2.0 * stepover) {
+    // spots that are wide only where walls meet belong to the walls, if a wall's bead runs through them
+    let mut kept = Vec::new();
+    let mut spots = Vec::new();
+    for core in cores {
+        if is_spot(&core, settings)? {
+            spots.push(core);
+        } else {
+            kept.push(core);
+        }
+    }
+    loop {
+        let wide_area = outset(&kept, 1e-3 * width, join)?;
+        let chains = skeleton.chains(narrowest, single, &|p| contains(&wide_area, p));
+        let chains = joined(chains, 0.5 * width, LARGEST_TURN);
+        let lines: Vec<Vec<DVec2>> = chains
+            .iter()
+            .map(|chain| centre_line(chain, region, settings))
+            .filter(|line| length(line) + 1e-9 >= settings.shortest_bead.min(2.0 * stepover))
+            .collect();
+        let before = kept.len();
+        for spot in std::mem::take(&mut spots) {
+            let near = outset(std::slice::from_ref(&spot), 0.5 * width, join)?;
+            if lines.iter().flatten().any(|&p| contains(&near, p)) {
+                spots.push(spot);
+            } else {
+                kept.push(spot);
+            }
+        }
+        if kept.len() > before {
             continue;
         }
-        for (piece, taken) in roomy.iter().zip(&mut taken) {
-            *taken |= line
-                .iter()
-                .any(|&p| contains(std::slice::from_ref(piece), p));
+        let mut thin = Vec::new();
+        for piece in roomy(difference(whole, &opened(&kept)?)?)? {
+            let here = std::slice::from_ref(&piece);
+            if lines.iter().flatten().any(|&p| contains(here, p)) {
+                thin.push(piece);
+            }
         }
-        lines.push(line);
+        let bodies = if thin.is_empty() {
+            vec![region.clone()]
+        } else {
+            difference(whole, &outset(&thin, 2e-3 * width, join)?)?
+        };
+        let mut roomy_bodies = Vec::new();
+        for body in bodies {
+            if !inset(std::slice::from_ref(&body), 0.5 * width, join)?.is_empty() {
+                roomy_bodies.push(body);
+            }
+        }
+        return Ok(Split {
+            bodies: roomy_bodies,
+            lines,
+            trouble: None,
+        });
     }
-    let thin: Vec<Region> = roomy
-        .into_iter()
-        .zip(taken)
-        .filter_map(|(piece, taken)| taken.then_some(piece))
-        .collect();
-    let bodies = if thin.is_empty() {
-        vec![region.clone()]
-    } else {
-        difference(whole, &outset(&thin, 2e-3 * width, join)?)?
-    };
-    Ok(Split {
-        bodies,
-        lines,
-        trouble: None,
-    })
+}
+
+/// Whether a part of the region in which two beads have room side by side is small enough to be passed by one.
+fn is_spot(core: &Region, settings: &FillSettings) -> Result<bool, PlanarError> {
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for &p in &core.outer {
+        (low, high) = (low.min(p), high.max(p));
+    }
+    let deeper = inset(
+        std::slice::from_ref(core),
+        0.25 * settings.stepover,
+        settings.join(),
+    )?;
+    Ok(low.distance(high) < 1.5 * settings.width && deeper.is_empty())
 }
 
 /// The bead on a chain: from half a width before the section's end, half a stepover before another bead.
 fn centre_line(chain: &Chain, region: &Region, settings: &FillSettings) -> Vec<DVec2> {
     let (width, stepover) = (settings.width, settings.stepover);
-    let mut line: Vec<DVec2> = chain.nodes.iter().map(|n| n.position).collect();
+    let line: Vec<DVec2> = chain.nodes.iter().map(|n| n.position).collect();
+    let mut line = with_corners(&line, region, settings);
     if chain.is_closed() {
         return line;
     }

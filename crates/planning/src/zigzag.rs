@@ -7,6 +7,9 @@ use crate::lines::{Crossing, Span, cells, spans};
 use crate::outline::{length, turned, way_inside};
 use crate::settings::FillSettings;
 
+/// Longest link along the boundary between two lines of a cell, in stepovers.
+const LONGEST_EDGE_LINK: f64 = 10.0;
+
 /// The beads of a zigzag at `angle` over the possible centres of beads. `links` is where links may run; `entry` picks
 /// the first cell's corner: bit 0 right instead of left, bit 1 top instead of bottom.
 pub(crate) fn zigzag(
@@ -125,6 +128,8 @@ fn link(
     let (ca, cb) = (from.0.ends[from.1], to.0.ends[to.1]);
     let straight = a.distance(b);
     let longest = settings.longest_link.max(2.0 * (b.y - a.y).abs());
+    // along the boundary the link is a bead in its place: round ends of a region need long ones
+    let longest_along = longest.max(LONGEST_EDGE_LINK * settings.stepover);
     if ca.ring == cb.ring {
         let ring = rings[ca.ring];
         let ways = [along(ring, ca, cb), {
@@ -137,7 +142,7 @@ fn link(
             .map(|way| (length(&[&[a], way.as_slice(), &[b]].concat()), way))
             .min_by(|p, q| p.0.total_cmp(&q.0));
         if let Some((long, way)) = shortest
-            && long <= longest
+            && long <= longest_along
         {
             return Some(way);
         }
