@@ -55,11 +55,11 @@ fn join(mut a: Mesh, b: &Mesh) -> Mesh {
     a
 }
 
-/// A pipe Ø 100 / Ø 80, 55 mm tall, with a boss on its side whose underside rises at 60° so that it needs no support.
+/// A pipe Ø 100 / Ø 80, 55 mm tall, with a boss on its side that stands on the plate, so that it needs no support.
 fn boss_on_pipe() -> Mesh {
     let pipe = shapes::extrude(&[shapes::ring(50.0, 40.0, 180)], 55.0);
     let boss = prism(
-        &[(45.0, 8.0), (62.0, 37.5), (62.0, 50.0), (45.0, 50.0)],
+        &[(45.0, 0.0), (64.0, 0.0), (64.0, 45.0), (45.0, 45.0)],
         -18.0,
         18.0,
     );

@@ -487,8 +487,8 @@ impl Plan {
             .zip(&self.regions)
             .enumerate()
             .map(|(i, (layer, regions))| {
-                // a bead's width from the edge: free edges round off and belong to no flatness
-                let inner = inset(regions, settings.bead.width.value, join)?;
+                // free edges round off over a bead and a half, and belong to no flatness
+                let inner = inset(regions, 1.5 * settings.bead.width.value, join)?;
                 Ok(PlannedLayer {
                     layer: i as u32 + 1,
                     top: layer.top,

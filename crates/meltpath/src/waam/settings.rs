@@ -489,7 +489,9 @@ fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> 
         std::f64::consts::FRAC_PI_2
     };
     let angle = match (table.angle, table.turn) {
-        (None, None) => LineAngle::Best,
+        // a raster keeps the direction with the fewest lines; zigzags cross from layer to layer, so that gaps and reversals do
+        // not stack
+        (None, None) if strategy == FillStrategy::Raster => LineAngle::Best,
         (first, turn) => LineAngle::Turning {
             first: first.map_or(0.0, |a| a.0),
             step: turn.map_or(quarter, |a| a.0),
