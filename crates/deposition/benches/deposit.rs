@@ -1,5 +1,5 @@
 //! Deposition of 100 mm beads at 0.5 mm cells: stamps alone, and levelling on a growing wall of three beads.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::expect_used)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
@@ -37,7 +37,7 @@ fn deposit(c: &mut Criterion) {
     let bead = BeadModel {
         width: 6.54,
         area: 9.63,
-        wire_section: 0.7854,
+        wire_section: std::f64::consts::FRAC_PI_4,
         efficiency: 1.0,
         width_exponent: 0.345,
     };

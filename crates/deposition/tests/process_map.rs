@@ -1,4 +1,11 @@
 //! Process maps: forward, inverse, what they refuse.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that fails stops here"
+)]
+
+use std::fmt::Write as _;
 
 use meltpath_base::Reporter;
 use meltpath_deposition::consumable::Wire;
@@ -195,7 +202,7 @@ fn a_quadratic_map_reads_and_turns_round() {
         for vr in [0.5f64, 1.0, 1.5] {
             let w = 2.0 + 0.7 * vf - 1.5 * vr - 0.01 * vf * vf + 0.4 * vr * vr - 0.1 * vf * vr;
             let h = 1.5 * 1.1 * 1.131 * vf / vr / w;
-            rows.push_str(&format!("[{vf}, {vr}, {w}, {h}],"));
+            let _ = write!(rows, "[{vf}, {vr}, {w}, {h}],");
         }
     }
     let head = TWO_POINTS

@@ -1,4 +1,9 @@
 //! Corners, rings, crossings, reversals: where beads turn, meet themselves or cross others, nothing spikes.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that fails stops here"
+)]
 
 mod support;
 

@@ -65,7 +65,7 @@ pub(crate) struct LocalBead {
     pub(crate) half_width: f64,
     /// Height on a plate, mm.
     pub(crate) height: f64,
-    /// Length of the molten zone behind the centre, mm, on its axis.
+    /// Length of the molten zone behind the centre, mm.
     pub(crate) rear: f64,
 }
 
@@ -158,8 +158,8 @@ impl MoltenZone {
         to: &Station,
         volume: f64,
     ) -> StepReport {
-        // round behind: edges freeze half a width before the middle does
-        self.retire(to.travelled - (bead.rear - bead.half_width).max(bead.half_width));
+        self.reheat(map, to, bead);
+        self.retire(to.travelled - bead.rear);
         let reference = self.ground_at(map, to.centre);
         if self.cell.is_empty() {
             self.level = reference;
@@ -233,10 +233,6 @@ impl MoltenZone {
                 let slot = self.slot_of[i];
                 let station = from.travelled + t * (to.travelled - from.travelled);
                 if slot != NONE && self.distance[slot as usize] <= distance {
-                    // near the pool's centre metal stays molten, whichever part of the bead it belongs to
-                    if distance <= bead.half_width {
-                        self.station[slot as usize] = station;
-                    }
                     continue;
                 }
                 let edge = self.edge_of[i];
@@ -352,7 +348,23 @@ impl MoltenZone {
         self.cover[s] = cover;
     }
 
-    /// Freezes what the trailing end has passed: cells nearest to stations before `until`.
+    /// What is about to freeze but lies near the pool's centre stays molten as long as what is there: where the bead
+    /// turns back on itself.
+    fn reheat(&mut self, map: &HeightMap, to: &Station, bead: &LocalBead) {
+        let stale = to.travelled - bead.rear;
+        let reach = bead.half_width * bead.half_width;
+        for s in 0..self.cell.len() {
+            if self.station[s] < stale {
+                let i = self.cell[s] as usize;
+                let p = map.centre(i % map.nx, i / map.nx);
+                if p.distance_squared(to.centre) <= reach {
+                    self.station[s] = to.travelled;
+                }
+            }
+        }
+    }
+
+    /// Freezes what the trailing end has passed, across the bead at once: cells nearest to stations before `until`.
     fn retire(&mut self, until: f64) {
         let mut kept = 0;
         for s in 0..self.cell.len() {

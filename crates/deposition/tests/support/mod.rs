@@ -1,5 +1,5 @@
 //! Motion and beads for the deposition tests: ideal constant-speed paths.
-#![allow(dead_code, missing_docs, unreachable_pub)]
+#![allow(dead_code, missing_docs, unreachable_pub, clippy::unwrap_used)]
 
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_geometry::math::{DVec2, DVec3};
