@@ -13,10 +13,10 @@ pub const VERDICT_SCHEMA: &str = "meltpath-verdict/1";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
+    /// No model computed it; the reason says which. It does not count for the whole.
+    NotChecked,
     /// Within the limit by more than the uncertainty.
     Pass,
-    /// No model computed it; the reason says which.
-    NotChecked,
     /// Within one standard uncertainty of the limit, or informative and unusual.
     Warn,
     /// The uncertainty exceeds the limit.
@@ -282,7 +282,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The worst status over the checks; `Pass` without checks.
+    /// The worst status over the checks; `NotChecked` where nothing was checked.
     pub fn status(&self) -> Status {
         self.checks
             .iter()

@@ -216,11 +216,11 @@ fn ctwd_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits) -> V
 }
 
 /// A value that is told and has no limit.
-pub fn told(id: &str, title: &str, value: f64, unit: &str, words: String) -> Check {
+pub fn told(id: &str, title: &str, value: f64, unit: &str, words: &str) -> Check {
     Check {
         status: Status::Pass,
         value: Some(Measure::exact(value, unit)),
-        ..Check::not_checked(id, title, &words)
+        ..Check::not_checked(id, title, words)
     }
 }
 

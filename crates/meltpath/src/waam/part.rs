@@ -54,7 +54,7 @@ pub enum PartError {
     #[error("cannot read {}: meltpath reads STEP (.step, .stp), STL (.stl) and 3MF (.3mf); export the part as one of these", .0.display())]
     Format(PathBuf),
     /// Nothing solid in the file.
-    #[error("the part {} has no volume{}", .path.display(), hint(.thin))]
+    #[error("the part {} has no volume{}", .path.display(), hint(*.thin))]
     Empty {
         /// The file.
         path: PathBuf,
@@ -71,8 +71,8 @@ pub enum PartError {
     },
 }
 
-fn hint(area: &f64) -> &'static str {
-    if *area > 0.0 {
+fn hint(area: f64) -> &'static str {
+    if area > 0.0 {
         ": its surface encloses nothing; export a solid, not a sheet"
     } else {
         ""

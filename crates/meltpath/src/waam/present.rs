@@ -486,8 +486,8 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
         count(&|p| i64::from(p.tag.layer)),
     );
     let (moves, neighbours) = (
-        count(&|p| p.moves.len() as i64),
-        count(&|p| p.neighbours.len() as i64),
+        count(&|p| i64::try_from(p.moves.len()).unwrap_or(i64::MAX)),
+        count(&|p| i64::try_from(p.neighbours.len()).unwrap_or(i64::MAX)),
     );
     let role: Vec<String> = passes
         .iter()

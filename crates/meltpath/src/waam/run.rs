@@ -427,7 +427,7 @@ fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         "area that no bead covers",
         uncovered,
         "%",
-        format!(
+        &format!(
             "{uncovered:.2} % of the layers' area over {} regions; the metal that flows there is in the lack above",
             plan.coverage.len()
         ),
@@ -480,13 +480,11 @@ fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
         "wire used",
         mass,
         "kg",
-        format!(
-            "{mass:.3} ± {sigma:.3} kg, {:.1} m of {} ",
+        &format!(
+            "{mass:.3} ± {sigma:.3} kg, {:.1} m of {}",
             simulation.deposit.wire / 1000.0,
             settings.wire.name
-        )
-        .trim_end()
-        .to_owned(),
+        ),
     );
     wire.value = Some(Measure::new(mass, sigma, "kg"));
     vec![
@@ -495,7 +493,7 @@ fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
             "arc starts",
             simulation.arc_starts as f64,
             "",
-            format!("{} ignitions", simulation.arc_starts),
+            &format!("{} ignitions", simulation.arc_starts),
         ),
         wire,
         energy(simulation, settings),
@@ -504,28 +502,28 @@ fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
             "time with arc",
             minutes(s.arc_time),
             "min",
-            format!("{:.1} min", minutes(s.arc_time)),
+            &format!("{:.1} min", minutes(s.arc_time)),
         ),
         told(
             "time-travel",
             "time of travels",
             minutes(s.travel_time),
             "min",
-            format!("{:.1} min", minutes(s.travel_time)),
+            &format!("{:.1} min", minutes(s.travel_time)),
         ),
         told(
             "time-pause",
             "time of pauses",
             minutes(s.pause_time),
             "min",
-            format!("{:.1} min", minutes(s.pause_time)),
+            &format!("{:.1} min", minutes(s.pause_time)),
         ),
         told(
             "time-total",
             "time in all",
             minutes(s.total_time),
             "min",
-            format!("{:.1} min", minutes(s.total_time)),
+            &format!("{:.1} min", minutes(s.total_time)),
         ),
     ]
 }
@@ -558,7 +556,7 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Check {
         "electric energy of the arc",
         megajoule(*mean),
         "MJ",
-        format!(
+        &format!(
             "{:.2} ± {sigma:.2} MJ at {mean} J/mm³ (Rouchon 2022, table 2.5)",
             megajoule(*mean)
         ),
