@@ -18,14 +18,28 @@ def flange() -> cq.Workplane:
     plate_d, plate_t = 160.0, 20.0
     hub_d, hub_h = 90.0, 45.0
     bore_d, bolt_d, bolt_circle = 60.0, 14.0, 125.0
-    body = cq.Workplane("XY").circle(plate_d / 2).extrude(plate_t)
-    body = body.faces(">Z").workplane().circle(hub_d / 2).extrude(hub_h)
-    # outer edges a real flange breaks, and the hub's root where it carries its bending moment
-    body = body.edges("%CIRCLE").edges(
-        cq.selectors.BoxSelector((-99, -99, plate_t - 0.1), (99, 99, plate_t + hub_h + 0.1))
+    fillet, s = 2.0, 2.0 * 0.5**0.5
+    plate_r, hub_r, bore_r, top = plate_d / 2, hub_d / 2, bore_d / 2, plate_t + hub_h
+    # half the section, turned: outer edges a real flange breaks, and the hub's root where it
+    # carries its bending moment
+    section = (
+        cq.Workplane("XZ")
+        .moveTo(bore_r, 0)
+        .lineTo(plate_r, 0)
+        .lineTo(plate_r, plate_t - fillet)
+        .threePointArc(
+            (plate_r - fillet + s, plate_t - fillet + s), (plate_r - fillet, plate_t)
+        )
+        .lineTo(hub_r + fillet, plate_t)
+        .threePointArc(
+            (hub_r + fillet - s, plate_t + fillet - s), (hub_r, plate_t + fillet)
+        )
+        .lineTo(hub_r, top - fillet)
+        .threePointArc((hub_r - fillet + s, top - fillet + s), (hub_r - fillet, top))
+        .lineTo(bore_r, top)
+        .close()
     )
-    body = body.fillet(2.0)
-    body = body.faces("<Z").workplane().circle(bore_d / 2).cutThruAll()
+    body = section.revolve(360, (0, 0, 0), (0, 1, 0))
     body = (
         body.faces("<Z")
         .workplane()

@@ -36,7 +36,7 @@ struct Walk<'a> {
     /// Representations in the same frame, both ways.
     equals: HashMap<u64, Vec<u64>>,
     components: HashMap<u64, Vec<Component>>,
-    /// Product name of a representation.
+    /// Product name of each representation that is the shape of a product.
     names: HashMap<u64, String>,
     units: HashMap<u64, Units>,
     solids: HashMap<(u64, u64), Arc<Solid>>,
@@ -74,6 +74,7 @@ pub(super) fn read(file: &Exchange<'_>, reporter: &Reporter) -> Result<BrepModel
     }
     // an assembly's own frame joins representations: where one of them is a component, all are
     let mut seen: HashSet<u64> = HashSet::new();
+    let mut strays = Vec::new();
     for representation in &representations {
         if seen.contains(&representation.id()) {
             continue;
@@ -83,7 +84,18 @@ pub(super) fn read(file: &Exchange<'_>, reporter: &Reporter) -> Result<BrepModel
         if group.iter().any(|id| children.contains(id)) {
             continue;
         }
-        walk.place(&group, DAffine3::IDENTITY, &[], *representation, DEPTH)?;
+        if group.iter().any(|id| walk.names.contains_key(id)) {
+            walk.place(&group, DAffine3::IDENTITY, &[], *representation, DEPTH)?;
+        } else {
+            strays.push((group, *representation));
+        }
+    }
+    // what no product claims is mostly a list of a product's bodies, for a note or a property: it
+    // counts only where it holds a body that has no other place
+    for (group, representation) in strays {
+        if walk.holds_new(&group)? {
+            walk.place(&group, DAffine3::IDENTITY, &[], representation, DEPTH)?;
+        }
     }
     walk.check_nothing_lost(&representations)?;
     Ok(walk.model)
@@ -235,6 +247,30 @@ impl<'a> Walk<'a> {
         group
     }
 
+    /// Whether a group of representations holds a body or a component that has no place yet.
+    fn holds_new(&self, group: &[u64]) -> Result<bool, StepError> {
+        for &id in group {
+            if self.components.contains_key(&id) {
+                return Ok(true);
+            }
+            let Some(representation) = self.entity(id) else {
+                continue;
+            };
+            for item in representation.references(1)? {
+                let body = solids::is_body(item) && !self.reached.contains(&item.id());
+                if body || !self.known_shape(item) {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether an item is a body, or no shape at all.
+    fn known_shape(&self, item: Entity<'a>) -> bool {
+        solids::is_body(item) || is_no_shape(&item.place().keyword)
+    }
+
     /// Places the bodies of a group of representations and of all its components.
     fn place(
         &mut self,
@@ -255,6 +291,7 @@ impl<'a> Walk<'a> {
             });
         }
         let product = group.iter().find_map(|id| self.names.get(id)).cloned();
+        let mut placed: HashSet<u64> = HashSet::new();
         let mut inner = path.to_vec();
         inner.extend(product.clone().filter(|n| !n.is_empty()));
         for &id in group {
@@ -264,6 +301,10 @@ impl<'a> Walk<'a> {
             let units = self.units(representation)?;
             for item in representation.references(1)? {
                 if solids::is_body(item) {
+                    // one body may be listed by several representations in one frame
+                    if !placed.insert(item.id()) {
+                        continue;
+                    }
                     self.add(
                         item,
                         units,
@@ -333,8 +374,7 @@ impl<'a> Walk<'a> {
     /// shape in a form that is not read is refused.
     fn ignore(&mut self, item: Entity<'a>) -> Result<(), StepError> {
         let keyword = item.place().keyword;
-        let frame = keyword.starts_with("AXIS") || keyword == "PLANE" || keyword == "DIRECTION";
-        if frame {
+        if is_no_shape(&keyword) {
             return Ok(());
         }
         let unread = [
@@ -373,6 +413,12 @@ impl<'a> Walk<'a> {
                 first = first.or_else(|| Some(entity.place()));
             }
         }
+        let outside = self
+            .entities()
+            .filter(|e| {
+                e.has("APPLIED_EXTERNAL_IDENTIFICATION_ASSIGNMENT") || e.has("DOCUMENT_FILE")
+            })
+            .count();
         let mut ignored: Vec<String> = self
             .ignored
             .iter()
@@ -396,7 +442,9 @@ impl<'a> Walk<'a> {
         }
         if self.model.solids.is_empty() {
             return Err(StepError::NoShape {
-                holds: if ignored.is_empty() {
+                holds: if outside > 0 {
+                    format!("references to {outside} other files, which are not followed")
+                } else if ignored.is_empty() {
                     "no shape items".to_owned()
                 } else {
                     ignored.join(", ")
@@ -415,6 +463,13 @@ impl<'a> Walk<'a> {
         }
         Ok(())
     }
+}
+
+/// Items that have a place or a value but no shape: frames, points, properties.
+fn is_no_shape(keyword: &str) -> bool {
+    keyword.starts_with("AXIS")
+        || keyword.ends_with("REPRESENTATION_ITEM")
+        || matches!(keyword, "PLANE" | "DIRECTION" | "CARTESIAN_POINT")
 }
 
 /// Name of the product of a product definition.

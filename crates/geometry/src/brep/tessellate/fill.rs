@@ -70,6 +70,8 @@ struct Filler<'a> {
     nodes: Vec<Node>,
     uv: Vec<DVec2>,
     points: Vec<DVec3>,
+    /// How far each point lies off the surface: edges are as good as their writer made them.
+    off: Vec<f64>,
     own: Vec<DVec3>,
     by_node: HashMap<Node, Vec<u32>>,
     by_place: HashMap<[u64; 2], u32>,
@@ -105,6 +107,7 @@ pub(super) fn fill(
         nodes: Vec::new(),
         uv: Vec::new(),
         points: Vec::new(),
+        off: Vec::new(),
         own: outline.own.clone(),
         by_node: HashMap::new(),
         by_place: HashMap::new(),
@@ -226,6 +229,10 @@ impl Filler<'_> {
         self.nodes.push(node);
         self.uv.push(uv);
         self.points.push(point);
+        self.off.push(match node {
+            Node::Own(_) => 0.0,
+            _ => self.chart.point(uv).distance(point),
+        });
         self.by_node.entry(node).or_default().push(local);
         self.by_place.insert(key(w), local);
         Ok(local)
@@ -639,7 +646,9 @@ impl Filler<'_> {
             .distance(p[1])
             .max(p[1].distance(p[2]))
             .max(p[2].distance(p[0]));
-        if longest <= tolerance.chord {
+        // no point inside mends what an edge lacks
+        let chord = tolerance.chord + local.iter().map(|&l| self.off[l]).fold(0.0, f64::max);
+        if longest <= 4.0 * chord {
             return None;
         }
         let w = triangle.map(|v| {
@@ -664,7 +673,7 @@ impl Filler<'_> {
                 p + d * ((from - p).dot(d) / d.length_squared()).clamp(0.0, 1.0)
             }
         };
-        let mut worst = (tolerance.chord, None);
+        let mut worst = (chord, None);
         let of = |a: usize| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
             corner(a, 0.5 * (w[b] + w[c]))
@@ -681,7 +690,7 @@ impl Filler<'_> {
             let mid = 0.5 * (corner(a, w[b]) + corner(b, w[a]));
             let d = off(mid, [a, b]);
             // halving a side serves both its triangles, so it is taken when nearly as bad
-            if d > tolerance.chord && d > 0.8 * worst.0 {
+            if d > chord && d > 0.8 * worst.0 {
                 worst = (d.max(worst.0), Some(mid));
             }
         }
