@@ -9,7 +9,7 @@ use meltpath_geometry::boolean::GRID_PER_MM;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset};
 
-#[path = "../../../crates/geometry/benches/hard_polygons.rs"]
+#[path = "../../../crates/geometry/benches/hard_polygons/mod.rs"]
 mod hard_polygons;
 
 const DISTANCES: [f64; 3] = [1.0, 1.5, 2.0];

@@ -8,12 +8,19 @@ use std::process::{Command, Output};
 use meltpath::start;
 
 fn meltpath(args: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meltpath")).args(args).current_dir(folder).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_meltpath"))
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .unwrap()
 }
 
 fn said(output: &Output) -> String {
     // a terminal's line breaks must not hide a word
-    String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
+    String::from_utf8_lossy(&output.stderr)
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// A job folder with a small ring.
@@ -33,7 +40,11 @@ fn refused(folder: &Path, text: &str, words: &[&str]) {
         assert!(said.contains(word), "`{word}` is missing in: {said}");
     }
     assert!(!said.contains("panicked"), "{said}");
-    assert_eq!(fs::read_dir(folder.join("job")).unwrap().count(), before, "something was left behind");
+    assert_eq!(
+        fs::read_dir(folder.join("job")).unwrap().count(),
+        before,
+        "something was left behind"
+    );
 }
 
 #[test]
@@ -41,15 +52,39 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
     let dir = tempfile::tempdir().unwrap();
     let good = job(dir.path());
     for (right, wrong, words) in [
-        ("strategy = \"hybrid\"", "strategie = \"hybrid\"", &["strategie", "job.toml"] as &[_]),
+        (
+            "strategy = \"hybrid\"",
+            "strategie = \"hybrid\"",
+            &["strategie", "job.toml"] as &[_],
+        ),
         ("ctwd = \"15 mm\"", "ctwd = 15", &["\"15 UNIT\"", "\"mm\""]),
-        ("travel_speed = \"0.75 m/min\"", "travel_speed = \"-0.75 m/min\"", &["above zero"]),
-        ("wire = \"x90-ig-1.0\"", "wire = \"x91\"", &["x91", "x90-ig-1.0"]),
+        (
+            "travel_speed = \"0.75 m/min\"",
+            "travel_speed = \"-0.75 m/min\"",
+            &["above zero"],
+        ),
+        (
+            "wire = \"x90-ig-1.0\"",
+            "wire = \"x91\"",
+            &["x91", "x90-ig-1.0"],
+        ),
         ("gas = \"m14\"", "gas = \"helium\"", &["helium"]),
-        ("part = \"ring.stl\"", "part = \"absent.stl\"", &["absent.stl"]),
+        (
+            "part = \"ring.stl\"",
+            "part = \"absent.stl\"",
+            &["absent.stl"],
+        ),
         ("part = \"ring.stl\"", "part = \"ring.iges\"", &["STEP"]),
-        ("cell = \"arcmate-120ic\"", "cell = \"nowhere\"", &["nowhere", "arcmate-120ic"]),
-        ("travel_speed = \"0.75 m/min\"", "width = \"30 mm\"", &["30"]),
+        (
+            "cell = \"arcmate-120ic\"",
+            "cell = \"nowhere\"",
+            &["nowhere", "arcmate-120ic"],
+        ),
+        (
+            "travel_speed = \"0.75 m/min\"",
+            "width = \"30 mm\"",
+            &["30"],
+        ),
         ("kind = \"waam\"", "kind = \"milling\"", &["milling"]),
     ] {
         assert!(good.contains(right), "{right}");
@@ -77,10 +112,21 @@ fn parts_that_are_no_parts_are_refused() {
     }
     // metres taken for millimetres: 0.1 mm wide
     fs::write(&part, &whole).unwrap();
-    let tiny = good.replace("part = \"ring.stl\"", "part = \"ring.stl\"\npart_unit = \"m\"");
+    let tiny = good.replace(
+        "part = \"ring.stl\"",
+        "part = \"ring.stl\"\npart_unit = \"m\"",
+    );
     refused(dir.path(), &tiny, &["unit"]);
-    fs::write(dir.path().join("job/cut.step"), "ISO-10303-21;\nHEADER;\nFILE_SCHEMA((").unwrap();
-    refused(dir.path(), &good.replace("ring.stl", "cut.step"), &["cut.step", "line"]);
+    fs::write(
+        dir.path().join("job/cut.step"),
+        "ISO-10303-21;\nHEADER;\nFILE_SCHEMA((",
+    )
+    .unwrap();
+    refused(
+        dir.path(),
+        &good.replace("ring.stl", "cut.step"),
+        &["cut.step", "line"],
+    );
 }
 
 #[test]
@@ -90,7 +136,11 @@ fn nothing_is_overwritten() {
     fs::create_dir(dir.path().join("taken")).unwrap();
     let output = meltpath(&["run", "job/job.toml", "--out", "taken"], dir.path());
     assert_eq!(output.status.code(), Some(2));
-    assert!(said(&output).contains("never overwritten"), "{}", said(&output));
+    assert!(
+        said(&output).contains("never overwritten"),
+        "{}",
+        said(&output)
+    );
     assert_eq!(fs::read_dir(dir.path().join("taken")).unwrap().count(), 0);
     let output = meltpath(&["new", "waam", "job"], dir.path());
     assert_eq!(output.status.code(), Some(2));
@@ -105,25 +155,50 @@ fn programs_that_cannot_be_run_are_refused() {
         )
     };
     for (name, lines, words) in [
-        ("loop.ls", "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:  LBL[1] ;\n   4:L P[1] 100mm/sec FINE ;\n   5:  JMP LBL[1] ;\n", "loop"),
+        (
+            "loop.ls",
+            "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:  LBL[1] ;\n   4:L P[1] 100mm/sec FINE ;\n   5:  JMP LBL[1] ;\n",
+            "loop",
+        ),
         ("frame.ls", "   1:L P[1] 100mm/sec FINE ;\n", "frame"),
-        ("missing.ls", "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:L P[7] 100mm/sec FINE ;\n", "P[7]"),
+        (
+            "missing.ls",
+            "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:L P[7] 100mm/sec FINE ;\n",
+            "P[7]",
+        ),
         ("empty.ls", "", ""),
     ] {
         fs::write(dir.path().join(name), program(lines)).unwrap();
         let output = meltpath(&["simulate", name], dir.path());
         let said = said(&output);
         assert_eq!(output.status.code(), Some(2), "{name}: {said}");
-        assert!(said.contains(words) && !said.contains("panicked"), "{name}: {said}");
+        assert!(
+            said.contains(words) && !said.contains("panicked"),
+            "{name}: {said}"
+        );
     }
-    fs::write(dir.path().join("noise.ls"), [0_u8, 159, 146, 150, 10, 13, 255]).unwrap();
-    assert_eq!(meltpath(&["simulate", "noise.ls"], dir.path()).status.code(), Some(2));
+    fs::write(
+        dir.path().join("noise.ls"),
+        [0_u8, 159, 146, 150, 10, 13, 255],
+    )
+    .unwrap();
+    assert_eq!(
+        meltpath(&["simulate", "noise.ls"], dir.path())
+            .status
+            .code(),
+        Some(2)
+    );
 }
 
 #[test]
 fn help_and_version_are_no_errors() {
     let dir = tempfile::tempdir().unwrap();
-    for args in [&["--help"] as &[_], &["--version"], &["run", "--help"], &["new", "waam", "--help"]] {
+    for args in [
+        &["--help"] as &[_],
+        &["--version"],
+        &["run", "--help"],
+        &["new", "waam", "--help"],
+    ] {
         let output = meltpath(args, dir.path());
         assert_eq!(output.status.code(), Some(0));
         assert!(!output.stdout.is_empty());

@@ -7,7 +7,6 @@ use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset};
 
-#[path = "hard_polygons.rs"]
 mod hard_polygons;
 
 fn regions() -> Vec<Region> {

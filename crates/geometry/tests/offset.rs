@@ -138,7 +138,7 @@ mod tests {
         #[test]
         fn booleans_agree_with_a_second_library(a in region(), b in region()) {
             let contours = |regions: &[Region]| -> Vec<Vec<[f64; 2]>> {
-                regions.iter().flat_map(Region::rings).map(|r| r.iter().map(|p| p.to_array()).collect()).collect()
+                regions.iter().flat_map(Region::rings).map(|r| r.iter().map(DVec2::to_array).collect()).collect()
             };
             let (ca, cb) = (contours(&a), contours(&b));
             let theirs = |rule| -> f64 {
@@ -159,7 +159,12 @@ mod tests {
             outer: star(DVec2::ZERO, &[10.0; 4]),
             holes: vec![],
         };
-        let grown = outset(&[square.clone()], 2.0, Join::Miter { limit: 2.0 }).unwrap();
+        let grown = outset(
+            std::slice::from_ref(&square),
+            2.0,
+            Join::Miter { limit: 2.0 },
+        )
+        .unwrap();
         let side = 10.0 * 2.0_f64.sqrt() + 4.0;
         assert!((area(&grown) - side * side).abs() < 1e-4);
         let line = stroke(&[vec![DVec2::ZERO, DVec2::X * 10.0]], 1.0, 1e-3).unwrap();

@@ -258,7 +258,7 @@ impl<'a> Walk<'a> {
             };
             for item in representation.references(1)? {
                 let body = solids::is_body(item) && !self.reached.contains(&item.id());
-                if body || !self.known_shape(item) {
+                if body || !Self::known_shape(item) {
                     return Ok(true);
                 }
             }
@@ -267,7 +267,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Whether an item is a body, or no shape at all.
-    fn known_shape(&self, item: Entity<'a>) -> bool {
+    fn known_shape(item: Entity<'a>) -> bool {
         solids::is_body(item) || is_no_shape(&item.place().keyword)
     }
 

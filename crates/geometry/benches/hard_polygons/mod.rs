@@ -2,7 +2,7 @@
 //! Included by the criterion benchmark and by `bench/offset`.
 
 /// A closed ring of points, mm.
-pub type Points = Vec<(f64, f64)>;
+pub(crate) type Points = Vec<(f64, f64)>;
 
 /// A small linear congruential generator (Knuth's MMIX constants): the same polygons everywhere.
 struct Noise(u64);
@@ -31,7 +31,7 @@ fn wavy(centre: (f64, f64), radius: f64, lobes: f64, n: usize, noise: &mut Noise
 
 /// `count` stars of `n` vertices, each with six holes of `n / 12` vertices: rings, outer first (counter-clockwise),
 /// holes clockwise.
-pub fn stars(count: usize, n: usize) -> Vec<Vec<Points>> {
+pub(crate) fn stars(count: usize, n: usize) -> Vec<Vec<Points>> {
     let mut noise = Noise(7);
     (0..count)
         .map(|k| {
@@ -50,6 +50,6 @@ pub fn stars(count: usize, n: usize) -> Vec<Vec<Points>> {
 }
 
 /// The benchmark's set: 28 stars of 3,000 vertices and 1,500 in their holes, 126,000 in all.
-pub fn hard_set() -> Vec<Vec<Points>> {
+pub(crate) fn hard_set() -> Vec<Vec<Points>> {
     stars(28, 3_000)
 }
