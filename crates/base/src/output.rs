@@ -31,6 +31,8 @@ pub struct OutputFolder {
     partial: PathBuf,
     path: PathBuf,
     committed: bool,
+    /// The parent, where it was made for this folder: it goes again with it.
+    made_parent: Option<PathBuf>,
 }
 
 impl OutputFolder {
@@ -47,7 +49,9 @@ impl OutputFolder {
             .map(|n| n.to_string_lossy().into_owned())
             .unwrap_or_default();
         let partial = path.with_file_name(format!(".{name}.partial-{}", std::process::id()));
-        if let Some(parent) = path.parent() {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+        let made_parent = parent.filter(|p| !p.exists()).map(Path::to_path_buf);
+        if let Some(parent) = parent {
             fs::create_dir_all(parent).map_err(io_error(parent))?;
         }
         fs::create_dir(&partial).map_err(io_error(&partial))?;
@@ -55,6 +59,7 @@ impl OutputFolder {
             partial,
             path: path.to_path_buf(),
             committed: false,
+            made_parent,
         })
     }
 
@@ -121,6 +126,10 @@ impl Drop for OutputFolder {
         if !self.committed {
             // nothing more can be done about a folder that the system refuses to remove
             let _ = fs::remove_dir_all(&self.partial);
+            if let Some(parent) = &self.made_parent {
+                // fails where something else was put there meanwhile, rightly
+                let _ = fs::remove_dir(parent);
+            }
         }
     }
 }

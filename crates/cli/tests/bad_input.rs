@@ -160,7 +160,7 @@ fn programs_that_cannot_be_run_are_refused() {
             "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:  LBL[1] ;\n   4:L P[1] 100mm/sec FINE ;\n   5:  JMP LBL[1] ;\n",
             "loop",
         ),
-        ("frame.ls", "   1:L P[1] 100mm/sec FINE ;\n", "frame"),
+        ("frame.ls", "   1:L P[1] 100mm/sec FINE ;\n", "UFRAME"),
         (
             "missing.ls",
             "   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n   3:L P[7] 100mm/sec FINE ;\n",

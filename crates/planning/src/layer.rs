@@ -16,7 +16,7 @@ use crate::coverage::{Coverage, coverage};
 use crate::direction::angle;
 use crate::error::PlanError;
 use crate::neighbours;
-use crate::outline::length;
+use crate::outline::{length, way_inside};
 use crate::raster::raster;
 use crate::rings::{Depth, nest, spacing};
 use crate::settings::{
@@ -185,6 +185,12 @@ pub fn plan_layers(
     plans.into_iter().collect()
 }
 
+/// Whether a line stays where bead axes may lie.
+fn stays_inside(room: &[Region], line: &[DVec2], settings: &FillSettings) -> bool {
+    line.windows(2)
+        .all(|w| way_inside(room, w[0], w[1], 0.25 * settings.width))
+}
+
 /// Half the width up to which a band is filled with contours alone, mm: inside the contours there must be room for zigzag
 /// lines of three stepovers, else their reversals pile up more metal than the lines lay down.
 fn widest_band(contours: u32, settings: &FillSettings) -> f64 {
@@ -213,7 +219,7 @@ fn fill(
             );
         }
         for body in &parts.bodies {
-            fill_body(body, layer, settings, &mut beads)?;
+            fill_body(body, layer, settings, reporter, &mut beads)?;
         }
         beads.extend(middles(parts.lines, layer.number, settings));
     }
@@ -228,6 +234,7 @@ fn fill_body(
     body: &Region,
     layer: Layer<'_>,
     settings: &FillSettings,
+    reporter: &Reporter,
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {
     let whole = std::slice::from_ref(body);
@@ -252,11 +259,26 @@ fn fill_body(
                 ..*settings
             };
             let nest = nest(body, Depth::Full, &settings)?;
+            let room = links(whole)?;
+            let contours = || contour_beads(&nest.contours, &room, order, layer.number, &settings);
             let lines = if matches!(settings.strategy, Strategy::Spiral { .. }) {
-                spirals(&nest.contours, order, layer.number, &settings)
+                let turns = spirals(&nest.contours, order, layer.number, &settings);
+                // between contours that differ in shape a turn may leave the region: contours never do
+                if turns.iter().all(|t| stays_inside(&room, t, &settings)) {
+                    turns
+                } else {
+                    reporter.warn(
+                        "spiral-replaced",
+                        format!(
+                            "layer {}: a spiral would leave the region; contours fill it",
+                            layer.number
+                        ),
+                        "choose fill.strategy = \"contour\" for parts with holes or branches",
+                    );
+                    contours()
+                }
             } else {
-                let links = links(whole)?;
-                contour_beads(&nest.contours, &links, order, layer.number, &settings)
+                contours()
             };
             let contours = beads_of(Role::Contour, lines);
             let middles = middles(nest.lines, layer.number, &settings);
@@ -279,7 +301,7 @@ fn fill_body(
                     strategy: Strategy::Contour { order },
                     ..*settings
                 };
-                return fill_body(body, layer, &settings, beads);
+                return fill_body(body, layer, &settings, reporter, beads);
             }
             let inside = reversal_distance(settings.stepover);
             let nest = nest(

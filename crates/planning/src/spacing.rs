@@ -42,7 +42,8 @@ pub(crate) fn positions(wishes: &[Wish], settings: &FillSettings) -> Vec<f64> {
         return vec![0.5 * (first.at + last.at)];
     }
     if settings.spacing == Spacing::Exact {
-        let n = (room / d + 1e-6).floor();
+        // an inset loses up to the tolerance on either side: that must not cost a line
+        let n = ((room + 2.0 * settings.tolerance) / d).floor();
         let start = 0.5 * (first.at + last.at - n * d);
         return (0..=n as usize).map(|i| start + i as f64 * d).collect();
     }
