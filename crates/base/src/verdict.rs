@@ -191,12 +191,17 @@ impl Check {
             Status::Warn
         };
         let unit = &value.unit;
-        let found = if sigma > 0.0 {
-            format!("{} ± {} {unit}", digits(value.value), digits(sigma))
+        let spaced = if unit.is_empty() {
+            String::new()
         } else {
-            format!("{} {unit}", digits(value.value))
+            format!(" {unit}")
         };
-        let asked = format!("{word} {} {unit}", digits(bound));
+        let found = if sigma > 0.0 {
+            format!("{} ± {}{spaced}", digits(value.value), digits(sigma))
+        } else {
+            format!("{}{spaced}", digits(value.value))
+        };
+        let asked = format!("{word} {}{spaced}", digits(bound));
         let reason = match status {
             Status::Pass => format!("{found}, asked {asked}"),
             Status::Warn => {

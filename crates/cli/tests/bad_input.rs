@@ -190,6 +190,33 @@ fn programs_that_cannot_be_run_are_refused() {
     );
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    // fine cells: the run lasts far longer than the wait below
+    let slow = format!("{}\n[simulation]\ncell = \"0.1 mm\"\n", job(dir.path()));
+    fs::write(dir.path().join("job/job.toml"), slow).unwrap();
+    let mut run = Command::new(env!("CARGO_BIN_EXE_meltpath"))
+        .args(["run", "job/job.toml"])
+        .current_dir(dir.path())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    let killed = Command::new("kill")
+        .args(["-INT", &run.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    let left: Vec<_> = fs::read_dir(dir.path().join("job"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name())
+        .collect();
+    assert_eq!(left.len(), 2, "{left:?}");
+}
+
 #[test]
 fn help_and_version_are_no_errors() {
     let dir = tempfile::tempdir().unwrap();

@@ -26,6 +26,8 @@ use super::simulate::Simulation;
 const PER_MINUTE: f64 = 0.06;
 /// A part of more triangles is left out of the 3D view: the page would be slow.
 const SHOWN_TRIANGLES: usize = 400_000;
+/// The predicted surface lets the paths inside it show.
+const SEEN_THROUGH: f64 = 0.6;
 /// Less metal than this over the plate is not shown in the as-built mesh, mm.
 const BUILT: f64 = 0.01;
 /// The plate's thickness in the as-built mesh where the job says none, mm.
@@ -123,10 +125,12 @@ pub fn scene(
         })
         .into_iter()
         .collect();
+    let mut heights = simulation.heights.clone();
+    heights.opacity = SEEN_THROUGH;
     Scene {
         lines: vec![beads, travels],
         surfaces,
-        heights: Some(simulation.heights.clone()),
+        heights: Some(heights),
     }
 }
 
