@@ -1,0 +1,26 @@
+//! Heat under a moving beam: materials, the reference solver with phase change, the semi-analytic engine for moving
+//! sources. Lengths mm, times s, temperatures K, powers W; theory: Béraud 2016, section 3.2, and the sources named in
+//! each module.
+
+pub mod beam;
+mod block;
+pub mod closed_form;
+pub mod enthalpy;
+mod fast_exp;
+pub mod grid;
+pub mod history;
+mod implicit;
+mod kernel;
+pub mod law;
+pub mod material;
+pub mod material_file;
+pub mod medium;
+pub mod moving_source;
+pub mod pool;
+pub mod real;
+pub mod run;
+mod sheet;
+pub mod solver;
+pub mod source;
+pub mod surface;
+pub mod vector;
