@@ -192,7 +192,7 @@ pub struct ChecksTable {
     pub ctwd_min: Option<Positive<Length>>,
     /// Largest contact tube to work distance; default 20 mm.
     pub ctwd_max: Option<Positive<Length>>,
-    /// Largest local height over the mean of its layer, in bead heights; default 1.
+    /// Largest local thickness of a layer beyond its mean, share of it; default 100 %.
     pub accumulation: Option<Positive<Ratio>>,
     /// Largest shift of a layer over the one below, in bead widths; default 25 %.
     pub overhang: Option<Positive<Ratio>>,
