@@ -1,5 +1,6 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
+mod checks;
 pub mod judge;
 pub mod part;
 pub mod plan;

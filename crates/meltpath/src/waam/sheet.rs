@@ -3,7 +3,7 @@
 use meltpath_report::sheet::{OperatorSheet, Setting};
 use meltpath_report::table::{Cell, Table};
 
-use super::run::wire_mass;
+use super::checks::wire_mass;
 use super::settings::Settings;
 use super::simulate::Simulation;
 

@@ -1,0 +1,215 @@
+//! Checks of the plan and of the program, and the values that a verdict tells without a limit.
+
+use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_report::html::Fact;
+use meltpath_toolpath::Toolpath;
+
+use super::judge::told;
+use super::plan::Plan;
+use super::program::{Commands, Programs};
+use super::settings::Settings;
+use super::simulate::Simulation;
+
+/// Coverage and overhang.
+pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
+    let width = settings.bead.width.value;
+    let worst = plan.overhangs.iter().max_by(|a, b| {
+        a.shift
+            .unwrap_or(f64::MAX)
+            .total_cmp(&b.shift.unwrap_or(f64::MAX))
+    });
+    let share = worst.map_or(0.0, |o| {
+        o.shift.map_or(f64::INFINITY, |s| 100.0 * s / width)
+    });
+    let mut overhang = Check::judge(
+        "overhang",
+        "overhang: shift of a layer over the one below, in bead widths",
+        Measure::exact(share, "%"),
+        Limit::AtMost(100.0 * settings.limits.overhang),
+    );
+    if let Some(o) = worst {
+        let place = Place {
+            position: Some(o.place.to_array()),
+            layer: Some(o.slice as u32 + 1),
+            ..Place::default()
+        };
+        overhang = overhang.at(place).remedy("turn the part (build_direction), or thicken it below: the height map is not valid where beads hang over");
+        if o.shift.is_none() {
+            overhang.status = Status::Fail;
+            "a piece of the layer has nothing below it".clone_into(&mut overhang.reason);
+        }
+    }
+    let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
+    let lack: f64 = plan.coverage.iter().map(|(_, c)| c.lack_area).sum();
+    let gap = plan
+        .coverage
+        .iter()
+        .flat_map(|(layer, c)| c.gaps.iter().map(move |g| (*layer, g)))
+        .max_by(|a, b| a.1.area.total_cmp(&b.1.area));
+    let uncovered = if area > 0.0 { 100.0 * lack / area } else { 0.0 };
+    let mut coverage = told(
+        "coverage",
+        "area that no bead covers",
+        uncovered,
+        "%",
+        &format!(
+            "{uncovered:.2} % of the layers' area over {} regions; the metal that flows there is in the lack above",
+            plan.coverage.len()
+        ),
+    );
+    if let Some((layer, gap)) = gap {
+        coverage.place = Some(Place {
+            position: Some(gap.place.to_array()),
+            layer: Some(layer),
+            ..Place::default()
+        });
+        coverage.reason = format!("{}; largest place {:.1} mm²", coverage.reason, gap.area);
+    }
+    vec![overhang, coverage]
+}
+
+/// The program parses back to what was planned, and the arc burns on beads alone.
+pub(super) fn program_check(
+    programs: &Programs,
+    toolpath: &Toolpath,
+    commands: &Commands,
+) -> Check {
+    let planned = toolpath.deposited_length();
+    let off = 100.0 * (commands.arc_length - planned).abs() / planned;
+    let check = Check::judge(
+        "program",
+        "program: length with arc against the plan",
+        Measure::exact(off, "%"),
+        Limit::AtMost(0.1),
+    )
+    .remedy("this is a fault of the program writer; please report it with the job");
+    if programs.stable {
+        check
+    } else {
+        Check {
+            status: Status::Fail,
+            reason: "the program does not read back as it was written".to_owned(),
+            ..check
+        }
+    }
+}
+
+/// Values without limit.
+pub(super) fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
+    let s = &simulation.summary;
+    let mass = wire_mass(simulation, settings);
+    let sigma = settings
+        .map
+        .feed_factor
+        .uncertainty
+        .map_or(0.0, |u| mass * u / settings.map.feed_factor.value);
+    let minutes = |t: f64| t / 60.0;
+    let mut wire = told(
+        "wire-mass",
+        "wire used",
+        mass,
+        "kg",
+        &format!(
+            "{mass:.3} ± {sigma:.3} kg, {:.1} m of {}",
+            simulation.deposit.wire / 1000.0,
+            settings.wire.name
+        ),
+    );
+    wire.value = Some(Measure::new(mass, sigma, "kg"));
+    vec![
+        told(
+            "arc-starts",
+            "arc starts",
+            simulation.arc_starts as f64,
+            "",
+            &format!("{} ignitions", simulation.arc_starts),
+        ),
+        wire,
+        energy(simulation, settings),
+        told(
+            "time-arc",
+            "time with arc",
+            minutes(s.arc_time),
+            "min",
+            &format!("{:.1} min", minutes(s.arc_time)),
+        ),
+        told(
+            "time-travel",
+            "time of travels",
+            minutes(s.travel_time),
+            "min",
+            &format!("{:.1} min", minutes(s.travel_time)),
+        ),
+        told(
+            "time-pause",
+            "time of pauses",
+            minutes(s.pause_time),
+            "min",
+            &format!("{:.1} min", minutes(s.pause_time)),
+        ),
+        told(
+            "time-total",
+            "time in all",
+            minutes(s.total_time),
+            "min",
+            &format!("{:.1} min", minutes(s.total_time)),
+        ),
+    ]
+}
+
+/// Mass of the wire used, kg.
+pub(super) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
+    simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.value
+}
+
+/// Energy per volume of deposit that the source of Rouchon 2022 gave, J/mm³: (mode, mean, least, greatest).
+const ENERGY: [(&str, f64, f64, f64); 2] =
+    [("cmt", 24.2, 20.4, 27.9), ("pulsed", 33.6, 27.8, 38.9)];
+
+/// Electric energy, from the energy per volume measured for the transfer mode.
+fn energy(simulation: &Simulation, settings: &Settings) -> Check {
+    let Some((_, mean, least, greatest)) = ENERGY.iter().find(|(mode, ..)| *mode == settings.mode)
+    else {
+        return Check::not_checked(
+            "energy",
+            "electric energy of the arc",
+            "no energy per volume is known for this transfer mode",
+        );
+    };
+    let volume = simulation.deposit.wire * settings.wire.section();
+    let megajoule = |per: f64| per * volume * 1e-6;
+    // least to greatest of some tens of beads: four standard deviations
+    let sigma = megajoule(greatest - least) / 4.0;
+    let mut check = told(
+        "energy",
+        "electric energy of the arc",
+        megajoule(*mean),
+        "MJ",
+        &format!(
+            "{:.2} ± {sigma:.2} MJ at {mean} J/mm³ (Rouchon 2022, table 2.5)",
+            megajoule(*mean)
+        ),
+    );
+    check.value = Some(Measure::new(megajoule(*mean), sigma, "MJ"));
+    check
+}
+
+/// Figures that stand at the top of the report.
+pub(super) fn facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
+    let s = &simulation.summary;
+    let minutes = |t: f64| format!("{:.0} min", t / 60.0);
+    vec![
+        Fact::new("Layers", &simulation.layers.len().to_string()),
+        Fact::new(
+            "Height",
+            &format!("{:.1} mm", simulation.deposit.map.maximum()),
+        ),
+        Fact::new(
+            "Wire",
+            &format!("{:.2} kg", wire_mass(simulation, settings)),
+        ),
+        Fact::new("Arc time", &minutes(s.arc_time)),
+        Fact::new("Total time", &minutes(s.total_time)),
+        Fact::new("Arc starts", &simulation.arc_starts.to_string()),
+    ]
+}
