@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{Gas, Wire, nearest_pool, pools};
+use meltpath_deposition::consumable::{DataError, Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::deposit;
+use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
 use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
@@ -39,6 +40,8 @@ pub struct Settings {
     pub gas: Gas,
     /// Transfer mode.
     pub mode: String,
+    /// Electric energy per volume of deposit, where it was measured for the mode.
+    pub energy: Option<EnergyPerVolume>,
     /// The process map.
     pub map: ProcessMap,
     /// The single bead on a plate.
@@ -163,6 +166,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     r.value("waam.efficiency", datum(&map.efficiency));
     r.value("waam.feed_factor", datum(&map.feed_factor));
     r.value("waam.wire_diameter_mm", datum(&wire.diameter));
+    let energy = energy_of(&mut r, &wire, &mode, &gas).map_err(|e| at(waam.mode.span())(&e))?;
     let bead = solve_bead(job, &map)?;
     map.warn_about(&bead, reporter);
     let computed = || Origin::Computed(format!("process map {}", map.id));
@@ -315,6 +319,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         wire,
         gas,
         mode,
+        energy,
         bead,
         bead_model,
         pool,
@@ -569,6 +574,31 @@ fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
         ctwd_min: length("checks.ctwd_min", c.ctwd_min.map(|v| v.0), 8.0),
         ctwd_max: length("checks.ctwd_max", c.ctwd_max.map(|v| v.0), 20.0),
     }
+}
+
+/// The energy per volume of this wire, mode and gas.
+fn energy_of(
+    r: &mut Recorder,
+    wire: &Wire,
+    mode: &str,
+    gas: &Gas,
+) -> Result<Option<EnergyPerVolume>, DataError> {
+    let energy = energy_per_volume(wire.diameter.value, mode, &gas.id)?;
+    if let Some(energy) = &energy {
+        let beads = match energy.basis {
+            EnergyBasis::Configuration => "beads of this wire, mode and gas",
+            EnergyBasis::Mode => "beads of this mode with other wires or gases",
+        };
+        r.value(
+            "waam.energy_per_volume_j_mm3",
+            Resolved {
+                value: energy.mean,
+                origin: Origin::Data(format!("{}: {beads}", energy.source)),
+                sigma: Some(energy.sigma),
+            },
+        );
+    }
+    Ok(energy)
 }
 
 /// The models of the chain with their sources.
