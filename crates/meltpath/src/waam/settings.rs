@@ -25,6 +25,14 @@ use crate::job::{JobError, LayerHeights, PartUnit, TextError, WaamJob};
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;
 
+/// How many times beyond the range of its process map a bead is extrapolated, with a warning, before it is refused.
+const FURTHEST: f64 = 2.0;
+
+/// Thinnest and thickest layer, in heights of a single bead: below, the plan is hundreds of layers that no bead can make;
+/// above, the beads never meet.
+const THINNEST: f64 = 0.1;
+const THICKEST: f64 = 3.0;
+
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -169,6 +177,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     let energy = energy_of(&mut r, &wire, &mode, &gas).map_err(|e| at(waam.mode.span())(&e))?;
     let bead = solve_bead(job, &map)?;
     map.warn_about(&bead, reporter);
+    check_heights(&job.layers.height, &bead)?;
     let computed = || Origin::Computed(format!("process map {}", map.id));
     let given = job
         .waam
@@ -421,11 +430,56 @@ fn solve_bead(job: &WaamJob, map: &ProcessMap) -> Result<Bead, TextError> {
         message: e.to_string(),
         help: None,
     })?;
-    beads.first().copied().ok_or_else(|| TextError {
+    let bead = beads.first().copied().ok_or_else(|| TextError {
         span: given.map(toml::Spanned::span),
         message: "the process map has no bead for these values".to_owned(),
         help: None,
-    })
+    })?;
+    let v = &map.validity;
+    let far = |speed: f64, (low, high): (f64, f64)| {
+        !(low / FURTHEST..=high * FURTHEST).contains(&(speed * PER_MINUTE))
+    };
+    if far(bead.wire_feed, v.wire_feed) || far(bead.travel_speed, v.travel_speed) {
+        return Err(TextError {
+            span: given.map(toml::Spanned::span),
+            message: format!(
+                "the map \"{}\" cannot make a bead of {:.2} m/min wire feed at {:.3} m/min travel: it knows {} to {} m/min by {} to {} m/min, and {FURTHEST} times beyond that nothing can be said",
+                map.id,
+                bead.wire_feed * PER_MINUTE,
+                bead.travel_speed * PER_MINUTE,
+                v.wire_feed.0,
+                v.wire_feed.1,
+                v.travel_speed.0,
+                v.travel_speed.1
+            ),
+            help: Some("choose settings inside the map, or measure beads there and name that map: map = \"my-map.toml\"".to_owned()),
+        });
+    }
+    Ok(bead)
+}
+
+/// Refuses layers that no such bead can make.
+fn check_heights(heights: &Auto<LayerHeights>, bead: &Bead) -> Result<(), TextError> {
+    let Auto::Value(list) = heights else {
+        return Ok(());
+    };
+    let h = bead.height.value;
+    let (least, most) = (THINNEST * h, THICKEST * h);
+    match list
+        .0
+        .iter()
+        .map(|l| l.0.0)
+        .find(|l| !(least..=most).contains(l))
+    {
+        None => Ok(()),
+        Some(bad) => Err(TextError {
+            span: None,
+            message: format!(
+                "layers.height {bad} mm cannot be built with a bead {h:.2} mm high: between {least:.2} and {most:.2} mm could"
+            ),
+            help: Some("write height = \"auto\", or choose another bead".to_owned()),
+        }),
+    }
 }
 
 /// The pool measured for this configuration, or the only one there is, said so; scaled to the bead.
