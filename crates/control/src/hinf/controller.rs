@@ -69,7 +69,10 @@ pub(super) fn balancing_state(p: &Normalised, solved: &Solved) -> Result<Matrix,
         values.iter().map(|v| v.max(SHARE * largest)).collect()
     };
     let ex = symmetric_eigen(&solved.x)?;
-    let root: Vec<f64> = floor(&ex.values, p.c1.norm().powi(2)).iter().map(|v| v.sqrt()).collect();
+    let root: Vec<f64> = floor(&ex.values, p.c1.norm().powi(2))
+        .iter()
+        .map(|v| v.sqrt())
+        .collect();
     let lx = &ex.vectors * Matrix::diagonal(&root);
     let inverse: Vec<f64> = root.iter().map(|r| 1.0 / r).collect();
     // Y enters with its own floor, before it is seen through X

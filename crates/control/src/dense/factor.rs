@@ -15,6 +15,9 @@ impl<T: Scalar> Factored<T> {
     ///
     /// # Errors
     /// [`DenseError::Singular`] when a pivot is exactly zero or drowns in rounding, [`DenseError::NotFinite`].
+    ///
+    /// # Panics
+    /// When the matrix is not square: a bug of the caller.
     pub fn new(a: &Matrix<T>) -> Result<Self, DenseError> {
         let n = a.rows();
         assert!(a.is_square(), "only a square matrix has an inverse");
