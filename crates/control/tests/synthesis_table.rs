@@ -2,6 +2,8 @@
 //! and plants of the COMPleib kind. `gamma` is the level SLICOT reaches (tables/make_synthesis.py), `exact` the level in arithmetic
 //! of 256 bits (tables/exact_levels.py).
 
+#![expect(clippy::unwrap_used, reason = "a test may stop")]
+
 use meltpath_control::hinf::{
     GeneralizedPlant, Obstacle, SynthesisError, SynthesisOptions, design_at, synthesise,
 };
