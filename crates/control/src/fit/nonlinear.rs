@@ -56,7 +56,10 @@ pub fn least_squares(
     while iterations < ITERATIONS && !settled {
         iterations += 1;
         let slopes = jacobian(&residuals, &x, r.len());
-        let weights: Vec<f64> = slopes.iter().map(|c| square(c).sqrt().max(1e-300)).collect();
+        let weights: Vec<f64> = slopes
+            .iter()
+            .map(|c| square(c).sqrt().max(1e-300))
+            .collect();
         loop {
             let mut system = Regression::new(n);
             for k in 0..r.len() {
@@ -70,7 +73,10 @@ pub fn least_squares(
             let next: Vec<f64> = x.iter().zip(&step).map(|(a, b)| a + b).collect();
             let after = residuals(&next);
             let fresh = square(&after);
-            let small = step.iter().zip(&x).all(|(s, v)| s.abs() <= 1e-11 * (1.0 + v.abs()));
+            let small = step
+                .iter()
+                .zip(&x)
+                .all(|(s, v)| s.abs() <= 1e-11 * (1.0 + v.abs()));
             if fresh.is_finite() && fresh <= cost {
                 settled = small || cost - fresh <= 1e-14 * cost;
                 x = next;
@@ -109,7 +115,9 @@ fn jacobian(residuals: &impl Fn(&[f64]) -> Vec<f64>, x: &[f64], count: usize) ->
             let up = residuals(&moved);
             moved[j] = x[j] - step;
             let down = residuals(&moved);
-            (0..count).map(|k| (up[k] - down[k]) / (2.0 * step)).collect()
+            (0..count)
+                .map(|k| (up[k] - down[k]) / (2.0 * step))
+                .collect()
         })
         .collect()
 }
@@ -125,11 +133,21 @@ mod tests {
         let mut random = Random::new(11);
         let (mut square, mut stated) = (0.0, 0.0);
         for _ in 0..200 {
-            let data: Vec<(f64, f64)> = (0..40).map(|k| {
-                let t = 0.1 * f64::from(k);
-                (t, 2.0 * (-0.7 * t).exp() + 0.05 * random.normal())
-            }).collect();
-            let fit = least_squares(|x| data.iter().map(|(t, y)| x[0] * (-x[1] * t).exp() - y).collect(), &[1.0, 0.3]).unwrap();
+            let data: Vec<(f64, f64)> = (0..40)
+                .map(|k| {
+                    let t = 0.1 * f64::from(k);
+                    (t, 2.0 * (-0.7 * t).exp() + 0.05 * random.normal())
+                })
+                .collect();
+            let fit = least_squares(
+                |x| {
+                    data.iter()
+                        .map(|(t, y)| x[0] * (-x[1] * t).exp() - y)
+                        .collect()
+                },
+                &[1.0, 0.3],
+            )
+            .unwrap();
             square += (fit.values[1] - 0.7).powi(2);
             stated += fit.sigma[1];
         }
@@ -140,6 +158,9 @@ mod tests {
 
     #[test]
     fn a_hopeless_start_is_refused() {
-        assert_eq!(least_squares(|_| vec![f64::NAN, 0.0], &[1.0]), Err(FitError::Start));
+        assert_eq!(
+            least_squares(|_| vec![f64::NAN, 0.0], &[1.0]),
+            Err(FitError::Start)
+        );
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::SystemError;
 use crate::delay;
 use crate::matrix::Matrix;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Polynomial, exponent};
 use crate::state_space::{Domain, StateSpace};
 use crate::zero_pole::ZeroPoleGain;
 
@@ -261,7 +261,7 @@ impl TransferFunction {
             1.0
         };
         let coefficient = |power: usize| {
-            denominator.coefficient(power) / first * scale.powi(power as i32 - n as i32)
+            denominator.coefficient(power) / first * scale.powi(exponent(power) - exponent(n))
         };
         let a = Matrix::from_fn(n, n, |i, j| {
             if i + 1 == n {
@@ -274,7 +274,7 @@ impl TransferFunction {
         });
         let b = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { 1.0 } else { 0.0 });
         let c = Matrix::from_fn(1, n, |_, j| {
-            self.numerator.coefficient(j) / first * scale.powi(j as i32 - n as i32)
+            self.numerator.coefficient(j) / first * scale.powi(exponent(j) - exponent(n))
                 - through * coefficient(j)
         });
         let slow = StateSpace::new(a, b, c, Matrix::diagonal(&[through]), self.domain)?;

@@ -81,6 +81,7 @@ pub fn h2(system: &StateSpace) -> Result<f64, SystemError> {
 /// assert!((peak.gain - 50.002500187515626).abs() < 1e-6 && peak.bound >= peak.gain);
 /// ```
 pub fn peak_gain(system: &StateSpace, tolerance: f64) -> Result<Peak, SystemError> {
+    const ROUNDS: usize = 60;
     if let Domain::Sampled { period } = system.domain {
         // the bilinear map carries the unit circle onto the axis and keeps every gain
         let mut peak = peak_gain(&continuous_twin(system)?, tolerance)?;
@@ -123,7 +124,6 @@ pub fn peak_gain(system: &StateSpace, tolerance: f64) -> Result<Peak, SystemErro
         best.omega = 0.0;
         return Ok(best);
     }
-    const ROUNDS: usize = 60;
     for _ in 0..ROUNDS {
         let level = best.gain * (1.0 + 2.0 * tolerance);
         let crossings = crossings(&s, level)?;

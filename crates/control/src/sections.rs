@@ -96,7 +96,7 @@ impl Sections {
     /// The same coefficients rounded to a fixed-point grid of `fraction_bits` bits after the point.
     #[must_use]
     pub fn rounded(&self, fraction_bits: u32) -> Self {
-        let step = 0.5f64.powi(fraction_bits as i32);
+        let step = 0.5f64.powi(fraction_bits.cast_signed());
         let round = |x: f64| (x / step).round() * step;
         Sections {
             gain: self.gain,

@@ -55,7 +55,10 @@ impl RecordModel {
             down[k + 1] = *a;
         }
         // common factors z are taken off both
-        let idle = (0..=width).rev().take_while(|&k| up[k] == 0.0 && down[k] == 0.0).count();
+        let idle = (0..=width)
+            .rev()
+            .take_while(|&k| up[k] == 0.0 && down[k] == 0.0)
+            .count();
         up.truncate(width + 1 - idle);
         down.truncate(width + 1 - idle);
         Ok(TransferFunction::sampled(up, down, self.period)?)
@@ -115,7 +118,9 @@ fn model(x: &[f64], covariance: &Matrix, rms: f64, o: &Orders, period: f64) -> R
     RecordModel {
         a: x[..o.poles].to_vec(),
         b: x[o.poles..].to_vec(),
-        sigma: (0..x.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect(),
+        sigma: (0..x.len())
+            .map(|i| covariance[(i, i)].max(0.0).sqrt())
+            .collect(),
         rms,
         delay: o.delay,
         period,
@@ -202,8 +207,8 @@ pub fn instrumental(
 /// ```
 /// use meltpath_control::{fit::records::{output_error, Orders}, prbs::Prbs};
 /// let u = Prbs::new(8).unwrap().signal(1.0, 2, 600);
-/// let mut y = vec![0.0; 600];
-/// for t in 2..600 { y[t] = 1.5 * y[t - 1] - 0.7 * y[t - 2] + 0.4 * u[t - 1]; }
+/// let mut y = vec![0.0, 0.4 * u[0]];
+/// for t in 2..600 { y.push(1.5 * y[t - 1] - 0.7 * y[t - 2] + 0.4 * u[t - 1]); }
 /// let m = output_error(&u, &y, 1e-3, &Orders { poles: 2, inputs: 1, delay: 1 }).unwrap();
 /// assert!((m.a[1] - 0.7).abs() < 1e-9 && (m.b[0] - 0.4).abs() < 1e-9);
 /// ```
@@ -255,8 +260,13 @@ pub fn output_error(
                 system.push((0..unknowns).map(|i| if i == j { level } else { 0.0 }), 0.0);
             }
             let (step, covariance, rms) = system.solve()?;
-            let x: Vec<f64> =
-                best.a.iter().chain(&best.b).zip(&step).map(|(v, s)| v + s).collect();
+            let x: Vec<f64> = best
+                .a
+                .iter()
+                .chain(&best.b)
+                .zip(&step)
+                .map(|(v, s)| v + s)
+                .collect();
             let next = model(&x, &covariance, rms, orders, period);
             let fresh = square(&next);
             if fresh.is_finite() && fresh < cost {
@@ -286,7 +296,9 @@ pub fn output_error(
         system.push(row(&sy, &su, t, orders), output[t] - y[t]);
     }
     let (_, covariance, _) = system.solve()?;
-    best.sigma = (0..unknowns).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
+    best.sigma = (0..unknowns)
+        .map(|i| covariance[(i, i)].max(0.0).sqrt())
+        .collect();
     Ok(best)
 }
 
@@ -330,9 +342,16 @@ impl Quality {
             })
             .collect();
         let confidence = 2.576 / (n as f64).sqrt();
-        let beyond = autocorrelation.iter().filter(|r| r.abs() > confidence).count();
+        let beyond = autocorrelation
+            .iter()
+            .filter(|r| r.abs() > confidence)
+            .count();
         Some(Quality {
-            fit: if spread > 0.0 { 1.0 - (left / spread).sqrt() } else { f64::NAN },
+            fit: if spread > 0.0 {
+                1.0 - (left / spread).sqrt()
+            } else {
+                f64::NAN
+            },
             rms: (left / n as f64).sqrt(),
             percentiles: [at(0.5), at(0.9), at(0.99)],
             coloured: beyond as f64 / autocorrelation.len().max(1) as f64,
@@ -348,13 +367,30 @@ mod tests {
     use crate::prbs::Prbs;
     use crate::random::Random;
 
-    const ORDERS: Orders = Orders { poles: 2, inputs: 2, delay: 1 };
+    const ORDERS: Orders = Orders {
+        poles: 2,
+        inputs: 2,
+        delay: 1,
+    };
 
     fn bench(seed: u64, count: usize, noise: f64) -> (Vec<f64>, Vec<f64>) {
-        let truth = RecordModel { a: vec![-1.6, 0.8], b: vec![0.3, 0.1], sigma: vec![], rms: 0.0, delay: 1, period: 1e-3 };
+        let truth = RecordModel {
+            a: vec![-1.6, 0.8],
+            b: vec![0.3, 0.1],
+            sigma: vec![],
+            rms: 0.0,
+            delay: 1,
+            period: 1e-3,
+        };
         let mut random = Random::new(seed);
-        let u = Prbs::new(11).unwrap().signal(1.0, 1 + seed as usize % 3, count);
-        let y = truth.simulate(&u).iter().map(|v| v + noise * random.normal()).collect();
+        let u = Prbs::new(11)
+            .unwrap()
+            .signal(1.0, 1 + seed as usize % 3, count);
+        let y = truth
+            .simulate(&u)
+            .iter()
+            .map(|v| v + noise * random.normal())
+            .collect();
         (u, y)
     }
 
@@ -366,8 +402,18 @@ mod tests {
         let oe = output_error(&u, &y, 1e-3, &ORDERS).unwrap();
         let error = |m: &RecordModel| (m.a[0] + 1.6).abs();
         assert!(error(&naive) > 0.05, "{}", error(&naive));
-        assert!(error(&iv) < 0.01 && error(&oe) < 0.003, "{} {}", error(&iv), error(&oe));
-        assert!(error(&oe) < 4.0 * oe.sigma[0], "{} {}", error(&oe), oe.sigma[0]);
+        assert!(
+            error(&iv) < 0.01 && error(&oe) < 0.003,
+            "{} {}",
+            error(&iv),
+            error(&oe)
+        );
+        assert!(
+            error(&oe) < 4.0 * oe.sigma[0],
+            "{} {}",
+            error(&oe),
+            oe.sigma[0]
+        );
         assert!((oe.rms / 0.3 - 1.0).abs() < 0.02);
     }
 
@@ -377,15 +423,35 @@ mod tests {
         let m = output_error(&u, &y, 1e-3, &ORDERS).unwrap();
         let (u2, y2) = bench(2, 8000, 0.1);
         let q = Quality::of(&m.simulate(&u2), &y2).unwrap();
-        assert!(q.fit > 0.9 && (q.rms / 0.1 - 1.0).abs() < 0.05 && q.coloured <= 0.08, "{q:?}");
+        assert!(
+            q.fit > 0.9 && (q.rms / 0.1 - 1.0).abs() < 0.05 && q.coloured <= 0.08,
+            "{q:?}"
+        );
         // a model of too low an order leaves colour behind
-        let poor = output_error(&u, &y, 1e-3, &Orders { poles: 1, inputs: 1, delay: 1 }).unwrap();
+        let poor = output_error(
+            &u,
+            &y,
+            1e-3,
+            &Orders {
+                poles: 1,
+                inputs: 1,
+                delay: 1,
+            },
+        )
+        .unwrap();
         assert!(Quality::of(&poor.simulate(&u2), &y2).unwrap().coloured > 0.5);
     }
 
     #[test]
     fn transfer_function_of_a_model() {
-        let m = RecordModel { a: vec![-0.5], b: vec![1.0, 2.0], sigma: vec![], rms: 0.0, delay: 2, period: 0.1 };
+        let m = RecordModel {
+            a: vec![-0.5],
+            b: vec![1.0, 2.0],
+            sigma: vec![],
+            rms: 0.0,
+            delay: 2,
+            period: 0.1,
+        };
         let g = m.to_transfer_function().unwrap();
         let z = num_complex::Complex64::cis(0.3);
         let wanted = (z.powi(-2) + 2.0 * z.powi(-3)) / (1.0 - 0.5 / z);

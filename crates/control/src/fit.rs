@@ -18,7 +18,9 @@ use crate::matrix::Matrix;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// More unknowns than the data can tell.
-    #[error("{unknowns} unknowns cannot be found from {data} data: lower the orders or record more")]
+    #[error(
+        "{unknowns} unknowns cannot be found from {data} data: lower the orders or record more"
+    )]
     TooFewData {
         /// Number of unknowns.
         unknowns: usize,
@@ -34,7 +36,9 @@ pub enum FitError {
         output: usize,
     },
     /// The data do not excite every unknown.
-    #[error("the data leave unknown {index} (counted from 0) undetermined: excite the system more, or lower the orders")]
+    #[error(
+        "the data leave unknown {index} (counted from 0) undetermined: excite the system more, or lower the orders"
+    )]
     Undetermined {
         /// Which unknown.
         index: usize,
@@ -94,7 +98,11 @@ impl Regression {
         let fresh = self.pending.len() / width;
         let old = self.triangle.rows();
         let mut stack = Matrix::from_fn(old + fresh, width, |i, j| {
-            if i < old { self.triangle[(i, j)] } else { self.pending[(i - old) * width + j] }
+            if i < old {
+                self.triangle[(i, j)]
+            } else {
+                self.pending[(i - old) * width + j]
+            }
         });
         self.pending.clear();
         for k in 0..width.min(stack.rows()) {
@@ -120,7 +128,12 @@ impl Regression {
             });
         }
         let norms: Vec<f64> = (0..n)
-            .map(|j| (0..=j).map(|i| self.triangle[(i, j)].powi(2)).sum::<f64>().sqrt())
+            .map(|j| {
+                (0..=j)
+                    .map(|i| self.triangle[(i, j)].powi(2))
+                    .sum::<f64>()
+                    .sqrt()
+            })
             .collect();
         for (index, norm) in norms.iter().enumerate() {
             if self.triangle[(index, index)].abs() <= 1e-12 * norm || *norm == 0.0 {
@@ -137,7 +150,11 @@ impl Regression {
         };
         let mut solution: Vec<f64> = (0..n).map(|i| self.triangle[(i, n)]).collect();
         back(&mut solution);
-        let left = if self.triangle.rows() > n { self.triangle[(n, n)].powi(2) } else { 0.0 };
+        let left = if self.triangle.rows() > n {
+            self.triangle[(n, n)].powi(2)
+        } else {
+            0.0
+        };
         let variance = left / (self.rows - n).max(1) as f64;
         // covariance σ² R⁻¹R⁻ᵀ, column by column of the inverse
         let mut inverse = Matrix::zeros(n, n);
@@ -167,7 +184,12 @@ mod tests {
             r.push([1.0, t, t * t], 2.0 - 3.0 * t + 0.5 * t * t);
         }
         let (x, _, rms) = r.solve().unwrap();
-        assert!((x[0] - 2.0).abs() < 1e-11 && (x[1] + 3.0).abs() < 1e-11 && (x[2] - 0.5).abs() < 1e-12 && rms < 1e-12);
+        assert!(
+            (x[0] - 2.0).abs() < 1e-11
+                && (x[1] + 3.0).abs() < 1e-11
+                && (x[2] - 0.5).abs() < 1e-12
+                && rms < 1e-12
+        );
     }
 
     #[test]

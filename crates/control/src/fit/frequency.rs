@@ -7,6 +7,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::{Fit, FitError, Regression, least_squares};
+use crate::polynomial::exponent;
 use crate::transfer::TransferFunction;
 
 /// One measured point of a response.
@@ -64,9 +65,8 @@ pub fn rational(points: &[Point], shape: &Shape) -> Result<TransferFunction, Fit
         return Err(FitError::NotFinite { index });
     }
     // frequency in units of the geometric mean of the band: powers stay moderate
-    let unit = (points.iter().map(|p| p.omega.max(1e-300).ln()).sum::<f64>()
-        / points.len() as f64)
-        .exp();
+    let unit =
+        (points.iter().map(|p| p.omega.max(1e-300).ln()).sum::<f64>() / points.len() as f64).exp();
     let mut denominator = vec![Complex64::new(1.0, 0.0); points.len()];
     let mut best: Option<(f64, Vec<f64>)> = None;
     for _ in 0..ROUNDS {
@@ -75,28 +75,29 @@ pub fn rational(points: &[Point], shape: &Shape) -> Result<TransferFunction, Fit
             let s = Complex64::new(0.0, p.omega / unit);
             // the response without its integrators and delay
             let g = p.response
-                * s.powi(shape.integrators as i32)
+                * s.powi(exponent(shape.integrators))
                 * (Complex64::new(0.0, p.omega) * shape.delay).exp();
             let scale = p.weight.sqrt() / (g * previous).norm();
-            let mut row: Vec<Complex64> = (0..=shape.zeros).map(|k| s.powi(k as i32)).collect();
-            row.extend((0..free).map(|k| -g * s.powi(k as i32)));
-            let value = g * s.powi(free as i32);
+            let mut row: Vec<Complex64> = (0..=shape.zeros).map(|k| s.powi(exponent(k))).collect();
+            row.extend((0..free).map(|k| -g * s.powi(exponent(k))));
+            let value = g * s.powi(exponent(free));
             system.push(row.iter().map(|z| z.re * scale), value.re * scale);
             system.push(row.iter().map(|z| z.im * scale), value.im * scale);
         }
         let (x, _, _) = system.solve()?;
         let at = |s: Complex64| -> (Complex64, Complex64) {
-            let up = (0..=shape.zeros).map(|k| x[k] * s.powi(k as i32)).sum();
-            let down: Complex64 =
-                (0..free).map(|k| x[shape.zeros + 1 + k] * s.powi(k as i32)).sum();
-            (up, down + s.powi(free as i32))
+            let up = (0..=shape.zeros).map(|k| x[k] * s.powi(exponent(k))).sum();
+            let down: Complex64 = (0..free)
+                .map(|k| x[shape.zeros + 1 + k] * s.powi(exponent(k)))
+                .sum();
+            (up, down + s.powi(exponent(free)))
         };
         let mut error = 0.0;
         for (p, d) in points.iter().zip(&mut denominator) {
             let s = Complex64::new(0.0, p.omega / unit);
             let (up, down) = at(s);
             let g = p.response
-                * s.powi(shape.integrators as i32)
+                * s.powi(exponent(shape.integrators))
                 * (Complex64::new(0.0, p.omega) * shape.delay).exp();
             error += p.weight * (up / down / g - 1.0).norm_sqr();
             *d = down;
@@ -110,7 +111,7 @@ pub fn rational(points: &[Point], shape: &Shape) -> Result<TransferFunction, Fit
     }
     let x = best.map(|(_, x)| x).unwrap_or_default();
     // back from the scaled frequency: s = unit·p
-    let power = |k: usize| unit.powi(k as i32);
+    let power = |k: usize| unit.powi(exponent(k));
     let up: Vec<f64> = (0..=shape.zeros).rev().map(|k| x[k] / power(k)).collect();
     let mut down: Vec<f64> = vec![1.0 / power(free)];
     down.extend((0..free).rev().map(|k| x[shape.zeros + 1 + k] / power(k)));
@@ -173,22 +174,56 @@ mod tests {
 
     #[test]
     fn a_flexible_plant_with_noise() {
-        let g = TransferFunction::new([2e4, 4e5, 1.2e9], [1.0, 60.0, 4.0e4, 9.0e5, 0.0]).unwrap().delayed(2e-4).unwrap();
+        let g = TransferFunction::new([2e4, 4e5, 1.2e9], [1.0, 60.0, 4.0e4, 9.0e5, 0.0])
+            .unwrap()
+            .delayed(2e-4)
+            .unwrap();
         let mut random = Random::new(5);
-        let points: Vec<Point> = frequency::logarithmic(1.0, 2000.0, 300).into_iter().map(|omega| {
-            let noise = Complex64::new(1.0 + 0.01 * random.normal(), 0.01 * random.normal());
-            Point { omega, response: g.response(omega) * noise, weight: 1.0 }
-        }).collect();
-        let fit = rational(&points, &Shape { zeros: 2, poles: 4, integrators: 1, delay: 2e-4 }).unwrap();
+        let points: Vec<Point> = frequency::logarithmic(1.0, 2000.0, 300)
+            .into_iter()
+            .map(|omega| {
+                let noise = Complex64::new(1.0 + 0.01 * random.normal(), 0.01 * random.normal());
+                Point {
+                    omega,
+                    response: g.response(omega) * noise,
+                    weight: 1.0,
+                }
+            })
+            .collect();
+        let fit = rational(
+            &points,
+            &Shape {
+                zeros: 2,
+                poles: 4,
+                integrators: 1,
+                delay: 2e-4,
+            },
+        )
+        .unwrap();
         for omega in [2.0, 30.0, 190.0, 245.0, 1500.0] {
-            assert!((fit.response(omega) / g.response(omega) - 1.0).norm() < 0.02, "{omega}");
+            assert!(
+                (fit.response(omega) / g.response(omega) - 1.0).norm() < 0.02,
+                "{omega}"
+            );
         }
     }
 
     #[test]
     fn too_few_points() {
-        let points = [Point { omega: 1.0, response: Complex64::new(1.0, 0.0), weight: 1.0 }];
-        let shape = Shape { zeros: 3, poles: 4, integrators: 0, delay: 0.0 };
-        assert!(matches!(rational(&points, &shape), Err(FitError::TooFewData { .. })));
+        let points = [Point {
+            omega: 1.0,
+            response: Complex64::new(1.0, 0.0),
+            weight: 1.0,
+        }];
+        let shape = Shape {
+            zeros: 3,
+            poles: 4,
+            integrators: 0,
+            delay: 0.0,
+        };
+        assert!(matches!(
+            rational(&points, &shape),
+            Err(FitError::TooFewData { .. })
+        ));
     }
 }

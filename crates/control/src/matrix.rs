@@ -141,6 +141,9 @@ impl<T: Scalar> Matrix<T> {
     }
 
     /// One block after another, given as rows of blocks; heights agree within a row of blocks, widths within a column.
+    ///
+    /// # Panics
+    /// When they do not: a bug of the caller.
     pub fn blocks<const M: usize, const N: usize>(blocks: [[&Self; N]; M]) -> Self {
         let rows = blocks.iter().map(|r| r[0].rows).sum();
         let columns = blocks[0].iter().map(|b| b.columns).sum();
@@ -197,6 +200,7 @@ impl<T: Scalar> Matrix<T> {
     }
 
     /// The block at the crossing of a range of rows and a range of columns.
+    #[must_use]
     pub fn block(&self, rows: Range<usize>, columns: Range<usize>) -> Self {
         Self::from_fn(rows.len(), columns.len(), |i, j| {
             self[(rows.start + i, columns.start + j)]

@@ -6,6 +6,11 @@ use serde::{Deserialize, Serialize};
 use crate::dense::{DenseError, eigenvalues};
 use crate::matrix::Matrix;
 
+/// A count as the exponent of an integer power.
+pub(crate) fn exponent(count: usize) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
+}
+
 /// A real polynomial; coefficients from the highest power down, the first one not zero (unless the polynomial is).
 ///
 /// ```
@@ -64,9 +69,8 @@ impl Polynomial {
 
     /// Coefficient of the given power.
     pub fn coefficient(&self, power: usize) -> f64 {
-        (power < self.coefficients.len())
-            .then(|| self.coefficients[self.coefficients.len() - 1 - power])
-            .unwrap_or(0.0)
+        let position = self.coefficients.len().checked_sub(1 + power);
+        position.map_or(0.0, |k| self.coefficients[k])
     }
 
     /// Value at a complex point.
@@ -117,12 +121,12 @@ impl Polynomial {
     /// The polynomial p(factor·s) in s.
     #[must_use]
     pub fn stretched(&self, factor: f64) -> Polynomial {
-        let degree = self.degree() as i32;
+        let degree = exponent(self.degree());
         Polynomial::new(
             self.coefficients
                 .iter()
                 .enumerate()
-                .map(|(k, c)| c * factor.powi(degree - k as i32))
+                .map(|(k, c)| c * factor.powi(degree - exponent(k)))
                 .collect::<Vec<_>>(),
         )
     }
@@ -166,7 +170,7 @@ impl Polynomial {
             return Err(DenseError::NotFinite);
         }
         let monic: Vec<f64> = (0..=n)
-            .map(|k| reduced.coefficients[k] / first / scale.powi(k as i32))
+            .map(|k| reduced.coefficients[k] / first / scale.powi(exponent(k)))
             .collect();
         let companion = Matrix::from_fn(n, n, |i, j| {
             if i == 0 {

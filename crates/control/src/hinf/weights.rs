@@ -87,19 +87,13 @@ impl Template {
     /// The template itself, W⁻¹.
     pub fn inverse(&self) -> TransferFunction {
         let [a, b, c, d] = self.coefficients();
-        self.ratio([a, b], [c, d])
+        ratio([a, b], [c, d])
     }
 
     /// The weight W.
     pub fn weight(&self) -> TransferFunction {
         let [a, b, c, d] = self.coefficients();
-        self.ratio([c, d], [a, b])
-    }
-
-    fn ratio(&self, up: [f64; 2], down: [f64; 2]) -> TransferFunction {
-        // parameters were checked: the leading coefficients are positive and finite
-        let constant = TransferFunction::constant(1.0);
-        TransferFunction::new(up, down).unwrap_or(constant)
+        ratio([c, d], [a, b])
     }
 
     /// The weight as a state-space system of one state.
@@ -109,4 +103,10 @@ impl Template {
     pub fn to_state_space(&self) -> Result<crate::StateSpace, SystemError> {
         self.weight().to_state_space()
     }
+}
+
+fn ratio(up: [f64; 2], down: [f64; 2]) -> TransferFunction {
+    // a template's parameters were checked: the leading coefficients are positive and finite
+    let constant = TransferFunction::constant(1.0);
+    TransferFunction::new(up, down).unwrap_or(constant)
 }

@@ -311,15 +311,14 @@ pub fn minimise(
             .collect();
         let places: Vec<Vec<f64>> = flock.iter().map(|p| p.best.clone()).collect();
         for (i, p) in flock.iter_mut().enumerate() {
-            let goal = &places[targets[i]];
-            for d in 0..ranges.len() {
+            for (d, &goal) in places[targets[i]].iter().enumerate() {
                 let pull = match rule {
                     Rule::Perturbed(radius) if i == lead => {
-                        goal[d] - p.place[d] + radius.value * (1.0 - 2.0 * random.unit())
+                        goal - p.place[d] + radius.value * (1.0 - 2.0 * random.unit())
                     }
                     _ => {
                         let own = swarm.own * random.unit() * (p.best[d] - p.place[d]);
-                        own + swarm.others * random.unit() * (goal[d] - p.place[d])
+                        own + swarm.others * random.unit() * (goal - p.place[d])
                     }
                 };
                 let velocity = swarm.inertia * p.velocity[d] + pull;

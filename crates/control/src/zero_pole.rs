@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
 use crate::matrix::Matrix;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Polynomial, exponent};
 use crate::state_space::{Domain, StateSpace};
 use crate::transfer::TransferFunction;
 use crate::zeros::invariant_zeros;
@@ -60,7 +60,7 @@ impl ZeroPoleGain {
             .iter()
             .fold(part.at(probe)[(0, 0)], |v, p| v * (probe - p) / reach);
         let ratio = zeros.iter().fold(ratio, |v, z| v / ((probe - z) / reach));
-        let gain = ratio.re * reach.powi(poles.len() as i32 - zeros.len() as i32);
+        let gain = ratio.re * reach.powi(exponent(poles.len()) - exponent(zeros.len()));
         Ok(ZeroPoleGain {
             zeros,
             poles,
@@ -263,7 +263,7 @@ mod tests {
                 c(-1316.1, 24888.1),
                 c(-1316.1, -24888.1),
                 c(-145.635, 0.0),
-                c(-0.134064, 0.0),
+                c(-0.134_064, 0.0),
             ],
             21604.2,
         );

@@ -1,4 +1,9 @@
-//! Linear systems for machine builders.
+//! Linear systems for machine builders: transfer functions and state space with delays, frequency response, margins and norms,
+//! sampled twins, H-infinity synthesis, reduction, test signals, spectra, fits and swarm optimisation.
+//!
+//! Units are the caller's: seconds and rad/s for time and frequency, anything for signals. Each module names the source of its
+//! theory. Nothing here knows what is controlled.
+
 pub mod balanced;
 pub mod delay;
 pub mod dense;
