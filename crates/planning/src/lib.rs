@@ -7,6 +7,7 @@ mod contour;
 mod coverage;
 mod direction;
 pub mod error;
+mod fill;
 mod layer;
 mod lines;
 mod neighbours;

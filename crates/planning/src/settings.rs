@@ -229,6 +229,12 @@ impl FillSettings {
         0.5 * self.width + 0.25 * self.stepover
     }
 
+    /// Chords this near to an arc, mm, are taken as its facets: a hundredth of a bead width, below what a robot
+    /// repeats and a bead shows, and about the chord error of parts in files of triangles.
+    pub(crate) fn facet(&self) -> f64 {
+        (0.01 * self.width).max(self.tolerance)
+    }
+
     /// Arcs at a quarter of the tolerance, so that fitting has room.
     pub(crate) fn join(&self) -> Join {
         Join::Round {
