@@ -2,19 +2,20 @@
 
 use meltpath_base::Reporter;
 use meltpath_geometry::Region;
-use meltpath_geometry::boolean::{PlanarError, union};
+use meltpath_geometry::boolean::{PlanarError, difference, union};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::inset;
+use meltpath_geometry::offset::{inset, stroke};
 use meltpath_toolpath::Role;
 
 use crate::contour::{contour_beads, start_share, started};
 use crate::direction::angle;
+use crate::gaps;
 use crate::layer::Layer;
 use crate::outline::{length, way_inside};
 use crate::raster::raster;
 use crate::rings::{Depth, nest, spacing};
 use crate::settings::{
-    ContourOrder, FillSettings, LayerDirection, LineAngle, Strategy, reversal_distance,
+    ContourOrder, FillSettings, LayerDirection, Spacing, Strategy, end_distance, reversal_distance,
 };
 use crate::spiral::spirals;
 use crate::thin::split;
@@ -62,7 +63,12 @@ pub(crate) fn fill(
 ) -> Result<Vec<Bead>, PlanarError> {
     let mut beads: Vec<Bead> = Vec::new();
     // the outline as the grid sees it: oriented, without repeated points, apart where it touches itself
+    let long = |b: &Bead| {
+        b.points.len() > 1
+            && length(&b.points) + 1e-9 >= settings.shortest_bead.min(2.0 * settings.stepover)
+    };
     for clean in union(std::slice::from_ref(region))? {
+        let mut here: Vec<Bead> = Vec::new();
         let parts = split(&clean, 0.5 * settings.narrowest * settings.width, settings)?;
         if let Some(trouble) = &parts.trouble {
             reporter.warn(
@@ -75,14 +81,13 @@ pub(crate) fn fill(
             );
         }
         for body in &parts.bodies {
-            fill_body(body, layer, settings, reporter, &mut beads)?;
+            fill_body(body, layer, settings, reporter, &mut here)?;
         }
-        beads.extend(middles(parts.lines, layer.number, settings));
+        here.extend(middles(parts.lines, layer.number, settings));
+        here.retain(long);
+        gaps::close(&clean, &mut here, settings)?;
+        beads.extend(here);
     }
-    beads.retain(|b| {
-        b.points.len() > 1
-            && length(&b.points) + 1e-9 >= settings.shortest_bead.min(2.0 * settings.stepover)
-    });
     Ok(beads)
 }
 
@@ -96,19 +101,24 @@ fn fill_body(
     let whole = std::slice::from_ref(body);
     let links = |inside: &[Region]| inset(inside, 0.48 * settings.width, settings.join());
     match settings.strategy {
-        Strategy::Raster {
-            angle: wanted,
-            order,
-            direction,
-        } => {
-            let centres = inset(whole, 0.5 * settings.width, settings.join())?;
-            for centre in centres.chunks(1) {
-                let angle = angle(wanted, centre, layer.number, settings);
-                let lines = raster(centre, angle, order, direction, layer.number, settings);
-                beads.extend(beads_of(Role::Fill, lines, settings));
+        Strategy::Raster { .. } | Strategy::Zigzag { .. } => {
+            let mut lines = Vec::new();
+            straight(whole, layer, settings, &mut lines)?;
+            let bare = lack(whole, &lines, settings)?;
+            if bare > MOST_BARE * body.area() && settings.spacing == Spacing::Fill {
+                let inside = match settings.strategy {
+                    Strategy::Zigzag { .. } => reversal_distance(settings.stepover),
+                    _ => end_distance(settings.stepover),
+                };
+                let mut rimmed = Vec::new();
+                let order = ContourOrder::OutsideIn;
+                rimmed_lines(body, 1, inside, order, layer, settings, &mut rimmed)?;
+                if lack(whole, &rimmed, settings)? < 0.7 * bare {
+                    lines = rimmed;
+                }
             }
+            beads.extend(lines);
         }
-        Strategy::Zigzag { angle } => zigzag_body(whole, angle, layer, settings, beads)?,
         Strategy::Contour { order } | Strategy::Spiral { order } => {
             let settings = FillSettings {
                 stepover: spacing(body, settings),
@@ -148,8 +158,12 @@ fn fill_body(
             order,
             angle,
         } => {
+            let zigzag = FillSettings {
+                strategy: Strategy::Zigzag { angle },
+                ..*settings
+            };
             if contours == 0 {
-                return zigzag_body(whole, angle, layer, settings, beads);
+                return straight(whole, layer, &zigzag, beads);
             }
             if inset(whole, widest_band(contours, settings), settings.join())?.is_empty() {
                 // a zigzag between contours this near would turn at every step: contours fill the band better
@@ -160,38 +174,57 @@ fn fill_body(
                 return fill_body(body, layer, &settings, reporter, beads);
             }
             let inside = reversal_distance(settings.stepover);
-            let nest = nest(
-                body,
-                Depth::Levels {
-                    count: contours,
-                    inside,
-                },
-                settings,
-            )?;
-            let lines = contour_beads(
-                &nest.contours,
-                &links(whole)?,
-                order,
-                layer.number,
-                settings,
-            );
-            let mut inner = Vec::new();
-            let narrowest = 0.5 * settings.width - 0.25 * settings.stepover;
-            for region in &nest.rest {
-                let parts = split(region, narrowest, settings)?;
-                zigzag_body(&parts.bodies, angle, layer, settings, &mut inner)?;
-                inner.extend(middles(parts.lines, layer.number, settings));
-            }
-            inner.extend(middles(nest.lines, layer.number, settings));
-            let outer = beads_of(Role::Contour, lines, settings);
-            if order == ContourOrder::OutsideIn {
-                beads.extend(outer.chain(inner));
-            } else {
-                beads.extend(inner.into_iter().chain(outer));
-            }
+            rimmed_lines(body, contours, inside, order, layer, &zigzag, beads)?;
         }
     }
     Ok(())
+}
+
+/// Contours along the boundary, and inside them, from `inside` mm of the last on, the parallel lines of the strategy.
+fn rimmed_lines(
+    body: &Region,
+    contours: u32,
+    inside: f64,
+    order: ContourOrder,
+    layer: Layer<'_>,
+    settings: &FillSettings,
+    beads: &mut Vec<Bead>,
+) -> Result<(), PlanarError> {
+    let whole = std::slice::from_ref(body);
+    let depth = Depth::Levels {
+        count: contours,
+        inside,
+    };
+    let nest = nest(body, depth, settings)?;
+    let links = inset(whole, 0.48 * settings.width, settings.join())?;
+    let lines = contour_beads(&nest.contours, &links, order, layer.number, settings);
+    let mut inner = Vec::new();
+    let narrowest = 0.5 * settings.width - 0.25 * settings.stepover;
+    for region in &nest.rest {
+        let parts = split(region, narrowest, settings)?;
+        straight(&parts.bodies, layer, settings, &mut inner)?;
+        inner.extend(middles(parts.lines, layer.number, settings));
+    }
+    inner.extend(middles(nest.lines, layer.number, settings));
+    let outer = beads_of(Role::Contour, lines, settings);
+    if order == ContourOrder::OutsideIn {
+        beads.extend(outer.chain(inner));
+    } else {
+        beads.extend(inner.into_iter().chain(outer));
+    }
+    Ok(())
+}
+
+/// Share of a body that parallel lines may leave bare before a contour goes round it: ends of lines on a slanting or
+/// round rim leave a notch each, layer over layer in the same places.
+const MOST_BARE: f64 = 0.01;
+
+/// Area of the bodies under no bead, mm².
+fn lack(bodies: &[Region], beads: &[Bead], settings: &FillSettings) -> Result<f64, PlanarError> {
+    let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
+    let reach = 0.5 * settings.width + settings.tolerance;
+    let metal = stroke(&lines, reach, 2e-3 * settings.width)?;
+    Ok(difference(bodies, &metal)?.iter().map(Region::area).sum())
 }
 
 /// Beads on centre lines: closed ones start where contours do, and directions follow the layer.
@@ -217,9 +250,9 @@ fn middles(
     })
 }
 
-fn zigzag_body(
+/// The parallel lines of a raster or a zigzag.
+fn straight(
     bodies: &[Region],
-    wanted: LineAngle,
     layer: Layer<'_>,
     settings: &FillSettings,
     beads: &mut Vec<Bead>,
@@ -227,15 +260,29 @@ fn zigzag_body(
     let centres = inset(bodies, 0.5 * settings.width, settings.join())?;
     let links = inset(bodies, 0.48 * settings.width, settings.join())?;
     for centre in centres.chunks(1) {
-        let angle = angle(wanted, centre, layer.number, settings);
-        let entry = (start_share(settings.starts, layer.number, 0) * 4.0) as u32 & 3;
-        let mut lines = zigzag(centre, &links, angle, entry, settings);
-        if settings.layers == LayerDirection::Alternate && layer.number.is_multiple_of(2) {
-            lines.reverse();
-            for line in &mut lines {
-                line.reverse();
+        let lines = match settings.strategy {
+            Strategy::Raster {
+                angle: wanted,
+                order,
+                direction,
+            } => {
+                let angle = angle(wanted, centre, layer.number, settings);
+                raster(centre, angle, order, direction, layer.number, settings)
             }
-        }
+            Strategy::Zigzag { angle: wanted } | Strategy::Hybrid { angle: wanted, .. } => {
+                let angle = angle(wanted, centre, layer.number, settings);
+                let entry = (start_share(settings.starts, layer.number, 0) * 4.0) as u32 & 3;
+                let mut lines = zigzag(centre, &links, angle, entry, settings);
+                if settings.layers == LayerDirection::Alternate && layer.number.is_multiple_of(2) {
+                    lines.reverse();
+                    for line in &mut lines {
+                        line.reverse();
+                    }
+                }
+                lines
+            }
+            Strategy::Contour { .. } | Strategy::Spiral { .. } => Vec::new(),
+        };
         beads.extend(beads_of(Role::Fill, lines, settings));
     }
     Ok(())

@@ -8,6 +8,7 @@ mod coverage;
 mod direction;
 pub mod error;
 mod fill;
+mod gaps;
 mod layer;
 mod lines;
 mod neighbours;

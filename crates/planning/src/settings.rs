@@ -229,6 +229,11 @@ impl FillSettings {
         0.5 * self.width + 0.25 * self.stepover
     }
 
+    /// Least share of a stepover that must lack metal for a bead to be laid there.
+    pub(crate) fn least_share(&self) -> f64 {
+        0.7
+    }
+
     /// Chords this near to an arc, mm, are taken as its facets: a hundredth of a bead width, below what a robot
     /// repeats and a bead shows, and about the chord error of parts in files of triangles.
     pub(crate) fn facet(&self) -> f64 {
