@@ -13,6 +13,7 @@ use crate::coverage::{Coverage, coverage};
 use crate::error::PlanError;
 use crate::fill::{Bead, fill};
 use crate::neighbours;
+use crate::pace::{self, nominal_length};
 use crate::settings::{CORNER, FillSettings};
 
 /// A layer to fill: the regions to cover, allowance included.
@@ -92,7 +93,7 @@ pub fn plan_layer(
         .map(|region| fill(region, layer, settings, reporter))
         .collect::<Result<_, _>>()
         .map_err(outline)?;
-    let coverage: Vec<Coverage> = layer
+    let mut coverage: Vec<Coverage> = layer
         .regions
         .par_iter()
         .zip(&filled)
@@ -129,6 +130,16 @@ pub fn plan_layer(
             let id = ids.id(layer.number, passes.len())?;
             passes.push(pass(id, tag, &bead, layer.plane, settings));
         }
+    }
+    pace::adapt(&mut passes, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
+    for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
+        let nominal = settings.paces.map_or(1.0, |p| p.nominal);
+        let long: f64 = passes
+            .iter()
+            .filter(|p| p.tag.entity == c.region)
+            .map(|p| nominal_length(p, nominal))
+            .sum();
+        c.fill_ratio = long * settings.stepover / c.area;
     }
     neighbours::find(&mut passes, layer.plane, settings.width, settings.tolerance);
     Ok(LayerPlan {
