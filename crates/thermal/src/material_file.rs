@@ -246,7 +246,11 @@ impl Checker<'_> {
         expected: &'static str,
     ) -> Result<Law, MaterialError> {
         self.entry(key, &law.unit, &law.source, expected)?;
-        let finite = law.polynomial.iter().chain([&law.about]).all(|c| c.is_finite());
+        let finite = law
+            .polynomial
+            .iter()
+            .chain([&law.about])
+            .all(|c| c.is_finite());
         if law.polynomial.is_empty() || !finite {
             return Err(MaterialError::Law { key });
         }
@@ -277,7 +281,8 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         sources: &file.sources,
     };
     checker.entry("range", &file.range.unit, &file.range.source, "°C")?;
-    let kelvin = |key, number: &Number| Ok::<_, MaterialError>(checker.number(key, number, "°C")? + CELSIUS);
+    let kelvin =
+        |key, number: &Number| Ok::<_, MaterialError>(checker.number(key, number, "°C")? + CELSIUS);
     let start = kelvin("consolidation", &file.consolidation)?;
     let solidus = kelvin("solidus", &file.solidus)?;
     let liquidus = kelvin("liquidus", &file.liquidus)?;
@@ -317,10 +322,26 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         },
         density_solid: checker.law("density.solid", &density.solid, "kg/m³")?,
         density_liquid: checker.law("density.liquid", &density.liquid, "kg/m³")?,
-        specific_heat_solid: checker.law("specific_heat.solid", &file.specific_heat.solid, "J/(kg·K)")?,
-        specific_heat_liquid: checker.law("specific_heat.liquid", &file.specific_heat.liquid, "J/(kg·K)")?,
-        conductivity_solid: checker.law("conductivity.solid", &file.conductivity.solid, "W/(m·K)")?,
-        conductivity_liquid: checker.law("conductivity.liquid", &file.conductivity.liquid, "W/(m·K)")?,
+        specific_heat_solid: checker.law(
+            "specific_heat.solid",
+            &file.specific_heat.solid,
+            "J/(kg·K)",
+        )?,
+        specific_heat_liquid: checker.law(
+            "specific_heat.liquid",
+            &file.specific_heat.liquid,
+            "J/(kg·K)",
+        )?,
+        conductivity_solid: checker.law(
+            "conductivity.solid",
+            &file.conductivity.solid,
+            "W/(m·K)",
+        )?,
+        conductivity_liquid: checker.law(
+            "conductivity.liquid",
+            &file.conductivity.liquid,
+            "W/(m·K)",
+        )?,
         powder: Powder {
             relative_density: relative_density(&checker, &file.porosity, readings, start, solidus)?,
             conduction: match readings.powder_conductivity {
@@ -328,7 +349,9 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
                 Some(share) if share > 0.0 && share <= 1.0 => PowderConduction::Ratio(share),
                 Some(share) => {
                     return Err(MaterialError::Value {
-                        what: format!("powder_conductivity is {share}: it is a share of the solid's, above 0 and at most 1"),
+                        what: format!(
+                            "powder_conductivity is {share}: it is a share of the solid's, above 0 and at most 1"
+                        ),
                     });
                 }
             },
@@ -408,9 +431,15 @@ mod tests {
     #[test]
     fn an_unknown_key_and_an_unlisted_source_are_refused() {
         let text = TITANIUM.replacen("[solidus]", "[solidus]\ncolour = 1", 1);
-        assert!(matches!(read(&text, Readings::default()), Err(MaterialError::Syntax(_))));
+        assert!(matches!(
+            read(&text, Readings::default()),
+            Err(MaterialError::Syntax(_))
+        ));
         let text = TITANIUM.replacen("source = \"iupac-2021\"", "source = \"hearsay\"", 1);
-        assert!(matches!(read(&text, Readings::default()), Err(MaterialError::Source { .. })));
+        assert!(matches!(
+            read(&text, Readings::default()),
+            Err(MaterialError::Source { .. })
+        ));
     }
 
     #[test]

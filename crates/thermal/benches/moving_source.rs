@@ -1,5 +1,6 @@
 //! The semi-analytic engine on rasters: one element is a millimetre of scan with the pool measured every 0.1 mm, one core,
 //! double precision. The cost per millimetre should not grow with the raster.
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint, FocusCalibration};
@@ -16,7 +17,11 @@ fn raster(length: f64, line: f64) -> BeamPath {
     let corners: Vec<[f64; 2]> = (0..lines)
         .flat_map(|n| {
             let y = n as f64 * hatch;
-            if n % 2 == 0 { [[0.0, y], [line, y]] } else { [[line, y], [0.0, y]] }
+            if n % 2 == 0 {
+                [[0.0, y], [line, y]]
+            } else {
+                [[line, y], [0.0, y]]
+            }
         })
         .collect();
     let start = BeamPoint {

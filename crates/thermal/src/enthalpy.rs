@@ -20,7 +20,9 @@ const BELOW: f64 = 100.0;
 #[derive(Debug, thiserror::Error)]
 pub enum CurveError {
     /// A law gives a value that no material has.
-    #[error("at {celsius:.0} °C the laws of {material} give heat capacity {capacity:.3e} J/(mm³·K) and conductivity {conductivity:.3e} W/(mm·K): both must be above zero up to {ceiling:.0} °C")]
+    #[error(
+        "at {celsius:.0} °C the laws of {material} give heat capacity {capacity:.3e} J/(mm³·K) and conductivity {conductivity:.3e} W/(mm·K): both must be above zero up to {ceiling:.0} °C"
+    )]
     Law {
         /// Name of the material.
         material: String,
@@ -34,7 +36,9 @@ pub enum CurveError {
         ceiling: f64,
     },
     /// The short formulas do not follow the laws.
-    #[error("the laws of {material} are too rough for the solver's formulas: they miss by {error:.2} K near {celsius:.0} °C, 2 K are allowed; give smoother laws")]
+    #[error(
+        "the laws of {material} are too rough for the solver's formulas: they miss by {error:.2} K near {celsius:.0} °C, 2 K are allowed; give smoother laws"
+    )]
     Fit {
         /// Name of the material.
         material: String,
@@ -144,7 +148,11 @@ impl<R: Real> Formulas<R> {
     pub(crate) fn relative_density(&self, g: R) -> R {
         let x = g.larger(R::ZERO).smaller(self.kirchhoff.solidus);
         let fitted = (self.start_density + polynomial(&self.density, x)).smaller(R::ONE);
-        if g < self.kirchhoff.solidus { fitted } else { R::ONE }
+        if g < self.kirchhoff.solidus {
+            fitted
+        } else {
+            R::ONE
+        }
     }
 
     /// Share of the dense conductivity at relative density `r`.
@@ -222,11 +230,17 @@ impl Enthalpy {
         let mut kelvin = vec![corners[0]];
         for pair in corners.windows(2) {
             let pieces = ((pair[1] - pair[0]) / 0.5).ceil().clamp(1.0, 20_000.0);
-            kelvin.extend((1..=pieces as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f64 / pieces));
+            kelvin.extend(
+                (1..=pieces as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f64 / pieces),
+            );
         }
         for &t in &kelvin {
             let (capacity, conductivity) = (material.heat_capacity(t), material.conductivity(t));
-            if !(capacity > 0.0 && conductivity > 0.0 && capacity.is_finite() && conductivity.is_finite()) {
+            if !(capacity > 0.0
+                && conductivity > 0.0
+                && capacity.is_finite()
+                && conductivity.is_finite())
+            {
                 return Err(CurveError::Law {
                     material: material.name.clone(),
                     celsius: t - crate::material::CELSIUS,
@@ -241,11 +255,14 @@ impl Enthalpy {
         for pair in kelvin.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             // two-point Gauss: never on a corner, where a law may jump
-            let points = [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()].map(|s| a + s * (b - a));
+            let points =
+                [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()].map(|s| a + s * (b - a));
             let mean = |f: &dyn Fn(f64) -> f64| 0.5 * (f(points[0]) + f(points[1])) * (b - a);
             let dense = mean(&|t| material.heat_capacity(t));
             let kirchhoff = mean(&|t| material.conductivity(t));
-            let powder = mean(&|t| material.relative_density(t.max(material.start)) * material.heat_capacity(t));
+            let powder = mean(&|t| {
+                material.relative_density(t.max(material.start)) * material.heat_capacity(t)
+            });
             diffusivity_max = diffusivity_max.max(kirchhoff / dense);
             for (sum, part) in sums.iter_mut().zip([dense, kirchhoff, powder]) {
                 sum.push(sum[sum.len() - 1] + part);
@@ -310,7 +327,11 @@ impl Enthalpy {
             material.relative_density(kelvin) - start_density
         });
         Formulas {
-            kirchhoff: self.piecewise(material, |kelvin| self.kirchhoff_at(kelvin), self.conductivity_last),
+            kirchhoff: self.piecewise(
+                material,
+                |kelvin| self.kirchhoff_at(kelvin),
+                self.conductivity_last,
+            ),
             start_density,
             density,
             conduction: material.powder_conduction(),
@@ -318,7 +339,12 @@ impl Enthalpy {
     }
 
     /// Short form of a function of temperature; `slope` is its slope at the end of the tables, per kelvin.
-    pub(crate) fn piecewise(&self, material: &Material, value: impl Fn(f64) -> f64, slope: f64) -> Piecewise<f64> {
+    pub(crate) fn piecewise(
+        &self,
+        material: &Material,
+        value: impl Fn(f64) -> f64,
+        slope: f64,
+    ) -> Piecewise<f64> {
         let (gs, gl) = (self.at_solidus, self.at_liquidus);
         let g_ceiling = self.dense[self.dense.len() - 1];
         let at_zero = value(material.start);
@@ -356,7 +382,8 @@ impl Enthalpy {
     fn worst_fit(&self, material: &Material) -> (f64, f64) {
         let mut worst = (0.0, material.start);
         for (i, &t) in self.kelvin.iter().enumerate() {
-            let error = (self.formulas.kirchhoff(self.dense[i]) - self.kirchhoff[i]).abs() / material.conductivity(t);
+            let error = (self.formulas.kirchhoff(self.dense[i]) - self.kirchhoff[i]).abs()
+                / material.conductivity(t);
             if error > worst.0 {
                 worst = (error, t);
             }
@@ -374,7 +401,7 @@ impl Enthalpy {
         self.formulas.cast()
     }
 
-    fn interpolate(&self, from: &[f64], to: &[f64], x: f64, slope_beyond: f64) -> f64 {
+    fn interpolate(from: &[f64], to: &[f64], x: f64, slope_beyond: f64) -> f64 {
         let last = from.len() - 1;
         if x >= from[last] {
             return to[last] + (x - from[last]) * slope_beyond;
@@ -385,7 +412,7 @@ impl Enthalpy {
 
     /// Enthalpy `g` of dense material at `kelvin`, J/mm³.
     pub fn of(&self, kelvin: f64) -> f64 {
-        self.interpolate(&self.kelvin, &self.dense, kelvin, self.capacity_last)
+        Self::interpolate(&self.kelvin, &self.dense, kelvin, self.capacity_last)
     }
 
     /// Temperature at enthalpy `g`, K.
@@ -400,12 +427,17 @@ impl Enthalpy {
     /// assert!((curve.at_liquidus - 4.6).abs() < 0.1);
     /// ```
     pub fn temperature(&self, g: f64) -> f64 {
-        self.interpolate(&self.dense, &self.kelvin, g, 1.0 / self.capacity_last)
+        Self::interpolate(&self.dense, &self.kelvin, g, 1.0 / self.capacity_last)
     }
 
     /// `θ = ∫ k dT` from the start temperature to `kelvin`, W/mm.
     pub fn kirchhoff_at(&self, kelvin: f64) -> f64 {
-        self.interpolate(&self.kelvin, &self.kirchhoff, kelvin, self.conductivity_last)
+        Self::interpolate(
+            &self.kelvin,
+            &self.kirchhoff,
+            kelvin,
+            self.conductivity_last,
+        )
     }
 
     /// Heat in a unit volume of relative density `r` at enthalpy `g`, counted from fresh powder at the start temperature
@@ -427,7 +459,7 @@ impl Enthalpy {
             }
             0.5 * (low + high)
         };
-        let first = self.interpolate(&self.dense, &self.powder, highest, 1.0);
+        let first = Self::interpolate(&self.dense, &self.powder, highest, 1.0);
         first + r * (g - highest)
     }
 }
@@ -443,12 +475,14 @@ mod tests {
     fn formulas_follow_the_tables() {
         let material = read(TITANIUM, Readings::default()).unwrap();
         let curve = Enthalpy::new(&material).unwrap();
-        println!("fit error {:.3} K, largest diffusivity {:.2} mm²/s", curve.fit_error, curve.diffusivity_max);
         assert!(curve.fit_error < 1.0, "{}", curve.fit_error);
         for celsius in [750.0, 900.0, 1300.0, 1604.0] {
             let kelvin = celsius + 273.15;
             let fitted = curve.formulas.relative_density(curve.of(kelvin));
-            assert!((fitted - material.relative_density(kelvin)).abs() < 1e-4, "{celsius}: {fitted}");
+            assert!(
+                (fitted - material.relative_density(kelvin)).abs() < 1e-4,
+                "{celsius}: {fitted}"
+            );
         }
     }
 

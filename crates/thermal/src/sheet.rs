@@ -31,7 +31,8 @@ pub(crate) struct Sums {
 
 impl Sheet {
     pub(crate) fn new(centre: [f64; 2], direction: [f64; 2], size: [f64; 4]) -> Self {
-        let spaced = |n: usize, i: usize, from: f64, to: f64| from + (to - from) * i as f64 / (n - 1) as f64;
+        let spaced =
+            |n: usize, i: usize, from: f64, to: f64| from + (to - from) * i as f64 / (n - 1) as f64;
         Sheet {
             centre,
             direction,
@@ -43,7 +44,12 @@ impl Sheet {
     }
 
     /// Pool size, how far it reaches behind, ahead, to the sides and down, and whether it touches the border there.
-    pub(crate) fn measure(&self, sums: &Sums, ambient: f64, liquidus: f64) -> (MeltPool, [f64; 4], [bool; 4]) {
+    pub(crate) fn measure(
+        &self,
+        sums: &Sums,
+        ambient: f64,
+        liquidus: f64,
+    ) -> (MeltPool, [f64; 4], [bool; 4]) {
         let limit = liquidus - ambient;
         let pool = connected(&sums.top, limit);
         let hottest = sums.top.iter().flatten().copied().fold(0.0, f64::max);
@@ -56,17 +62,24 @@ impl Sheet {
             return (pool, [0.0; 4], [false; 4]);
         }
         // ridges: the largest value across, between nodes, for every place along; and the other way round
-        let turned: [[f64; ALONG]; ACROSS] = std::array::from_fn(|j| std::array::from_fn(|i| sums.top[i][j]));
-        let pool_turned: [[bool; ALONG]; ACROSS] = std::array::from_fn(|j| std::array::from_fn(|i| pool[i][j]));
+        let turned: [[f64; ALONG]; ACROSS] =
+            std::array::from_fn(|j| std::array::from_fn(|i| sums.top[i][j]));
+        let pool_turned: [[bool; ALONG]; ACROSS] =
+            std::array::from_fn(|j| std::array::from_fn(|i| pool[i][j]));
         let (behind, ahead) = extent(&sums.top, &pool, &self.along, limit);
         let (right, left) = extent(&turned, &pool_turned, &self.across, limit);
         let deep: [f64; DOWN] = std::array::from_fn(|k| {
             let level: [f64; ALONG] = std::array::from_fn(|i| sums.below[i][k]);
             // the plane below the path lies between the two middle columns of the surface
-            let under: [bool; ALONG] = std::array::from_fn(|i| pool[i][ACROSS / 2 - 1] || pool[i][ACROSS / 2]);
+            let under: [bool; ALONG] =
+                std::array::from_fn(|i| pool[i][ACROSS / 2 - 1] || pool[i][ACROSS / 2]);
             ridge(&level, &under)
         });
-        let depth = if deep[0] > limit { crossing(&deep, &self.down, limit, 0, 1) } else { Some(0.0) };
+        let depth = if deep[0] > limit {
+            crossing(&deep, &self.down, limit, 0, 1)
+        } else {
+            Some(0.0)
+        };
         let touched = [
             behind.is_none(),
             ahead.is_none(),
@@ -105,11 +118,17 @@ impl Frame {
     /// variances that a rotation gives and drops their covariance.
     #[inline(always)]
     fn of(&self, node: &Node) -> ([f64; 2], [f64; 2]) {
-        let (dx, dy) = (node.centre[0] - self.centre[0], node.centre[1] - self.centre[1]);
+        let (dx, dy) = (
+            node.centre[0] - self.centre[0],
+            node.centre[1] - self.centre[1],
+        );
         let [ux, uy] = self.direction;
         let (c, s) = (ux * ux, uy * uy);
         let [vx, vy] = node.variance;
-        ([dx * ux + dy * uy, dy * ux - dx * uy], [c * vx + s * vy, s * vx + c * vy])
+        (
+            [dx * ux + dy * uy, dy * ux - dx * uy],
+            [c * vx + s * vy, s * vx + c * vy],
+        )
     }
 }
 
@@ -165,13 +184,17 @@ impl<const A: usize, const B: usize, const C: usize> CellLoop for Superpose<'_, 
             let reach = 6.5 * vx.sqrt();
             let first = self.along.partition_point(|a| *a < x - reach);
             let end = self.along.partition_point(|a| *a <= x + reach);
-            for i in first..end {
-                let (on_top, under) = (surface * along[i], middle * along[i]);
-                for j in 0..B {
-                    self.top[i][j] += on_top * across[j];
+            let rows = self.top[first..end].iter_mut();
+            for ((top, below), along) in rows
+                .zip(&mut self.below[first..end])
+                .zip(&along[first..end])
+            {
+                let (on_top, under) = (surface * along, middle * along);
+                for (sum, share) in top.iter_mut().zip(&across) {
+                    *sum += on_top * share;
                 }
-                for k in 0..C {
-                    self.below[i][k] += under * down[k];
+                for (sum, share) in below.iter_mut().zip(&down) {
+                    *sum += under * share;
                 }
             }
         }
@@ -187,7 +210,13 @@ impl Sums {
     }
 
     /// Adds `nodes` to the sums on all nodes of the sheet.
-    pub(crate) fn superpose(&mut self, sheet: &Sheet, nodes: &[Node], medium: &Medium, level: Level) {
+    pub(crate) fn superpose(
+        &mut self,
+        sheet: &Sheet,
+        nodes: &[Node],
+        medium: &Medium,
+        level: Level,
+    ) {
         let frame = sheet.frame();
         // what lies so far away that it adds less than 1e-17 of its peak is left out
         let far = |offset: f64, low: f64, high: f64, variance: f64| {
@@ -198,7 +227,8 @@ impl Sums {
             .iter()
             .filter(|n| {
                 let ([x, y], [vx, vy]) = frame.of(n);
-                !(far(x, -sheet.size[0], sheet.size[1], vx) || far(y, -sheet.size[2], sheet.size[2], vy))
+                !(far(x, -sheet.size[0], sheet.size[1], vx)
+                    || far(y, -sheet.size[2], sheet.size[2], vy))
             })
             .copied()
             .collect();
@@ -235,7 +265,12 @@ fn connected(top: &[[f64; ACROSS]], limit: f64) -> [[bool; ACROSS]; ALONG] {
             continue;
         }
         pool[i][j] = true;
-        for (i, j) in [(i.wrapping_sub(1), j), (i + 1, j), (i, j.wrapping_sub(1)), (i, j + 1)] {
+        for (i, j) in [
+            (i.wrapping_sub(1), j),
+            (i + 1, j),
+            (i, j.wrapping_sub(1)),
+            (i, j + 1),
+        ] {
             if i < ALONG && j < ACROSS {
                 waiting.push((i, j));
             }
@@ -247,7 +282,10 @@ fn connected(top: &[[f64; ACROSS]], limit: f64) -> [[bool; ACROSS]; ALONG] {
 /// Largest value of a row among the places that `inside` names and their neighbours, by a parabola through the largest node.
 fn ridge<const N: usize>(row: &[f64; N], inside: &[bool; N]) -> f64 {
     let near = |i: usize| inside[i] || (i > 0 && inside[i - 1]) || (i + 1 < N && inside[i + 1]);
-    let Some(best) = (0..N).filter(|i| near(*i)).max_by(|a, b| row[*a].total_cmp(&row[*b])) else {
+    let Some(best) = (0..N)
+        .filter(|i| near(*i))
+        .max_by(|a, b| row[*a].total_cmp(&row[*b]))
+    else {
         return f64::NEG_INFINITY;
     };
     if best == 0 || best + 1 == N {
@@ -255,7 +293,11 @@ fn ridge<const N: usize>(row: &[f64; N], inside: &[bool; N]) -> f64 {
     }
     let (a, b, c) = (row[best - 1], row[best], row[best + 1]);
     let bend = a - 2.0 * b + c;
-    if bend < 0.0 && b >= a && b >= c { b - (c - a) * (c - a) / (8.0 * bend) } else { b }
+    if bend < 0.0 && b >= a && b >= c {
+        b - (c - a) * (c - a) / (8.0 * bend)
+    } else {
+        b
+    }
 }
 
 /// Where a pool begins and ends along the rows of `field`; `None` where it reaches the border.
@@ -271,11 +313,20 @@ fn extent<const A: usize, const B: usize>(
     };
     // outside the pool the ridge is followed from where it leaves it
     let profile: [f64; A] = std::array::from_fn(|i| ridge(&field[i], &pool[i.clamp(first, last)]));
-    (crossing(&profile, places, limit, first, -1), crossing(&profile, places, limit, last, 1))
+    (
+        crossing(&profile, places, limit, first, -1),
+        crossing(&profile, places, limit, last, 1),
+    )
 }
 
 /// Where a profile falls through `limit` next to place `from` in the direction of `step`, by a cubic through four places.
-fn crossing<const N: usize>(profile: &[f64; N], places: &[f64; N], limit: f64, from: usize, step: isize) -> Option<f64> {
+fn crossing<const N: usize>(
+    profile: &[f64; N],
+    places: &[f64; N],
+    limit: f64,
+    from: usize,
+    step: isize,
+) -> Option<f64> {
     let mut i = from;
     let next = loop {
         let next = i.checked_add_signed(step).filter(|n| *n < N)?;
@@ -285,8 +336,14 @@ fn crossing<const N: usize>(profile: &[f64; N], places: &[f64; N], limit: f64, f
         i = next;
     };
     let before = i.checked_add_signed(-step).filter(|n| *n < N).unwrap_or(i);
-    let beyond = next.checked_add_signed(step).filter(|n| *n < N).unwrap_or(next);
-    let nodes: Vec<usize> = [before, i, next, beyond].into_iter().filter(|n| profile[*n].is_finite()).collect();
+    let beyond = next
+        .checked_add_signed(step)
+        .filter(|n| *n < N)
+        .unwrap_or(next);
+    let nodes: Vec<usize> = [before, i, next, beyond]
+        .into_iter()
+        .filter(|n| profile[*n].is_finite())
+        .collect();
     let mut distinct = nodes;
     distinct.dedup();
     let at = |x: f64| -> f64 {
@@ -305,7 +362,11 @@ fn crossing<const N: usize>(profile: &[f64; N], places: &[f64; N], limit: f64, f
     let (mut inside, mut outside) = (places[i], places[next]);
     for _ in 0..40 {
         let middle = 0.5 * (inside + outside);
-        if at(middle) > limit { inside = middle } else { outside = middle }
+        if at(middle) > limit {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
     }
     Some(0.5 * (inside + outside))
 }
@@ -379,7 +440,9 @@ impl Smooth {
         let along = sheet.along.map(|x| lagrange(&self.along, x));
         let across = sheet.across.map(|y| lagrange(&self.across, y));
         let down = sheet.down.map(|z| lagrange(&self.down, z));
-        let dot = |u: &[f64; COARSE], v: &[f64; COARSE]| -> f64 { u.iter().zip(v).map(|(p, q)| p * q).sum() };
+        let dot = |u: &[f64; COARSE], v: &[f64; COARSE]| -> f64 {
+            u.iter().zip(v).map(|(p, q)| p * q).sum()
+        };
         for (i, a) in along.iter().enumerate() {
             let row = |field: &[[f64; COARSE]; COARSE_ALONG]| -> [f64; COARSE] {
                 std::array::from_fn(|j| (0..COARSE_ALONG).map(|m| a[m] * field[m][j]).sum())

@@ -5,7 +5,7 @@
 
 use meltpath_geometry::math::DVec3;
 
-use crate::block::{Beyond, Block, Shape, Together};
+use crate::block::{Beyond, Block, Shape};
 use crate::enthalpy::{CurveError, Enthalpy};
 use crate::grid::{Field, Grid, GridError, TemperatureField};
 use crate::material::Material;
@@ -57,7 +57,11 @@ impl Ledger {
 
     /// Difference between the heat `stored` and what should have stayed, as a share of what the beam brought.
     pub fn residual(&self, stored: f64) -> f64 {
-        let scale = self.absorbed.abs().max(self.conducted.abs()).max(f64::MIN_POSITIVE);
+        let scale = self
+            .absorbed
+            .abs()
+            .max(self.conducted.abs())
+            .max(f64::MIN_POSITIVE);
         (stored - self.net()) / scale
     }
 }
@@ -72,7 +76,9 @@ pub enum SolverError {
     #[error(transparent)]
     Curve(#[from] CurveError),
     /// The explicit scheme would blow up.
-    #[error("a time step of {step:.3e} s is unstable on cells of {edge:?} mm: use at most {limit:.3e} s, larger cells, or the implicit scheme")]
+    #[error(
+        "a time step of {step:.3e} s is unstable on cells of {edge:?} mm: use at most {limit:.3e} s, larger cells, or the implicit scheme"
+    )]
     Step {
         /// The step asked for, s.
         step: f64,
@@ -82,7 +88,9 @@ pub enum SolverError {
         edge: [f64; 3],
     },
     /// The beam is outside the domain.
-    #[error("at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside the domain {low:?} to {high:?} mm: enlarge the domain (0.5 mm beyond the path is usual) or move the path")]
+    #[error(
+        "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside the domain {low:?} to {high:?} mm: enlarge the domain (0.5 mm beyond the path is usual) or move the path"
+    )]
     Outside {
         /// When, s.
         time: f64,
@@ -98,7 +106,9 @@ pub enum SolverError {
         high: [f64; 2],
     },
     /// A layer that is not whole planes of cells.
-    #[error("a layer of {thickness} mm on planes of {plane} mm: the layer must be a whole number of planes")]
+    #[error(
+        "a layer of {thickness} mm on planes of {plane} mm: the layer must be a whole number of planes"
+    )]
     Layer {
         /// Thickness, mm.
         thickness: f64,
@@ -106,7 +116,9 @@ pub enum SolverError {
         plane: f64,
     },
     /// The implicit iteration did not converge.
-    #[error("the implicit step of {step:.3e} s at {time:.6} s did not converge after {iterations} iterations (residual {residual:.1e}): use a shorter step")]
+    #[error(
+        "the implicit step of {step:.3e} s at {time:.6} s did not converge after {iterations} iterations (residual {residual:.1e}): use a shorter step"
+    )]
     Convergence {
         /// The step, s.
         step: f64,
@@ -172,7 +184,7 @@ impl<R: Real> Solver<R> {
         let mut solver = Solver {
             depths: grid.depths(),
             losses: Losses::new(&faces.top, &material, &curve),
-            block: Block::new(shape, curve.formulas()),
+            block: Block::new(&shape, curve.formulas()),
             grid,
             material,
             curve,
@@ -252,7 +264,11 @@ impl<R: Real> Solver<R> {
             let corner = self.grid.centre(0, 0, k);
             for j in 0..ny {
                 for i in 0..nx {
-                    let offset = DVec3::new(i as f64 * self.grid.edge[0], j as f64 * self.grid.edge[1], 0.0);
+                    let offset = DVec3::new(
+                        i as f64 * self.grid.edge[0],
+                        j as f64 * self.grid.edge[1],
+                        0.0,
+                    );
                     f(self, (k * ny + j) * nx + i, corner + offset);
                 }
             }
@@ -268,12 +284,18 @@ impl<R: Real> Solver<R> {
         let [a, b] = self.material.powder_conduction();
         let share = a + b * fresh;
         let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
-        let rate = 2.0 * self.curve.diffusivity_max * contrast * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
+        let rate =
+            2.0 * self.curve.diffusivity_max * contrast * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
         0.95 / rate
     }
 
     fn smallest_edges(&self) -> [f64; 3] {
-        let dz = self.grid.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        let dz = self
+            .grid
+            .heights
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
         [self.grid.edge[0], self.grid.edge[1], dz]
     }
 
@@ -292,9 +314,9 @@ impl<R: Real> Solver<R> {
         }
         let sides = self.beyond(self.faces.sides);
         let bottom = self.beyond(self.faces.bottom);
-        self.block.refresh(sides, Together::AllThreads);
+        self.block.refresh(sides);
         self.conduct_out(dt, sides, bottom);
-        self.block.advance(dt, bottom, Together::AllThreads);
+        self.block.advance(dt, bottom);
         self.lose(dt);
         for spot in spots {
             self.heat(spot, dt)?;
@@ -322,7 +344,7 @@ impl<R: Real> Solver<R> {
         }
         let footprint = spot.footprint(&self.grid, &self.depths);
         let total = footprint.total();
-        if !(total > 0.5) {
+        if total.is_nan() || total <= 0.5 {
             let low = [self.grid.origin.x, self.grid.origin.y];
             return Err(SolverError::Outside {
                 time: self.time,
@@ -330,7 +352,9 @@ impl<R: Real> Solver<R> {
                 y: spot.centre[1],
                 share: 100.0 * (1.0 - total),
                 low,
-                high: std::array::from_fn(|a| low[a] + self.grid.cells[a] as f64 * self.grid.edge[a]),
+                high: std::array::from_fn(|a| {
+                    low[a] + self.grid.cells[a] as f64 * self.grid.edge[a]
+                }),
             });
         }
         let joules = spot.power * dt;
@@ -377,7 +401,8 @@ impl<R: Real> Solver<R> {
                 for n in (1..=ny).flat_map(|j| [j * stride + 1, j * stride + nx]) {
                     along_x += share[n].wide() * (theta[n].wide() - face);
                 }
-                let along_y = flow(&share[row(1)], &theta[row(1)], face) + flow(&share[row(ny)], &theta[row(ny)], face);
+                let along_y = flow(&share[row(1)], &theta[row(1)], face)
+                    + flow(&share[row(ny)], &theta[row(ny)], face);
                 out += 2.0 * self.grid.heights[k] * (along_x * dy / dx + along_y * dx / dy);
             }
         }
@@ -386,7 +411,11 @@ impl<R: Real> Solver<R> {
             let mut sum = 0.0;
             for j in 1..=ny {
                 let row = k * ghost + j * stride + 1..k * ghost + j * stride + 1 + nx;
-                sum += flow(&self.block.conduction[row.clone()], &self.block.theta[row], face);
+                sum += flow(
+                    &self.block.conduction[row.clone()],
+                    &self.block.theta[row],
+                    face,
+                );
             }
             out += 2.0 * sum * dx * dy / self.grid.heights[k];
         }
@@ -443,13 +472,20 @@ impl<R: Real> Solver<R> {
     /// Computes only what lies within `depth` mm of the build plane; the rest keeps its state and acts as an imposed or
     /// insulated lower face. For tall builds, after [`Solver::add_layer`].
     pub fn freeze_below(&mut self, depth: f64) {
-        self.block.frozen = self.depths.iter().take_while(|d| **d >= depth).count().min(self.grid.planes() - 1);
+        self.block.frozen = self
+            .depths
+            .iter()
+            .take_while(|d| **d >= depth)
+            .count()
+            .min(self.grid.planes() - 1);
     }
 
     fn field(&self, value: impl Fn(usize) -> f64) -> Field {
         Field {
             grid: self.grid.clone(),
-            values: (0..self.block.enthalpy.len()).map(|n| value(n) as f32).collect(),
+            values: (0..self.block.enthalpy.len())
+                .map(|n| value(n) as f32)
+                .collect(),
         }
     }
 
@@ -474,7 +510,8 @@ impl<R: Real> Solver<R> {
     /// Temperature of cell `(i, j, k)`, K.
     pub fn temperature_at(&self, i: usize, j: usize, k: usize) -> f64 {
         let [nx, ny] = self.grid.cells;
-        self.curve.temperature(self.block.enthalpy[(k * ny + j) * nx + i].wide())
+        self.curve
+            .temperature(self.block.enthalpy[(k * ny + j) * nx + i].wide())
     }
 
     /// The hottest temperature anywhere, K.

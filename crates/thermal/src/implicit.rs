@@ -75,7 +75,10 @@ impl<R: Real> Solver<R> {
         // double precision throughout: the residual of a long step is a small difference
         let f = self.curve.formulas::<f64>();
         let first = self.block.frozen * self.block.plane();
-        let before: Vec<f64> = self.block.enthalpy[first..].iter().map(|g| g.wide()).collect();
+        let before: Vec<f64> = self.block.enthalpy[first..]
+            .iter()
+            .map(|g| g.wide())
+            .collect();
         let density_before: Vec<R> = self.block.density[first..].to_vec();
         // the beam enters as heat that the step distributes: its share per cell is what it would add explicitly
         for spot in spots {
@@ -98,7 +101,10 @@ impl<R: Real> Solver<R> {
             ((theta_of(g + h) - theta_of(g - h)) / (2.0 * h)).max(1e-3 * self.curve.diffusivity_max)
         };
         let n = before.len();
-        let mut g: Vec<f64> = self.block.enthalpy[first..].iter().map(|g| g.wide()).collect();
+        let mut g: Vec<f64> = self.block.enthalpy[first..]
+            .iter()
+            .map(|g| g.wide())
+            .collect();
         let mut mean_density: Vec<f64> = density_before.iter().map(|r| r.wide()).collect();
         let mut flow = vec![0.0; n];
         let mut residual = vec![0.0; n];
@@ -120,25 +126,41 @@ impl<R: Real> Solver<R> {
                 let stored = volumes[i] * (mean_density[i] * (g[i] - before[i]) - beam[i]);
                 residual[i] = stored + out;
                 size += residual[i].abs();
-                scale += volumes[i] * (mean_density[i] * (g[i] - before[i])).abs() + flow[i].abs() + (volumes[i] * beam[i]).abs();
+                scale += volumes[i] * (mean_density[i] * (g[i] - before[i])).abs()
+                    + flow[i].abs()
+                    + (volumes[i] * beam[i]).abs();
             }
             relative = size / scale.max(1e-12);
             if relative < DONE {
-                return self.finish_implicit(dt, &g, &density_before, &conductances, first, top);
+                self.finish_implicit(dt, &g, &density_before, &conductances, first, top);
+                return Ok(());
             }
             let slopes: Vec<f64> = g.iter().map(|g| slope_of(*g)).collect();
-            let mut shift: Vec<f64> = (0..n).map(|i| volumes[i] * mean_density[i] / slopes[i]).collect();
+            let mut shift: Vec<f64> = (0..n)
+                .map(|i| volumes[i] * mean_density[i] / slopes[i])
+                .collect();
             for i in top..n {
                 let h = 1e-3 * self.curve.at_solidus;
-                let rise = self.losses.flux(R::of(g[i] + h), density_before[i]) - self.losses.flux(R::of(g[i] - h), density_before[i]);
+                let rise = self.losses.flux(R::of(g[i] + h), density_before[i])
+                    - self.losses.flux(R::of(g[i] - h), density_before[i]);
                 shift[i] += area * (rise / (2.0 * h)).max(0.0) / slopes[i];
             }
-            let change = solve(&conductances, &diagonal, &shift, &residual, if iteration < 2 { 1e-3 } else { 1e-6 });
+            let change = solve(
+                &conductances,
+                &diagonal,
+                &shift,
+                &residual,
+                if iteration < 2 { 1e-3 } else { 1e-6 },
+            );
             for i in 0..n {
                 // of the two ways to follow a bent curve the shorter one never overshoots a phase change
                 let straight = change[i] / slopes[i];
                 let bent = self.enthalpy_at_kirchhoff(theta[i] + change[i], g[i], straight) - g[i];
-                g[i] += if bent.abs() < straight.abs() { bent } else { straight };
+                g[i] += if bent.abs() < straight.abs() {
+                    bent
+                } else {
+                    straight
+                };
             }
         }
         Err(SolverError::Convergence {
@@ -176,7 +198,7 @@ impl<R: Real> Solver<R> {
         conductances: &Conductances,
         first: usize,
         top: usize,
-    ) -> Result<(), SolverError> {
+    ) {
         let area = self.grid.edge[0] * self.grid.edge[1] * dt;
         let f = self.curve.formulas::<f64>();
         for (i, (&exact, &r)) in g.iter().zip(density).enumerate() {
@@ -187,14 +209,14 @@ impl<R: Real> Solver<R> {
                 self.ledger.evaporated += steam;
                 self.ledger.radiated += all - steam;
             }
-            self.ledger.conducted += conductances.outside[i] * (f.kirchhoff(exact) - conductances.face[i]);
+            self.ledger.conducted +=
+                conductances.outside[i] * (f.kirchhoff(exact) - conductances.face[i]);
             self.block.enthalpy[first + i] = g;
             self.block.density[first + i] = R::of(f.relative_density(exact)).larger(r);
             self.block.highest[first + i] = self.block.highest[first + i].larger(g);
         }
         self.block.mark_powder();
         self.time += dt;
-        Ok(())
     }
 
     fn volumes(&self) -> Vec<f64> {
@@ -212,13 +234,16 @@ impl<R: Real> Solver<R> {
         let n = nx * ny * nz;
         let heights = &self.grid.heights[from..];
         let f = self.curve.formulas::<f64>();
-        let share: Vec<f64> = self.block.density[from * nx * ny..].iter().map(|r| f.conduction(r.wide())).collect();
+        let share: Vec<f64> = self.block.density[from * nx * ny..]
+            .iter()
+            .map(|r| f.conduction(r.wide()))
+            .collect();
         let mut next = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
         let mut outside = vec![0.0; n];
         let mut face = vec![0.0; n];
         let imposed = |b: Beyond| match b {
             Beyond::Imposed(theta) => Some(theta),
-            Beyond::Nothing | Beyond::Neighbour => None,
+            Beyond::Nothing => None,
         };
         let sides = imposed(self.beyond(self.faces.sides));
         let bottom = imposed(self.beyond(self.faces.bottom));
@@ -233,7 +258,8 @@ impl<R: Real> Solver<R> {
                 next[1][m] = dt * dx * h * between(share[m], share[m + nx], dy, dy);
             }
             if k + 1 < nz {
-                next[2][m] = dt * dx * dy * between(share[m], share[m + nx * ny], h, heights[k + 1]);
+                next[2][m] =
+                    dt * dx * dy * between(share[m], share[m + nx * ny], h, heights[k + 1]);
             }
             let mut out = |conductance: f64, theta: f64| {
                 // all imposed faces of a cell at once: their mean, weighted
@@ -267,11 +293,18 @@ impl<R: Real> Solver<R> {
 }
 
 /// `(diag(shift) + A) x = −residual` by conjugate gradients with the diagonal as preconditioner, to `share` of the residual.
-fn solve(a: &Conductances, diagonal: &[f64], shift: &[f64], residual: &[f64], share: f64) -> Vec<f64> {
+fn solve(
+    a: &Conductances,
+    diagonal: &[f64],
+    shift: &[f64],
+    residual: &[f64],
+    share: f64,
+) -> Vec<f64> {
     let n = residual.len();
     let mut x = vec![0.0; n];
     let mut r: Vec<f64> = residual.iter().map(|v| -v).collect();
-    let precondition = |r: &[f64]| -> Vec<f64> { (0..n).map(|i| r[i] / (diagonal[i] + shift[i])).collect() };
+    let precondition =
+        |r: &[f64]| -> Vec<f64> { (0..n).map(|i| r[i] / (diagonal[i] + shift[i])).collect() };
     let mut z = precondition(&r);
     let mut p = z.clone();
     let mut rz = dot(&r, &z);

@@ -70,7 +70,13 @@ pub(crate) struct Footprint {
 const REACH: f64 = 1.7;
 
 /// Shares of a Gaussian of 1/e² diameter `diameter` centred on `centre` in the cells of `edge` from `origin`.
-fn gaussian_shares(origin: f64, edge: f64, cells: usize, centre: f64, diameter: f64) -> (usize, Vec<f64>) {
+fn gaussian_shares(
+    origin: f64,
+    edge: f64,
+    cells: usize,
+    centre: f64,
+    diameter: f64,
+) -> (usize, Vec<f64>) {
     let index = |x: f64| ((x - origin) / edge).floor().clamp(0.0, cells as f64) as usize;
     let first = index(centre - REACH * diameter);
     let end = (index(centre + REACH * diameter) + 1).min(cells);
@@ -92,8 +98,20 @@ impl Spot {
     /// Shares of the spot's power in the cells of `grid`; they sum to less than 1 where the beam leaves the grid.
     pub(crate) fn footprint(&self, grid: &Grid, depths: &[f64]) -> Footprint {
         let [nx, ny] = grid.cells;
-        let (i0, sx) = gaussian_shares(grid.origin.x, grid.edge[0], nx, self.centre[0], self.diameter);
-        let (j0, sy) = gaussian_shares(grid.origin.y, grid.edge[1], ny, self.centre[1], self.diameter);
+        let (i0, sx) = gaussian_shares(
+            grid.origin.x,
+            grid.edge[0],
+            nx,
+            self.centre[0],
+            self.diameter,
+        );
+        let (j0, sy) = gaussian_shares(
+            grid.origin.y,
+            grid.edge[1],
+            ny,
+            self.centre[1],
+            self.diameter,
+        );
         Footprint {
             first: [i0, j0],
             across: [sx, sy],
@@ -113,7 +131,9 @@ impl Spot {
 impl Footprint {
     /// Share of the power that falls on the grid.
     pub(crate) fn total(&self) -> f64 {
-        self.across[0].iter().sum::<f64>() * self.across[1].iter().sum::<f64>() * self.along.iter().sum::<f64>()
+        self.across[0].iter().sum::<f64>()
+            * self.across[1].iter().sum::<f64>()
+            * self.along.iter().sum::<f64>()
     }
 }
 

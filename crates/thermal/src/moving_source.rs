@@ -33,7 +33,9 @@ pub enum MovingSourceError {
         asked: f64,
     },
     /// The pool grows without end.
-    #[error("at {time:.6} s the pool is larger than {size:.1} mm: the body is molten throughout; check power and properties")]
+    #[error(
+        "at {time:.6} s the pool is larger than {size:.1} mm: the body is molten throughout; check power and properties"
+    )]
     Endless {
         /// When, s.
         time: f64,
@@ -90,7 +92,12 @@ impl MovingSource {
     ///
     /// # Errors
     /// [`MovingSourceError`].
-    pub fn new(medium: Medium, path: BeamPath, beam: Beam, memory: Memory) -> Result<Self, MovingSourceError> {
+    pub fn new(
+        medium: Medium,
+        path: BeamPath,
+        beam: Beam,
+        memory: Memory,
+    ) -> Result<Self, MovingSourceError> {
         medium.check()?;
         let mut diameter = f64::INFINITY;
         let mut speed = 0.0_f64;
@@ -107,7 +114,11 @@ impl MovingSource {
         let sigma = diameter / 4.0;
         // a quantum is short beside the beam, and an eighth of the age at which it is first used is long beside spreading
         let spreading = sigma * sigma / (2.0 * medium.diffusivity) / PER_AGE;
-        let quantum = if speed > 0.0 { spreading.min(0.7 * sigma / speed) } else { spreading };
+        let quantum = if speed > 0.0 {
+            spreading.min(0.7 * sigma / speed)
+        } else {
+            spreading
+        };
         Ok(MovingSource {
             history: History::new(memory, PER_AGE * quantum, medium.diffusivity, sigma * sigma),
             now: path.begin(),
@@ -166,7 +177,12 @@ impl MovingSource {
                 let spot = self.beam.spot(&self.path.at(middle))?;
                 if spot.power > 0.0 {
                     let sigma = spot.diameter / 4.0;
-                    self.history.push(Lump::new(spot.power * (b - a), middle, spot.centre, sigma * sigma));
+                    self.history.push(Lump::new(
+                        spot.power * (b - a),
+                        middle,
+                        spot.centre,
+                        sigma * sigma,
+                    ));
                 }
             }
             self.fed += 1;
@@ -185,9 +201,17 @@ impl MovingSource {
         let points = self.path.points();
         let first = points.partition_point(|p| p.time <= from);
         let mut cuts = vec![from];
-        cuts.extend(points[first..].iter().map(|p| p.time).take_while(|t| *t < to));
+        cuts.extend(
+            points[first..]
+                .iter()
+                .map(|p| p.time)
+                .take_while(|t| *t < to),
+        );
         cuts.push(to);
-        cuts.windows(2).map(|w| (w[0], w[1])).filter(|(a, b)| b > a).collect()
+        cuts.windows(2)
+            .map(|w| (w[0], w[1]))
+            .filter(|(a, b)| b > a)
+            .collect()
     }
 
     fn last_moments(&self) -> Result<Vec<Node>, MovingSourceError> {
@@ -268,10 +292,16 @@ impl MovingSource {
     /// [`MovingSourceError::Endless`].
     pub fn measure(&mut self, liquidus: f64) -> Result<Measured, MovingSourceError> {
         let here = self.path.at(self.now.min(self.path.end()));
-        let before = self.path.at((self.now - self.quantum).max(self.path.begin()));
+        let before = self
+            .path
+            .at((self.now - self.quantum).max(self.path.begin()));
         let travel = [here.x - before.x, here.y - before.y];
         let norm = travel[0].hypot(travel[1]);
-        let [ux, uy] = if norm > 0.0 { travel.map(|c| c / norm) } else { [1.0, 0.0] };
+        let [ux, uy] = if norm > 0.0 {
+            travel.map(|c| c / norm)
+        } else {
+            [1.0, 0.0]
+        };
         let mut tight = false;
         loop {
             let sheet = Sheet::new([here.x, here.y], [ux, uy], self.box_guess);
@@ -283,7 +313,10 @@ impl MovingSource {
                 }
                 let size = self.box_guess.into_iter().fold(0.0, f64::max);
                 if size > 1e3 {
-                    return Err(MovingSourceError::Endless { time: self.now, size });
+                    return Err(MovingSourceError::Endless {
+                        time: self.now,
+                        size,
+                    });
                 }
                 continue;
             }

@@ -62,7 +62,10 @@ impl<R: Real> Losses<R> {
         );
         Losses {
             black: Enthalpy::in_precision(&black),
-            emissivity: [R::of(material.emissivity), R::of(material.powder.emissivity)],
+            emissivity: [
+                R::of(material.emissivity),
+                R::of(material.powder.emissivity),
+            ],
             steam: evaporation.map(|law| {
                 // nothing evaporates below the liquidus
                 let first = curve.at_liquidus;
@@ -129,7 +132,11 @@ impl<R: Real> Losses<R> {
 
 impl Steam {
     fn flux(&self, g: f64) -> f64 {
-        if g > self.first { self.over(g, 1e-12) * 1e12 } else { 0.0 }
+        if g > self.first {
+            self.over(g, 1e-12) * 1e12
+        } else {
+            0.0
+        }
     }
 
     /// Heat carried away, J/mm³, with `share = dt/height`; implicit, so that a step never overshoots.
@@ -160,7 +167,11 @@ impl<R: Real> CellLoop for Radiate<'_, R> {
         let [dense, powder] = self.losses.emissivity.map(|e| e * self.share);
         // sums by lane, in a fixed order
         let mut sums = [0.0_f64; LANES];
-        for (g, r) in self.enthalpy.chunks_mut(LANES).zip(self.density.chunks_mut(LANES)) {
+        for (g, r) in self
+            .enthalpy
+            .chunks_mut(LANES)
+            .zip(self.density.chunks_mut(LANES))
+        {
             let mut heat = [R::ZERO; LANES];
             let n = g.len().min(r.len()).min(LANES);
             let (g, r) = (&mut g[..n], &mut r[..n]);

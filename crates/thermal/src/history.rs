@@ -3,7 +3,7 @@
 //!
 //! Young heat is kept in quanta. Heat of age `A·2^ℓ` has spread to `s = √(σ² + 2 α A 2^ℓ)`: quanta that were laid down
 //! within an eighth of that age and within a cell of `0.8 s` become one Gaussian with their sum, centre, variances and mean
-//! time. What is lost are covariance and higher moments; [`Lump::doubt`] bounds their leading terms.
+//! time. What is lost are covariance and higher moments; `Lump::doubt` bounds their leading terms.
 
 use std::collections::VecDeque;
 
@@ -48,17 +48,26 @@ impl Lump {
         }
         let (a, b) = (self.heat / heat, other.heat / heat);
         let ab = a * b;
-        let apart = [other.centre[0] - self.centre[0], other.centre[1] - self.centre[1]];
+        let apart = [
+            other.centre[0] - self.centre[0],
+            other.centre[1] - self.centre[1],
+        ];
         let between = apart.map(|d| ab * d * d);
         let mean = |x: f64, y: f64| a * x + b * y;
-        let both = |x: [f64; 2], y: [f64; 2]| [mean(x[0], y[0]) + between[0], mean(x[1], y[1]) + between[1]];
+        let both = |x: [f64; 2], y: [f64; 2]| {
+            [mean(x[0], y[0]) + between[0], mean(x[1], y[1]) + between[1]]
+        };
         Lump {
             heat,
             time: mean(self.time, other.time),
-            centre: [mean(self.centre[0], other.centre[0]), mean(self.centre[1], other.centre[1])],
+            centre: [
+                mean(self.centre[0], other.centre[0]),
+                mean(self.centre[1], other.centre[1]),
+            ],
             variance: both(self.variance, other.variance),
             merged: both(self.merged, other.merged),
-            merged_time: mean(self.merged_time, other.merged_time) + ab * (other.time - self.time).powi(2),
+            merged_time: mean(self.merged_time, other.merged_time)
+                + ab * (other.time - self.time).powi(2),
             covariance: mean(self.covariance, other.covariance) + ab * apart[0] * apart[1],
         }
     }
@@ -73,7 +82,8 @@ impl Lump {
         for (axis, s) in s.into_iter().enumerate() {
             let merged = self.merged[axis];
             // sup |H₃ φ|/φ(0) = 1.38, sup |H₄ φ|/φ(0) = 3; a cell of half width w has |μ₃| ≤ w μ₂, μ₄ ≤ w² μ₂
-            share += 1.38 / 6.0 * half * merged / s.powi(3) + 3.0 / 24.0 * half * half * merged / s.powi(4);
+            share += 1.38 / 6.0 * half * merged / s.powi(3)
+                + 3.0 / 24.0 * half * half * merged / s.powi(4);
         }
         share + 15.0 / 8.0 * self.merged_time / (age * age)
     }
@@ -121,7 +131,7 @@ impl History {
     }
 
     fn age(&self, level: usize) -> f64 {
-        self.youngest * 2.0_f64.powi(level as i32)
+        self.youngest * (level as f64).exp2()
     }
 
     /// Size of the cells of a level, mm; 0 for the quanta themselves.
@@ -147,7 +157,11 @@ impl History {
             let oldest = self.age(level + 1);
             let duration = oldest / PER_AGE;
             let cell = self.cell(level + 1);
-            while self.levels[level].lumps.front().is_some_and(|l| now - l.time > oldest) {
+            while self.levels[level]
+                .lumps
+                .front()
+                .is_some_and(|l| now - l.time > oldest)
+            {
                 let Some(lump) = self.levels[level].lumps.pop_front() else {
                     break;
                 };
@@ -181,7 +195,10 @@ impl History {
 
     /// Number of lumps kept.
     pub(crate) fn len(&self) -> usize {
-        self.levels.iter().map(|l| l.lumps.len() + l.open.len()).sum()
+        self.levels
+            .iter()
+            .map(|l| l.lumps.len() + l.open.len())
+            .sum()
     }
 }
 

@@ -41,7 +41,11 @@ pub fn eagar_tsai(
         let age = u * u;
         let (flat, deep) = (variance + 2.0 * a * age, 2.0 * a * age);
         let x = ahead + speed * age;
-        let below = if depth == 0.0 { 0.0 } else { depth * depth / (2.0 * deep) };
+        let below = if depth == 0.0 {
+            0.0
+        } else {
+            depth * depth / (2.0 * deep)
+        };
         let bell = (-(x * x + aside * aside) / (2.0 * flat) - below).exp();
         let weight = if n == 0 || n == steps { 0.5 } else { 1.0 };
         // 2u/√(2 a u²) = √2/√a

@@ -20,7 +20,9 @@ pub struct Grid {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// No cells or a cell without size.
-    #[error("a grid of {cells:?} cells with edges {edge:?} mm and {planes} planes: it needs at least one cell each way, all edges above zero")]
+    #[error(
+        "a grid of {cells:?} cells with edges {edge:?} mm and {planes} planes: it needs at least one cell each way, all edges above zero"
+    )]
     Empty {
         /// Cells along x and y.
         cells: [usize; 2],
@@ -47,12 +49,17 @@ impl Grid {
     pub fn covering(low: DVec3, high: DVec3, edge: DVec3) -> Result<Self, GridError> {
         let count = |length: f64, edge: f64| {
             let n = (length / edge - 1e-6).ceil();
-            if n >= 1.0 && n < 1e7 { n as usize } else { 0 }
+            if (1.0..1e7).contains(&n) {
+                n as usize
+            } else {
+                0
+            }
         };
         let size = high - low;
         let cells = [count(size.x, edge.x), count(size.y, edge.y)];
         let planes = count(size.z, edge.z);
-        let spread = |n: usize, edge: f64, low: f64, high: f64| 0.5 * (low + high - n as f64 * edge);
+        let spread =
+            |n: usize, edge: f64, low: f64, high: f64| 0.5 * (low + high - n as f64 * edge);
         let grid = Grid {
             origin: DVec3::new(
                 spread(cells[0], edge.x, low.x, high.x),
@@ -72,8 +79,17 @@ impl Grid {
     /// # Errors
     /// [`GridError`].
     pub fn check(&self) -> Result<(), GridError> {
-        let sized = self.edge.iter().chain(&self.heights).all(|&e| e > 0.0 && e.is_finite());
-        if sized && self.cells[0] > 0 && self.cells[1] > 0 && !self.heights.is_empty() && self.origin.is_finite() {
+        let sized = self
+            .edge
+            .iter()
+            .chain(&self.heights)
+            .all(|&e| e > 0.0 && e.is_finite());
+        if sized
+            && self.cells[0] > 0
+            && self.cells[1] > 0
+            && !self.heights.is_empty()
+            && self.origin.is_finite()
+        {
             Ok(())
         } else {
             Err(GridError::Empty {
@@ -164,6 +180,9 @@ impl Field {
             }
         }
         let [nx, ny] = self.grid.cells;
-        (f64::from(best.0), [best.1 % nx, best.1 / nx % ny, best.1 / (nx * ny)])
+        (
+            f64::from(best.0),
+            [best.1 % nx, best.1 / nx % ny, best.1 / (nx * ny)],
+        )
     }
 }

@@ -30,11 +30,13 @@ pub trait Real:
     fn wide(self) -> f64;
     /// The larger of two numbers that are not NaN; one instruction, unlike `f32::max`.
     #[inline(always)]
+    #[must_use]
     fn larger(self, other: Self) -> Self {
         if self > other { self } else { other }
     }
     /// The smaller of two numbers that are not NaN.
     #[inline(always)]
+    #[must_use]
     fn smaller(self, other: Self) -> Self {
         if self < other { self } else { other }
     }

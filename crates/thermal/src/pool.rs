@@ -33,7 +33,10 @@ impl MeltPool {
                 continue;
             }
             let (i, j, k) = (n % nx, n / nx % ny, n / (nx * ny));
-            let (x, y) = ((i as f64 + 0.5) * grid.edge[0], (j as f64 + 0.5) * grid.edge[1]);
+            let (x, y) = (
+                (i as f64 + 0.5) * grid.edge[0],
+                (j as f64 + 0.5) * grid.edge[1],
+            );
             for (end, at) in ends.iter_mut().zip([x * ux + y * uy, y * ux - x * uy]) {
                 *end = [end[0].min(at), end[1].max(at)];
             }
@@ -46,7 +49,8 @@ impl MeltPool {
                 ..MeltPool::default()
             };
         }
-        let cell = |along: f64, across: f64| along.abs() * grid.edge[0] + across.abs() * grid.edge[1];
+        let cell =
+            |along: f64, across: f64| along.abs() * grid.edge[0] + across.abs() * grid.edge[1];
         MeltPool {
             length: ends[0][1] - ends[0][0] + cell(ux, uy),
             width: ends[1][1] - ends[1][0] + cell(uy, ux),

@@ -3,7 +3,10 @@
 //! The one module of this crate with `unsafe`: calling a function compiled for an instruction set needs the proof that
 //! the processor has it. The proof is [`Level`]: its wide values are made only by [`Level::widest`], after detection.
 //! Measured on one core of an EPYC (Zen 4): 2.5 to 3 times the speed of the same loops compiled for plain x86-64.
-#![expect(unsafe_code, reason = "instruction sets are called only after they were detected")]
+#![expect(
+    unsafe_code,
+    reason = "instruction sets are called only after they were detected"
+)]
 
 /// A loop over cells. `run` must be `#[inline(always)]`, so that it is compiled for the registers it is called under.
 pub(crate) trait CellLoop {
@@ -32,7 +35,11 @@ impl Level {
     pub fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw") {
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512bw")
+            {
                 return Level(Registers::Avx512);
             }
             if is_x86_feature_detected!("avx2") {

@@ -1,4 +1,9 @@
 //! The reference solver against closed forms, both schemes; its order of convergence; its energy balance.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
 
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::closed_form::{eagar_tsai, rosenthal};
@@ -54,13 +59,19 @@ fn go_to<R: Real>(solver: &mut Solver<R>, time: f64, scheme: &Scheme) {
 fn one_dimensional_warming_is_the_error_function() {
     let (k, c, start, hot) = (0.02, 3e-3, 1000.0, 1800.0);
     for scheme in [Scheme::Explicit, Scheme::Implicit(400)] {
-        let mut solver = column::<f64>(Material::constant(k, c, start), 200, 2.0, Face::Imposed(hot));
+        let mut solver = column::<f64>(
+            Material::constant(k, c, start),
+            200,
+            2.0,
+            Face::Imposed(hot),
+        );
         let time = 0.01;
         go_to(&mut solver, time, &scheme);
         let mut worst = 0.0_f64;
         for n in 0..150 {
             let depth = (n as f64 + 0.5) * 0.01;
-            let exact = start + (hot - start) * (1.0 - libm_erf(depth / (2.0 * (k / c * time).sqrt())));
+            let exact =
+                start + (hot - start) * (1.0 - libm_erf(depth / (2.0 * (k / c * time).sqrt())));
             worst = worst.max((solver.temperature_at(0, 0, n) - exact).abs());
         }
         println!("1-D: {worst:.3} K of {}", hot - start);
@@ -110,15 +121,21 @@ fn neumann(material: &Material, start: f64, melt: f64, hot: f64) -> (f64, f64) {
     let root_pi = std::f64::consts::PI.sqrt();
     let balance = |l: f64| {
         let ratio = (liquid / solid).sqrt();
-        let from_liquid = material.conductivity(hot) * (hot - melt) * (-l * l).exp() / (libm_erf(l) * (liquid).sqrt());
-        let into_solid = material.conductivity(start) * (melt - start) * (-(l * ratio).powi(2)).exp()
-            / ((1.0 - libm_erf(l * ratio)) * solid.sqrt());
+        let from_liquid = material.conductivity(hot) * (hot - melt) * (-l * l).exp()
+            / (libm_erf(l) * (liquid).sqrt());
+        let into_solid =
+            material.conductivity(start) * (melt - start) * (-(l * ratio).powi(2)).exp()
+                / ((1.0 - libm_erf(l * ratio)) * solid.sqrt());
         from_liquid - into_solid - latent * root_pi * l * liquid.sqrt()
     };
     let (mut low, mut high) = (1e-6, 2.0);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        if balance(middle) > 0.0 { low = middle } else { high = middle }
+        if balance(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
     }
     (low, liquid)
 }
@@ -140,7 +157,9 @@ fn neumann_stefan_front() {
             .iter()
             .map(|&t| {
                 let g = curve.of(t);
-                ((g - curve.at_solidus) / (curve.at_liquidus - curve.at_solidus)).clamp(0.0, 1.0) * 2.0 / n as f64
+                ((g - curve.at_solidus) / (curve.at_liquidus - curve.at_solidus)).clamp(0.0, 1.0)
+                    * 2.0
+                    / n as f64
             })
             .sum();
         let exact = 2.0 * lambda * (liquid * time).sqrt();
@@ -150,7 +169,8 @@ fn neumann_stefan_front() {
         let depth = 0.5 * exact;
         let t = field[(depth / 2.0 * n as f64) as usize];
         let place = ((depth / 2.0 * n as f64).floor() + 0.5) * 2.0 / n as f64;
-        let expected = hot - (hot - melt) * libm_erf(place / (2.0 * (liquid * time).sqrt())) / libm_erf(lambda);
+        let expected = hot
+            - (hot - melt) * libm_erf(place / (2.0 * (liquid * time).sqrt())) / libm_erf(lambda);
         assert!((t - expected).abs() < 0.01 * (hot - melt), "{t} {expected}");
     }
 }
@@ -172,11 +192,17 @@ fn observed_order_is_two_in_space_with_steps_of_its_square_and_one_in_time() {
             .sum();
         (sum / n as f64).sqrt()
     };
-    let space: Vec<f64> = [10, 20, 40].iter().map(|n| error(*n, Scheme::Explicit)).collect();
+    let space: Vec<f64> = [10, 20, 40]
+        .iter()
+        .map(|n| error(*n, Scheme::Explicit))
+        .collect();
     let orders: Vec<f64> = space.windows(2).map(|w| (w[0] / w[1]).log2()).collect();
     println!("explicit, dt ~ dx²: errors {space:.6?}, orders {orders:.3?}");
     assert!(orders.iter().all(|o| (o - 2.0).abs() < 0.1), "{orders:?}");
-    let in_time: Vec<f64> = [10, 20, 40].iter().map(|n| error(200, Scheme::Implicit(*n))).collect();
+    let in_time: Vec<f64> = [10, 20, 40]
+        .iter()
+        .map(|n| error(200, Scheme::Implicit(*n)))
+        .collect();
     let orders: Vec<f64> = in_time.windows(2).map(|w| (w[0] / w[1]).log2()).collect();
     println!("implicit in time: errors {in_time:.6?}, orders {orders:.3?}");
     assert!(orders.iter().all(|o| (o - 1.0).abs() < 0.1), "{orders:?}");
@@ -215,7 +241,15 @@ fn compare_track(
     let dt = time / steps;
     for n in 0..steps as usize {
         let x = speed * dt * (n as f64 + 0.5);
-        solver.step(dt, &[Spot { centre: [x, 0.0], ..spot }]).unwrap();
+        solver
+            .step(
+                dt,
+                &[Spot {
+                    centre: [x, 0.0],
+                    ..spot
+                }],
+            )
+            .unwrap();
     }
     let field = solver.temperature();
     let grid = &field.grid;
@@ -244,7 +278,12 @@ fn a_moving_gaussian_is_that_of_eagar_and_tsai() {
     let start = 1000.0;
     let mut errors = Vec::new();
     for edge in [0.05, 0.025] {
-        let mut solver = half_space(edge, DVec3::new(-0.8, -1.2, -1.2), DVec3::new(2.8, 1.2, 0.0), start);
+        let mut solver = half_space(
+            edge,
+            DVec3::new(-0.8, -1.2, -1.2),
+            DVec3::new(2.8, 1.2, 0.0),
+            start,
+        );
         let spot = Spot {
             centre: [0.0, 0.0],
             diameter: 0.4,
@@ -262,13 +301,21 @@ fn a_moving_gaussian_is_that_of_eagar_and_tsai() {
         ));
     }
     println!("moving Gaussian: largest error over largest rise at 50 and 25 µm {errors:.4?}");
-    assert!(errors[1] < 0.03 && errors[0] / errors[1] > 1.8, "{errors:?}");
+    assert!(
+        errors[1] < 0.03 && errors[0] / errors[1] > 1.8,
+        "{errors:?}"
+    );
 }
 
 #[test]
 fn a_narrow_beam_is_that_of_rosenthal() {
     let start = 1000.0;
-    let mut solver = half_space(0.03, DVec3::new(-1.2, -1.8, -1.8), DVec3::new(5.4, 1.8, 0.0), start);
+    let mut solver = half_space(
+        0.03,
+        DVec3::new(-1.2, -1.8, -1.8),
+        DVec3::new(5.4, 1.8, 0.0),
+        start,
+    );
     let spot = Spot {
         centre: [0.0, 0.0],
         diameter: 0.06,
@@ -276,14 +323,30 @@ fn a_narrow_beam_is_that_of_rosenthal() {
         depth: Depth::Surface,
     };
     let medium = medium(start);
-    let error = compare_track(&mut solver, spot, 200.0, 4.0, |place| rosenthal(&medium, 20.0, 200.0, place), 0.15);
+    let error = compare_track(
+        &mut solver,
+        spot,
+        200.0,
+        4.0,
+        |place| rosenthal(&medium, 20.0, 200.0, place),
+        0.15,
+    );
     println!("Rosenthal: largest error over largest rise beyond five cells {error:.4}");
     assert!(error < 0.03, "{error}");
 }
 
 fn titanium_track<R: Real>(level: Level) -> Solver<R> {
-    let material = read(include_str!("../../../data/materials/ti6al4v-ebm.toml"), Readings::default()).unwrap();
-    let grid = Grid::covering(DVec3::new(-0.5, -0.5, -0.4), DVec3::new(1.3, 0.5, 0.0), DVec3::new(0.04, 0.04, 0.025)).unwrap();
+    let material = read(
+        include_str!("../../../data/materials/ti6al4v-ebm.toml"),
+        Readings::default(),
+    )
+    .unwrap();
+    let grid = Grid::covering(
+        DVec3::new(-0.5, -0.5, -0.4),
+        DVec3::new(1.3, 0.5, 0.0),
+        DVec3::new(0.04, 0.04, 0.025),
+    )
+    .unwrap();
     let start = material.start;
     let faces = Faces {
         top: Surface::Evaporating {
@@ -295,7 +358,13 @@ fn titanium_track<R: Real>(level: Level) -> Solver<R> {
     };
     let mut solver = Solver::new(grid, material, faces).unwrap();
     solver.use_registers(level);
-    solver.set_state(|c| if c.z > -0.1 && c.y > 0.0 { State::Powder } else { State::Dense });
+    solver.set_state(|c| {
+        if c.z > -0.1 && c.y > 0.0 {
+            State::Powder
+        } else {
+            State::Dense
+        }
+    });
     let dt = 1.5e-6;
     for n in 0..500 {
         let spot = Spot {
@@ -313,15 +382,26 @@ fn titanium_track<R: Real>(level: Level) -> Solver<R> {
 fn every_joule_is_accounted_for() {
     let single = titanium_track::<f32>(Level::widest());
     let double = titanium_track::<f64>(Level::widest());
-    for (ledger, stored) in [(*single.ledger(), single.stored()), (*double.ledger(), double.stored())] {
+    for (ledger, stored) in [
+        (*single.ledger(), single.stored()),
+        (*double.ledger(), double.stored()),
+    ] {
         let residual = ledger.residual(stored);
         println!("{ledger:?} stored {stored:.5} J, residual {residual:.1e}");
         assert!(residual.abs() < 1e-3, "{residual}");
         assert!(ledger.evaporated > 0.0 && ledger.radiated > 0.0 && ledger.conducted > 0.0);
     }
     let (a, b) = (single.highest_temperature(), double.highest_temperature());
-    let apart = a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    println!("single and double precision differ by at most {apart:.3} K of {:.0} K", a.largest().0);
+    let apart = a
+        .values
+        .iter()
+        .zip(&b.values)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    println!(
+        "single and double precision differ by at most {apart:.3} K of {:.0} K",
+        a.largest().0
+    );
     assert!(apart < 2.0);
 }
 
@@ -329,7 +409,10 @@ fn every_joule_is_accounted_for() {
 fn the_bits_do_not_depend_on_registers_or_threads() {
     let portable = titanium_track::<f32>(Level::PORTABLE).temperature();
     for threads in [1, 3] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         let wide = pool.install(|| titanium_track::<f32>(Level::widest()).temperature());
         assert_eq!(portable, wide);
     }
@@ -348,7 +431,12 @@ fn implicit_and_explicit_steps_agree_through_a_phase_change() {
         implicit.step_implicit(10.0 * dt, &[]).unwrap();
     }
     let (a, b) = (explicit.temperature(), implicit.temperature());
-    let apart = a.values.iter().zip(&b.values).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    let apart = a
+        .values
+        .iter()
+        .zip(&b.values)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
     let rise = a.largest().0 - explicit.material().start;
     println!("explicit and implicit differ by {apart:.2} K of a rise of {rise:.0} K");
     assert!(f64::from(apart) < 0.02 * rise, "{apart}");
@@ -358,7 +446,12 @@ fn implicit_and_explicit_steps_agree_through_a_phase_change() {
 
 #[test]
 fn bad_steps_and_places_are_refused_with_a_way_out() {
-    let mut solver = half_space(0.05, DVec3::new(-0.5, -0.5, -0.5), DVec3::new(0.5, 0.5, 0.0), 1000.0);
+    let mut solver = half_space(
+        0.05,
+        DVec3::new(-0.5, -0.5, -0.5),
+        DVec3::new(0.5, 0.5, 0.0),
+        1000.0,
+    );
     let error = solver.step(1.0, &[]).unwrap_err().to_string();
     assert!(error.contains("use at most"), "{error}");
     let spot = Spot {

@@ -1,6 +1,7 @@
 //! Cell updates per second of the reference solver on one core, with latent heat and temperature-dependent laws:
 //! a single track as it is computed (most cells solid, some powder), and the worst case where every cell is molten.
 //! Elements are cell updates; the names carry the precision and the instructions.
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_geometry::math::DVec3;
@@ -82,7 +83,10 @@ fn measure<R: Real>(c: &mut Criterion, name: &str, mut solver: Solver<R>) {
 }
 
 fn benches(c: &mut Criterion) {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build_global()
+        .unwrap();
     measure(c, "track f32 vector", track::<f32>());
     let mut portable = track::<f32>();
     portable.use_registers(Level::PORTABLE);

@@ -48,7 +48,9 @@ pub enum BeamError {
         what: String,
     },
     /// The focus current lies outside the calibration.
-    #[error("focus current {focus:.4} A lies outside the calibration, {from:.4} to {to:.4} A: measure walls there and calibrate again")]
+    #[error(
+        "focus current {focus:.4} A lies outside the calibration, {from:.4} to {to:.4} A: measure walls there and calibrate again"
+    )]
     Focus {
         /// The current, A.
         focus: f64,
@@ -82,7 +84,13 @@ impl BeamPath {
     pub fn new(points: Vec<BeamPoint>) -> Result<Self, BeamError> {
         let mut before = f64::NEG_INFINITY;
         for (index, p) in points.iter().enumerate() {
-            let fail = |what| Err(BeamError::Point { index, time: p.time, what });
+            let fail = |what| {
+                Err(BeamError::Point {
+                    index,
+                    time: p.time,
+                    what,
+                })
+            };
             let values = [p.time, p.x, p.y, p.voltage, p.current, p.focus];
             if !values.iter().all(|v| v.is_finite()) {
                 return fail("a value is not finite");
@@ -151,8 +159,16 @@ impl BeamPath {
                     ..here
                 }
             }
-            (Some(i), None) => BeamPoint { time, on: false, ..self.points[i] },
-            (None, Some(first)) => BeamPoint { time, on: false, ..*first },
+            (Some(i), None) => BeamPoint {
+                time,
+                on: false,
+                ..self.points[i]
+            },
+            (None, Some(first)) => BeamPoint {
+                time,
+                on: false,
+                ..*first
+            },
             (None, None) => BeamPoint {
                 time,
                 x: 0.0,
@@ -189,7 +205,9 @@ impl BeamPath {
             let mut values = [0.0; 7];
             let mut cells = text.split(',');
             for value in &mut values {
-                let cell = cells.next().ok_or_else(|| fail("a column is missing".to_owned()))?;
+                let cell = cells
+                    .next()
+                    .ok_or_else(|| fail("a column is missing".to_owned()))?;
                 *value = cell
                     .trim()
                     .parse()
@@ -223,7 +241,13 @@ impl BeamPath {
             let _ = writeln!(
                 out,
                 "{:?},{:?},{:?},{:?},{:?},{:?},{}",
-                p.time, p.x, p.y, p.voltage, p.current, p.focus, u8::from(p.on)
+                p.time,
+                p.x,
+                p.y,
+                p.voltage,
+                p.current,
+                p.focus,
+                u8::from(p.on)
             );
         }
         out
@@ -253,7 +277,8 @@ impl FocusCalibration {
     /// # Errors
     /// [`BeamError::Calibration`].
     pub fn new(pieces: Vec<FocusPiece>) -> Result<Self, BeamError> {
-        let ordered = pieces.iter().all(|p| p.range[0] < p.range[1]) && pieces.windows(2).all(|w| w[0].range[1] == w[1].range[0]);
+        let ordered = pieces.iter().all(|p| p.range[0] < p.range[1])
+            && pieces.windows(2).all(|w| w[0].range[1] == w[1].range[0]);
         if pieces.is_empty() || !ordered {
             return Err(BeamError::Calibration);
         }
@@ -308,7 +333,11 @@ impl Beam {
         Ok(Spot {
             centre: [point.x, point.y],
             diameter: self.focus.diameter(point.focus)?,
-            power: if point.on { self.efficiency * point.voltage * point.current } else { 0.0 },
+            power: if point.on {
+                self.efficiency * point.voltage * point.current
+            } else {
+                0.0
+            },
             depth: self.depth,
         })
     }
@@ -323,14 +352,31 @@ mod tests {
     fn ebm_a08_diameter_against_focus_current() {
         // Béraud 2016, eqs. 3.2.6-7, in A and mm
         let pieces = vec![
-            FocusPiece { range: [-3e-3, 7.15e-3], intercept: 0.551_67, slope: -34.5 },
-            FocusPiece { range: [7.15e-3, 30e-3], intercept: 0.132_15, slope: 24.21 },
+            FocusPiece {
+                range: [-3e-3, 7.15e-3],
+                intercept: 0.551_67,
+                slope: -34.5,
+            },
+            FocusPiece {
+                range: [7.15e-3, 30e-3],
+                intercept: 0.132_15,
+                slope: 24.21,
+            },
         ];
         let focus = FocusCalibration::new(pieces).unwrap();
-        for (current, diameter) in [(0.0, 0.551_67), (4e-3, 0.413_67), (7e-3, 0.310_17), (-3e-3, 0.655_17), (14e-3, 0.471_09)] {
+        for (current, diameter) in [
+            (0.0, 0.551_67),
+            (4e-3, 0.413_67),
+            (7e-3, 0.310_17),
+            (-3e-3, 0.655_17),
+            (14e-3, 0.471_09),
+        ] {
             assert!((focus.diameter(current).unwrap() - diameter).abs() < 1e-5);
         }
-        assert!(matches!(focus.diameter(31e-3), Err(BeamError::Focus { .. })));
+        assert!(matches!(
+            focus.diameter(31e-3),
+            Err(BeamError::Focus { .. })
+        ));
         // where the branches cross
         let crossing: f64 = (0.551_67 - 0.132_15) / (24.21 + 34.5);
         assert!((crossing - 7.1456e-3).abs() < 1e-7);
@@ -353,6 +399,9 @@ mod tests {
     fn a_bad_line_is_named() {
         let text = format!("{COLUMNS}\n0,0,0,60000,0.005,0,1\n0.1,zero,0,60000,0.005,0,1\n");
         let error = BeamPath::from_csv(text.as_bytes()).unwrap_err().to_string();
-        assert!(error.starts_with("line 3 of the beam path: \"zero\" is not a number"), "{error}");
+        assert!(
+            error.starts_with("line 3 of the beam path: \"zero\" is not a number"),
+            "{error}"
+        );
     }
 }

@@ -127,7 +127,10 @@ fn advance_plane<R: Real>(plane: Advance<R>) {
         let [below, plane, above] = around.theta;
         let t = &plane[row + 1..][..nx];
         let (west, east) = (&plane[row..][..nx], &plane[row + 2..][..nx]);
-        let (south, north) = (&plane[row + 1 - stride..][..nx], &plane[row + 1 + stride..][..nx]);
+        let (south, north) = (
+            &plane[row + 1 - stride..][..nx],
+            &plane[row + 1 + stride..][..nx],
+        );
         let (down, up) = (&below[row + 1..][..nx], &above[row + 1..][..nx]);
         let [pb, pp, pa] = around.powder;
         let conduction = around.conduction[1];

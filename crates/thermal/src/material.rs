@@ -65,8 +65,7 @@ impl Evaporation {
     /// ```
     pub fn flux(&self, kelvin: f64) -> f64 {
         let per_kelvin = self.latent * self.molar_mass / Self::GAS_CONSTANT;
-        let pressure =
-            Self::ATMOSPHERE * (per_kelvin * (1.0 / self.boiling - 1.0 / kelvin)).exp();
+        let pressure = Self::ATMOSPHERE * (per_kelvin * (1.0 / self.boiling - 1.0 / kelvin)).exp();
         let mass = self.net_fraction
             * pressure
             * (self.molar_mass / (2.0 * std::f64::consts::PI * Self::GAS_CONSTANT * kelvin)).sqrt();
@@ -158,7 +157,11 @@ impl Material {
 
     /// Specific heat without latent heat, J/(kg·K); straight between solidus and liquidus.
     pub fn specific_heat(&self, kelvin: f64) -> f64 {
-        self.across(&self.specific_heat_solid, &self.specific_heat_liquid, kelvin)
+        self.across(
+            &self.specific_heat_solid,
+            &self.specific_heat_liquid,
+            kelvin,
+        )
     }
 
     /// Conductivity of the dense material, W/(mm·K); straight between solidus and liquidus.

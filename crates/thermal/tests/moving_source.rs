@@ -1,4 +1,9 @@
 //! The semi-analytic engine against closed forms and against its own full history.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
 
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint, FocusCalibration};
@@ -44,7 +49,11 @@ fn raster(length: f64, line: f64, hatch: f64) -> Vec<[f64; 2]> {
     (0..lines)
         .flat_map(|n| {
             let y = n as f64 * hatch;
-            if n % 2 == 0 { [[0.0, y], [line, y]] } else { [[line, y], [0.0, y]] }
+            if n % 2 == 0 {
+                [[0.0, y], [line, y]]
+            } else {
+                [[line, y], [0.0, y]]
+            }
         })
         .collect()
 }
@@ -53,14 +62,30 @@ fn raster(length: f64, line: f64, hatch: f64) -> Vec<[f64; 2]> {
 fn a_straight_track_is_that_of_eagar_and_tsai() {
     let medium = medium(Body::HalfSpace);
     for memory in [Memory::Full, Memory::Folded] {
-        let mut engine = MovingSource::new(medium, path(&[[0.0, 0.0], [20.0, 0.0]], 980.0), beam(0.4137), memory).unwrap();
+        let mut engine = MovingSource::new(
+            medium,
+            path(&[[0.0, 0.0], [20.0, 0.0]], 980.0),
+            beam(0.4137),
+            memory,
+        )
+        .unwrap();
         let time = 20.0 / 980.0;
         engine.advance(time).unwrap();
-        for place in [[0.0, 0.0, 0.0], [-0.5, 0.0, 0.0], [-1.0, 0.2, 0.05], [-3.0, 0.0, 0.2], [0.2, 0.1, 0.02], [-12.0, 0.5, 0.0]] {
+        for place in [
+            [0.0, 0.0, 0.0],
+            [-0.5, 0.0, 0.0],
+            [-1.0, 0.2, 0.05],
+            [-3.0, 0.0, 0.2],
+            [0.2, 0.1, 0.02],
+            [-12.0, 0.5, 0.0],
+        ] {
             let exact = eagar_tsai(&medium, [270.0, 0.4137], 980.0, time, place);
             let ours = engine.temperature(DVec3::new(20.0 + place[0], place[1], -place[2]));
             let error = (ours - exact) / (exact - medium.ambient);
-            assert!(error.abs() < 5e-3, "{memory:?} {place:?}: {ours:.1} K, closed form {exact:.1} K");
+            assert!(
+                error.abs() < 5e-3,
+                "{memory:?} {place:?}: {ours:.1} K, closed form {exact:.1} K"
+            );
         }
     }
 }
@@ -68,13 +93,27 @@ fn a_straight_track_is_that_of_eagar_and_tsai() {
 #[test]
 fn a_narrow_beam_is_that_of_rosenthal() {
     let medium = medium(Body::HalfSpace);
-    let mut engine = MovingSource::new(medium, path(&[[0.0, 0.0], [60.0, 0.0]], 200.0), beam(0.02), Memory::Folded).unwrap();
+    let mut engine = MovingSource::new(
+        medium,
+        path(&[[0.0, 0.0], [60.0, 0.0]], 200.0),
+        beam(0.02),
+        Memory::Folded,
+    )
+    .unwrap();
     engine.advance(60.0 / 200.0).unwrap();
-    for place in [[-1.0, 0.0, 0.0], [-0.5, 0.2, 0.1], [0.0, 0.15, 0.0], [-2.0, 0.0, 0.3]] {
+    for place in [
+        [-1.0, 0.0, 0.0],
+        [-0.5, 0.2, 0.1],
+        [0.0, 0.15, 0.0],
+        [-2.0, 0.0, 0.3],
+    ] {
         let exact = rosenthal(&medium, 270.0, 200.0, place);
         let ours = engine.temperature(DVec3::new(60.0 + place[0], place[1], -place[2]));
         let error = (ours - exact) / (exact - medium.ambient);
-        assert!(error.abs() < 1e-2, "{place:?}: {ours:.1} K, Rosenthal {exact:.1} K");
+        assert!(
+            error.abs() < 1e-2,
+            "{place:?}: {ours:.1} K, Rosenthal {exact:.1} K"
+        );
     }
 }
 
@@ -91,7 +130,14 @@ fn a_thin_plate_warms_evenly_by_all_the_heat() {
         focus: 0.0,
         on: true,
     };
-    let rest = BeamPath::new(vec![start, BeamPoint { time: 0.01, ..start }]).unwrap();
+    let rest = BeamPath::new(vec![
+        start,
+        BeamPoint {
+            time: 0.01,
+            ..start
+        },
+    ])
+    .unwrap();
     let mut engine = MovingSource::new(medium, rest, beam(0.4), Memory::Folded).unwrap();
     engine.advance(0.5).unwrap();
     let mut sum = 0.0;
@@ -125,7 +171,10 @@ fn pools_of_rasters_are_those_of_the_full_history() {
             let time = path.end() * (f64::from(n) - 0.37 * f64::from(n % 3)) / f64::from(samples);
             folded.advance(time).unwrap();
             full.advance(time).unwrap();
-            let (a, b) = (folded.measure(liquidus).unwrap(), full.measure(liquidus).unwrap());
+            let (a, b) = (
+                folded.measure(liquidus).unwrap(),
+                full.measure(liquidus).unwrap(),
+            );
             for (what, a, b) in [
                 ("length", a.pool.length, b.pool.length),
                 ("width", a.pool.width, b.pool.width),

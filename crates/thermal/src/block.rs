@@ -18,8 +18,6 @@ pub(crate) enum Beyond {
     Nothing,
     /// `θ` is imposed on the face, W/mm.
     Imposed(f64),
-    /// The ghost cells are filled by the caller.
-    Neighbour,
 }
 
 /// Sizes of the cells of a block.
@@ -50,11 +48,11 @@ pub(crate) struct Block<R> {
 
 impl<R: Real> Block<R> {
     /// A block of dense cells at the start temperature.
-    pub(crate) fn new(shape: Shape, formulas: Formulas<R>) -> Self {
+    pub(crate) fn new(shape: &Shape, formulas: Formulas<R>) -> Self {
         let mut block = Block {
             shape: Shape {
                 heights: Vec::new(),
-                ..shape
+                ..*shape
             },
             formulas,
             enthalpy: Vec::new(),
@@ -110,16 +108,24 @@ impl<R: Real> Block<R> {
     }
 
     fn shares_work(&self) -> bool {
-        (self.planes() - self.frozen) * self.plane() >= WORTH_SHARING && rayon::current_num_threads() > 1
+        (self.planes() - self.frozen) * self.plane() >= WORTH_SHARING
+            && rayon::current_num_threads() > 1
     }
 
     /// First pass: `θ`, conduction and highest enthalpy from the state, and the ghosts of faces that are not neighbours.
-    pub(crate) fn refresh(&mut self, sides: Beyond, together: Together) {
-        let share = together == Together::AllThreads && self.shares_work();
+    pub(crate) fn refresh(&mut self, sides: Beyond) {
+        let share = self.shares_work();
         let (plane, ghost, ny) = (self.plane(), self.ghost_plane(), self.shape.cells[1]);
         let (cells, f, level) = (self.shape.cells, self.formulas, self.level);
         let from = self.frozen;
-        let work = |(((((g, r), p), h), t), c): (((((&[R], &[R]), &[bool]), &mut [R]), &mut [R]), &mut [R])| {
+        #[expect(
+            clippy::type_complexity,
+            reason = "the six arrays of a plane, as the iterators zip them"
+        )]
+        let work = |(((((g, r), p), h), t), c): (
+            ((((&[R], &[R]), &[bool]), &mut [R]), &mut [R]),
+            &mut [R],
+        )| {
             level.run(Refresh {
                 formulas: &f,
                 cells,
@@ -154,8 +160,8 @@ impl<R: Real> Block<R> {
     }
 
     /// Second pass: one explicit step of `dt` seconds of conduction.
-    pub(crate) fn advance(&mut self, dt: f64, bottom: Beyond, together: Together) {
-        let share = together == Together::AllThreads && self.shares_work();
+    pub(crate) fn advance(&mut self, dt: f64, bottom: Beyond) {
+        let share = self.shares_work();
         let (plane, ghost) = (self.plane(), self.ghost_plane());
         let [nx, ny] = self.shape.cells;
         let (f, level, from) = (self.formulas, self.level, self.frozen);
@@ -163,9 +169,18 @@ impl<R: Real> Block<R> {
         let [dx, dy] = self.shape.edge;
         let floor = match bottom {
             Beyond::Imposed(theta) => vec![R::of(theta); ghost],
-            Beyond::Nothing | Beyond::Neighbour => Vec::new(),
+            Beyond::Nothing => Vec::new(),
         };
-        let (heights, theta, conduction, powder) = (&self.shape.heights, &self.theta, &self.conduction, &self.powder);
+        let (heights, theta, conduction, powder) = (
+            &self.shape.heights,
+            &self.theta,
+            &self.conduction,
+            &self.powder,
+        );
+        #[expect(
+            clippy::type_complexity,
+            reason = "the three arrays of a plane, as the iterators zip them"
+        )]
         let work = |(k, ((g, r), still)): (usize, ((&mut [R], &mut [R]), &mut [bool]))| {
             let k = k + from;
             let slice = |k: usize| &theta[k * ghost..][..ghost];
@@ -174,19 +189,33 @@ impl<R: Real> Block<R> {
             let imposed = k == from && matches!(bottom, Beyond::Imposed(_));
             let below = if k > from { k - 1 } else { k };
             let above = if k < last { k + 1 } else { k };
-            let flows = |open: bool| if open { R::of(2.0 * dt / heights[k]) } else { R::ZERO };
+            let flows = |open: bool| {
+                if open {
+                    R::of(2.0 * dt / heights[k])
+                } else {
+                    R::ZERO
+                }
+            };
             let step = PlaneStep {
                 cells: [nx, ny],
                 across: [R::of(dt / (dx * dx)), R::of(dt / (dy * dy))],
                 along: [flows(k > from || imposed), flows(k < last)],
                 height: R::of(heights[k]),
                 heights: [
-                    if imposed { R::ZERO } else { R::of(heights[below]) },
+                    if imposed {
+                        R::ZERO
+                    } else {
+                        R::of(heights[below])
+                    },
                     R::of(heights[above]),
                 ],
             };
             let around = Neighbourhood {
-                theta: [if imposed { &floor } else { slice(below) }, slice(k), slice(above)],
+                theta: [
+                    if imposed { &floor } else { slice(below) },
+                    slice(k),
+                    slice(above),
+                ],
                 conduction: [shares(below), shares(k), shares(above)],
                 powder: [rows(below), rows(k), rows(above)],
             };
@@ -262,25 +291,23 @@ impl<R: Real> Block<R> {
     }
 }
 
-/// Whether the passes of a block may use all threads, or the caller already shares blocks among them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Together {
-    /// All threads of the current pool.
-    AllThreads,
-    /// The calling thread.
-    Alone,
-}
-
 /// Ghost cells of a plane at faces that are not neighbours: mirrored, so that the face is insulated or at `θ`.
-fn fill_ghosts<R: Real>([nx, ny]: [usize; 2], sides: Beyond, theta: &mut [R], conduction: &mut [R]) {
+fn fill_ghosts<R: Real>(
+    [nx, ny]: [usize; 2],
+    sides: Beyond,
+    theta: &mut [R],
+    conduction: &mut [R],
+) {
     let reflect: &dyn Fn(R) -> R = match sides {
-        Beyond::Neighbour => return,
         Beyond::Nothing => &|t| t,
         Beyond::Imposed(value) => &move |t| R::of(2.0 * value) - t,
     };
     let stride = nx + 2;
     for j in 1..=ny {
-        for (ghost, inner) in [(j * stride, j * stride + 1), (j * stride + nx + 1, j * stride + nx)] {
+        for (ghost, inner) in [
+            (j * stride, j * stride + 1),
+            (j * stride + nx + 1, j * stride + nx),
+        ] {
             theta[ghost] = reflect(theta[inner]);
             conduction[ghost] = conduction[inner];
         }
