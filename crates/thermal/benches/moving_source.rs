@@ -3,7 +3,8 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint, FocusCalibration};
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
+use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::history::Memory;
 use meltpath_thermal::medium::{Body, Medium};
 use meltpath_thermal::moving_source::MovingSource;

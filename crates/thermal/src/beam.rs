@@ -1,10 +1,9 @@
-//! The beam in time: where it is, with which voltage, current and focus, and how wide it then is.
-//!
-//! Focus: Béraud 2016, section 3.2.2.1.3: the diameter depends on the focus current alone, in straight pieces.
+//! The beam in time: where it is, with which voltage, current and focus.
 
 use std::fmt::Write as _;
 use std::io::BufRead;
 
+use crate::focus::{FocusCalibration, FocusError};
 use crate::source::{Depth, Spot};
 
 /// The beam from one instant on: it moves in a straight line to the next point, with these settings.
@@ -47,21 +46,6 @@ pub enum BeamError {
         /// What is wrong.
         what: String,
     },
-    /// The focus current lies outside the calibration.
-    #[error(
-        "focus current {focus:.4} A lies outside the calibration, {from:.4} to {to:.4} A: measure walls there and calibrate again"
-    )]
-    Focus {
-        /// The current, A.
-        focus: f64,
-        /// Smallest calibrated current, A.
-        from: f64,
-        /// Largest calibrated current, A.
-        to: f64,
-    },
-    /// A calibration without pieces, or with pieces that do not follow each other.
-    #[error("a focus calibration needs at least one piece, and pieces that follow each other")]
-    Calibration,
     /// The file cannot be read.
     #[error("the beam path cannot be read: {0}")]
     Read(#[from] std::io::Error),
@@ -254,65 +238,6 @@ impl BeamPath {
     }
 }
 
-/// One straight piece of a focus calibration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FocusPiece {
-    /// Focus currents it holds for, A.
-    pub range: [f64; 2],
-    /// Diameter at zero current, mm.
-    pub intercept: f64,
-    /// Change of diameter with current, mm/A.
-    pub slope: f64,
-}
-
-/// Beam diameter φ against focus current.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FocusCalibration {
-    pieces: Vec<FocusPiece>,
-}
-
-impl FocusCalibration {
-    /// A calibration in pieces that follow each other.
-    ///
-    /// # Errors
-    /// [`BeamError::Calibration`].
-    pub fn new(pieces: Vec<FocusPiece>) -> Result<Self, BeamError> {
-        let ordered = pieces.iter().all(|p| p.range[0] < p.range[1])
-            && pieces.windows(2).all(|w| w[0].range[1] == w[1].range[0]);
-        if pieces.is_empty() || !ordered {
-            return Err(BeamError::Calibration);
-        }
-        Ok(FocusCalibration { pieces })
-    }
-
-    /// The same diameter (mm) at any focus current.
-    pub fn constant(diameter: f64) -> Self {
-        FocusCalibration {
-            pieces: vec![FocusPiece {
-                range: [f64::NEG_INFINITY, f64::INFINITY],
-                intercept: diameter,
-                slope: 0.0,
-            }],
-        }
-    }
-
-    /// Beam diameter φ at `focus` A, mm.
-    ///
-    /// # Errors
-    /// [`BeamError::Focus`] outside the calibrated currents.
-    pub fn diameter(&self, focus: f64) -> Result<f64, BeamError> {
-        self.pieces
-            .iter()
-            .find(|p| (p.range[0]..=p.range[1]).contains(&focus))
-            .map(|p| p.intercept + p.slope * focus)
-            .ok_or_else(|| BeamError::Focus {
-                focus,
-                from: self.pieces[0].range[0],
-                to: self.pieces[self.pieces.len() - 1].range[1],
-            })
-    }
-}
-
 /// What turns machine settings into heat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beam {
@@ -328,8 +253,8 @@ impl Beam {
     /// The heat source of a beam that is at `point`; power 0 where it is off.
     ///
     /// # Errors
-    /// [`BeamError::Focus`].
-    pub fn spot(&self, point: &BeamPoint) -> Result<Spot, BeamError> {
+    /// [`FocusError`] outside the calibrated currents.
+    pub fn spot(&self, point: &BeamPoint) -> Result<Spot, FocusError> {
         Ok(Spot {
             centre: [point.x, point.y],
             diameter: self.focus.diameter(point.focus)?,
@@ -347,40 +272,6 @@ impl Beam {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn ebm_a08_diameter_against_focus_current() {
-        // Béraud 2016, eqs. 3.2.6-7, in A and mm
-        let pieces = vec![
-            FocusPiece {
-                range: [-3e-3, 7.15e-3],
-                intercept: 0.551_67,
-                slope: -34.5,
-            },
-            FocusPiece {
-                range: [7.15e-3, 30e-3],
-                intercept: 0.132_15,
-                slope: 24.21,
-            },
-        ];
-        let focus = FocusCalibration::new(pieces).unwrap();
-        for (current, diameter) in [
-            (0.0, 0.551_67),
-            (4e-3, 0.413_67),
-            (7e-3, 0.310_17),
-            (-3e-3, 0.655_17),
-            (14e-3, 0.471_09),
-        ] {
-            assert!((focus.diameter(current).unwrap() - diameter).abs() < 1e-5);
-        }
-        assert!(matches!(
-            focus.diameter(31e-3),
-            Err(BeamError::Focus { .. })
-        ));
-        // where the branches cross
-        let crossing: f64 = (0.551_67 - 0.132_15) / (24.21 + 34.5);
-        assert!((crossing - 7.1456e-3).abs() < 1e-7);
-    }
 
     proptest! {
         #[test]

@@ -217,3 +217,43 @@ impl Material {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::enthalpy::Enthalpy;
+    use crate::material_file::{Readings, read};
+
+    fn titanium() -> Material {
+        let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+        read(text, Readings::default()).unwrap()
+    }
+
+    #[test]
+    fn ebm_a03_powder_becomes_dense_and_stays_so() {
+        let material = titanium();
+        let porosity = |celsius: f64| 1.0 - material.relative_density(celsius + CELSIUS);
+        assert!((porosity(750.0) - 0.38).abs() < 1e-3);
+        assert!((porosity(1177.5) - 0.19).abs() < 1e-3);
+        assert!(porosity(1605.0) == 0.0 && porosity(2500.0) == 0.0);
+        // the law is of the highest temperature: a cell of the solver that has cooled keeps its density
+        let curve = Enthalpy::new(&material).unwrap();
+        let f = curve.formulas::<f64>();
+        let (g, r) = crate::kernel::warm(&f, 0.0, 0.62, 0.5 * curve.at_solidus);
+        let (_, cooled) = crate::kernel::warm(&f, g, r, -0.9 * g * r);
+        assert!(r > 0.7 && cooled == r, "{r} {cooled}");
+    }
+
+    #[test]
+    fn ebm_a04_the_bump_holds_the_latent_heat() {
+        let material = titanium();
+        let n = 6000;
+        let step = (material.liquidus - material.solidus) / f64::from(n);
+        let sum: f64 = (0..n)
+            .map(|i| material.latent_bump(material.solidus + (f64::from(i) + 0.5) * step) * step)
+            .sum();
+        assert!((sum / 440e3 - 1.0).abs() < 1e-3, "{sum}");
+        let top = material.latent_bump(1635.0 + CELSIUS);
+        assert!((top - 14_667.0).abs() < 1.0, "{top}");
+    }
+}

@@ -7,7 +7,8 @@
 
 use meltpath_geometry::math::DVec3;
 
-use crate::beam::{Beam, BeamError, BeamPath};
+use crate::beam::{Beam, BeamPath};
+use crate::focus::FocusError;
 use crate::history::{History, Lump, Memory, PER_AGE};
 use crate::medium::{Medium, MediumError};
 use crate::pool::MeltPool;
@@ -21,9 +22,9 @@ pub enum MovingSourceError {
     /// The medium.
     #[error(transparent)]
     Medium(#[from] MediumError),
-    /// The beam.
+    /// The focus of the beam.
     #[error(transparent)]
-    Beam(#[from] BeamError),
+    Focus(#[from] FocusError),
     /// The path runs backwards.
     #[error("the engine is at {now} s and cannot go back to {asked} s: make a new one")]
     Backwards {

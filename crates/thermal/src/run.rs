@@ -2,7 +2,8 @@
 
 use meltpath_base::Observer;
 
-use crate::beam::{Beam, BeamError, BeamPath};
+use crate::beam::{Beam, BeamPath};
+use crate::focus::FocusError;
 use crate::real::Real;
 use crate::solver::{Solver, SolverError};
 
@@ -20,9 +21,9 @@ pub enum RunError {
     /// The solver.
     #[error(transparent)]
     Solver(#[from] SolverError),
-    /// The beam.
+    /// The focus of the beam.
     #[error(transparent)]
-    Beam(#[from] BeamError),
+    Focus(#[from] FocusError),
 }
 
 /// Draws `path` with explicit steps of at most `step` seconds, each with the beam where it is midway; `sinks` look on.

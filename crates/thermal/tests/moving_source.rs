@@ -6,8 +6,9 @@
 )]
 
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint, FocusCalibration};
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::closed_form::{eagar_tsai, rosenthal};
+use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::history::Memory;
 use meltpath_thermal::medium::{Body, Medium};
 use meltpath_thermal::moving_source::MovingSource;
