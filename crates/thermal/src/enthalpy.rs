@@ -410,6 +410,17 @@ impl Enthalpy {
         to[i - 1] + (x - from[i - 1]) * (to[i] - to[i - 1]) / (from[i] - from[i - 1])
     }
 
+    /// A number that differs between materials whose laws differ: the checksum of the tables.
+    pub fn fingerprint(&self) -> u32 {
+        let mut sum = crc32fast::Hasher::new();
+        for table in [&self.dense, &self.kirchhoff, &self.powder] {
+            for value in table {
+                sum.update(&value.to_le_bytes());
+            }
+        }
+        sum.finalize()
+    }
+
     /// Enthalpy `g` of dense material at `kelvin`, J/mm³.
     pub fn of(&self, kelvin: f64) -> f64 {
         Self::interpolate(&self.kelvin, &self.dense, kelvin, self.capacity_last)

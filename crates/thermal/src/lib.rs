@@ -4,6 +4,9 @@
 
 pub mod beam;
 mod block;
+pub mod chart;
+pub mod chart_build;
+pub mod chart_file;
 pub mod closed_form;
 pub mod enthalpy;
 mod fast_exp;

@@ -2,10 +2,13 @@
 //!
 //! Béraud 2016, eqs. 3.2.1-2: `S = f(z) · 8 η U I/(π φ²) · exp(−8 r²/φ²)`, in W/m³ (printed J/m³, erratum E3).
 
+use serde::{Deserialize, Serialize};
+
 use crate::grid::Grid;
 
 /// How the heat is spread below the surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Depth {
     /// `f(z) = 2/d (1 − z/d)` down to `d` mm: electrons (Béraud 2016, eq. 3.2.2).
     Falling {
