@@ -32,8 +32,11 @@ pub struct ChartSettings {
     pub depth: Depth,
     /// Thickness of a powder layer, mm.
     pub layer: f64,
-    /// Heating ends when the hottest point has this temperature, K.
+    /// Heating ends when the hottest point has this temperature, K, or when it has gone on for 10 ms.
     pub stop: f64,
+    /// Cooling begins with the field in which the hottest point has this temperature, K: a smaller pool than at `stop`,
+    /// since the pool that a moving beam leaves is smaller than that of a beam that has rested until then.
+    pub cooling_from: f64,
     /// Cooling ends when no point is hotter than this, K.
     pub cold: f64,
     /// Edge of the solver's cells, and spacing of the charts in distance and depth, mm.
@@ -48,8 +51,8 @@ pub struct ChartSettings {
 
 impl ChartSettings {
     /// The thesis' choices for a beam setting: heated zone of 1.4 φ across and 3.5 times the penetration of 0.1 mm deep,
-    /// layers of 50 µm, spacing 25 µm, shield at 300 °C, cooling down to 800 °C. Heating goes on to 3700 °C instead of
-    /// 2800 °C: fast tracks at 300 W pass 3300 °C, and a chart cannot tell what lies above its end (erratum E10).
+    /// layers of 50 µm, spacing 25 µm, shield at 300 °C, heating up to 2800 °C, cooling from there down to 800 °C. Fast
+    /// tracks at 300 W pass 3300 °C, and a chart cannot tell what lies above its end (erratum E10): raise `stop` for them.
     ///
     /// ```
     /// use meltpath_thermal::chart::ChartSettings;
@@ -67,7 +70,8 @@ impl ChartSettings {
             efficiency: 0.9,
             depth: Depth::Falling { penetration },
             layer: 0.05,
-            stop: 3700.0 + crate::material::CELSIUS,
+            stop: 2800.0 + crate::material::CELSIUS,
+            cooling_from: 2800.0 + crate::material::CELSIUS,
             cold: 800.0 + crate::material::CELSIUS,
             cell: 0.025,
             radius: 0.7 * diameter,

@@ -20,8 +20,8 @@ use crate::surface::Surface;
 const SLAB: f64 = 0.15;
 /// Half the width and the depth of the solver's block, mm, at least; twice the heated zone where that is more.
 const BLOCK: f64 = 0.5;
-/// Heating longer than this will not reach the stop temperature, s.
-const LONGEST_HEATING: f64 = 0.05;
+/// Heating is not followed longer than this, s: the solver's block is warm through by then.
+const LONGEST_HEATING: f64 = 0.01;
 /// Longest cooling followed, s.
 const LONGEST_COOLING: f64 = 0.5;
 /// Parts that the progress of one arrangement is told in.
@@ -40,14 +40,14 @@ pub enum BuildError {
         /// What it must be.
         needed: &'static str,
     },
-    /// The beam is too weak for the stop temperature.
+    /// The beam is too weak for the temperature from which charts cool.
     #[error(
-        "the hottest point has {reached:.0} °C after {} ms and never reaches {stop:.0} °C: lower the stop temperature or use more power", LONGEST_HEATING * 1e3
+        "the hottest point has {reached:.0} °C after {} ms and never reaches {stop:.0} °C: lower the temperatures at which the charts stop and from which they cool, or use more power", LONGEST_HEATING * 1e3
     )]
     TooCold {
         /// Temperature reached, °C.
         reached: f64,
-        /// Temperature wanted, °C.
+        /// Temperature from which the charts cool, °C.
         stop: f64,
     },
     /// The solver.
@@ -81,6 +81,13 @@ impl BuildError {
                 what: "the stop temperature (K)",
                 value: settings.stop,
                 needed: "it must lie between the liquidus and 4500 K",
+            });
+        }
+        if settings.cooling_from <= material.liquidus || settings.cooling_from > settings.stop {
+            return Err(BuildError::Setting {
+                what: "the temperature from which the chart cools (K)",
+                value: settings.cooling_from,
+                needed: "it must lie between the liquidus and the stop temperature",
             });
         }
         if settings.cold <= material.start || settings.cold >= material.solidus {
@@ -224,6 +231,7 @@ fn one(
         observer.advance(now.saturating_sub(told));
         told = told.max(now);
     };
+    let mut hot: Option<Solver<f32>> = None;
     while solver.hottest() < settings.stop {
         if heating.times.len().is_multiple_of(64) {
             observer.check().map_err(SolverError::from)?;
@@ -231,22 +239,30 @@ fn one(
             tell(0.1 * (solver.hottest() - material.start) / (settings.stop - material.start));
         }
         if solver.time() > LONGEST_HEATING {
+            if hot.is_some() {
+                // a wide or weak beam holds a steady pool below the stop temperature: its charts end there
+                break;
+            }
             return Err(BuildError::TooCold {
                 reached: solver.hottest() - CELSIUS,
-                stop: settings.stop - CELSIUS,
+                stop: settings.cooling_from - CELSIUS,
             });
+        }
+        if hot.is_none() && solver.hottest() >= settings.cooling_from {
+            hot = Some(solver.clone());
         }
         solver.step(dt, &[spot])?;
         heating.times.push(solver.time());
         heating.rows.push(look(&solver, &places));
     }
+    let mut solver = hot.unwrap_or(solver);
     let axis: Vec<usize> = (0..depths.len()).map(|h| place(h, 0)).collect();
     let off = solver.time();
     let mut cooling = Record {
         times: vec![0.0],
         rows: vec![look(&solver, &axis)],
     };
-    let all = (settings.stop - settings.cold).ln_1p();
+    let all = (settings.cooling_from - settings.cold).ln_1p();
     while solver.hottest() > settings.cold && solver.time() - off < LONGEST_COOLING {
         if cooling.times.len().is_multiple_of(64) {
             observer.check().map_err(SolverError::from)?;

@@ -4,6 +4,7 @@
 use std::sync::OnceLock;
 
 use meltpath_base::Silent;
+use meltpath_thermal::beam::BeamPoint;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_build::compute;
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -18,18 +19,38 @@ pub(crate) fn titanium() -> Material {
     .unwrap()
 }
 
-/// Charts at 60 kV; a test file uses one or two settings, each computed once.
+/// Charts of the slow beam, of the strut's inner circle, of the fast beam: each computed once per test file.
+pub(crate) static SLOW: OnceLock<ChartSet> = OnceLock::new();
+pub(crate) static INNER: OnceLock<ChartSet> = OnceLock::new();
+pub(crate) static FAST: OnceLock<ChartSet> = OnceLock::new();
+
+/// Charts at 60 kV that heat to `stop` °C and cool from 2800 °C.
+pub(crate) fn compute_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
+    let settings = ChartSettings {
+        stop: stop + CELSIUS,
+        cooling_from: 2800.0 + CELSIUS,
+        ..ChartSettings::of_thesis(60e3, current, focus, diameter)
+    };
+    compute(&settings, &titanium(), &Silent).unwrap()
+}
+
+/// The same, kept for the other tests of the file.
 pub(crate) fn charts(current: f64, focus: f64, diameter: f64, stop: f64) -> &'static ChartSet {
-    static SLOW: OnceLock<ChartSet> = OnceLock::new();
-    static FAST: OnceLock<ChartSet> = OnceLock::new();
     let slot = if current < 3e-3 { &SLOW } else { &FAST };
-    let set = slot.get_or_init(|| {
-        let settings = ChartSettings {
-            stop: stop + CELSIUS,
-            ..ChartSettings::of_thesis(60e3, current, focus, diameter)
-        };
-        compute(&settings, &titanium(), &Silent).unwrap()
-    });
+    let set = slot.get_or_init(|| compute_charts(current, focus, diameter, stop));
     assert!(set.settings.serves(60e3, current, focus));
     set
+}
+
+/// A beam at the origin and time 0, on, at 60 kV.
+pub(crate) fn settings(current: f64, focus: f64) -> BeamPoint {
+    BeamPoint {
+        time: 0.0,
+        x: 0.0,
+        y: 0.0,
+        voltage: 60e3,
+        current,
+        focus,
+        on: true,
+    }
 }
