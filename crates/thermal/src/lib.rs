@@ -32,5 +32,7 @@ pub mod run;
 mod sheet;
 pub mod solver;
 pub mod source;
+pub mod speed;
+pub mod strategy;
 pub mod surface;
 pub mod vector;
