@@ -164,6 +164,8 @@ pub struct ChartSimulation {
     fusion: f32,
     timed: f32,
     time: f64,
+    /// Highest enthalpy under the beam at the end of the last batch.
+    under_beam: f32,
 }
 
 impl ChartSimulation {
@@ -251,6 +253,7 @@ impl ChartSimulation {
             sets,
             rates,
             time: 0.0,
+            under_beam: 0.0,
         })
     }
 
@@ -262,6 +265,16 @@ impl ChartSimulation {
     /// Time since the layer began, s.
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// The material.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// The hottest temperature in the heated zone at the end of the last batch, K; the start temperature when the beam was off.
+    pub fn hottest_under_beam(&self) -> f64 {
+        self.curve.temperature(f64::from(self.under_beam))
     }
 
     /// How it is carried out.
@@ -442,6 +455,7 @@ impl ChartSimulation {
     }
 
     fn heat(&mut self, steps: &[Step]) {
+        self.under_beam = 0.0;
         let Some(rows) = self.rows(steps) else {
             return;
         };
@@ -470,7 +484,8 @@ impl ChartSimulation {
             ends
         };
         let range = rows.start * nx..rows.end * nx;
-        let melted: Vec<Vec<(usize, u32)>> = self.voxels[range.start * planes..range.end * planes]
+        let outcomes: Vec<(f32, Vec<(usize, u32)>)> = self.voxels
+            [range.start * planes..range.end * planes]
             .par_chunks_mut(nx * planes)
             .zip(self.columns[range].par_chunks_mut(nx))
             .enumerate()
@@ -481,23 +496,28 @@ impl ChartSimulation {
                 let first = (((from - origin.x) / dx - 0.5).ceil().max(0.0)) as usize;
                 let end = ((((to - origin.x) / dx - 0.5).floor() + 1.0).max(0.0) as usize).min(nx);
                 let mut melted = Vec::new();
+                let mut hottest = 0.0_f32;
                 for i in first..end {
                     let x = origin.x + (i as f64 + 0.5) * dx;
-                    let count = batch.column(
+                    let (count, hot) = batch.column(
                         j * nx + i,
                         [x, y],
                         &mut columns[i],
                         &mut voxels[i * planes..(i + 1) * planes],
                     );
+                    hottest = hottest.max(hot);
                     if count > 0 {
                         melted.push((j * nx + i, count));
                     }
                 }
-                melted
+                (hottest, melted)
             })
             .collect();
-        for (column, count) in melted.into_iter().flatten() {
-            self.around.melted(column, count);
+        for (hottest, melted) in outcomes {
+            self.under_beam = self.under_beam.max(hottest);
+            for (column, count) in melted {
+                self.around.melted(column, count);
+            }
         }
     }
 
@@ -559,15 +579,27 @@ impl ChartSimulation {
         self.curve.temperature(f64::from(g))
     }
 
-    /// Temperature of the top voxel that holds the point, K; `None` outside the voxels.
-    pub fn surface_at(&self, point: [f64; 2]) -> Option<f64> {
+    /// The column that holds a point; `None` outside the voxels.
+    fn column_at(&self, point: [f64; 2]) -> Option<usize> {
         let index = |a: usize| {
             let origin = [self.grid.origin.x, self.grid.origin.y][a];
             let at = ((point[a] - origin) / self.grid.edge[a]).floor();
             (at >= 0.0 && at < self.grid.cells[a] as f64).then_some(at as usize)
         };
-        let (i, j) = (index(0)?, index(1)?);
-        Some(self.temperature_at(i, j, self.planes() - 1))
+        Some(index(1)? * self.grid.cells[0] + index(0)?)
+    }
+
+    /// Temperature of the top voxel that holds the point, K; `None` outside the voxels.
+    pub fn surface_at(&self, point: [f64; 2]) -> Option<f64> {
+        let column = self.column_at(point)?;
+        Some(self.curve.temperature(f64::from(self.now(column, 0))))
+    }
+
+    /// Highest temperature since the layer began of the top voxel that holds the point, K; `None` outside the voxels.
+    pub fn highest_surface_at(&self, point: [f64; 2]) -> Option<f64> {
+        let column = self.column_at(point)?;
+        let highest = self.voxels[column * self.planes()].highest;
+        Some(self.curve.temperature(f64::from(highest)))
     }
 
     /// Highest temperatures since the layer began, K.
@@ -675,14 +707,15 @@ struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Heats one column; returns how many of its voxels became metal.
+    /// Heats one column; returns how many of its voxels became metal and its highest enthalpy afterwards, 0 where the beam
+    /// did not reach it.
     fn column(
         &self,
         index: usize,
         centre: [f64; 2],
         column: &mut Column,
         voxels: &mut [Voxel],
-    ) -> u32 {
+    ) -> (u32, f32) {
         let share = self.around.share(index);
         let mut between: Option<(u8, Between)> = None;
         let mut melted = 0;
@@ -709,7 +742,12 @@ impl Batch<'_> {
             column.since = step.time + self.dt;
             melted += self.step(rates, here, ring, step.time, voxels);
         }
-        melted
+        let hottest = if between.is_some() {
+            voxels.iter().map(|v| v.enthalpy).fold(0.0, f32::max)
+        } else {
+            0.0
+        };
+        (melted, hottest)
     }
 
     #[inline]

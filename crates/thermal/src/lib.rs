@@ -2,6 +2,7 @@
 //! sources. Lengths mm, times s, temperatures K, powers W; theory: Béraud 2016, section 3.2, and the sources named in
 //! each module.
 
+pub mod as_built;
 pub mod beam;
 mod block;
 pub mod chart;
@@ -9,6 +10,7 @@ pub mod chart_build;
 pub mod chart_file;
 pub mod chart_simulation;
 pub mod closed_form;
+pub mod criteria;
 pub mod enthalpy;
 mod fast_exp;
 pub mod focus;
@@ -30,5 +32,7 @@ pub mod run;
 mod sheet;
 pub mod solver;
 pub mod source;
+pub mod speed;
+pub mod strategy;
 pub mod surface;
 pub mod vector;

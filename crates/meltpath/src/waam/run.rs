@@ -33,6 +33,12 @@ pub enum RunError {
     /// The job file.
     #[error(transparent)]
     Job(#[from] JobError),
+    /// A job of a process that the command is not for.
+    #[error("{} is not a wire-arc job: this command works on wire-arc jobs; `meltpath run` takes any", .0.display())]
+    Kind(PathBuf),
+    /// An electron-beam job.
+    #[error(transparent)]
+    Ebm(#[from] crate::ebm::EbmError),
     /// The part.
     #[error(transparent)]
     Part(PartError),
@@ -123,7 +129,9 @@ struct Loaded {
 /// The job, read and resolved.
 fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let (job, text) = job::load(path)?;
-    let Job::Waam(job) = job;
+    let Job::Waam(job) = job else {
+        return Err(RunError::Kind(path.to_path_buf()));
+    };
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let settings = resolve(&job, &folder, reporter).map_err(|e| in_file(path, &text, e))?;
     Ok(Loaded {
@@ -581,7 +589,9 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
         "name your job with --job",
     );
     let text = crate::start::WAAM_TEMPLATE.to_owned();
-    let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))?;
+    let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))? else {
+        return Err(RunError::Kind(main.to_path_buf()));
+    };
     let settings = resolve(&job, Path::new(""), reporter).map_err(|e| in_file(main, &text, e))?;
     Ok(Loaded {
         path: main.to_path_buf(),
@@ -598,8 +608,27 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
 pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
+    let mut lines = parameter_lines(&loaded.settings.provenance);
+    if !loaded.settings.part.exists() {
+        lines.push(format!(
+            "missing: the part {} is not there",
+            loaded.settings.part.display()
+        ));
+    }
+    lines.extend(reporter.warnings().into_iter().map(|w| {
+        format!(
+            "note: {}{}",
+            w.message,
+            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
+        )
+    }));
+    Ok(lines)
+}
+
+/// Every parameter with its value and origin, one a line.
+pub(crate) fn parameter_lines(provenance: &Provenance) -> Vec<String> {
     let mut lines = Vec::new();
-    for (name, value) in &loaded.settings.provenance.parameters {
+    for (name, value) in &provenance.parameters {
         let shown = |key: &str| {
             value
                 .get(key)
@@ -616,20 +645,7 @@ pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
         let origin = value.get("origin").map(origin_words).unwrap_or_default();
         lines.push(format!("{name} = {}{spread}    {origin}", shown("value")));
     }
-    if !loaded.settings.part.exists() {
-        lines.push(format!(
-            "missing: the part {} is not there",
-            loaded.settings.part.display()
-        ));
-    }
-    lines.extend(reporter.warnings().into_iter().map(|w| {
-        format!(
-            "note: {}{}",
-            w.message,
-            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
-        )
-    }));
-    Ok(lines)
+    lines
 }
 
 fn plain(value: &serde_json::Value) -> String {
