@@ -6,45 +6,26 @@ use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_machine::scan_head::axis::AxisRecord;
 use meltpath_machine::scan_head::correction::{Border, CorrectionTable};
-use meltpath_machine::scan_head::data;
-use meltpath_machine::scan_head::head::{HeadBlock, HeadSink, ScanHead};
-use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
+use meltpath_machine::scan_head::data::{self, HeadData};
+use meltpath_machine::scan_head::head::{HeadBlock, HeadSink};
+use meltpath_machine::scan_head::job::{LaserDelays, ScanJob};
 use meltpath_machine::scan_head::plate::SquarePlate;
 
-fn head() -> ScanHead {
+fn data() -> HeadData {
     data::parse(include_str!("../../../data/scan-heads/three-axis-350.toml"))
         .expect("the head reads")
 }
 
+/// One square of the reference plate under recipe 1.
 fn job() -> ScanJob {
-    let recipe = Recipe {
-        name: "1".to_owned(),
-        contour_speed: 1500.0,
-        fill_speed: 1000.0,
-        contour_jump_speed: 4500.0,
-        fill_jump_speed: 6000.0,
-        contour_power: 300.0,
-        fill_power: 300.0,
-        jump_wait: 1.5e-3,
-        mark_wait: 1.5e-3,
-        polygon_wait: 1.5e-3,
-        delays: LaserDelays {
-            on: 395e-6,
-            off: 107e-6,
-        },
-        sky_writing: None,
-    };
-    let plate = SquarePlate {
+    let recipe = data::parse_recipe(include_str!("../../../data/recipes/industrial.toml"))
+        .expect("the recipe reads");
+    let one = SquarePlate {
         columns: 1,
         rows: 1,
-        column_pitch: 23.0,
-        row_pitch: 17.0,
-        side: 10.0,
-        contour_distance: 0.1,
-        hatch: 0.1,
-        inset: 0.23,
+        ..data().plate
     };
-    plate.job(&recipe).expect("the job is sound")
+    one.job(&recipe).expect("the job is sound")
 }
 
 struct Count(u64);
@@ -56,7 +37,7 @@ impl HeadSink for Count {
 }
 
 fn chain(c: &mut Criterion) {
-    let head = head();
+    let head = data().head;
     let ready = head.ready().expect("the head is sound");
     let job = job();
     let mut blocks: Vec<HeadBlock> = Vec::new();

@@ -21,8 +21,11 @@
 
 pub mod axis;
 pub mod beam;
+pub mod contour_error;
 pub mod correction;
 pub mod data;
+pub mod delays;
+pub mod fill_rate;
 pub mod focus;
 pub mod friction;
 pub mod galvanometer;

@@ -279,7 +279,11 @@ impl RunningAxis {
             self.inner.block(set_points, record);
         }
         let bound = 3.0 * self.travel;
-        if let Some(at) = record.angle.iter().position(|a| !(a.abs() <= bound)) {
+        if let Some(at) = record
+            .angle
+            .iter()
+            .position(|a| a.is_nan() || a.abs() > bound)
+        {
             return Err(AxisError::RanAway {
                 time: (self.samples + at as u64) as f64 * self.period,
                 angle_deg: record.angle[at].to_degrees(),

@@ -227,7 +227,7 @@ impl CorrectionTable {
     ) -> Result<Self, CorrectionError> {
         if marks.points < 2
             || marks.errors.len() != marks.points * marks.points
-            || !(marks.half > 0.0)
+            || marks.half <= 0.0
         {
             return Err(CorrectionError::Marks {
                 given: marks.errors.len(),

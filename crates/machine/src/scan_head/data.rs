@@ -13,6 +13,8 @@ use super::friction::Friction;
 use super::galvanometer::{Galvanometer, Mode};
 use super::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
 use super::head::ScanHead;
+use super::job::{LaserDelays, Recipe};
+use super::plate::SquarePlate;
 use super::prefilter::{Kernel, PreFilter};
 use super::servo_loop::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, Limits, SpeedSource,
@@ -55,6 +57,7 @@ struct HeadFile {
     geometry: GeometryTable,
     focus: Option<FocusTable>,
     beam: BeamTable,
+    plate: PlateTable,
     x: AxisTable,
     y: AxisTable,
     z: Option<AxisTable>,
@@ -71,6 +74,7 @@ struct HeadTable {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "kind")]
+#[expect(clippy::large_enum_variant, reason = "read once and taken apart")]
 enum GeometryTable {
     TwoAxis {
         plane_distance: Figure,
@@ -109,6 +113,35 @@ struct BeamTable {
     waist: Figure,
     wavelength: Figure,
     quality: Figure,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlateTable {
+    columns: Figure,
+    rows: Figure,
+    column_pitch: Figure,
+    row_pitch: Figure,
+    side: Figure,
+    contour_distance: Figure,
+    hatch: Figure,
+    inset: Figure,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RecipeFile {
+    name: String,
+    contour_speed: Figure,
+    fill_speed: Figure,
+    contour_jump_speed: Figure,
+    fill_jump_speed: Figure,
+    power: Figure,
+    jump_wait: Figure,
+    mark_wait: Figure,
+    polygon_wait: Figure,
+    laser_on_delay: Figure,
+    laser_off_delay: Figure,
 }
 
 #[derive(Debug, Deserialize)]
@@ -179,6 +212,8 @@ const NONE: &[Unit] = &[unit("1", 1.0)];
 const CURRENT_GAIN: &[Unit] = &[unit("V/A", 1.0)];
 const SPEED_GAIN: &[Unit] = &[unit("A·s/deg", 1.0)];
 const RATE: &[Unit] = &[unit("1/s", 1.0)];
+const SPEED: &[Unit] = &[unit("mm/s", 1.0), unit("m/s", 1e3)];
+const POWER: &[Unit] = &[unit("W", 1.0)];
 const VOLTAGE: &[Unit] = &[unit("V", 1.0)];
 const CURRENT: &[Unit] = &[unit("A", 1.0)];
 
@@ -211,11 +246,20 @@ macro_rules! read {
     };
 }
 
+/// What a head's file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeadData {
+    /// The head.
+    pub head: ScanHead,
+    /// The plate on which recipes are compared on this head.
+    pub plate: SquarePlate,
+}
+
 /// Reads a head's TOML text.
 ///
 /// # Errors
 /// [`HeadFileError`] with the place in the file.
-pub fn parse(text: &str) -> Result<ScanHead, HeadFileError> {
+pub fn parse(text: &str) -> Result<HeadData, HeadFileError> {
     let file: HeadFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
     let head = Reading { table: "head" };
     let b = Reading { table: "beam" };
@@ -238,7 +282,7 @@ pub fn parse(text: &str) -> Result<ScanHead, HeadFileError> {
             ));
         }
     };
-    Ok(ScanHead {
+    let head = ScanHead {
         name: file.head.name.clone(),
         period: 1.0 / read!(head, file.head, sampling, HERTZ),
         geometry: geometry(&file.geometry)?,
@@ -251,6 +295,45 @@ pub fn parse(text: &str) -> Result<ScanHead, HeadFileError> {
             wavelength: read!(b, file.beam, wavelength, LENGTH),
             quality: read!(b, file.beam, quality, NONE),
         },
+    };
+    let p = Reading { table: "plate" };
+    let plate = SquarePlate {
+        columns: read!(p, file.plate, columns, NONE).round() as u32,
+        rows: read!(p, file.plate, rows, NONE).round() as u32,
+        column_pitch: read!(p, file.plate, column_pitch, LENGTH),
+        row_pitch: read!(p, file.plate, row_pitch, LENGTH),
+        side: read!(p, file.plate, side, LENGTH),
+        contour_distance: read!(p, file.plate, contour_distance, LENGTH),
+        hatch: read!(p, file.plate, hatch, LENGTH),
+        inset: read!(p, file.plate, inset, LENGTH),
+    };
+    Ok(HeadData { head, plate })
+}
+
+/// Reads a recipe's TOML text.
+///
+/// # Errors
+/// [`HeadFileError`] with the place in the file.
+pub fn parse_recipe(text: &str) -> Result<Recipe, HeadFileError> {
+    let file: RecipeFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
+    let r = Reading { table: "recipe" };
+    let power = read!(r, file, power, POWER);
+    Ok(Recipe {
+        contour_speed: read!(r, file, contour_speed, SPEED),
+        fill_speed: read!(r, file, fill_speed, SPEED),
+        contour_jump_speed: read!(r, file, contour_jump_speed, SPEED),
+        fill_jump_speed: read!(r, file, fill_jump_speed, SPEED),
+        contour_power: power,
+        fill_power: power,
+        jump_wait: read!(r, file, jump_wait, TIME),
+        mark_wait: read!(r, file, mark_wait, TIME),
+        polygon_wait: read!(r, file, polygon_wait, TIME),
+        delays: LaserDelays {
+            on: read!(r, file, laser_on_delay, TIME),
+            off: read!(r, file, laser_off_delay, TIME),
+        },
+        sky_writing: None,
+        name: file.name,
     })
 }
 

@@ -322,7 +322,8 @@ impl Geometry {
     pub fn inverse_jacobian(&self, angles: DVec2) -> Result<DMat2, GeometryError> {
         let j = self.jacobian(angles);
         let scale = j.x_axis.length() * j.y_axis.length();
-        if !(j.determinant().abs() > 1e-9 * scale) {
+        let determinant = j.determinant().abs();
+        if determinant.is_nan() || determinant <= 1e-9 * scale {
             return Err(GeometryError::Singular {
                 x_deg: angles.x.to_degrees(),
                 y_deg: angles.y.to_degrees(),

@@ -128,7 +128,7 @@ pub struct Recipe {
     pub polygon_wait: f64,
     /// Delays of the laser.
     pub delays: LaserDelays,
-    /// Sky-writing of fill lines; `mark_wait` does not apply to them then.
+    /// Sky-writing of fill lines; lines have no waits then.
     pub sky_writing: Option<SkyWriting>,
 }
 
@@ -229,7 +229,8 @@ impl<'a> JobBuilder<'a> {
             last.wait = match (last.kind, kind) {
                 (a, b) if a.is_mark() && b.is_mark() => r.polygon_wait,
                 (a, VectorKind::Jump | VectorKind::Connection) if a.is_mark() => r.mark_wait,
-                (VectorKind::Jump, b) if b.is_mark() || b == VectorKind::Run => r.jump_wait,
+                (VectorKind::Jump, VectorKind::Run) => r.jump_wait,
+                (VectorKind::Jump | VectorKind::Connection, b) if b.is_mark() => r.jump_wait,
                 _ => 0.0,
             };
         }

@@ -45,14 +45,10 @@ impl<const N: usize> Step<N> {
     /// The state at the end of the step with torque `t`.
     #[inline]
     fn end(&self, x: &[f64; N], u: f64, t: f64) -> [f64; N] {
-        let mut out = [0.0; N];
-        for r in 0..N {
-            out[r] = self.voltage[r] * u + self.torque[r] * t;
-        }
-        for c in 0..N {
-            let xc = x[c];
-            for r in 0..N {
-                out[r] += self.phi[c][r] * xc;
+        let mut out: [f64; N] = std::array::from_fn(|r| self.voltage[r] * u + self.torque[r] * t);
+        for (column, xc) in self.phi.iter().zip(x) {
+            for (o, p) in out.iter_mut().zip(column) {
+                *o += p * xc;
             }
         }
         out
@@ -60,8 +56,8 @@ impl<const N: usize> Step<N> {
 
     #[inline]
     fn add_torque(&self, x: &mut [f64; N], t: f64) {
-        for r in 0..N {
-            x[r] += self.torque[r] * t;
+        for (x, gain) in x.iter_mut().zip(&self.torque) {
+            *x += gain * t;
         }
     }
 }

@@ -97,16 +97,16 @@ impl SquarePlate {
         Ok(())
     }
 
-    /// The hatch lines of a square, in order and direction: at 45°, from the lower right corner to the upper left one.
+    /// The hatch lines of a square, in order and direction: at 45°, from the lower right corner, half a hatch
+    /// distance away, to the upper left one.
     pub fn hatch_lines(&self, square: u32) -> Vec<(DVec2, DVec2)> {
         let (lo, hi) = self.fill_area(square);
         let size = hi.x - lo.x;
         let diagonal = size * std::f64::consts::SQRT_2;
-        let count = (diagonal / self.hatch).round().max(1.0) as u32;
+        let first = 0.5 * self.hatch;
+        let count = ((diagonal - first) / self.hatch).ceil().max(1.0) as u32;
         let across = DVec2::new(-1.0, 1.0) * std::f64::consts::FRAC_1_SQRT_2;
         let corner = DVec2::new(hi.x, lo.y);
-        // the pattern is centred on the diagonal, so that it does not depend on where the first line falls
-        let first = 0.5 * (diagonal - f64::from(count - 1) * self.hatch);
         (0..count)
             .filter_map(|k| {
                 let distance = first + f64::from(k) * self.hatch;

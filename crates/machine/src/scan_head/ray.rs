@@ -88,7 +88,7 @@ impl RayHead {
             *at += along * ((height - at.z) / along.z);
             points.push(*at);
         };
-        if !(along.z < -1e-9) {
+        if along.z.is_nan() || along.z >= -1e-9 {
             return Err(lost);
         }
         for window in &self.windows {
@@ -121,7 +121,8 @@ impl RayHead {
                 Ok((self.trace(angles + d)?.hit - self.trace(angles - d)?.hit) / (2.0 * h))
             };
             let j = DMat2::from_cols(slope(DVec2::X * h)?, slope(DVec2::Y * h)?);
-            if !(j.determinant().abs() > 1e-9 * j.x_axis.length() * j.y_axis.length()) {
+            let determinant = j.determinant().abs();
+            if determinant.is_nan() || determinant <= 1e-9 * j.x_axis.length() * j.y_axis.length() {
                 return Err(GeometryError::Singular {
                     x_deg: angles.x.to_degrees(),
                     y_deg: angles.y.to_degrees(),
