@@ -133,7 +133,7 @@ fn verdict_code(verdict: &Verdict) -> u8 {
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
-    let outcome = waam::run(job, out, &runs, &progress)?;
+    let outcome = meltpath::run::run(job, out, &runs, &progress)?;
     show_timers(&progress);
     show_verdict(&outcome.verdict);
     line(&format!(

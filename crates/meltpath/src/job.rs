@@ -3,6 +3,7 @@
 //! `process.kind` selects the schema; tables that every process shares are in this file, those of one process in
 //! their own. Unknown keys and bare numbers where a unit is needed are errors with their place in the file.
 
+pub mod lpbf;
 pub mod waam;
 
 use std::ops::Range;
@@ -12,6 +13,7 @@ use meltpath_base::quantity::{Auto, NotNegative, Positive};
 use meltpath_base::{Length, Time};
 use serde::{Deserialize, Serialize};
 
+pub use lpbf::LpbfJob;
 pub use waam::WaamJob;
 
 /// The largest job file that is read.
@@ -22,6 +24,8 @@ const MAX_JOB_BYTES: u64 = 1 << 20;
 pub enum Job {
     /// Wire-arc deposition by robot.
     Waam(Box<WaamJob>),
+    /// Laser powder bed: the scan head.
+    Lpbf(Box<LpbfJob>),
 }
 
 /// Why a job file cannot be used.
@@ -76,6 +80,8 @@ pub struct ProcessTable {
 pub enum ProcessKind {
     /// Wire and arc by robot.
     Waam,
+    /// Laser powder bed: the scan head.
+    Lpbf,
 }
 
 /// The unit of part files that carry none (STL).
@@ -225,6 +231,11 @@ pub fn parse(text: &str) -> Result<Job, TextError> {
             let job: WaamJob = toml::from_str(text).map_err(|e| text_error(&e))?;
             job.check()?;
             Ok(Job::Waam(Box::new(job)))
+        }
+        ProcessKind::Lpbf => {
+            let job: LpbfJob = toml::from_str(text).map_err(|e| text_error(&e))?;
+            job.check()?;
+            Ok(Job::Lpbf(Box::new(job)))
         }
     }
 }

@@ -3,5 +3,7 @@
 pub mod data;
 pub mod inspect;
 pub mod job;
+pub mod lpbf;
+pub mod run;
 pub mod start;
 pub mod waam;

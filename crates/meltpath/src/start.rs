@@ -115,7 +115,9 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         for name in shape_names() {
             let job = waam(&dir.path().join(name), name).unwrap();
-            let (Job::Waam(job), _) = load(&job).unwrap();
+            let (Job::Waam(job), _) = load(&job).unwrap() else {
+                panic!("a wire-arc job")
+            };
             assert_eq!(job.part.get_ref(), &format!("{name}.stl"));
         }
         for (name, generate) in SHAPES {

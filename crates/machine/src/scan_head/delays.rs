@@ -217,7 +217,7 @@ impl DelayTuning {
                 match reached.next() {
                     None => out.reached.push((i64::MAX, i64::MIN, piece)),
                     Some(k) => {
-                        let until = reached.last().unwrap_or(k);
+                        let until = reached.next_back().unwrap_or(k);
                         out.reached.push((k - origin, until - origin, piece));
                     }
                 }

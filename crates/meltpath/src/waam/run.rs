@@ -8,6 +8,7 @@ use meltpath_base::container::{Container, ContainerError};
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::{Cancelled, Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::{HeightMap, WorkpieceError};
+use meltpath_machine::scan_head::head::HeadError;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
@@ -62,6 +63,9 @@ pub enum RunError {
     /// Output.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The scan head.
+    #[error(transparent)]
+    ScanHead(HeadError),
     /// A new job.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -90,6 +94,7 @@ cancellable!(PlanStageError, Plan,
     PlanStageError::Overhang(meltpath_geometry::overhang::OverhangError::Cancelled(c)) => c,
     PlanStageError::Fill(meltpath_planning::PlanError::Cancelled(c)) => c);
 cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_machine::fir::MotionError::Cancelled(c)) => c);
+cancellable!(HeadError, ScanHead, HeadError::Cancelled(c) => c);
 cancellable!(TargetError, Target,
     TargetError::Cancelled(c) => c,
     TargetError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c);
@@ -123,7 +128,9 @@ struct Loaded {
 /// The job, read and resolved.
 fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let (job, text) = job::load(path)?;
-    let Job::Waam(job) = job;
+    let Job::Waam(job) = job else {
+        return Err(other_process(path, text));
+    };
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let settings = resolve(&job, &folder, reporter).map_err(|e| in_file(path, &text, e))?;
     Ok(Loaded {
@@ -131,6 +138,17 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
         name: job_name(path, &job),
         text,
         settings,
+    })
+}
+
+/// A job of another process where a wire-arc one is needed.
+fn other_process(path: &Path, text: String) -> RunError {
+    RunError::Job(JobError::Text {
+        path: path.to_path_buf(),
+        span: text.find("[process]").map(|at| at..at + 9),
+        text,
+        message: "this command is for wire-arc jobs".to_owned(),
+        help: Some("`meltpath run` takes jobs of every process".to_owned()),
     })
 }
 
@@ -344,14 +362,18 @@ fn write_common(
     Ok(())
 }
 
-fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<(), OutputError> {
+pub(crate) fn json(
+    folder: &OutputFolder,
+    name: &str,
+    value: &serde_json::Value,
+) -> Result<(), OutputError> {
     folder.write(name, |w| {
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
 }
 
-fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
+pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
     for path in files {
         let failed = |source| JobError::Io {
             path: path.to_path_buf(),
@@ -581,7 +603,9 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
         "name your job with --job",
     );
     let text = crate::start::WAAM_TEMPLATE.to_owned();
-    let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))?;
+    let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))? else {
+        return Err(other_process(main, text));
+    };
     let settings = resolve(&job, Path::new(""), reporter).map_err(|e| in_file(main, &text, e))?;
     Ok(Loaded {
         path: main.to_path_buf(),
