@@ -6,7 +6,7 @@ use meltpath_base::Observer;
 
 use crate::job::{self, Job};
 use crate::waam::{Outcome, RunError};
-use crate::{ebm, waam};
+use crate::{ebm, lpbf, waam};
 
 /// Runs the whole chain of a job: a new folder `out`, else the next free number in `runs`.
 ///
@@ -21,6 +21,7 @@ pub fn run(
     match job::load(job)? {
         (Job::Waam(_), _) => waam::run(job, out, runs, observer),
         (Job::Ebm(ebm), text) => ebm::run(job, &ebm, &text, out, runs, observer),
+        (Job::Lpbf(lpbf), text) => lpbf::run(job, &lpbf, &text, out, runs, observer),
     }
 }
 
@@ -32,5 +33,6 @@ pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
     match job::load(job)? {
         (Job::Waam(_), _) => waam::doctor(job),
         (Job::Ebm(ebm), text) => ebm::doctor(job, &ebm, &text),
+        (Job::Lpbf(lpbf), text) => lpbf::doctor(job, &lpbf, &text),
     }
 }

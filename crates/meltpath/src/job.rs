@@ -4,6 +4,7 @@
 //! their own. Unknown keys and bare numbers where a unit is needed are errors with their place in the file.
 
 pub mod ebm;
+pub mod lpbf;
 pub mod waam;
 
 use std::ops::Range;
@@ -14,6 +15,7 @@ use meltpath_base::{Length, Time};
 use serde::{Deserialize, Serialize};
 
 pub use ebm::EbmJob;
+pub use lpbf::LpbfJob;
 pub use waam::WaamJob;
 
 /// The largest job file that is read.
@@ -26,6 +28,8 @@ pub enum Job {
     Waam(Box<WaamJob>),
     /// Powder bed by electron beam.
     Ebm(Box<EbmJob>),
+    /// Laser powder bed: the scan head.
+    Lpbf(Box<LpbfJob>),
 }
 
 /// Why a job file cannot be used.
@@ -82,6 +86,8 @@ pub enum ProcessKind {
     Waam,
     /// Powder bed by electron beam.
     Ebm,
+    /// Laser powder bed: the scan head.
+    Lpbf,
 }
 
 /// The unit of part files that carry none (STL).
@@ -236,6 +242,11 @@ pub fn parse(text: &str) -> Result<Job, TextError> {
             let job: EbmJob = toml::from_str(text).map_err(|e| text_error(&e))?;
             job.check()?;
             Ok(Job::Ebm(Box::new(job)))
+        }
+        ProcessKind::Lpbf => {
+            let job: LpbfJob = toml::from_str(text).map_err(|e| text_error(&e))?;
+            job.check()?;
+            Ok(Job::Lpbf(Box::new(job)))
         }
     }
 }

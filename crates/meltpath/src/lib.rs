@@ -5,5 +5,6 @@ pub mod data;
 pub mod ebm;
 pub mod inspect;
 pub mod job;
+pub mod lpbf;
 pub mod start;
 pub mod waam;

@@ -8,6 +8,7 @@ use meltpath_base::container::{Container, ContainerError};
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::{Cancelled, Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::{HeightMap, WorkpieceError};
+use meltpath_machine::scan_head::head::HeadError;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
@@ -33,9 +34,6 @@ pub enum RunError {
     /// The job file.
     #[error(transparent)]
     Job(#[from] JobError),
-    /// A job of a process that the command is not for.
-    #[error("{} is not a wire-arc job: this command works on wire-arc jobs; `meltpath run` takes any", .0.display())]
-    Kind(PathBuf),
     /// An electron-beam job.
     #[error(transparent)]
     Ebm(#[from] crate::ebm::EbmError),
@@ -68,6 +66,9 @@ pub enum RunError {
     /// Output.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The scan head.
+    #[error(transparent)]
+    ScanHead(HeadError),
     /// A new job.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -96,6 +97,7 @@ cancellable!(PlanStageError, Plan,
     PlanStageError::Overhang(meltpath_geometry::overhang::OverhangError::Cancelled(c)) => c,
     PlanStageError::Fill(meltpath_planning::PlanError::Cancelled(c)) => c);
 cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_machine::fir::MotionError::Cancelled(c)) => c);
+cancellable!(HeadError, ScanHead, HeadError::Cancelled(c) => c);
 cancellable!(TargetError, Target,
     TargetError::Cancelled(c) => c,
     TargetError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c);
@@ -130,7 +132,7 @@ struct Loaded {
 fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let (job, text) = job::load(path)?;
     let Job::Waam(job) = job else {
-        return Err(RunError::Kind(path.to_path_buf()));
+        return Err(other_process(path, text));
     };
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let settings = resolve(&job, &folder, reporter).map_err(|e| in_file(path, &text, e))?;
@@ -139,6 +141,17 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
         name: job_name(path, &job),
         text,
         settings,
+    })
+}
+
+/// A job of another process where a wire-arc one is needed.
+fn other_process(path: &Path, text: String) -> RunError {
+    RunError::Job(JobError::Text {
+        path: path.to_path_buf(),
+        span: text.find("[process]").map(|at| at..at + 9),
+        text,
+        message: "this command is for wire-arc jobs".to_owned(),
+        help: Some("`meltpath run` takes jobs of every process".to_owned()),
     })
 }
 
@@ -352,14 +365,18 @@ fn write_common(
     Ok(())
 }
 
-fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<(), OutputError> {
+pub(crate) fn json(
+    folder: &OutputFolder,
+    name: &str,
+    value: &serde_json::Value,
+) -> Result<(), OutputError> {
     folder.write(name, |w| {
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
 }
 
-fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
+pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
     for path in files {
         let failed = |source| JobError::Io {
             path: path.to_path_buf(),
@@ -590,7 +607,7 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     );
     let text = crate::start::WAAM_TEMPLATE.to_owned();
     let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))? else {
-        return Err(RunError::Kind(main.to_path_buf()));
+        return Err(other_process(main, text));
     };
     let settings = resolve(&job, Path::new(""), reporter).map_err(|e| in_file(main, &text, e))?;
     Ok(Loaded {

@@ -1,0 +1,7 @@
+//! Acceptance cases of the scan head (specification *lpbf-scan-head*, § 17): each test bears its case.
+
+mod geometry;
+mod jobs;
+mod models;
+mod reference;
+mod trajectory;

@@ -1,0 +1,43 @@
+//! The reference heads, plates and recipes, as they ship.
+
+use meltpath_machine::scan_head::data::{self, HeadData};
+use meltpath_machine::scan_head::galvanometer::Galvanometer;
+use meltpath_machine::scan_head::head::ScanHead;
+use meltpath_machine::scan_head::job::Recipe;
+
+pub(crate) fn two_axis_data() -> HeadData {
+    data::parse(include_str!(
+        "../../../../data/scan-heads/two-axis-150.toml"
+    ))
+    .unwrap()
+}
+
+pub(crate) fn three_axis_data() -> HeadData {
+    data::parse(include_str!(
+        "../../../../data/scan-heads/three-axis-350.toml"
+    ))
+    .unwrap()
+}
+
+pub(crate) fn two_axis() -> ScanHead {
+    two_axis_data().head
+}
+
+pub(crate) fn three_axis() -> ScanHead {
+    three_axis_data().head
+}
+
+/// Recipes 1, 2 and 3.
+pub(crate) fn recipes() -> [Recipe; 3] {
+    [
+        include_str!("../../../../data/recipes/industrial.toml"),
+        include_str!("../../../../data/recipes/uniform.toml"),
+        include_str!("../../../../data/recipes/doubled.toml"),
+    ]
+    .map(|text| data::parse_recipe(text).unwrap())
+}
+
+/// REF-2X.
+pub(crate) fn motor() -> Galvanometer {
+    two_axis().mirrors[1].motor.clone()
+}

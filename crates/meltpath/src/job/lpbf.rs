@@ -1,0 +1,153 @@
+//! The job of a laser scan head: recipes compared on a plate of squares.
+
+use meltpath_base::quantity::{NotNegative, Positive};
+use meltpath_base::{Length, Ratio};
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+
+use super::{ProcessTable, TextError};
+
+/// A scan-head job, as written. Defaults are resolved, with their reasons, by the pipeline.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LpbfJob {
+    /// `[process]`.
+    pub process: ProcessTable,
+    /// `[lpbf]`.
+    pub lpbf: LpbfTable,
+    /// `[plate]`.
+    #[serde(default)]
+    pub plate: PlateTable,
+    /// `[checks]`.
+    #[serde(default)]
+    pub checks: LpbfChecksTable,
+}
+
+/// `[lpbf]`: head and recipes.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LpbfTable {
+    /// Head: a name in `data/scan-heads`, or a TOML file of your own.
+    pub head: Spanned<String>,
+    /// Recipes: names in `data/recipes`, or TOML files of your own; the others are compared with the first.
+    pub recipes: Vec<Spanned<String>>,
+    /// Laser delays; default tuned.
+    #[serde(default)]
+    pub delays: DelayChoice,
+}
+
+/// Which laser delays a run uses.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DelayChoice {
+    /// Tuned on two squares for each recipe.
+    #[default]
+    Tuned,
+    /// The recipe's own.
+    Recipe,
+}
+
+/// `[plate]`: which squares are run.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlateTable {
+    /// A representative block (default) or the whole plate of the head.
+    pub extent: PlateExtent,
+    /// Columns and rows of the block; default 2 and 2.
+    pub block: Option<[u32; 2]>,
+    /// Side of a square; default the head's reference plate.
+    pub side: Option<Positive<Length>>,
+    /// Hatch distance; default the head's reference plate.
+    pub hatch: Option<Positive<Length>>,
+}
+
+/// How much of the plate is run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlateExtent {
+    /// A block of squares at the centre of the field.
+    #[default]
+    Block,
+    /// Every square of the head's reference plate.
+    Whole,
+}
+
+/// `[checks]`: the limits of the verdict.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LpbfChecksTable {
+    /// Contour error that counts as good; default 30 µm.
+    pub contour_error: Option<Positive<Length>>,
+    /// Least share of contour points within it; default 95 %.
+    pub contour_share: Option<NotNegative<Ratio>>,
+    /// Least fill rate (centres of cells under the swept spot); default none: told.
+    pub fill_rate: Option<NotNegative<Ratio>>,
+}
+
+impl LpbfJob {
+    /// Finds what the schema alone cannot.
+    ///
+    /// # Errors
+    /// [`TextError`] with what to write.
+    pub(super) fn check(&self) -> Result<(), TextError> {
+        let plain = |message: &str, help: &str| {
+            Err(TextError {
+                span: None,
+                message: message.to_owned(),
+                help: Some(help.to_owned()),
+            })
+        };
+        if self.lpbf.recipes.is_empty() {
+            return plain(
+                "the job has no recipe",
+                "name one or more: recipes = [\"industrial\", \"uniform\"]",
+            );
+        }
+        if let Some([columns, rows]) = self.plate.block
+            && (columns == 0 || rows == 0)
+        {
+            return plain(
+                "the block has no squares",
+                "give columns and rows from 1 on: block = [2, 2]",
+            );
+        }
+        if self.plate.block.is_some() && self.plate.extent == PlateExtent::Whole {
+            return plain(
+                "the plate is both a block and whole",
+                "leave out plate.block, or extent = \"whole\"",
+            );
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Job, parse};
+    use super::*;
+
+    const WHOLE: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"three-axis-350\"\nrecipes = [\"industrial\"]\n[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"\n";
+
+    #[test]
+    fn a_job_reads_and_mistakes_are_named() {
+        let Job::Lpbf(job) = parse(WHOLE).unwrap() else {
+            panic!("a scan-head job")
+        };
+        assert_eq!(job.plate.block, Some([3, 1]));
+        assert_eq!(job.lpbf.delays, DelayChoice::Tuned);
+        for (wrong, right, expected) in [
+            ("[3, 1]", "[0, 1]", "no squares"),
+            ("[\"industrial\"]", "[]", "no recipe"),
+            ("\"0.09 mm\"", "0.09", "0.09 UNIT"),
+            ("block = [3, 1]", "bloc = [3, 1]", "bloc"),
+            (
+                "block = [3, 1]",
+                "block = [3, 1]\nextent = \"whole\"",
+                "both",
+            ),
+        ] {
+            let error = parse(&WHOLE.replace(wrong, right)).unwrap_err();
+            assert!(error.message.contains(expected), "{}", error.message);
+        }
+    }
+}
