@@ -28,6 +28,7 @@ fn motion(beads: u32) -> Vec<MotionBlock> {
                 axis: vec![],
                 wire,
                 command: vec![b; n],
+                ..MotionBlock::default()
             }
         })
         .collect()

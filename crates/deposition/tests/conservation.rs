@@ -239,6 +239,7 @@ fn blocks_of_motion_may_be_cut_anywhere() {
                     wire: b.wire[i..to].to_vec(),
                     command: b.command[i..to].to_vec(),
                     axis: vec![],
+                    ..MotionBlock::default()
                 });
                 i = to;
             }
@@ -262,6 +263,7 @@ fn odd_motion_loses_no_metal() {
         wire: vec![wire],
         command: vec![9],
         axis: vec![],
+        ..MotionBlock::default()
     };
     for mode in [Mode::Plain, Settings::default().mode] {
         let map = HeightMap::new(DVec2::splat(-10.0), DVec2::splat(10.0), 0.5, 0.0).unwrap();

@@ -1,6 +1,14 @@
 //! Moving averages without drift.
 
-use meltpath_geometry::math::DVec3;
+use std::ops::{Add, AddAssign, Mul};
+
+/// What can be averaged: numbers and vectors.
+pub(crate) trait Average:
+    Copy + Default + Add<Output = Self> + AddAssign + Mul<f64, Output = Self>
+{
+}
+
+impl<T: Copy + Default + Add<Output = T> + AddAssign + Mul<f64, Output = T>> Average for T {}
 
 /// The mean of the last `n` values.
 ///
@@ -8,20 +16,20 @@ use meltpath_geometry::math::DVec3;
 /// of one block of `n` values plus the head of the next, both summed afresh (after van Herk 1992): two additions a value,
 /// and an error bounded by one window's rounding however long the stream.
 #[derive(Debug, Clone)]
-pub(crate) struct MovingAverage {
+pub(crate) struct MovingAverage<T> {
     /// Before `at`: the values of this block; from `at` on: sums of the previous block's tails.
-    window: Vec<DVec3>,
-    head: DVec3,
+    window: Vec<T>,
+    head: T,
     at: usize,
     inverse: f64,
 }
 
-impl MovingAverage {
+impl<T: Average> MovingAverage<T> {
     /// The average over `n >= 1` values, all `value` so far.
-    pub(crate) fn new(n: usize, value: DVec3) -> Self {
+    pub(crate) fn new(n: usize, value: T) -> Self {
         let mut average = MovingAverage {
             window: vec![value; n],
-            head: DVec3::ZERO,
+            head: T::default(),
             at: 0,
             inverse: 1.0 / n as f64,
         };
@@ -31,18 +39,18 @@ impl MovingAverage {
 
     /// Turns the full block into sums of its tails.
     fn close_block(&mut self) {
-        let mut tail = DVec3::ZERO;
+        let mut tail = T::default();
         for v in self.window.iter_mut().rev() {
             tail += *v;
             *v = tail;
         }
-        self.head = DVec3::ZERO;
+        self.head = T::default();
         self.at = 0;
     }
 
     /// Takes the next value and gives the mean of the last `n`.
     #[inline]
-    pub(crate) fn push(&mut self, value: DVec3) -> DVec3 {
+    pub(crate) fn push(&mut self, value: T) -> T {
         self.head += value;
         self.window[self.at] = value;
         self.at += 1;
@@ -59,6 +67,7 @@ impl MovingAverage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meltpath_geometry::math::DVec3;
     use proptest::prelude::*;
 
     proptest! {

@@ -178,8 +178,8 @@ fn restart(block: &mut MotionBlock, t0: f64, dt: f64) {
 struct Cascade {
     last_first: DVec3,
     /// T_1 over the motion averaged twice over dt, then T_2.
-    first: MovingAverage,
-    second: MovingAverage,
+    first: MovingAverage<DVec3>,
+    second: MovingAverage<DVec3>,
 }
 
 impl Cascade {
@@ -203,7 +203,7 @@ impl Cascade {
 
 /// The derivative of the cascade: `(f(t) − f(t − T_2)) / T_2`, with f the motion averaged over T_1.
 struct Velocity {
-    first: MovingAverage,
+    first: MovingAverage<DVec3>,
     delayed: Vec<DVec3>,
     at: usize,
     inverse: f64,

@@ -1,4 +1,4 @@
-//! From commanded moves to what the machine will really do: the interpolation of an industrial robot's controller.
+//! From commanded moves to what the machine will really do: the interpolation of an industrial robot's controller, the laser scan head.
 //! Lengths are millimetres in the part frame, times s, speeds mm/s, angles rad.
 
 pub mod closed_form;
@@ -8,6 +8,7 @@ pub mod corner;
 mod filter;
 pub mod fir;
 mod history;
+pub mod scan_head;
 pub mod summary;
 mod timeline;
 mod track;

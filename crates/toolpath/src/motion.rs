@@ -18,6 +18,8 @@ pub struct MotionBlock {
     /// Wire fed during the sample period that ends at this sample, mm; 0 while the arc is off. The sum over all samples
     /// is the wire used, exactly.
     pub wire: Vec<f64>,
+    /// Beam power, W, mean over the sample period that ends at this sample; empty without beam.
+    pub power: Vec<f64>,
     /// Index of the command being executed: the caller's own numbering (program line, pass…).
     pub command: Vec<u32>,
 }

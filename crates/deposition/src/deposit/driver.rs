@@ -56,6 +56,7 @@ pub struct Deposit {
 /// wire[0] = 0.0;
 /// deposition.block(&MotionBlock {
 ///     t0: 0.0, dt: 0.008, speed: vec![12.5; 401], wire, command: vec![1; 401], axis: vec![], position,
+///     ..MotionBlock::default()
 /// });
 /// let deposit = deposition.finish();
 /// assert!((deposit.map.volume() / (400.0 * 1.22 * 0.785) - 1.0).abs() < 1e-9);

@@ -62,6 +62,7 @@ pub fn bead(sink: &mut impl MotionSink, path: &[DVec3], command: u32, clock: &mu
         wire: vec![0.0],
         command: vec![command],
         axis: vec![],
+        ..MotionBlock::default()
     });
     *clock += DT;
 }

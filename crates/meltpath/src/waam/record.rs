@@ -87,6 +87,7 @@ mod tests {
             axis: vec![],
             wire: (0..n).map(|i| if i > 5000 { 0.2 } else { 0.0 }).collect(),
             command: (0..n).map(|i| (i / 2500) as u32).collect(),
+            ..MotionBlock::default()
         };
         let mut recorder = Recorder::default();
         recorder.block(&block);

@@ -1,0 +1,38 @@
+//! The laser scan head: where the laser *really* goes, and what can be tuned without the machine.
+//!
+//! Source: Rasoanarivo 2020 (NNT 2020UPASC005), chapter 2, in the form of the specification *lpbf-scan-head*. The chain, each
+//! block usable alone:
+//!
+//! | block | module |
+//! | --- | --- |
+//! | job: vectors and recipes | [`job`], [`plate`] |
+//! | time interpolation | [`interpolation`] |
+//! | inverse transform | [`correction`], on [`geometry`] and [`focus`] |
+//! | pre-filter | [`prefilter`] |
+//! | angle control | [`servo_loop`] |
+//! | galvanometer | [`galvanometer`], [`friction`], [`plant`] |
+//! | one axis, streaming | [`axis`] |
+//! | direct geometry, optics | [`geometry`], [`focus`], [`beam`] |
+//! | laser gate | [`gate`] |
+//! | the whole head, streaming | [`head`] |
+//! | judgement | [`contour_error`], [`fill_rate`], [`delays`] |
+//!
+//! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
+
+pub mod axis;
+pub mod beam;
+pub mod correction;
+pub mod data;
+pub mod focus;
+pub mod friction;
+pub mod galvanometer;
+pub mod gate;
+pub mod geometry;
+pub mod head;
+pub mod interpolation;
+pub mod job;
+pub mod plant;
+pub mod plate;
+pub mod prefilter;
+pub mod ray;
+pub mod servo_loop;

@@ -1,0 +1,529 @@
+//! The whole head, streaming: from a job to where the laser really goes, in blocks, all axes at once.
+//!
+//! Source: Rasoanarivo 2020, fig. 2.1 and 2.6 (the digital chain). While the axes run over one block, the next is commanded
+//! and the previous one is judged; memory does not grow with the job. The result does not depend on the number of threads.
+
+use meltpath_base::{Cancelled, Observer};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_toolpath::{MotionBlock, MotionSink};
+
+use super::axis::{Axis, AxisRecord, RunningAxis};
+use super::beam::GaussianBeam;
+use super::correction::{Border, CorrectionError, CorrectionTable};
+use super::focus::{Focus, Lenses};
+use super::galvanometer::AxisError;
+use super::gate::Gate;
+use super::geometry::{Geometry, GeometryError};
+use super::interpolation::{CommandBlock, Interpolator, sample_count};
+use super::job::{LaserDelays, ScanJob, ScanJobError};
+
+/// Samples in a block.
+pub const BLOCK: usize = 8192;
+
+/// Why a head could not execute a job.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum HeadError {
+    /// An axis.
+    #[error("{axis} axis: {source}")]
+    Axis {
+        /// `X`, `Y` or `Z`.
+        axis: char,
+        /// What is wrong.
+        source: AxisError,
+    },
+    /// The job.
+    #[error(transparent)]
+    Job(#[from] ScanJobError),
+    /// The correction table.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    /// The geometry.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// A vector that leaves the field.
+    #[error("vector {index}: {source}")]
+    Field {
+        /// Position in the job, from 0.
+        index: usize,
+        /// Where it goes.
+        source: CorrectionError,
+    },
+    /// The axes' sampling does not suit the job.
+    #[error(
+        "at {frequency:.0} Hz a vector of {length:.3} mm at {speed:.0} mm/s (number {index}) has no sample: use shorter periods or slower jumps"
+    )]
+    Sampling {
+        /// Position in the job, from 0.
+        index: usize,
+        /// Its length, mm.
+        length: f64,
+        /// Its speed, mm/s.
+        speed: f64,
+        /// Sampling frequency, Hz.
+        frequency: f64,
+    },
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// A scan head: its optics and its axes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanHead {
+    /// Name for people.
+    pub name: String,
+    /// Sample period, s.
+    pub period: f64,
+    /// Mirrors, windows and plane.
+    pub geometry: Geometry,
+    /// The X and Y axes.
+    pub mirrors: [Axis; 2],
+    /// The axis of the dynamic focus with its lenses, where the head has one.
+    pub focus: Option<(Axis, Lenses)>,
+    /// Half the side of the field, mm.
+    pub half_field: f64,
+    /// Points a side of the correction table; without a table the inverse is computed exactly.
+    pub table: Option<usize>,
+    /// The beam at the powder.
+    pub beam: GaussianBeam,
+}
+
+/// What the head did during one block of samples.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HeadBlock {
+    /// Sample period, s.
+    pub period: f64,
+    /// The command: points, vectors, whether it moves.
+    pub command: CommandBlock,
+    /// Angle set-points (θx, θy, θz), rad.
+    pub set_points: [Vec<f64>; 3],
+    /// What each axis did; the third is empty without focus axis.
+    pub axes: [AxisRecord; 3],
+    /// Point hit in the plane, mm.
+    pub hit: Vec<DVec2>,
+    /// Height of the focus over the plane, mm; zeros without focus axis.
+    pub focus: Vec<f64>,
+    /// Share of the period ending at the sample during which the laser is on.
+    pub lit: Vec<f64>,
+}
+
+impl HeadBlock {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.command.position.len()
+    }
+
+    /// Whether the block has no samples.
+    pub fn is_empty(&self) -> bool {
+        self.command.position.is_empty()
+    }
+}
+
+/// Receives what a head does, block after block in time order.
+pub trait HeadSink: Send {
+    /// Takes the next block.
+    fn block(&mut self, block: &HeadBlock);
+}
+
+impl<S: HeadSink + ?Sized> HeadSink for &mut S {
+    fn block(&mut self, block: &HeadBlock) {
+        (**self).block(block);
+    }
+}
+
+impl HeadSink for Vec<HeadBlock> {
+    fn block(&mut self, block: &HeadBlock) {
+        self.push(block.clone());
+    }
+}
+
+impl<A: HeadSink, B: HeadSink> HeadSink for (A, B) {
+    fn block(&mut self, block: &HeadBlock) {
+        self.0.block(block);
+        self.1.block(block);
+    }
+}
+
+/// Sums of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunSummary {
+    /// Duration of the job, the head's run-out not included, s.
+    pub duration: f64,
+    /// Samples of each axis, run-out included.
+    pub samples: u64,
+}
+
+/// A head made ready: focus fitted, table computed, everything checked.
+#[derive(Debug, Clone)]
+pub struct ReadyHead {
+    head: ScanHead,
+    focus: Option<Focus>,
+    inverse: Inverse,
+}
+
+#[derive(Debug, Clone)]
+enum Inverse {
+    Table(CorrectionTable),
+    Exact { travel: DVec2 },
+}
+
+/// The axes' letters.
+const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
+
+impl ScanHead {
+    /// Checks the head, fits its focus and computes its table.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn ready(&self) -> Result<ReadyHead, HeadError> {
+        self.geometry.check()?;
+        for (axis, letter) in self.axes().zip(LETTERS) {
+            axis.check().map_err(|source| HeadError::Axis {
+                axis: letter,
+                source,
+            })?;
+        }
+        let focus = self
+            .focus
+            .as_ref()
+            .map(|(_, lenses)| Focus::new(*lenses, self.geometry))
+            .transpose()?;
+        let travel = DVec2::new(self.mirrors[0].travel, self.mirrors[1].travel);
+        let inverse = match self.table {
+            Some(points) => Inverse::Table(CorrectionTable::new(
+                &self.geometry,
+                focus.as_ref(),
+                self.half_field,
+                points,
+                travel,
+                Border::Extrapolate,
+            )?),
+            None => Inverse::Exact { travel },
+        };
+        Ok(ReadyHead {
+            head: self.clone(),
+            focus,
+            inverse,
+        })
+    }
+
+    fn axes(&self) -> impl Iterator<Item = &Axis> {
+        self.mirrors
+            .iter()
+            .chain(self.focus.as_ref().map(|(axis, _)| axis))
+    }
+
+    /// The longest steady lag of an axis' pre-filter, s.
+    pub fn lag(&self) -> f64 {
+        self.axes()
+            .filter_map(|a| a.prefilter.as_ref())
+            .map(super::prefilter::PreFilter::lag)
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Time after the job's end in which the axes arrive, s.
+const RUN_OUT: f64 = 3e-3;
+
+impl ReadyHead {
+    /// The head.
+    pub fn head(&self) -> &ScanHead {
+        &self.head
+    }
+
+    /// The fitted focus.
+    pub fn focus(&self) -> Option<&Focus> {
+        self.focus.as_ref()
+    }
+
+    /// The correction table, where the head uses one.
+    pub fn table(&self) -> Option<&CorrectionTable> {
+        match &self.inverse {
+            Inverse::Table(table) => Some(table),
+            Inverse::Exact { .. } => None,
+        }
+    }
+
+    /// The same head with its table recalibrated or replaced.
+    #[must_use]
+    pub fn with_table(mut self, table: CorrectionTable) -> Self {
+        self.inverse = Inverse::Table(table);
+        self
+    }
+
+    /// Refuses a job that leaves the field or has vectors without samples.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn check(&self, job: &ScanJob) -> Result<(), HeadError> {
+        job.check()?;
+        let inside = |index: usize, p: DVec2| {
+            let error = match &self.inverse {
+                Inverse::Table(table) => table.require(p).err(),
+                Inverse::Exact { travel } => {
+                    let beyond = p.abs().max_element() > self.head.half_field;
+                    let half = self.head.half_field;
+                    let outside = beyond.then_some(CorrectionError::Outside {
+                        x: p.x,
+                        y: p.y,
+                        half,
+                    });
+                    outside.or_else(|| {
+                        self.head
+                            .geometry
+                            .inverse_within(p, *travel)
+                            .err()
+                            .map(CorrectionError::from)
+                    })
+                }
+            };
+            error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
+        };
+        inside(0, job.start.truncate())?;
+        for (index, v) in job.vectors.iter().enumerate() {
+            inside(index, v.end.truncate())?;
+            let length = job.length_of(index);
+            if v.kind.is_mark() && length > 0.0 && length < v.speed * self.head.period {
+                return Err(HeadError::Sampling {
+                    index,
+                    length,
+                    speed: v.speed,
+                    frequency: 1.0 / self.head.period,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The angle set-points (θx, θy, θz), rad, for a commanded point, mm.
+    #[inline]
+    pub fn angles(&self, point: DVec3) -> DVec3 {
+        match &self.inverse {
+            Inverse::Table(table) => {
+                let angles = table.angles(point.truncate());
+                match &self.focus {
+                    Some(focus) if point.z != 0.0 => {
+                        let mirrors = angles.truncate();
+                        let moved = focus.inverse(mirrors, point.z) - focus.inverse(mirrors, 0.0);
+                        angles + DVec3::Z * moved
+                    }
+                    _ => angles,
+                }
+            }
+            Inverse::Exact { .. } => {
+                // the job was checked: every point of it has an inverse
+                let mirrors = self
+                    .head
+                    .geometry
+                    .inverse(point.truncate())
+                    .unwrap_or(DVec2::ZERO);
+                let cam = self
+                    .focus
+                    .as_ref()
+                    .map_or(0.0, |f| f.inverse(mirrors, point.z));
+                mirrors.extend(cam)
+            }
+        }
+    }
+
+    /// Executes a job: what the head does goes into `sink`, [`BLOCK`] samples at a time. `seed` is that of the sensors' noise.
+    ///
+    /// # Errors
+    /// [`HeadError`]; also where an axis runs away or the observer cancels.
+    pub fn run(
+        &self,
+        job: &ScanJob,
+        delays: LaserDelays,
+        seed: u64,
+        observer: &dyn Observer,
+        sink: &mut dyn HeadSink,
+    ) -> Result<RunSummary, HeadError> {
+        self.check(job)?;
+        let period = self.head.period;
+        let rest = (RUN_OUT / period).ceil() as u64;
+        let samples = sample_count(job, period) + rest;
+        observer.stage("scan head", samples);
+        let start = self.angles(job.start);
+        let mut axes = Vec::with_capacity(3);
+        for ((axis, letter), angle) in self.head.axes().zip(LETTERS).zip(start.to_array()) {
+            let named = |source| HeadError::Axis {
+                axis: letter,
+                source,
+            };
+            let running = axis
+                .start(
+                    period,
+                    angle,
+                    seed.wrapping_mul(3).wrapping_add(axes.len() as u64),
+                )
+                .map_err(named)?;
+            axes.push((letter, running));
+        }
+        let mut source = Source {
+            head: self,
+            path: Interpolator::new(job, period, rest),
+        };
+        let mut optics = Optics {
+            head: self,
+            gate: Gate::new(job, delays, period),
+            sink,
+        };
+        let (mut coming, mut moving, mut done) = (
+            HeadBlock::default(),
+            HeadBlock::default(),
+            HeadBlock::default(),
+        );
+        coming.period = period;
+        moving.period = period;
+        done.period = period;
+        source.fill(&mut moving);
+        while !moving.is_empty() {
+            let mut outcome = Ok(());
+            rayon::scope(|scope| {
+                // the axes first: they are the longest tasks
+                scope.spawn(|_| outcome = advance(&mut axes, &mut moving));
+                scope.spawn(|_| source.fill(&mut coming));
+                optics.take(&mut done);
+            });
+            outcome?;
+            observer.check()?;
+            observer.advance(moving.len() as u64);
+            std::mem::swap(&mut done, &mut moving);
+            std::mem::swap(&mut moving, &mut coming);
+        }
+        optics.take(&mut done);
+        Ok(RunSummary {
+            duration: (samples - rest - 1) as f64 * period,
+            samples,
+        })
+    }
+}
+
+/// Runs every axis over a block, in parallel.
+fn advance(axes: &mut [(char, RunningAxis)], block: &mut HeadBlock) -> Result<(), HeadError> {
+    let HeadBlock {
+        set_points,
+        axes: records,
+        ..
+    } = block;
+    let mut outcomes = [Ok(()), Ok(()), Ok(())];
+    rayon::scope(|scope| {
+        let parts = axes
+            .iter_mut()
+            .zip(set_points.iter())
+            .zip(records.iter_mut())
+            .zip(outcomes.iter_mut());
+        for ((((letter, axis), points), record), outcome) in parts {
+            scope.spawn(move |_| {
+                *outcome = axis
+                    .block(points, record)
+                    .map_err(|source| HeadError::Axis {
+                        axis: *letter,
+                        source,
+                    });
+            });
+        }
+    });
+    outcomes.into_iter().collect()
+}
+
+/// Commands and set-points.
+struct Source<'a> {
+    head: &'a ReadyHead,
+    path: Interpolator<'a>,
+}
+
+impl Source<'_> {
+    fn fill(&mut self, block: &mut HeadBlock) {
+        self.path.fill(&mut block.command, BLOCK);
+        for column in &mut block.set_points {
+            column.clear();
+        }
+        for &point in &block.command.position {
+            let angles = self.head.angles(point);
+            block.set_points[0].push(angles.x);
+            block.set_points[1].push(angles.y);
+            block.set_points[2].push(angles.z);
+        }
+    }
+}
+
+/// Where the laser goes, and when it is on.
+struct Optics<'a> {
+    head: &'a ReadyHead,
+    gate: Gate<'a>,
+    sink: &'a mut dyn HeadSink,
+}
+
+impl Optics<'_> {
+    fn take(&mut self, block: &mut HeadBlock) {
+        if block.is_empty() {
+            return;
+        }
+        block.hit.clear();
+        block.focus.clear();
+        block.lit.clear();
+        let geometry = &self.head.head.geometry;
+        let [x, y, z] = &block.axes;
+        for (k, (&x, &y)) in x.angle.iter().zip(&y.angle).enumerate() {
+            let angles = DVec2::new(x, y);
+            block.hit.push(geometry.direct(angles));
+            let height = match (&self.head.focus, z.angle.get(k)) {
+                (Some(focus), Some(&cam)) => focus.direct(angles, cam),
+                _ => 0.0,
+            };
+            block.focus.push(height);
+            block
+                .lit
+                .push(self.gate.lit(block.command.first + k as u64));
+        }
+        self.sink.block(block);
+    }
+}
+
+/// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
+/// commanded height of the job's layer.
+pub struct AsMotion<'a> {
+    job: &'a ScanJob,
+    height: f64,
+    sink: &'a mut (dyn MotionSink + Send),
+    block: MotionBlock,
+    last: Option<DVec3>,
+}
+
+impl<'a> AsMotion<'a> {
+    /// Into `sink`, in the plane z = `height` mm of the part.
+    pub fn new(job: &'a ScanJob, height: f64, sink: &'a mut (dyn MotionSink + Send)) -> Self {
+        AsMotion {
+            job,
+            height,
+            sink,
+            block: MotionBlock::default(),
+            last: None,
+        }
+    }
+}
+
+impl HeadSink for AsMotion<'_> {
+    fn block(&mut self, block: &HeadBlock) {
+        let out = &mut self.block;
+        out.t0 = block.command.first as f64 * block.period;
+        out.dt = block.period;
+        out.position.clear();
+        out.speed.clear();
+        out.power.clear();
+        for (k, hit) in block.hit.iter().enumerate() {
+            let at = hit.extend(self.height);
+            out.position.push(at);
+            out.speed
+                .push(self.last.map_or(0.0, |l| l.distance(at) / block.period));
+            let power = self.job.vectors[block.command.vector[k] as usize].power;
+            out.power.push(power * block.lit[k]);
+            self.last = Some(at);
+        }
+        out.wire.clear();
+        out.wire.resize(block.len(), 0.0);
+        out.command.clone_from(&block.command.vector);
+        self.sink.block(out);
+    }
+}

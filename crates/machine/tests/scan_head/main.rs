@@ -1,0 +1,6 @@
+//! Acceptance cases of the scan head (specification *lpbf-scan-head*, § 17): each test bears its case.
+
+mod geometry;
+mod models;
+mod reference;
+mod trajectory;
