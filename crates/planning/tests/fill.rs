@@ -306,7 +306,7 @@ fn facets_of_a_circle_are_arcs_again() {
     }
     // and on nested contours
     for radius in [20.0, 60.0] {
-        let n = (std::f64::consts::PI / (1.0 - 0.05 / radius as f64).acos()).ceil() as u32;
+        let n = (std::f64::consts::PI / (1.0 - 0.05 / radius).acos()).ceil() as u32;
         let disc = solid(outlines::ring(radius, 5.0, n).outer);
         let plan = plan(&[disc], HYBRID);
         assert_eq!(plan.passes[0].role, Role::Contour);
