@@ -224,7 +224,7 @@ quantity!(
 quantity!(
     /// A duration, s inside.
     Time, "time", "s",
-    [("s", 1.0), ("ms", 1e-3), ("min", 60.0), ("h", 3600.0)]
+    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)]
 );
 quantity!(
     /// An angle, rad inside.

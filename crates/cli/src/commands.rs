@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
 use meltpath::waam::{self, RunError};
-use meltpath::{inspect, start};
+use meltpath::{chain, inspect, start};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -133,7 +133,7 @@ fn verdict_code(verdict: &Verdict) -> u8 {
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
-    let outcome = meltpath::run::run(job, out, &runs, &progress)?;
+    let outcome = chain::run(job, out, &runs, &progress)?;
     show_timers(&progress);
     show_verdict(&outcome.verdict);
     line(&format!(
@@ -197,7 +197,7 @@ fn new_waam(path: &Path, shape: &str) -> Result<u8, RunError> {
 }
 
 fn doctor(job: &Path) -> Result<u8, RunError> {
-    for finding in waam::doctor(job)? {
+    for finding in chain::doctor(job)? {
         line(&finding);
     }
     Ok(0)

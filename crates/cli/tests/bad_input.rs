@@ -85,6 +85,16 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
             "width = \"30 mm\"",
             &["30"],
         ),
+        (
+            "travel_speed = \"0.75 m/min\"",
+            "travel_speed = \"90 m/min\"",
+            &["cannot make", "0.25 to 1.5"],
+        ),
+        (
+            "height = \"auto\" ",
+            "height = \"0.0001 mm\"",
+            &["layers.height", "could"],
+        ),
         ("kind = \"waam\"", "kind = \"milling\"", &["milling"]),
     ] {
         assert!(good.contains(right), "{right}");

@@ -32,6 +32,8 @@ pub enum RiccatiError {
 
 /// Asymmetry of a computed solution above which its subspace was not the stable one of a Hamiltonian.
 const ASYMMETRY: f64 = 1e-5;
+/// Solutions below this, in balanced states, are rounding: their symmetry says nothing.
+const NOTHING: f64 = 1e-10;
 
 /// The symmetric X with X A + Aᵀ X − X P X + Q = 0 that makes A − P X stable. P and Q are symmetric, of any sign.
 ///
@@ -68,7 +70,7 @@ pub fn continuous(a: &Matrix, p: &Matrix, q: &Matrix) -> Result<Matrix, RiccatiE
     if !x.is_finite() {
         return Err(RiccatiError::Infinite);
     }
-    if (&x - x.transpose()).norm() > ASYMMETRY * x.norm() {
+    if (&x - x.transpose()).norm() > ASYMMETRY * x.norm() + NOTHING {
         return Err(RiccatiError::OnAxis { omega: nearest });
     }
     let x = x.symmetric_part();

@@ -79,13 +79,7 @@ pub fn simplify_controller(
     out.poles.push(Complex64::default());
     out.gain *= k.response(crossover).norm() / out.response(crossover).norm();
     let checked = (0.1 * crossover, 100.0 * crossover);
-    let change = crate::frequency::logarithmic(checked.0, checked.1, 400)
-        .into_iter()
-        .map(|w| {
-            let ratio = (out.response(w) / k.response(w)).norm();
-            ratio.max(1.0 / ratio)
-        })
-        .fold(1.0, f64::max);
+    let change = largest_change(k, &out, checked);
     Ok(Simplified {
         controller: out,
         removed,
@@ -93,4 +87,45 @@ pub fn simplify_controller(
         change,
         checked,
     })
+}
+
+/// Largest ratio of gains between two controllers over a band (rad/s), above one whichever is larger.
+pub fn largest_change(one: &ZeroPoleGain, other: &ZeroPoleGain, band: (f64, f64)) -> f64 {
+    crate::frequency::logarithmic(band.0, band.1, 400)
+        .into_iter()
+        .map(|w| {
+            let ratio = (other.response(w) / one.response(w)).norm();
+            ratio.max(1.0 / ratio)
+        })
+        .fold(1.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hidden_pair_goes_and_the_slow_pole_integrates() {
+        let c = |x: f64| Complex64::new(x, 0.0);
+        let k = ZeroPoleGain::new(
+            vec![c(-100.0), c(-40.0)],
+            vec![c(-0.01), c(-101.0), c(-5000.0)],
+            7.0,
+        );
+        let done = simplify_controller(&k, 300.0, 0.1, 3).unwrap();
+        assert_eq!(done.removed, [(-101.0, -100.0)]);
+        assert_eq!(done.integrated, -0.01);
+        assert_eq!(done.controller.zeros, [c(-40.0)]);
+        assert!(done.controller.poles.contains(&c(0.0)));
+        assert!(
+            (done.controller.response(300.0).norm() / k.response(300.0).norm() - 1.0).abs() < 1e-12
+        );
+        assert!(done.change < 1.01 && done.change > 1.0);
+        // no pole slow enough
+        let fast = ZeroPoleGain::new(vec![], vec![c(-50.0)], 1.0);
+        assert!(matches!(
+            simplify_controller(&fast, 300.0, 0.1, 1),
+            Err(SystemError::Range { .. })
+        ));
+    }
 }

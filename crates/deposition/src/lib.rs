@@ -6,6 +6,7 @@ pub mod bead;
 pub mod consumable;
 pub mod ctwd;
 pub mod deposit;
+pub mod energy;
 mod least_squares;
 pub mod mass;
 pub mod process_map;

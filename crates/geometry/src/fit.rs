@@ -1,5 +1,6 @@
-//! Polylines as few lines and circular arcs within a tolerance, both ways: every point of the polyline lies within it
-//! of the result, and the result within it of the polyline.
+//! Polylines as few lines and circular arcs within a tolerance: every point of the polyline lies within it of the
+//! result, and the result within it of the polyline. A polyline whose vertices lie on a circle may be the facets of
+//! one: there the result may leave the middles of the chords by more, which is a tolerance of its own.
 //!
 //! Greedy longest pieces. An arc through both ends of a run has its centre on the perpendicular bisector; the
 //! position there is the least-squares solution of the circle equation, which is linear in it.
@@ -32,8 +33,11 @@ pub struct Piece {
 /// What a fit may do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// Largest distance between polyline and result, mm.
+    /// Largest distance between the points of the polyline and the result, and between the result and the polyline, mm.
     pub distance: f64,
+    /// Largest distance between an arc and the middles of chords that are facets of a curve, mm: chords farther from
+    /// an arc than this stay lines. At least `distance` counts.
+    pub facet: f64,
     /// Direction changes above this angle are corners, rad: they stay, and no arc runs across them.
     pub corner: f64,
 }
@@ -47,7 +51,7 @@ const SMALLEST_SWEEP: f64 = 0.03;
 /// ```
 /// use meltpath_geometry::{fit::{Shape, Tolerance, fit}, math::DVec2};
 /// let circle: Vec<_> = (0..=90).map(|i| DVec2::from_angle(f64::to_radians(4.0 * f64::from(i))) * 30.0).collect();
-/// let pieces = fit(&circle, Tolerance { distance: 0.05, corner: 0.35 });
+/// let pieces = fit(&circle, Tolerance { distance: 0.05, facet: 0.05, corner: 0.35 });
 /// assert_eq!(pieces.len(), 2);
 /// assert!(pieces.iter().all(|p| matches!(p.shape, Shape::Arc { .. })));
 /// ```
@@ -73,13 +77,15 @@ pub fn fit(points: &[DVec2], tolerance: Tolerance) -> Vec<Piece> {
             }
             _ => (fit.hand_over(at, line), Shape::Line),
         };
-        pieces.push(Piece {
-            end: fit.points[end],
-            shape,
-        });
+        pieces.push((end, shape));
         at = end;
     }
-    pieces
+    fit.take_up(&mut pieces);
+    let piece = |(end, shape)| Piece {
+        end: fit.points[end],
+        shape,
+    };
+    pieces.into_iter().map(piece).collect()
 }
 
 struct Run {
@@ -90,6 +96,7 @@ struct Run {
     /// Absolute turning summed up to and including each point.
     turned: Vec<f64>,
     tolerance: f64,
+    facet: f64,
 }
 
 impl Run {
@@ -123,6 +130,7 @@ impl Run {
             next_corner,
             turned,
             tolerance: tolerance.distance,
+            facet: tolerance.facet.max(tolerance.distance),
         }
     }
 
@@ -168,8 +176,8 @@ impl Run {
         })
     }
 
-    /// The middle of the arc that fits from `from` to `to`.
-    fn arc(&self, from: usize, to: usize) -> Option<DVec2> {
+    /// The middle and the sweep of the arc that fits from `from` to `to`.
+    fn arc(&self, from: usize, to: usize) -> Option<(DVec2, f64)> {
         if to < from + 3 {
             return None;
         }
@@ -203,7 +211,7 @@ impl Run {
         let start = (a - centre).to_angle();
         let angle = |p: DVec2| (sense * ((p - centre).to_angle() - start)).rem_euclid(2.0 * PI);
         let sweep = angle(b);
-        if !(SMALLEST_SWEEP..=1.05 * PI).contains(&sweep) {
+        if !(0.0..=1.05 * PI).contains(&sweep) {
             return None;
         }
         let (mut reached, mut before, mut last) = (0.0, 0.0_f64, a);
@@ -211,12 +219,19 @@ impl Run {
             let off = (p.distance(centre) - radius).abs();
             let (now, chord) = (angle(p), p.distance(last));
             let sagitta = radius - (radius * radius - 0.25 * chord * chord).max(0.0).sqrt();
-            if now <= reached || now > sweep + 1e-9 || off.max(before) + sagitta > self.tolerance {
+            let middle = off.max(before) + sagitta;
+            if now <= reached || now > sweep + 1e-9 || off > self.tolerance || middle > self.facet {
                 return None;
             }
             (reached, before, last) = (now, off, p);
         }
-        Some(via)
+        Some((via, sweep))
+    }
+
+    /// Whether an arc or still a line fits from `from` to `to`: so far nothing speaks against an arc. Points close
+    /// together may lie on a line before they tell how the curve bends.
+    fn may_be_arc(&self, from: usize, to: usize) -> bool {
+        to < from + 3 || self.arc(from, to).is_some() || self.line(from, to)
     }
 
     fn farthest_arc(&self, from: usize) -> Option<(usize, DVec2)> {
@@ -224,11 +239,44 @@ impl Run {
         if limit < from + 3 {
             return None;
         }
-        self.arc(from, from + 3)?;
-        let end = self.farthest(from, |from, to| {
-            to < from + 3 || self.arc(from, to).is_some()
-        });
-        self.arc(from, end).map(|via| (end, via))
+        let end = self.farthest(from, |from, to| self.may_be_arc(from, to));
+        let (via, sweep) = self.arc(from, end)?;
+        (sweep >= SMALLEST_SWEEP).then_some((end, via))
+    }
+
+    /// An arc and the one or two lines that it left over, where it swept half a turn or the points end: two arcs of
+    /// equal length instead.
+    fn take_up(&self, pieces: &mut Vec<(usize, Shape)>) {
+        let mut from = 0;
+        let mut i = 0;
+        while i < pieces.len() {
+            let (arc_end, shape) = pieces[i];
+            let mut to = arc_end;
+            let mut chords = 0;
+            while shape != Shape::Line
+                && chords < 2
+                && let Some(&(end, Shape::Line)) = pieces.get(i + chords + 1)
+                && end <= self.next_corner[from + 1]
+            {
+                to = end;
+                chords += 1;
+            }
+            if chords > 0 {
+                let half = 0.5 * (self.along[from] + self.along[to]);
+                let middle = self.along.partition_point(|s| *s < half);
+                let large = |&(via, sweep): &(DVec2, f64)| {
+                    (sweep >= SMALLEST_SWEEP).then_some(Shape::Arc { via })
+                };
+                let halves = (self.arc(from, middle), self.arc(middle, to));
+                if let (Some(a), Some(b)) = halves
+                    && let (Some(a), Some(b)) = (large(&a), large(&b))
+                {
+                    pieces.splice(i..=i + chords, [(middle, a), (to, b)]);
+                }
+            }
+            from = pieces[i].0;
+            i += 1;
+        }
     }
 
     /// A line that ran a little into a following arc gives those points back where the arc gets farther for it.
@@ -262,6 +310,7 @@ mod tests {
 
     const TOLERANCE: Tolerance = Tolerance {
         distance: 0.02,
+        facet: 0.02,
         corner: 0.35,
     };
 

@@ -8,12 +8,17 @@
 )]
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use meltpath_base::{Reporter, Silent};
+use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::brep::tessellate::{measure_model, tessellate_solid};
-use meltpath_geometry::brep::{BrepModel, Tolerance, tessellate};
+use meltpath_geometry::brep::{
+    BrepModel, Face, FaceUse, Frame, Sense, Shell, ShellRole, Solid, Surface, TessellateError,
+    Tolerance, TorusSheet, measure, tessellate,
+};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::step::{self, StepError};
 use proptest::prelude::*;
@@ -237,6 +242,154 @@ fn assemblies_keep_names_and_places() {
     );
 }
 
+/// A solid of one face without boundary.
+fn closed_surface(surface: Surface) -> Solid {
+    Solid {
+        faces: vec![Face {
+            surface: Arc::new(surface),
+            sense: Sense::Forward,
+            loops: Vec::new(),
+            id: 1,
+        }],
+        shells: vec![Shell {
+            role: ShellRole::Outer,
+            faces: vec![FaceUse {
+                face: 0,
+                sense: Sense::Forward,
+            }],
+        }],
+        uncertainty: 1e-7,
+        ..Solid::default()
+    }
+}
+
+#[test]
+fn surfaces_without_boundary_have_their_closed_forms() {
+    let frame = Frame::new(
+        DVec3::new(5.0, -3.0, 2.0),
+        DVec3::new(1.0, 2.0, 2.0),
+        DVec3::X,
+    )
+    .unwrap();
+    // area and volume of the surface of revolution (R + r cos v, r sin v), v from a to b
+    let torus = |major: f64, minor: f64, a: f64, b: f64| {
+        let n = 20_000;
+        let h = (b - a) / f64::from(n);
+        let mut sum = [0.0; 2];
+        for i in 0..n {
+            let v = a + (f64::from(i) + 0.5) * h;
+            let rho = major + minor * v.cos();
+            sum[0] += TAU * rho.abs() * minor * h;
+            sum[1] += std::f64::consts::PI * rho * rho * minor * v.cos() * h;
+        }
+        [sum[0], sum[1].abs()]
+    };
+    let meet = (-2.0f64 / 3.0).acos();
+    let sheet = |sheet| Surface::Torus {
+        frame,
+        major: 2.0,
+        minor: 3.0,
+        sheet,
+    };
+    let cases = [
+        (
+            Surface::Sphere { frame, radius: 3.0 },
+            [2.0 * TAU * 9.0, 2.0 * TAU / 3.0 * 27.0],
+        ),
+        (
+            Surface::Torus {
+                frame,
+                major: 5.0,
+                minor: 2.0,
+                sheet: TorusSheet::Outer,
+            },
+            torus(5.0, 2.0, 0.0, TAU),
+        ),
+        (sheet(TorusSheet::Outer), torus(2.0, 3.0, -meet, meet)),
+        (sheet(TorusSheet::Inner), torus(2.0, 3.0, meet, TAU - meet)),
+    ];
+    for (surface, [area, volume]) in cases {
+        let label = format!("{surface:?}");
+        let solid = closed_surface(surface);
+        let found = measure(&solid, "closed", &Tolerance::default(), &Silent).unwrap();
+        assert!(
+            (found.area / area - 1.0).abs() < 1e-6,
+            "{label}: {found:?} {area}"
+        );
+        assert!(
+            (found.volume / volume - 1.0).abs() < 1e-6,
+            "{label}: {found:?} {volume}"
+        );
+        let mesh = tessellate_solid(
+            &solid,
+            "closed",
+            &Tolerance::default(),
+            &Reporter::new(),
+            &Silent,
+        )
+        .unwrap();
+        assert_eq!(open_sides(&mesh), 0, "{label}");
+        let lack = volume - mesh.volume();
+        let most = Tolerance::default().chord * area;
+        assert!(
+            (0.0..=most).contains(&lack),
+            "{label}: {lack} of {volume}, {most} allowed"
+        );
+    }
+}
+
+#[test]
+fn mirrored_placements_keep_normals_outwards() {
+    let (model, _) = read("hand_mapped.step");
+    assert!(
+        model
+            .solids
+            .iter()
+            .any(|s| s.part_from_solid.matrix3.determinant() < 0.0)
+    );
+    // the mapped body has no product of its own: it keeps its name inside the product's
+    assert_eq!(model.solids[0].name, "block");
+    assert_eq!(model.solids[0].path, ["M\u{e4}PPED"]);
+    for placed in model.solids {
+        let one = BrepModel {
+            solids: vec![placed],
+        };
+        let mesh = tessellate(&one, &Tolerance::default(), &Reporter::new(), &Silent).unwrap();
+        assert!((mesh.volume() - 15_900.0).abs() < 1e-6, "{}", mesh.volume());
+    }
+}
+
+#[test]
+fn boundaries_that_run_the_wrong_way_are_turned_and_told() {
+    let (_, reporter) = read("flange_fillet.step");
+    let warnings = reporter.warnings();
+    assert_eq!(warnings.len(), 1);
+    assert_eq!(warnings[0].code, "step-loops-turned");
+    assert!(warnings[0].message.contains("#614"));
+}
+
+#[test]
+fn a_cancelled_mesh_says_so() {
+    struct Stop;
+    impl Observer for Stop {
+        fn stage(&self, _: &str, _: u64) {}
+        fn advance(&self, _: u64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let (model, _) = read("cover_ap214.step");
+    let refused = tessellate(&model, &Tolerance::default(), &Reporter::new(), &Stop);
+    assert!(matches!(refused, Err(TessellateError::Cancelled(_))));
+    let refused = tessellate(
+        &model,
+        &Tolerance::with_chord(f64::NAN),
+        &Reporter::new(),
+        &Silent,
+    );
+    assert!(matches!(refused, Err(TessellateError::Tolerance { .. })));
+}
+
 /// Reads damaged bytes: any result will do but a panic; what is read must also mesh or say why not.
 fn survives(bytes: &[u8]) {
     let reporter = Reporter::new();
@@ -254,6 +407,9 @@ fn victims() -> Vec<Vec<u8>> {
         "spheres_and_tori.step",
         "cavities.step",
         "dome.step",
+        "hand_seamless.step",
+        "hand_faceted.step",
+        "hand_mapped.step",
     ]
     .iter()
     .map(|name| std::fs::read(folder().join(name)).unwrap())
@@ -264,7 +420,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn truncated_files_are_refused(which in 0usize..5, part in 0.0..1.0f64) {
+    fn truncated_files_are_refused(which in 0usize..8, part in 0.0..1.0f64) {
         let bytes = &victims()[which];
         let end = (part * (bytes.len() - 20) as f64) as usize;
         let refused = step::parse(&bytes[..end], &Reporter::new());
@@ -273,7 +429,7 @@ proptest! {
     }
 
     #[test]
-    fn flipped_bytes_never_panic(which in 0usize..5, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+    fn flipped_bytes_never_panic(which in 0usize..8, flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
         let mut bytes = victims()[which].clone();
         for (place, value) in flips {
             let at = place.index(bytes.len());
@@ -283,7 +439,7 @@ proptest! {
     }
 
     #[test]
-    fn changed_digits_never_panic(which in 0usize..5, flips in prop::collection::vec((any::<prop::sample::Index>(), 0u8..10), 1..8)) {
+    fn changed_digits_never_panic(which in 0usize..8, flips in prop::collection::vec((any::<prop::sample::Index>(), 0u8..10), 1..8)) {
         let mut bytes = victims()[which].clone();
         let digits: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
         for (place, value) in flips {

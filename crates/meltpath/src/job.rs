@@ -3,6 +3,7 @@
 //! `process.kind` selects the schema; tables that every process shares are in this file, those of one process in
 //! their own. Unknown keys and bare numbers where a unit is needed are errors with their place in the file.
 
+pub mod ebm;
 pub mod lpbf;
 pub mod waam;
 
@@ -13,6 +14,7 @@ use meltpath_base::quantity::{Auto, NotNegative, Positive};
 use meltpath_base::{Length, Time};
 use serde::{Deserialize, Serialize};
 
+pub use ebm::EbmJob;
 pub use lpbf::LpbfJob;
 pub use waam::WaamJob;
 
@@ -24,6 +26,8 @@ const MAX_JOB_BYTES: u64 = 1 << 20;
 pub enum Job {
     /// Wire-arc deposition by robot.
     Waam(Box<WaamJob>),
+    /// Powder bed by electron beam.
+    Ebm(Box<EbmJob>),
     /// Laser powder bed: the scan head.
     Lpbf(Box<LpbfJob>),
 }
@@ -80,6 +84,8 @@ pub struct ProcessTable {
 pub enum ProcessKind {
     /// Wire and arc by robot.
     Waam,
+    /// Powder bed by electron beam.
+    Ebm,
     /// Laser powder bed: the scan head.
     Lpbf,
 }
@@ -231,6 +237,11 @@ pub fn parse(text: &str) -> Result<Job, TextError> {
             let job: WaamJob = toml::from_str(text).map_err(|e| text_error(&e))?;
             job.check()?;
             Ok(Job::Waam(Box::new(job)))
+        }
+        ProcessKind::Ebm => {
+            let job: EbmJob = toml::from_str(text).map_err(|e| text_error(&e))?;
+            job.check()?;
+            Ok(Job::Ebm(Box::new(job)))
         }
         ProcessKind::Lpbf => {
             let job: LpbfJob = toml::from_str(text).map_err(|e| text_error(&e))?;

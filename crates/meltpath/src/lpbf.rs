@@ -4,4 +4,4 @@ mod present;
 pub mod run;
 pub mod settings;
 
-pub use run::run;
+pub use run::{doctor, run};

@@ -54,6 +54,7 @@ pub(crate) fn with_corners(line: &[DVec2], region: &Region, settings: &FillSetti
 fn straight_stretches(line: &[DVec2], settings: &FillSettings) -> Vec<(usize, usize)> {
     let tolerance = Tolerance {
         distance: 0.25 * settings.tolerance,
+        facet: 0.25 * settings.tolerance,
         corner: 0.1,
     };
     let mut stretches = Vec::new();

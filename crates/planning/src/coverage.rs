@@ -6,7 +6,7 @@ use meltpath_geometry::offset::stroke;
 use meltpath_geometry::{Plane, Region};
 use serde::{Deserialize, Serialize};
 
-use crate::outline::{contains, edges, length};
+use crate::outline::{contains, edges};
 use crate::settings::FillSettings;
 
 /// A place that no bead covers.
@@ -31,7 +31,7 @@ pub struct Coverage {
     pub lack_area: f64,
     /// Area of beads outside the region, mm².
     pub outside_area: f64,
-    /// Bead length times stepover over area: above 1 the beads bring more metal than a flat layer takes.
+    /// Bead length at nominal speed times stepover over area: above 1 the beads bring more metal than a flat layer takes.
     pub fill_ratio: f64,
     /// The largest places under no bead, largest first, at most twenty, each larger than a fiftieth of a squared width.
     pub gaps: Vec<Gap>,
@@ -68,18 +68,13 @@ pub(crate) fn coverage(
         .collect();
     gaps.sort_by(|a, b| b.area.total_cmp(&a.area));
     gaps.truncate(20);
-    let long: f64 = beads.iter().map(|b| length(b)).sum();
     Ok(Coverage {
         region: index,
         area: total,
         covered_area: total - lack_area,
         lack_area,
         outside_area,
-        fill_ratio: if total > 0.0 {
-            long * settings.stepover / total
-        } else {
-            0.0
-        },
+        fill_ratio: 0.0,
         gaps,
     })
 }

@@ -2,29 +2,19 @@
 
 use meltpath_base::verdict::Place;
 use meltpath_base::{Observer, Reporter};
-use meltpath_geometry::boolean::{PlanarError, union};
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::inset;
 use meltpath_geometry::{Plane, Region};
-use meltpath_toolpath::{Move, Pass, PassId, Role, Tag};
+use meltpath_toolpath::{Move, Pass, PassId, Tag};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::contour::{contour_beads, start_share, started};
 use crate::coverage::{Coverage, coverage};
-use crate::direction::angle;
 use crate::error::PlanError;
+use crate::fill::{Bead, fill};
 use crate::neighbours;
-use crate::outline::{length, way_inside};
-use crate::raster::raster;
-use crate::rings::{Depth, nest, spacing};
-use crate::settings::{
-    CORNER, ContourOrder, FillSettings, LayerDirection, LineAngle, Strategy, reversal_distance,
-};
-use crate::spiral::spirals;
-use crate::thin::split;
-use crate::zigzag::zigzag;
+use crate::pace::{self, nominal_length};
+use crate::settings::{CORNER, FillSettings};
 
 /// A layer to fill: the regions to cover, allowance included.
 #[derive(Debug, Clone, Copy)]
@@ -78,16 +68,6 @@ pub struct LayerPlan {
     pub settings: FillSettings,
 }
 
-/// A bead before it has a name.
-struct Bead {
-    points: Vec<DVec2>,
-    role: Role,
-}
-
-fn beads_of(role: Role, lines: Vec<Vec<DVec2>>) -> impl Iterator<Item = Bead> {
-    lines.into_iter().map(move |points| Bead { points, role })
-}
-
 /// Plans one layer.
 ///
 /// Each bead lies inside its region by half a bead width, except where a section is narrower than a bead; such sections
@@ -113,7 +93,7 @@ pub fn plan_layer(
         .map(|region| fill(region, layer, settings, reporter))
         .collect::<Result<_, _>>()
         .map_err(outline)?;
-    let coverage: Vec<Coverage> = layer
+    let mut coverage: Vec<Coverage> = layer
         .regions
         .par_iter()
         .zip(&filled)
@@ -151,6 +131,16 @@ pub fn plan_layer(
             passes.push(pass(id, tag, &bead, layer.plane, settings));
         }
     }
+    pace::adapt(&mut passes, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
+    for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
+        let nominal = settings.paces.map_or(1.0, |p| p.nominal);
+        let long: f64 = passes
+            .iter()
+            .filter(|p| p.tag.entity == c.region)
+            .map(|p| nominal_length(p, nominal))
+            .sum();
+        c.fill_ratio = long * settings.stepover / c.area;
+    }
     neighbours::find(&mut passes, layer.plane, settings.width, settings.tolerance);
     Ok(LayerPlan {
         layer: layer.number,
@@ -185,204 +175,6 @@ pub fn plan_layers(
     plans.into_iter().collect()
 }
 
-/// Whether a line stays where bead axes may lie.
-fn stays_inside(room: &[Region], line: &[DVec2], settings: &FillSettings) -> bool {
-    line.windows(2)
-        .all(|w| way_inside(room, w[0], w[1], 0.25 * settings.width))
-}
-
-/// Half the width up to which a band is filled with contours alone, mm: inside the contours there must be room for zigzag
-/// lines of three stepovers, else their reversals pile up more metal than the lines lay down.
-fn widest_band(contours: u32, settings: &FillSettings) -> f64 {
-    0.5 * settings.width + (f64::from(contours) + 1.5) * settings.stepover
-}
-
-/// The beads of one region in order.
-fn fill(
-    region: &Region,
-    layer: Layer<'_>,
-    settings: &FillSettings,
-    reporter: &Reporter,
-) -> Result<Vec<Bead>, PlanarError> {
-    let mut beads: Vec<Bead> = Vec::new();
-    // the outline as the grid sees it: oriented, without repeated points, apart where it touches itself
-    for clean in union(std::slice::from_ref(region))? {
-        let parts = split(&clean, 0.5 * settings.narrowest * settings.width, settings)?;
-        if let Some(trouble) = &parts.trouble {
-            reporter.warn(
-                "centre-line-missing",
-                format!(
-                    "layer {}: {trouble}; narrow sections get no bead",
-                    layer.number
-                ),
-                "repair the part or simplify its outline",
-            );
-        }
-        for body in &parts.bodies {
-            fill_body(body, layer, settings, reporter, &mut beads)?;
-        }
-        beads.extend(middles(parts.lines, layer.number, settings));
-    }
-    beads.retain(|b| {
-        b.points.len() > 1
-            && length(&b.points) + 1e-9 >= settings.shortest_bead.min(2.0 * settings.stepover)
-    });
-    Ok(beads)
-}
-
-fn fill_body(
-    body: &Region,
-    layer: Layer<'_>,
-    settings: &FillSettings,
-    reporter: &Reporter,
-    beads: &mut Vec<Bead>,
-) -> Result<(), PlanarError> {
-    let whole = std::slice::from_ref(body);
-    let links = |inside: &[Region]| inset(inside, 0.48 * settings.width, settings.join());
-    match settings.strategy {
-        Strategy::Raster {
-            angle: wanted,
-            order,
-            direction,
-        } => {
-            let centres = inset(whole, 0.5 * settings.width, settings.join())?;
-            for centre in centres.chunks(1) {
-                let angle = angle(wanted, centre, layer.number, settings);
-                let lines = raster(centre, angle, order, direction, layer.number, settings);
-                beads.extend(beads_of(Role::Fill, lines));
-            }
-        }
-        Strategy::Zigzag { angle } => zigzag_body(whole, angle, layer, settings, beads)?,
-        Strategy::Contour { order } | Strategy::Spiral { order } => {
-            let settings = FillSettings {
-                stepover: spacing(body, settings),
-                ..*settings
-            };
-            let nest = nest(body, Depth::Full, &settings)?;
-            let room = links(whole)?;
-            let contours = || contour_beads(&nest.contours, &room, order, layer.number, &settings);
-            let lines = if matches!(settings.strategy, Strategy::Spiral { .. }) {
-                let turns = spirals(&nest.contours, order, layer.number, &settings);
-                // between contours that differ in shape a turn may leave the region: contours never do
-                if turns.iter().all(|t| stays_inside(&room, t, &settings)) {
-                    turns
-                } else {
-                    reporter.warn(
-                        "spiral-replaced",
-                        format!(
-                            "layer {}: a spiral would leave the region; contours fill it",
-                            layer.number
-                        ),
-                        "choose fill.strategy = \"contour\" for parts with holes or branches",
-                    );
-                    contours()
-                }
-            } else {
-                contours()
-            };
-            let contours = beads_of(Role::Contour, lines);
-            let middles = middles(nest.lines, layer.number, &settings);
-            match order {
-                ContourOrder::OutsideIn => beads.extend(contours.chain(middles)),
-                ContourOrder::InsideOut => beads.extend(middles.chain(contours)),
-            }
-        }
-        Strategy::Hybrid {
-            contours,
-            order,
-            angle,
-        } => {
-            if contours == 0 {
-                return zigzag_body(whole, angle, layer, settings, beads);
-            }
-            if inset(whole, widest_band(contours, settings), settings.join())?.is_empty() {
-                // a zigzag between contours this near would turn at every step: contours fill the band better
-                let settings = FillSettings {
-                    strategy: Strategy::Contour { order },
-                    ..*settings
-                };
-                return fill_body(body, layer, &settings, reporter, beads);
-            }
-            let inside = reversal_distance(settings.stepover);
-            let nest = nest(
-                body,
-                Depth::Levels {
-                    count: contours,
-                    inside,
-                },
-                settings,
-            )?;
-            let lines = contour_beads(
-                &nest.contours,
-                &links(whole)?,
-                order,
-                layer.number,
-                settings,
-            );
-            let mut inner = Vec::new();
-            let narrowest = 0.5 * settings.width - 0.25 * settings.stepover;
-            for region in &nest.rest {
-                let parts = split(region, narrowest, settings)?;
-                zigzag_body(&parts.bodies, angle, layer, settings, &mut inner)?;
-                inner.extend(middles(parts.lines, layer.number, settings));
-            }
-            inner.extend(middles(nest.lines, layer.number, settings));
-            let outer = beads_of(Role::Contour, lines);
-            if order == ContourOrder::OutsideIn {
-                beads.extend(outer.chain(inner));
-            } else {
-                beads.extend(inner.into_iter().chain(outer));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Beads on centre lines: closed ones start where contours do, and directions follow the layer.
-fn middles(
-    lines: Vec<Vec<DVec2>>,
-    layer: u32,
-    settings: &FillSettings,
-) -> impl Iterator<Item = Bead> + '_ {
-    lines.into_iter().enumerate().map(move |(i, mut points)| {
-        if points.len() > 3 && points.first() == points.last() {
-            points.pop();
-            points = started(&points, start_share(settings.starts, layer, i as u32));
-        }
-        if settings.layers == LayerDirection::Alternate && layer.is_multiple_of(2) {
-            points.reverse();
-        }
-        Bead {
-            points,
-            role: Role::Fill,
-        }
-    })
-}
-
-fn zigzag_body(
-    bodies: &[Region],
-    wanted: LineAngle,
-    layer: Layer<'_>,
-    settings: &FillSettings,
-    beads: &mut Vec<Bead>,
-) -> Result<(), PlanarError> {
-    let centres = inset(bodies, 0.5 * settings.width, settings.join())?;
-    let links = inset(bodies, 0.48 * settings.width, settings.join())?;
-    for centre in centres.chunks(1) {
-        let angle = angle(wanted, centre, layer.number, settings);
-        let entry = (start_share(settings.starts, layer.number, 0) * 4.0) as u32 & 3;
-        let mut lines = zigzag(centre, &links, angle, entry, settings);
-        if settings.layers == LayerDirection::Alternate && layer.number.is_multiple_of(2) {
-            lines.reverse();
-            for line in &mut lines {
-                line.reverse();
-            }
-        }
-        beads.extend(beads_of(Role::Fill, lines));
-    }
-    Ok(())
-}
-
 /// Regions in the order of the shortest ways between them, from the first.
 fn visiting_order(filled: &[Vec<Bead>]) -> Vec<usize> {
     let ends = |i: usize| {
@@ -410,7 +202,8 @@ fn visiting_order(filled: &[Vec<Bead>]) -> Vec<usize> {
 /// The bead as a pass of lines and arcs.
 fn pass(id: PassId, tag: Tag, bead: &Bead, plane: &Plane, settings: &FillSettings) -> Pass {
     let tolerance = Tolerance {
-        distance: settings.tolerance,
+        distance: bead.tolerance,
+        facet: settings.facet(),
         corner: CORNER,
     };
     let pieces = fit(&bead.points, tolerance);

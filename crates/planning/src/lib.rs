@@ -7,10 +7,13 @@ mod contour;
 mod coverage;
 mod direction;
 pub mod error;
+mod fill;
+mod gaps;
 mod layer;
 mod lines;
 mod neighbours;
 mod outline;
+mod pace;
 mod raster;
 mod rings;
 pub mod settings;
@@ -22,7 +25,8 @@ mod zigzag;
 pub use coverage::{Coverage, Gap};
 pub use error::PlanError;
 pub use layer::{Layer, LayerPlan, PassIds, plan_layer, plan_layers};
+pub use pace::nominal_length;
 pub use settings::{
-    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Spacing,
-    StartPoints, Strategy,
+    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Paces,
+    Spacing, StartPoints, Strategy,
 };

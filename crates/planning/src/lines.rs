@@ -145,7 +145,7 @@ fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
             let inwards = if up == end_of_region { 1.0 } else { -1.0 };
             let open = |depth: f64| opening(ring, i, last, y, depth * comes.signum());
             let depth = if end_of_region {
-                depth_of_width(open, 0.7 * settings.width, 0.5 * settings.stepover)
+                end_depth(open, settings)
             } else {
                 CLEAR
             };
@@ -188,6 +188,24 @@ fn opening(ring: &Ring, first: usize, last: usize, y: f64, depth: f64) -> f64 {
         ring[start].x
     };
     (reach(first, n - 1) - reach(last, 1)).abs()
+}
+
+/// Depth of the line nearest to a round end, stepovers: on a chord there the line lies as far from the middle of the
+/// rim as beads beside each other may lie, and its ends not much nearer.
+const ROUND_END: f64 = 0.3;
+
+/// How far inside an end of the region its first line lies: at once where the end is flat, on a chord where it is
+/// round, and where a line has a length at all where it is pointed.
+fn end_depth(open: impl Fn(f64) -> f64, settings: &FillSettings) -> f64 {
+    let (shortest, chord) = (0.7 * settings.width, ROUND_END * settings.stepover);
+    let across = open(chord);
+    if open(CLEAR) >= 0.5 * across {
+        CLEAR
+    } else if across >= shortest {
+        chord
+    } else {
+        depth_of_width(open, shortest, 0.5 * settings.stepover)
+    }
 }
 
 /// The depth at which an end is `width` wide, at most `deepest`.

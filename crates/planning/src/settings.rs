@@ -126,6 +126,30 @@ pub enum LayerDirection {
     Alternate,
 }
 
+/// Which travel speeds a bead can take at its wire feed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Paces {
+    /// The speed of the passes' profile, mm/s: it makes the bead of the settings' width.
+    pub nominal: f64,
+    /// Slowest speed that still makes a sound bead, as a share of the nominal one; at most 1.
+    pub slowest: f64,
+    /// Fastest one, as a share of the nominal one; at least 1.
+    pub fastest: f64,
+}
+
+impl Paces {
+    /// Slower by a fifth and up to twice as fast as `nominal`, mm/s: at constant wire feed beads of 0.7 to 1.1 times the
+    /// width (width goes about with the root of metal per length), within the range in which bead sections keep their
+    /// shape (Rouchon 2022, § 2.3.3: 0.2 to 1.5 m/min).
+    pub fn about(nominal: f64) -> Self {
+        Paces {
+            nominal,
+            slowest: 0.8,
+            fastest: 2.0,
+        }
+    }
+}
+
 /// How layers are filled. Lengths in mm; the caller passes the region to cover, allowance included.
 ///
 /// ```
@@ -154,6 +178,8 @@ pub struct FillSettings {
     pub longest_link: f64,
     /// Largest distance between the plan's exact curve and its lines and arcs, mm.
     pub tolerance: f64,
+    /// Speeds that beads may take where they have more or less room than a stepover; `None` keeps one speed.
+    pub paces: Option<Paces>,
 }
 
 /// Direction changes above this angle are corners of the path, rad (20°): no arc is fitted across them, and contours
@@ -178,6 +204,7 @@ impl FillSettings {
             narrowest: 0.6,
             longest_link: 2.0 * stepover,
             tolerance: 0.02,
+            paces: None,
         }
     }
 
@@ -210,6 +237,16 @@ impl FillSettings {
         within("narrowest section", self.narrowest, 0.2, 1.0)?;
         within("longest link", self.longest_link, 0.0, 1e3 * self.width)?;
         within("tolerance", self.tolerance, 1e-4, 0.2 * self.width)?;
+        if let Some(paces) = self.paces {
+            within("travel speed", paces.nominal, 1e-3, 1e5)?;
+            within("slowest share of the travel speed", paces.slowest, 0.1, 1.0)?;
+            within(
+                "fastest share of the travel speed",
+                paces.fastest,
+                1.0,
+                10.0,
+            )?;
+        }
         let angle = match self.strategy {
             Strategy::Raster { angle, .. }
             | Strategy::Zigzag { angle }
@@ -227,6 +264,17 @@ impl FillSettings {
     /// a width and a quarter of a stepover, where one and two beads miss the section's width equally.
     pub(crate) fn single_radius(&self) -> f64 {
         0.5 * self.width + 0.25 * self.stepover
+    }
+
+    /// Least share of a stepover that must lack metal for a bead to be laid there.
+    pub(crate) fn least_share(&self) -> f64 {
+        self.paces.map_or(0.7, |p| 1.0 / p.fastest)
+    }
+
+    /// Chords this near to an arc, mm, are taken as its facets: a hundredth of a bead width, below what a robot
+    /// repeats and a bead shows, and about the chord error of parts in files of triangles.
+    pub(crate) fn facet(&self) -> f64 {
+        (0.01 * self.width).max(self.tolerance)
     }
 
     /// Arcs at a quarter of the tolerance, so that fitting has room.

@@ -12,7 +12,7 @@ use crate::outline::{contains, length, ray, without_start};
 use crate::settings::{FillSettings, end_distance};
 
 /// Chains that turn by less run on through a junction, rad (75°): walls of a honeycomb meet at 60°.
-const LARGEST_TURN: f64 = 1.309;
+pub(crate) const LARGEST_TURN: f64 = 1.309;
 
 /// A region taken apart.
 #[derive(Default)]

@@ -276,6 +276,90 @@ fn a_wall_one_bead_wide_is_one_straight_pass() {
     }
 }
 
+/// Nothing but arcs, as many as said.
+fn assert_round(pass: &meltpath_toolpath::Pass, count: std::ops::RangeInclusive<usize>) {
+    let arcs = pass.moves.iter().filter(|m| **m != Move::Line).count();
+    assert!(
+        count.contains(&arcs) && arcs == pass.moves.len(),
+        "{:?}",
+        pass.moves
+    );
+}
+
+#[test]
+fn facets_of_a_circle_are_arcs_again() {
+    // chord errors of 0.05 mm: 64 facets outside, 58 inside, of no common direction
+    let outer = outlines::ring(40.0, 10.0, 64).outer;
+    let mut hole: Ring = outlines::ring(33.5, 10.0, 58).outer;
+    hole.reverse();
+    let ring = Region {
+        outer,
+        holes: vec![hole],
+    };
+    for strategy in ALL {
+        let plan = plan(std::slice::from_ref(&ring), strategy);
+        assert_eq!(plan.passes.len(), 1);
+        assert_round(&plan.passes[0], 2..=4);
+        for p in deposit_points(&plan) {
+            assert!((p.length() - 36.75).abs() < 0.08, "{}", p.length());
+        }
+    }
+    // and on nested contours
+    for radius in [20.0, 60.0] {
+        let n = (std::f64::consts::PI / (1.0 - 0.05 / radius).acos()).ceil() as u32;
+        let disc = solid(outlines::ring(radius, 5.0, n).outer);
+        let plan = plan(&[disc], HYBRID);
+        assert_eq!(plan.passes[0].role, Role::Contour);
+        assert_round(&plan.passes[0], 2..=4);
+    }
+}
+
+#[test]
+fn ellipses_and_slots_one_bead_wide_stay_within_tolerance() {
+    let oval = |a: f64, b: f64| -> Ring {
+        (0..720)
+            .map(|i| {
+                let (sin, cos) = f64::to_radians(0.5 * f64::from(i)).sin_cos();
+                DVec2::new(a * cos, b * sin)
+            })
+            .collect()
+    };
+    let slot = |half: f64, r: f64| -> Ring {
+        let end = |x: f64, from: f64| {
+            (0..=90).map(move |i| {
+                DVec2::new(x, 0.0)
+                    + DVec2::from_angle(f64::to_radians(from + 2.0 * f64::from(i))) * r
+            })
+        };
+        end(half, -90.0).chain(end(-half, 90.0)).collect()
+    };
+    let hollow = |outer: Ring, mut hole: Ring| {
+        hole.reverse();
+        Region {
+            outer,
+            holes: vec![hole],
+        }
+    };
+    let ellipse = hollow(oval(50.0, 30.0), oval(43.5, 23.5));
+    let wall = hollow(slot(30.0, 20.0), slot(30.0, 13.5));
+    for (name, region, most) in [("ellipse", ellipse, 24), ("slot", wall, 6)] {
+        let plan = plan(std::slice::from_ref(&region), CONTOUR);
+        assert_eq!(plan.passes.len(), 1, "{name}");
+        let pass = &plan.passes[0];
+        assert!(pass.is_closed(), "{name}");
+        assert!(pass.moves.len() <= most, "{name}: {:?}", pass.moves);
+        let edge = |ring: &Ring, p: DVec2| {
+            (0..ring.len())
+                .map(|i| to_segment(p, ring[i], ring[(i + 1) % ring.len()]))
+                .fold(f64::INFINITY, f64::min)
+        };
+        for p in deposit_points(&plan) {
+            let off = 0.5 * (edge(&region.outer, p) - edge(&region.holes[0], p));
+            assert!(off.abs() < 0.08, "{name}: {p} is {off} off the middle");
+        }
+    }
+}
+
 #[test]
 fn a_closed_wall_one_bead_wide_is_one_closed_pass() {
     for strategy in ALL {
@@ -288,8 +372,7 @@ fn a_closed_wall_one_bead_wide_is_one_closed_pass() {
             "{}",
             pass.length()
         );
-        // a centre line found by the medial axis is written as chords, not yet as the two arcs that it is
-        assert!(pass.moves.len() <= 180, "{:?}", pass.moves);
+        assert_round(pass, 2..=4);
         let frame = difference(
             &[outlines::plate(80.0, 50.0)],
             &[Region {

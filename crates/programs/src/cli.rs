@@ -6,6 +6,8 @@
 mod ascii;
 mod binary;
 
+use std::fmt::Write as _;
+
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag, Toolpath};
 
@@ -195,9 +197,10 @@ fn header(file: &LayerFile, form: &str) -> String {
             .chars()
             .filter(|c| !c.is_control() && !"$,\"/".contains(*c))
             .collect();
-        text.push_str(&format!("$$LABEL/{id},{}\n", name.trim()));
+        // writing into a string does not fail
+        let _ = writeln!(text, "$$LABEL/{id},{}", name.trim());
     }
-    text.push_str(&format!("$$LAYERS/{}\n$$HEADEREND", file.layers.len()));
+    let _ = write!(text, "$$LAYERS/{}\n$$HEADEREND", file.layers.len());
     text
 }
 
@@ -244,7 +247,9 @@ impl LayerFile {
                 match item {
                     Item::Polyline { part, points, .. } => push(*part, Role::Contour, points),
                     Item::Hatches { part, lines } => {
-                        lines.iter().for_each(|l| push(*part, Role::Fill, l))
+                        for line in lines {
+                            push(*part, Role::Fill, line);
+                        }
                     }
                 }
             }

@@ -26,21 +26,30 @@ impl<T: Scalar> Factored<T> {
         }
         let mut lu = a.clone();
         let mut order: Vec<usize> = (0..n).collect();
-        // a pivot is judged against its own column, so that a badly scaled but regular matrix passes
+        // pivots are chosen and judged with every row seen in its own size, so that a badly scaled but regular matrix passes
+        let mut size: Vec<f64> = (0..n)
+            .map(|i| {
+                a.row_slice(i)
+                    .iter()
+                    .fold(0.0, |m: f64, x| m.max(x.modulus()))
+            })
+            .map(|m| if m > 0.0 { m } else { 1.0 })
+            .collect();
         let scale: Vec<f64> = (0..n)
-            .map(|j| (0..n).fold(0.0, |m: f64, i| m.max(a[(i, j)].modulus())))
+            .map(|j| (0..n).fold(0.0, |m: f64, i| m.max(a[(i, j)].modulus() / size[i])))
             .collect();
         for k in 0..n {
-            let (best, pivot) = (k..n)
-                .map(|i| (i, lu[(i, k)].modulus()))
+            let (best, share) = (k..n)
+                .map(|i| (i, lu[(i, k)].modulus() / size[i]))
                 .fold((k, -1.0), |b, c| if c.1 > b.1 { c } else { b });
-            if pivot <= f64::EPSILON * f64::EPSILON * scale[k] || pivot == 0.0 {
+            if share <= f64::EPSILON * f64::EPSILON * scale[k] || share == 0.0 {
                 return Err(DenseError::Singular {
                     column: k,
                     size: n,
-                    pivot,
+                    pivot: lu[(best, k)].modulus(),
                 });
             }
+            size.swap(k, best);
             lu.swap_rows(k, best);
             order.swap(k, best);
             let top: Vec<T> = lu.row_slice(k).to_vec();

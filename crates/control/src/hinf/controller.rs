@@ -3,7 +3,7 @@
 //! Formulas: Zhou, Doyle and Glover, theorem 17.1; Rasoanarivo 2020 in the general form of its annex.
 
 use super::error::SynthesisError;
-use super::level::{Solved, control, control_direct, estimation, estimation_direct};
+use super::level::{Half, Solved};
 use super::normalised::Normalised;
 use crate::dense::{Factored, symmetric_eigen};
 use crate::matrix::Matrix;
@@ -15,19 +15,17 @@ pub(super) fn central(p: &Normalised, solved: &Solved) -> Result<StateSpace, Syn
     let gamma = solved.gamma;
     let (m1, m2, p1, p2) = p.sizes();
     let n = p.order();
-    let (control_equation, control_weight) = control(p, gamma)?;
-    let (estimation_equation, estimation_weight) = estimation(p, gamma)?;
-    let polish = |e: &super::level::Equation, x: &Matrix| refine(&e.a, &e.p, &e.q, x);
+    let (control, estimation) = (Half::control(p), Half::estimation(p));
     // Newton's step needs a regular Lyapunov equation; without one the Schur solution stands
-    let x = polish(&control_equation, &solved.x).unwrap_or_else(|_| solved.x.clone());
-    let y = polish(&estimation_equation, &solved.y).unwrap_or_else(|_| solved.y.clone());
-
+    let polish = |half: &Half, x: &Matrix| -> Result<Matrix, SynthesisError> {
+        let e = half.equation(gamma)?;
+        Ok(refine(&e.a, &e.p, &e.q, x).unwrap_or_else(|_| x.clone()))
+    };
+    let x = polish(&control, &solved.x)?;
+    let y = polish(&estimation, &solved.y)?;
+    let f = control.gains(gamma, &x)?;
+    let l = estimation.gains(gamma, &y)?.transpose();
     let b = Matrix::blocks([[&p.b1, &p.b2]]);
-    let c = Matrix::blocks([[&p.c1], [&p.c2]]);
-    let f = -control_weight.solve(&(control_direct(p).transpose() * &p.c1 + b.transpose() * &x));
-    let l = -estimation_weight
-        .solve(&(estimation_direct(p) * p.b1.transpose() + &c * &y))
-        .transpose();
     let f12 = f.block(m1 - p2..m1, 0..n);
     let f2 = f.block(m1..m1 + m2, 0..n);
     let l12 = l.block(0..n, p1 - m2..p1);

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::error::{Obstacle, SynthesisError};
 use super::normalised::Normalised;
-use crate::dense::{Factored, eigenvalues, singular_values, symmetric_eigen};
+use crate::dense::{Factored, eigenvalues, singular_values};
 use crate::matrix::Matrix;
 use crate::riccati::{self, RiccatiError};
 
@@ -40,77 +40,85 @@ pub(super) fn direct_floor(p: &Normalised) -> Result<f64, SynthesisError> {
     Ok(rows.max(columns))
 }
 
-/// [D11 D12] and its weight R = D1•ᵀD1• − diag(γ² I, 0), or their duals.
-fn weight(direct: &Matrix, disturbances: usize, gamma: f64) -> Matrix {
-    let mut r = direct.transpose() * direct;
-    for i in 0..disturbances {
-        r[(i, i)] -= gamma * gamma;
+/// One of the two halves of the problem: the best command against the worst disturbance, every state known; or, on the
+/// dual, the best estimate. Errors are split into those a command reaches directly ("own", with gain one) and the others.
+pub(super) struct Half {
+    a: Matrix,
+    disturbance: Matrix,
+    command: Matrix,
+    other: Matrix,
+    own: Matrix,
+    other_direct: Matrix,
+    own_direct: Matrix,
+}
+
+impl Half {
+    pub(super) fn control(p: &Normalised) -> Self {
+        let (m1, m2, p1, _) = p.sizes();
+        let n = p.order();
+        let cut = p1 - m2;
+        Half {
+            a: p.a.clone(),
+            disturbance: p.b1.clone(),
+            command: p.b2.clone(),
+            other: p.c1.block(0..cut, 0..n),
+            own: p.c1.block(cut..p1, 0..n),
+            other_direct: p.d11.block(0..cut, 0..m1),
+            own_direct: p.d11.block(cut..p1, 0..m1),
+        }
     }
-    r
-}
 
-pub(super) fn control_direct(p: &Normalised) -> Matrix {
-    let (_, m2, p1, _) = p.sizes();
-    let d12 = Matrix::from_fn(p1, m2, |i, j| f64::from(u8::from(i == p1 - m2 + j)));
-    Matrix::blocks([[&p.d11, &d12]])
-}
+    pub(super) fn estimation(p: &Normalised) -> Self {
+        let (m1, _, p1, p2) = p.sizes();
+        let n = p.order();
+        let cut = m1 - p2;
+        Half {
+            a: p.a.transpose(),
+            disturbance: p.c1.transpose(),
+            command: p.c2.transpose(),
+            other: p.b1.block(0..n, 0..cut).transpose(),
+            own: p.b1.block(0..n, cut..m1).transpose(),
+            other_direct: p.d11.block(0..p1, 0..cut).transpose(),
+            own_direct: p.d11.block(0..p1, cut..m1).transpose(),
+        }
+    }
 
-pub(super) fn estimation_direct(p: &Normalised) -> Matrix {
-    let (m1, _, _, p2) = p.sizes();
-    let d21 = Matrix::from_fn(p2, m1, |i, j| f64::from(u8::from(j == m1 - p2 + i)));
-    Matrix::blocks([[&p.d11], [&d21]])
-}
+    /// γ² I − D_oᵀ D_o, positive above the direct floor.
+    fn reserve(&self, gamma: f64) -> Result<Factored, SynthesisError> {
+        let d = &self.other_direct;
+        let square = Matrix::identity(d.columns()).scaled(gamma * gamma);
+        Ok(Factored::new(&(square - d.transpose() * d))?)
+    }
 
-/// The control equation, and the weight's factors for the gains.
-pub(super) fn control(p: &Normalised, gamma: f64) -> Result<(Equation, Factored), SynthesisError> {
-    let b = Matrix::blocks([[&p.b1, &p.b2]]);
-    equation(&p.a, &b, &p.c1, &control_direct(p), p.b1.columns(), gamma)
-}
+    /// Disturbances as they act once the command has cancelled its own errors.
+    fn left(&self) -> Matrix {
+        &self.disturbance - &self.command * &self.own_direct
+    }
 
-/// The estimation equation: the control equation of the dual.
-pub(super) fn estimation(
-    p: &Normalised,
-    gamma: f64,
-) -> Result<(Equation, Factored), SynthesisError> {
-    let c = Matrix::blocks([[&p.c1], [&p.c2]]);
-    equation(
-        &p.a.transpose(),
-        &c.transpose(),
-        &p.b1.transpose(),
-        &estimation_direct(p).transpose(),
-        p.c1.rows(),
-        gamma,
-    )
-}
+    /// The Riccati equation. The command is eliminated by hand: the textbook form with the inverse of the full, indefinite
+    /// weight subtracts nearly equal matrices.
+    pub(super) fn equation(&self, gamma: f64) -> Result<Equation, SynthesisError> {
+        let s = self.reserve(gamma)?;
+        let left = self.left();
+        let through = s.solve(&(self.other_direct.transpose() * &self.other));
+        let control = &self.command * self.command.transpose();
+        let worst = &left * s.solve(&left.transpose());
+        Ok(Equation {
+            a: &self.a - &self.command * &self.own + &left * &through,
+            p: (&control - worst).symmetric_part(),
+            q: (self.other.transpose() * (&self.other + &self.other_direct * through))
+                .symmetric_part(),
+            control,
+        })
+    }
 
-fn equation(
-    a: &Matrix,
-    b: &Matrix,
-    c: &Matrix,
-    direct: &Matrix,
-    disturbances: usize,
-    gamma: f64,
-) -> Result<(Equation, Factored), SynthesisError> {
-    let r = weight(direct, disturbances, gamma);
-    let f = Factored::new(&r)?;
-    let parts = symmetric_eigen(&r)?;
-    let positive: Vec<f64> = parts
-        .values
-        .iter()
-        .map(|&v| if v > 0.0 { v.sqrt().recip() } else { 0.0 })
-        .collect();
-    let half = b * &parts.vectors * Matrix::diagonal(&positive);
-    let dc = direct.transpose() * c;
-    let q = c.transpose() * c - dc.transpose() * f.solve(&dc);
-    Ok((
-        Equation {
-            a: a - b * f.solve(&dc),
-            p: (b * f.solve(&b.transpose())).symmetric_part(),
-            q: q.symmetric_part(),
-            control: &half * half.transpose(),
-        },
-        f,
-    ))
+    /// The worst disturbance and the best command as gains on the state, for a solution X: rows (disturbance; command).
+    pub(super) fn gains(&self, gamma: f64, x: &Matrix) -> Result<Matrix, SynthesisError> {
+        let felt = self.other_direct.transpose() * &self.other + self.left().transpose() * x;
+        let worst = self.reserve(gamma)?.solve(&felt);
+        let best = -(&self.own + &self.own_direct * &worst + self.command.transpose() * x);
+        Ok(Matrix::blocks([[&worst], [&best]]))
+    }
 }
 
 /// Tries a level. The inner result is the obstacle, with the coupling when both equations were solved.
@@ -123,7 +131,7 @@ pub(super) fn attempt(
         return Ok(Err((Obstacle::DirectGain { floor }, None)));
     }
     let solve = |e: &Equation| riccati::continuous(&e.a, &e.p, &e.q);
-    let (equation, _) = control(p, gamma)?;
+    let equation = Half::control(p).equation(gamma)?;
     let x = match solve(&equation) {
         Ok(x) => x,
         Err(RiccatiError::Dense(error)) => return Err(error.into()),
@@ -133,7 +141,7 @@ pub(super) fn attempt(
         let mode = mode * p.unit;
         return Ok(Err((Obstacle::ControlIndefinite { mode }, None)));
     }
-    let (equation, _) = estimation(p, gamma)?;
+    let equation = Half::estimation(p).equation(gamma)?;
     let y = match solve(&equation) {
         Ok(y) => y,
         Err(RiccatiError::Dense(error)) => return Err(error.into()),
@@ -167,8 +175,8 @@ pub(super) fn relaxed(p: &Normalised) -> Option<Solved> {
     let solve = |e: &Equation| riccati::continuous(&e.a, &e.p, &e.q).ok();
     Some(Solved {
         gamma,
-        x: solve(&control(p, gamma).ok()?.0)?,
-        y: solve(&estimation(p, gamma).ok()?.0)?,
+        x: solve(&Half::control(p).equation(gamma).ok()?)?,
+        y: solve(&Half::estimation(p).equation(gamma).ok()?)?,
         coupling: 0.0,
     })
 }

@@ -4,8 +4,13 @@ use meltpath_control::{StateSpace, SystemError, TransferFunction};
 
 /// REF-2X with its current loop: current set-point (A) to angle (deg); specification 15.5.
 pub(crate) fn reference_plant() -> Result<StateSpace, SystemError> {
+    plant_with_mode(1.0)
+}
+
+/// The same with the pulsation of its flexible mode multiplied by `shift`.
+pub(crate) fn plant_with_mode(shift: f64) -> Result<StateSpace, SystemError> {
     let (r, l, kc, j, b) = (2.79, 180e-6, 6.17e-3, 4.530_873_193_067_997_5e-8, 3e-6);
-    let (w, xi) = (2.0 * std::f64::consts::PI * 4000.0, 0.015);
+    let (w, xi) = (shift * 2.0 * std::f64::consts::PI * 4000.0, 0.015);
     let kr = 0.3 * kc / j;
     let (k, t) = (1.91, 7e-5);
     let deg = 180.0 / std::f64::consts::PI;

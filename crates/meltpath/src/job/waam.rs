@@ -341,7 +341,7 @@ mod tests {
     fn waam(text: &str) -> WaamJob {
         match parse(text).unwrap() {
             Job::Waam(job) => *job,
-            Job::Lpbf(_) => panic!("a wire-arc job"),
+            Job::Ebm(_) | Job::Lpbf(_) => panic!("a wire-arc job"),
         }
     }
 

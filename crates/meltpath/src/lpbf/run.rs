@@ -229,3 +229,13 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
     ));
     checks
 }
+
+/// What the job leaves to defaults: every resolved value with its origin.
+///
+/// # Errors
+/// [`RunError`].
+pub fn doctor(job_file: &Path, job: &LpbfJob, text: &str) -> Result<Vec<String>, RunError> {
+    let here = job_file.parent().unwrap_or(Path::new(""));
+    let settings = settings::resolve(job, here).map_err(|e| in_file(job_file, text, e))?;
+    Ok(crate::waam::run::parameter_lines(&settings.provenance))
+}

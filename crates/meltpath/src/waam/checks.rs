@@ -162,14 +162,9 @@ pub(super) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
     simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.value
 }
 
-/// Energy per volume of deposit that the source of Rouchon 2022 gave, J/mm³: (mode, mean, least, greatest).
-const ENERGY: [(&str, f64, f64, f64); 2] =
-    [("cmt", 24.2, 20.4, 27.9), ("pulsed", 33.6, 27.8, 38.9)];
-
 /// Electric energy, from the energy per volume measured for the transfer mode.
 fn energy(simulation: &Simulation, settings: &Settings) -> Check {
-    let Some((_, mean, least, greatest)) = ENERGY.iter().find(|(mode, ..)| *mode == settings.mode)
-    else {
+    let Some(per_volume) = &settings.energy else {
         return Check::not_checked(
             "energy",
             "electric energy of the arc",
@@ -178,19 +173,18 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Check {
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;
-    // least to greatest of some tens of beads: four standard deviations
-    let sigma = megajoule(greatest - least) / 4.0;
+    let (mean, sigma) = (megajoule(per_volume.mean), megajoule(per_volume.sigma));
     let mut check = told(
         "energy",
         "electric energy of the arc",
-        megajoule(*mean),
+        mean,
         "MJ",
         &format!(
-            "{:.2} ± {sigma:.2} MJ at {mean} J/mm³ (Rouchon 2022, table 2.5)",
-            megajoule(*mean)
+            "{mean:.2} ± {sigma:.2} MJ at {} J/mm³ ({})",
+            per_volume.mean, per_volume.source
         ),
     );
-    check.value = Some(Measure::new(megajoule(*mean), sigma, "MJ"));
+    check.value = Some(Measure::new(mean, sigma, "MJ"));
     check
 }
 

@@ -34,6 +34,9 @@ pub enum RunError {
     /// The job file.
     #[error(transparent)]
     Job(#[from] JobError),
+    /// An electron-beam job.
+    #[error(transparent)]
+    Ebm(#[from] crate::ebm::EbmError),
     /// The part.
     #[error(transparent)]
     Part(PartError),
@@ -622,8 +625,27 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
 pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
+    let mut lines = parameter_lines(&loaded.settings.provenance);
+    if !loaded.settings.part.exists() {
+        lines.push(format!(
+            "missing: the part {} is not there",
+            loaded.settings.part.display()
+        ));
+    }
+    lines.extend(reporter.warnings().into_iter().map(|w| {
+        format!(
+            "note: {}{}",
+            w.message,
+            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
+        )
+    }));
+    Ok(lines)
+}
+
+/// Every parameter with its value and origin, one a line.
+pub(crate) fn parameter_lines(provenance: &Provenance) -> Vec<String> {
     let mut lines = Vec::new();
-    for (name, value) in &loaded.settings.provenance.parameters {
+    for (name, value) in &provenance.parameters {
         let shown = |key: &str| {
             value
                 .get(key)
@@ -640,20 +662,7 @@ pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
         let origin = value.get("origin").map(origin_words).unwrap_or_default();
         lines.push(format!("{name} = {}{spread}    {origin}", shown("value")));
     }
-    if !loaded.settings.part.exists() {
-        lines.push(format!(
-            "missing: the part {} is not there",
-            loaded.settings.part.display()
-        ));
-    }
-    lines.extend(reporter.warnings().into_iter().map(|w| {
-        format!(
-            "note: {}{}",
-            w.message,
-            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
-        )
-    }));
-    Ok(lines)
+    lines
 }
 
 fn plain(value: &serde_json::Value) -> String {

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{Gas, Wire, nearest_pool, pools};
+use meltpath_deposition::consumable::{DataError, Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::deposit;
+use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
 use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
@@ -24,6 +25,14 @@ use crate::job::{JobError, LayerHeights, PartUnit, TextError, WaamJob};
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;
 
+/// How many times beyond the range of its process map a bead is extrapolated, with a warning, before it is refused.
+const FURTHEST: f64 = 2.0;
+
+/// Thinnest and thickest layer, in heights of a single bead: below, the plan is hundreds of layers that no bead can make;
+/// above, the beads never meet.
+const THINNEST: f64 = 0.1;
+const THICKEST: f64 = 3.0;
+
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -39,6 +48,8 @@ pub struct Settings {
     pub gas: Gas,
     /// Transfer mode.
     pub mode: String,
+    /// Electric energy per volume of deposit, where it was measured for the mode.
+    pub energy: Option<EnergyPerVolume>,
     /// The process map.
     pub map: ProcessMap,
     /// The single bead on a plate.
@@ -163,8 +174,10 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     r.value("waam.efficiency", datum(&map.efficiency));
     r.value("waam.feed_factor", datum(&map.feed_factor));
     r.value("waam.wire_diameter_mm", datum(&wire.diameter));
+    let energy = energy_of(&mut r, &wire, &mode, &gas).map_err(|e| at(waam.mode.span())(&e))?;
     let bead = solve_bead(job, &map)?;
     map.warn_about(&bead, reporter);
+    check_heights(&job.layers.height, &bead)?;
     let computed = || Origin::Computed(format!("process map {}", map.id));
     let given = job
         .waam
@@ -315,6 +328,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         wire,
         gas,
         mode,
+        energy,
         bead,
         bead_model,
         pool,
@@ -416,11 +430,56 @@ fn solve_bead(job: &WaamJob, map: &ProcessMap) -> Result<Bead, TextError> {
         message: e.to_string(),
         help: None,
     })?;
-    beads.first().copied().ok_or_else(|| TextError {
+    let bead = beads.first().copied().ok_or_else(|| TextError {
         span: given.map(toml::Spanned::span),
         message: "the process map has no bead for these values".to_owned(),
         help: None,
-    })
+    })?;
+    let v = &map.validity;
+    let far = |speed: f64, (low, high): (f64, f64)| {
+        !(low / FURTHEST..=high * FURTHEST).contains(&(speed * PER_MINUTE))
+    };
+    if far(bead.wire_feed, v.wire_feed) || far(bead.travel_speed, v.travel_speed) {
+        return Err(TextError {
+            span: given.map(toml::Spanned::span),
+            message: format!(
+                "the map \"{}\" cannot make a bead of {:.2} m/min wire feed at {:.3} m/min travel: it knows {} to {} m/min by {} to {} m/min, and {FURTHEST} times beyond that nothing can be said",
+                map.id,
+                bead.wire_feed * PER_MINUTE,
+                bead.travel_speed * PER_MINUTE,
+                v.wire_feed.0,
+                v.wire_feed.1,
+                v.travel_speed.0,
+                v.travel_speed.1
+            ),
+            help: Some("choose settings inside the map, or measure beads there and name that map: map = \"my-map.toml\"".to_owned()),
+        });
+    }
+    Ok(bead)
+}
+
+/// Refuses layers that no such bead can make.
+fn check_heights(heights: &Auto<LayerHeights>, bead: &Bead) -> Result<(), TextError> {
+    let Auto::Value(list) = heights else {
+        return Ok(());
+    };
+    let h = bead.height.value;
+    let (least, most) = (THINNEST * h, THICKEST * h);
+    match list
+        .0
+        .iter()
+        .map(|l| l.0.0)
+        .find(|l| !(least..=most).contains(l))
+    {
+        None => Ok(()),
+        Some(bad) => Err(TextError {
+            span: None,
+            message: format!(
+                "layers.height {bad} mm cannot be built with a bead {h:.2} mm high: between {least:.2} and {most:.2} mm could"
+            ),
+            help: Some("write height = \"auto\", or choose another bead".to_owned()),
+        }),
+    }
 }
 
 /// The pool measured for this configuration, or the only one there is, said so; scaled to the bead.
@@ -569,6 +628,31 @@ fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
         ctwd_min: length("checks.ctwd_min", c.ctwd_min.map(|v| v.0), 8.0),
         ctwd_max: length("checks.ctwd_max", c.ctwd_max.map(|v| v.0), 20.0),
     }
+}
+
+/// The energy per volume of this wire, mode and gas.
+fn energy_of(
+    r: &mut Recorder,
+    wire: &Wire,
+    mode: &str,
+    gas: &Gas,
+) -> Result<Option<EnergyPerVolume>, DataError> {
+    let energy = energy_per_volume(wire.diameter.value, mode, &gas.id)?;
+    if let Some(energy) = &energy {
+        let beads = match energy.basis {
+            EnergyBasis::Configuration => "beads of this wire, mode and gas",
+            EnergyBasis::Mode => "beads of this mode with other wires or gases",
+        };
+        r.value(
+            "waam.energy_per_volume_j_mm3",
+            Resolved {
+                value: energy.mean,
+                origin: Origin::Data(format!("{}: {beads}", energy.source)),
+                sigma: Some(energy.sigma),
+            },
+        );
+    }
+    Ok(energy)
 }
 
 /// The models of the chain with their sources.

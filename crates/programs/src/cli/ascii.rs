@@ -161,11 +161,15 @@ pub fn write_ascii(file: &LayerFile) -> Result<String, CliError> {
                         direction.code(),
                         points.len()
                     );
-                    points.iter().for_each(|p| put(&mut text, p));
+                    for p in points {
+                        put(&mut text, p);
+                    }
                 }
                 Item::Hatches { part, lines } => {
                     let _ = write!(text, "$$HATCHES/{part},{}", lines.len());
-                    lines.iter().flatten().for_each(|p| put(&mut text, p));
+                    for p in lines.iter().flatten() {
+                        put(&mut text, p);
+                    }
                 }
             }
             text.push('\n');

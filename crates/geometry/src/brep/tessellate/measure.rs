@@ -62,8 +62,8 @@ pub fn measure(
 }
 
 fn integrate(solid: &Solid, parts: &Parts) -> MassProperties {
-    // about a point of the part, to keep digits far from the origin
-    let origin = solid.vertices.first().copied().unwrap_or_default();
+    // about the middle of the part: keeps digits, and gaps between faces count least
+    let origin = middle(&solid.vertices);
     let faces: Vec<[f64; 2]> = (0..solid.faces.len())
         .into_par_iter()
         .map(|f| {
@@ -95,6 +95,17 @@ fn integrate(solid: &Solid, parts: &Parts) -> MassProperties {
         };
     }
     sum
+}
+
+/// Middle of the box of some points.
+fn middle(points: &[DVec3]) -> DVec3 {
+    let Some(&first) = points.first() else {
+        return DVec3::ZERO;
+    };
+    let (lo, hi) = points
+        .iter()
+        .fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p)));
+    0.5 * (lo + hi)
 }
 
 /// Points and weights of a rule of degree 5 on a triangle (Radon 1948).

@@ -218,29 +218,51 @@ def measure(path):
     }
 
 
-def main():
-    write("cover_ap214", gearbox_cover().val())
-    write("cover_ap203_inch", gearbox_cover().val(), schema="AP203", unit="INCH")
-    write("cover_ap242_metre", gearbox_cover().val(), schema="AP242DIS", unit="M", pcurves=0)
-    write("bottle", bottle().val())
-    write("blade", blade().val(), schema="AP242DIS")
-    write("pipe_bend", pipe_bend().val(), schema="AP203", pcurves=0)
-    write("extruded_spline", extruded_spline().val())
-    write("cones", cones(), unit="CM")
-    write("spheres_and_tori", spheres_and_tori(), pcurves=0)
-    write("cavities", cavities().val(), schema="AP203")
-    write("saddle", saddle().val())
-    write("rounded_polyhedron", rounded_polyhedron().val(), unit="FT")
-    write("dome", sewn_patches())
+# OpenCASCADE drops the turned bound of the bottom facet: a wedge 60 x 40 x 30 less a pyramid
+# 20 x 20 x 12, from the formulas of school
+EXACT = {
+    "hand_faceted.step": {
+        "area": 2000 + 2 * 900 + 1200 + 40 * math.hypot(30, 60) + 40 * math.hypot(10, 12),
+        "volume": 36000 - 20 * 20 * 12 / 3,
+    },
+    # by base_axis of ISO 10303-42 the operator mirrors the second item; OpenCASCADE ignores it
+    "hand_mapped.step": {"low": [0, -0.25 * 304.8 - 30, -30], "high": [0.5 * 304.8 + 40, 20, 20]},
+}
 
-    write("surface_model", rounded_polyhedron().val(), mode=SHELLS)
-    write_assembly("assembly", assembly())
+
+def samples():
+    """The samples that CadQuery makes: name, writer."""
+    cover, rounded = gearbox_cover().val(), rounded_polyhedron().val()
+    return {
+        "cover_ap214": lambda n: write(n, cover),
+        "cover_ap203_inch": lambda n: write(n, cover, schema="AP203", unit="INCH"),
+        "cover_ap242_metre": lambda n: write(n, cover, schema="AP242DIS", unit="M", pcurves=0),
+        "bottle": lambda n: write(n, bottle().val()),
+        "blade": lambda n: write(n, blade().val(), schema="AP242DIS"),
+        "pipe_bend": lambda n: write(n, pipe_bend().val(), schema="AP203", pcurves=0),
+        "extruded_spline": lambda n: write(n, extruded_spline().val()),
+        "cones": lambda n: write(n, cones(), unit="CM"),
+        "spheres_and_tori": lambda n: write(n, spheres_and_tori(), pcurves=0),
+        "cavities": lambda n: write(n, cavities().val(), schema="AP203"),
+        "saddle": lambda n: write(n, saddle().val()),
+        "rounded_polyhedron": lambda n: write(n, rounded, unit="FT"),
+        "dome": lambda n: write(n, sewn_patches()),
+        "surface_model": lambda n: write(n, rounded, mode=SHELLS),
+        "assembly": lambda n: write_assembly(n, assembly()),
+    }
+
+
+def main():
+    for name, make in samples().items():
+        # a kernel numbers its entities anew in each run: what is there is kept
+        if not (HERE / f"{name}.step").exists():
+            make(name)
     lines = [
         "# What OpenCASCADE 7.9 finds in each file: made by make_tables.py, not by hand.",
         "# Areas in mm2, volumes in mm3, corners of the box in mm.",
     ]
     for path in sorted(HERE.glob("*.step")):
-        found = measure(path)
+        found = measure(path) | EXACT.get(path.name, {})
         generator = re.search(r"FILE_NAME\((.*?)\);", path.read_text(encoding="latin-1"), re.S)
         words = re.findall(r"'([^']*)'", generator.group(1))
         lines += [

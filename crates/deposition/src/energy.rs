@@ -1,0 +1,111 @@
+//! Electric energy that the source spends per volume of deposit, by configuration (Rouchon 2022, table 2.5).
+
+use serde::Deserialize;
+
+use crate::consumable::{self, DataError};
+
+const FILE: &str = "energy/rouchon-2022";
+const TEXT: &str = include_str!("../../../data/energy/rouchon-2022.toml");
+
+/// How near a table's wire is to the wire asked for, mm.
+const SAME_DIAMETER: f64 = 0.01;
+
+/// Energy per volume of deposit, J/mm³.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyPerVolume {
+    /// Mean over the beads.
+    pub mean: f64,
+    /// Standard uncertainty of one bead: a quarter of the range of the beads.
+    pub sigma: f64,
+    /// Whether the table holds this very configuration.
+    pub basis: EnergyBasis,
+    /// Document.
+    pub source: String,
+}
+
+/// What an energy per volume rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EnergyBasis {
+    /// Beads of the same wire diameter, mode and gas.
+    Configuration,
+    /// All beads of the same mode: the energy depends on the mode before all else (Rouchon 2022, § 2.3).
+    Mode,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EnergyFile {
+    #[serde(rename = "schema")]
+    _schema: u32,
+    #[serde(rename = "id")]
+    _id: String,
+    source: String,
+    #[serde(rename = "page")]
+    _page: String,
+    #[serde(rename = "unit")]
+    _unit: String,
+    rows: Vec<(f64, String, String, f64, f64, f64)>,
+}
+
+/// Energy per volume of a wire of this diameter (mm) in this mode and gas; nothing for a mode that was not measured.
+///
+/// ```
+/// use meltpath_deposition::energy::{EnergyBasis, energy_per_volume};
+/// let energy = energy_per_volume(1.0, "cmt", "m14").unwrap().unwrap();
+/// assert_eq!((energy.mean, energy.basis), (23.1, EnergyBasis::Configuration));
+/// ```
+///
+/// # Errors
+/// [`DataError`] when the table that comes with the program does not read.
+pub fn energy_per_volume(
+    diameter: f64,
+    mode: &str,
+    gas: &str,
+) -> Result<Option<EnergyPerVolume>, DataError> {
+    let file: EnergyFile = consumable::read(FILE, TEXT)?;
+    let of_mode = || file.rows.iter().filter(|row| row.1 == mode);
+    let same: Vec<_> = of_mode()
+        .filter(|row| (row.0 - diameter).abs() < SAME_DIAMETER && row.2 == gas)
+        .collect();
+    let (rows, basis) = if same.is_empty() {
+        (of_mode().collect(), EnergyBasis::Mode)
+    } else {
+        (same, EnergyBasis::Configuration)
+    };
+    if rows.is_empty() {
+        return Ok(None);
+    }
+    let mean = rows.iter().map(|row| row.3).sum::<f64>() / rows.len() as f64;
+    let least = rows.iter().map(|row| row.4).fold(f64::INFINITY, f64::min);
+    let greatest = rows.iter().map(|row| row.5).fold(0.0, f64::max);
+    Ok(Some(EnergyPerVolume {
+        mean,
+        sigma: (greatest - least) / 4.0,
+        basis,
+        source: file.source,
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_wires_of_the_mode_take_all_its_beads() {
+        let energy = energy_per_volume(1.6, "cmt", "m14").unwrap().unwrap();
+        assert_eq!(energy.basis, EnergyBasis::Mode);
+        assert!((energy.mean - 24.175).abs() < 1e-9);
+        assert!((energy.sigma - (27.9 - 20.4) / 4.0).abs() < 1e-9);
+        assert_eq!(energy_per_volume(1.0, "laser", "m14").unwrap(), None);
+    }
+
+    #[test]
+    fn waam_ac08_pulsed_transfer_spends_more_than_cmt() {
+        for (diameter, gas) in [(1.0, "speed"), (1.0, "m14"), (1.2, "speed"), (1.2, "m14")] {
+            let cmt = energy_per_volume(diameter, "cmt", gas).unwrap().unwrap();
+            let pulsed = energy_per_volume(diameter, "pulsed", gas).unwrap().unwrap();
+            assert!((20.0..=28.0).contains(&cmt.mean));
+            assert!((28.0..=39.0).contains(&pulsed.mean));
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
+
+pub mod focus;
+pub mod present;
+pub mod region;
+pub mod run;
+pub mod settings;
+pub mod simulate;
+
+pub use run::{EbmError, doctor, run};

@@ -1,0 +1,117 @@
+//! Focus calibrations that ship, from `data/focus`.
+
+use meltpath_base::quantity::QuantityError;
+use meltpath_base::{Length, quantity};
+use meltpath_thermal::focus::{FocusCalibration, FocusError, FocusPiece};
+use serde::Deserialize;
+
+/// The calibrations that ship: name and file.
+pub const CALIBRATIONS: &[(&str, &str)] = &[(
+    "a1-beraud-2016",
+    include_str!("../../../../data/focus/a1-beraud-2016.toml"),
+)];
+
+/// Why a calibration cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FocusFileError {
+    /// None of that name.
+    #[error("there is no focus calibration \"{name}\"; known are {known}")]
+    Unknown {
+        /// What was asked.
+        name: String,
+        /// What ships.
+        known: String,
+    },
+    /// Not TOML, or an unknown key.
+    #[error("the focus calibration does not read: {0}")]
+    Syntax(#[from] toml::de::Error),
+    /// A value without its unit.
+    #[error("the focus calibration: {0}")]
+    Quantity(#[from] QuantityError),
+    /// Pieces that do not follow each other.
+    #[error(transparent)]
+    Pieces(#[from] FocusError),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[expect(dead_code, reason = "read to be required")]
+    schema: u32,
+    name: String,
+    source: String,
+    #[expect(dead_code, reason = "for the reader of the file")]
+    uncertainty: String,
+    piece: Vec<Piece>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Piece {
+    from: String,
+    to: String,
+    intercept: Length,
+    slope: String,
+}
+
+const CURRENT: &[quantity::Unit] = &[
+    quantity::Unit {
+        symbol: "mA",
+        factor: 1e-3,
+        offset: 0.0,
+    },
+    quantity::Unit {
+        symbol: "A",
+        factor: 1.0,
+        offset: 0.0,
+    },
+];
+const SLOPE: &[quantity::Unit] = &[quantity::Unit {
+    symbol: "µm/mA",
+    factor: 1.0,
+    offset: 0.0,
+}];
+
+/// The calibration `name` and where it comes from.
+///
+/// # Errors
+/// [`FocusFileError`].
+///
+/// ```
+/// let (focus, _) = meltpath::ebm::focus::builtin("a1-beraud-2016").unwrap();
+/// assert!((focus.diameter(4e-3).unwrap() - 0.41367).abs() < 1e-9);
+/// ```
+pub fn builtin(name: &str) -> Result<(FocusCalibration, String), FocusFileError> {
+    let text = CALIBRATIONS
+        .iter()
+        .find(|(n, _)| *n == name)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| FocusFileError::Unknown {
+            name: name.to_owned(),
+            known: CALIBRATIONS
+                .iter()
+                .map(|(n, _)| *n)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?;
+    let file: File = toml::from_str(text)?;
+    let pieces = file
+        .piece
+        .iter()
+        .map(|p| {
+            Ok(FocusPiece {
+                range: [
+                    quantity::parse(&p.from, "current", CURRENT)?,
+                    quantity::parse(&p.to, "current", CURRENT)?,
+                ],
+                intercept: p.intercept.0,
+                // a µm per mA is a mm per A
+                slope: quantity::parse(&p.slope, "slope", SLOPE)?,
+            })
+        })
+        .collect::<Result<Vec<_>, FocusFileError>>()?;
+    Ok((
+        FocusCalibration::new(pieces)?,
+        format!("{}: {}", file.name, file.source),
+    ))
+}

@@ -1,0 +1,416 @@
+//! From temperatures to what people look at: the report, ParaView fields, tables.
+
+use std::io;
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Provenance, Verdict};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::plot::{Axis, Bar, Mark, Plot};
+use meltpath_report::scene::{
+    Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
+};
+use meltpath_report::series::csv::CsvWriter;
+use meltpath_report::series::{Column, Kind, SeriesError, Values};
+use meltpath_report::table::{Cell, Table};
+use meltpath_report::vtk::{
+    Field as Image, Values as FieldValues, write_collection, write_height_image,
+};
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::criteria::{Class, Classes, gradient, histogram};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+
+use super::region::Contour;
+use super::settings::Settings;
+use super::simulate::{Drawn, Outcome, top};
+
+/// Width of the bars of histograms, K.
+const BIN: f64 = 20.0;
+
+fn plan(field: &Field) -> Grid {
+    let g = &field.grid;
+    Grid {
+        origin: DVec2::new(g.origin.x + 0.5 * g.edge[0], g.origin.y + 0.5 * g.edge[1]),
+        cell: g.edge[0],
+        nx: g.cells[0],
+        ny: g.cells[1],
+    }
+}
+
+fn celsius(kelvin: &[f64]) -> Vec<f64> {
+    kelvin.iter().map(|k| k - CELSIUS).collect()
+}
+
+/// Temperatures of the build plane in time; the slider of the view goes through the frames.
+fn heights(drawn: &Drawn) -> Result<HeightLayers, SceneError> {
+    let grid = plan(&drawn.highest);
+    let mut layers = HeightLayers::new("build plane", grid, drawn.frames.len())?
+        .with_scalar(Scalar::new("highest temperature so far", "°C", Vec::new()))
+        .with_scalar(Scalar::new("temperature", "°C", Vec::new()));
+    let flat = vec![drawn.highest.grid.top(); grid.nx * grid.ny];
+    for (n, frame) in drawn.frames.iter().enumerate() {
+        let (highest, now) = (celsius(&frame.highest), celsius(&frame.now));
+        layers.push(n as u32 + 1, &flat, &[&highest, &now])?;
+    }
+    Ok(layers)
+}
+
+/// The beam path while the beam is on, coloured by speed, cut at the frames.
+fn beam_lines(drawn: &Drawn) -> LineSet {
+    let z = drawn.highest.grid.top() + 0.01;
+    let path = &drawn.path;
+    let (mut points, mut speeds, mut polylines) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before: Option<(u32, DVec3)> = None;
+    for w in path
+        .points()
+        .windows(2)
+        .filter(|w| w[0].on && w[1].time > w[0].time)
+    {
+        let (a, b) = (DVec3::new(w[0].x, w[0].y, z), DVec3::new(w[1].x, w[1].y, z));
+        let time = w[0].time - path.begin();
+        let frame = drawn.frames.partition_point(|f| f.time < time) as u32 + 1;
+        let speed = (a.distance(b) / (w[1].time - w[0].time)) as f32;
+        if before != Some((frame, a)) {
+            polylines.push(Polyline {
+                first: points.len(),
+                layer: frame,
+            });
+            points.push(a);
+            speeds.push(speed);
+        }
+        points.push(b);
+        speeds.push(speed);
+        before = Some((frame, b));
+    }
+    LineSet {
+        name: "beam".to_owned(),
+        points,
+        polylines,
+        scalars: vec![Scalar::new("speed", "mm/s", speeds)],
+        stroke: Stroke::Hairline,
+        visibility: Visibility::Shown,
+    }
+}
+
+fn region<'a>(
+    drawn: &'a Drawn,
+    contour: &'a Contour,
+    inside: f64,
+) -> impl Fn([usize; 3]) -> bool + 'a {
+    let grid = &drawn.highest.grid;
+    let top = grid.planes() - 1;
+    move |[i, j, k]| {
+        let c = grid.centre(i, j, k);
+        k == top && contour.depth([c.x, c.y]) > inside
+    }
+}
+
+fn histogram_plot(title: &str, drawn: &Drawn, settings: &Settings, classes: &Classes) -> Plot {
+    let bars = histogram(
+        &drawn.highest,
+        BIN,
+        region(drawn, &settings.contour, settings.inside),
+    )
+    .into_iter()
+    .filter(|(from, _)| *from > settings.material.solidus - 200.0)
+    .map(|(from, count)| Bar {
+        from: from - CELSIUS,
+        to: from + BIN - CELSIUS,
+        value: count as f64,
+    })
+    .collect();
+    let [low, high] = classes.window.map(|k| k - CELSIUS);
+    let tallest = histogram(
+        &drawn.highest,
+        BIN,
+        region(drawn, &settings.contour, settings.inside),
+    )
+    .iter()
+    .map(|b| b.1)
+    .max()
+    .unwrap_or(1) as f64;
+    Plot::new(
+        title,
+        Axis::new("highest temperature", "°C"),
+        Axis::new("voxels", ""),
+    )
+    .with(Mark::Area {
+        name: "window".to_owned(),
+        outline: [[low, 0.0], [high, 0.0], [high, tallest], [low, tallest]]
+            .map(|p| DVec2::new(p[0], p[1]))
+            .to_vec(),
+    })
+    .with(Mark::Bars {
+        name: "voxels".to_owned(),
+        bars,
+    })
+    .caption("Voxels of the last layer inside the contour.")
+}
+
+/// Speed along chosen lines of the path: near the beginning, in the middle, near the end.
+fn speed_plot(drawn: &Drawn) -> Plot {
+    let mut plot = Plot::new(
+        "Speed along lines",
+        Axis::new("x", "mm"),
+        Axis::new("speed", "mm/s"),
+    );
+    for (name, share) in [("a tenth", 0.1), ("half", 0.5), ("nine tenths", 0.9)] {
+        let points = line_at(
+            &drawn.path,
+            drawn.path.begin() + share * (drawn.path.end() - drawn.path.begin()),
+        );
+        plot = plot.with(Mark::Line {
+            name: format!("after {name} of the time"),
+            points,
+        });
+    }
+    plot.caption("Each line of the path that is drawn at that time, over its whole length.")
+}
+
+/// Speeds of the straight run through the point at `time`: from turn to turn.
+fn line_at(path: &BeamPath, time: f64) -> Vec<DVec2> {
+    let moves: Vec<[f64; 5]> = path
+        .points()
+        .windows(2)
+        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .map(|w| {
+            let (dx, dy, dt) = (w[1].x - w[0].x, w[1].y - w[0].y, w[1].time - w[0].time);
+            [w[0].time, w[0].x + 0.5 * dx, dx, dy, dx.hypot(dy) / dt]
+        })
+        .collect();
+    let here = moves.partition_point(|m| m[0] <= time).saturating_sub(1);
+    let along = |a: &[f64; 5], b: &[f64; 5]| {
+        a[2] * b[2] + a[3] * b[3] > 0.99 * a[2].hypot(a[3]) * b[2].hypot(b[3])
+    };
+    let mut from = here;
+    while from > 0 && along(&moves[from - 1], &moves[here]) {
+        from -= 1;
+    }
+    let mut to = here;
+    while to + 1 < moves.len() && along(&moves[to + 1], &moves[here]) {
+        to += 1;
+    }
+    moves[from..=to.min(moves.len() - 1)]
+        .iter()
+        .map(|m| DVec2::new(m[1], m[4]))
+        .collect()
+}
+
+fn share_table(outcome: &Outcome) -> Table {
+    let mut table = Table::new(
+        "Voxels of the region",
+        &[
+            "path",
+            "time",
+            "molten",
+            "unmelted (%)",
+            "below the window (%)",
+            "in the window (%)",
+            "above the window (%)",
+            "mean (°C)",
+            "standard deviation (K)",
+        ],
+    );
+    let row = |name: &str, drawn: &Drawn| {
+        let t = &drawn.tally;
+        let of_all = 100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0);
+        vec![
+            Cell::text(name),
+            Cell::Duration(drawn.path.end() - drawn.path.begin()),
+            Cell::Fixed(t.molten() as f64, 0),
+            Cell::Fixed(of_all, 2),
+            Cell::Fixed(100.0 * t.share(Class::Porous), 1),
+            Cell::Fixed(100.0 * t.share(Class::Good), 1),
+            Cell::Fixed(100.0 * t.share(Class::Overheated), 1),
+            Cell::Fixed(t.mean - CELSIUS, 0),
+            Cell::Fixed(t.deviation, 0),
+        ]
+    };
+    table.rows.push(row("as given", &outcome.given));
+    if let Some((better, _)) = &outcome.better {
+        table.rows.push(row("better speeds", better));
+    }
+    let grid = outcome.given.simulation.grid();
+    table.note = format!(
+        "Chart simulation; voxels of {:.0} x {:.0} x {:.0} µm, steps of {:.2} µs. Shares of the molten voxels, unmelted of all.",
+        1e3 * grid.edge[0],
+        1e3 * grid.edge[1],
+        1e3 * grid.heights[0],
+        1e6 * outcome.given.simulation.settings().step
+    );
+    table
+}
+
+/// The report.
+pub fn report(
+    title: &str,
+    settings: &Settings,
+    outcome: &Outcome,
+    verdict: &Verdict,
+    provenance: &Provenance,
+) -> Report {
+    let shown = outcome
+        .better
+        .as_ref()
+        .map_or(&outcome.given, |(better, _)| better);
+    let scene = heights(shown).ok().map(|heights| Scene {
+        lines: vec![beam_lines(shown)],
+        surfaces: Vec::new(),
+        heights: Some(heights),
+    });
+    let [low, high] = outcome.classes.window.map(|k| k - CELSIUS);
+    let mut plots = vec![histogram_plot(
+        "Highest temperatures, path as given",
+        &outcome.given,
+        settings,
+        &outcome.classes,
+    )];
+    let mut sections = Vec::new();
+    if let Some((better, scores)) = &outcome.better {
+        plots.push(histogram_plot(
+            "Highest temperatures, better speeds",
+            better,
+            settings,
+            &outcome.classes,
+        ));
+        let points = (0..)
+            .zip(scores)
+            .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
+            .collect();
+        let rounds = Plot::new(
+            "Share in the window",
+            Axis::new("round", ""),
+            Axis::new("share", "%"),
+        )
+        .with(Mark::Line {
+            name: "share".to_owned(),
+            points,
+        });
+        sections.push(Section {
+            title: "Better speeds".to_owned(),
+            intro: "Speeds chosen on the charts, not yet judged on the reference solver."
+                .to_owned(),
+            plots: vec![rounds, speed_plot(better)],
+            tables: Vec::new(),
+        });
+    }
+    sections.insert(
+        0,
+        Section {
+            title: "Highest temperatures".to_owned(),
+            intro: "How hot each voxel of the last layer became. In the view above the slider goes through time; its steps are pictures, not layers.".to_owned(),
+            plots,
+            tables: vec![share_table(outcome)],
+        },
+    );
+    Report {
+        title: title.to_owned(),
+        subtitle: format!(
+            "{} · {} voxels · window {low:.0} to {high:.0} °C",
+            settings.material.name,
+            outcome.given.simulation.grid().len()
+        ),
+        verdict: verdict.clone(),
+        facts: vec![
+            Fact::new(
+                "time of the path",
+                &format!("{:.3} s", shown.path.end() - shown.path.begin()),
+            ),
+            Fact::new(
+                "in the window",
+                &format!("{:.1} %", 100.0 * shown.tally.share(Class::Good)),
+            ),
+            Fact::new(
+                "hottest",
+                &format!("{:.0} °C", shown.tally.hottest.0 - CELSIUS),
+            ),
+        ],
+        scene,
+        sections,
+        sheet: None,
+        provenance: provenance.clone(),
+    }
+}
+
+fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
+    io::Error::other(error)
+}
+
+/// Writes ParaView fields, the voxels' table and the paths.
+///
+/// # Errors
+/// [`OutputError`].
+pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), OutputError> {
+    let shown = outcome
+        .better
+        .as_ref()
+        .map_or(&outcome.given, |(better, _)| better);
+    let grid = plan(&shown.highest);
+    let mut entries = Vec::new();
+    for (n, frame) in shown.frames.iter().enumerate() {
+        let name = format!("frames/{:03}.vti", n + 1);
+        let (now, highest) = (celsius(&frame.now), celsius(&frame.highest));
+        folder.write(&format!("fields/{name}"), |w| {
+            let field = |name, values| Image {
+                name,
+                unit: "°C",
+                values: FieldValues::Float64(values),
+            };
+            let fields = [
+                field("temperature", &now),
+                field("highest temperature", &highest),
+            ];
+            write_height_image(w, &grid, shown.highest.grid.top(), &fields).map_err(as_io)
+        })?;
+        entries.push((frame.time, name));
+    }
+    folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
+    folder.write("path.csv", |w| w.write_all(shown.path.to_csv().as_bytes()))?;
+    voxels(folder, shown)
+}
+
+/// The voxels of the last layer that melted, one a line.
+fn voxels(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
+    let s = &shown.simulation;
+    let (fell, rate) = (s.fell(), s.cooling_rate());
+    let steep = gradient(&fell, &rate);
+    let highest = celsius(&top(&shown.highest));
+    let liquidus = s.settings().timed - CELSIUS;
+    let kept: Vec<usize> = (0..highest.len())
+        .filter(|n| highest[*n] >= liquidus)
+        .collect();
+    let nx = shown.highest.grid.cells[0];
+    let plane = shown.highest.grid.planes() - 1;
+    let pick = |values: &[f64]| kept.iter().map(|n| values[*n]).collect::<Vec<f64>>();
+    let x: Vec<f64> = kept
+        .iter()
+        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).x)
+        .collect();
+    let y: Vec<f64> = kept
+        .iter()
+        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).y)
+        .collect();
+    let columns = [
+        ("x", "mm", x),
+        ("y", "mm", y),
+        ("highest_temperature", "°C", pick(&highest)),
+        ("time_molten", "s", pick(&top(&s.time_above()))),
+        ("solidified", "s", pick(&top(&fell))),
+        ("cooling_rate", "K/s", pick(&top(&rate))),
+        ("gradient", "K/mm", pick(&top(&steep))),
+    ];
+    folder.write("series/voxels.csv", |out| {
+        let heads = columns
+            .iter()
+            .map(|(name, unit, _)| Column::new(name, unit, Kind::Float))
+            .collect();
+        let values: Vec<Values<'_>> = columns.iter().map(|(_, _, v)| Values::Float(v)).collect();
+        let write = || -> Result<(), SeriesError> {
+            let mut csv = CsvWriter::new(out, heads)?;
+            csv.block(&values)?;
+            csv.finish()
+        };
+        write().map_err(as_io)
+    })
+}

@@ -1,0 +1,220 @@
+//! From an electron-beam job to a folder of results.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{
+    Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Verdict,
+};
+use meltpath_report::html::{ReportError, write_html};
+use meltpath_thermal::chart_build::BuildError;
+use meltpath_thermal::chart_file;
+use meltpath_thermal::chart_simulation::ChartSimulationError;
+use meltpath_thermal::criteria::Class;
+use meltpath_thermal::focus::FocusError;
+use meltpath_thermal::solver::SolverError;
+use meltpath_thermal::strategy::StrategyError;
+
+use super::present;
+use super::settings::{Settings, resolve};
+use super::simulate::{Outcome, simulate};
+use crate::job::{EbmJob, JobError};
+use crate::waam::{self, RunError};
+
+/// Why an electron-beam job could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum EbmError {
+    /// A chart file.
+    #[error("cannot use the charts {}: {message}", .path.display())]
+    Charts {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// Charts that could not be computed.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The simulation.
+    #[error(transparent)]
+    Simulation(#[from] ChartSimulationError),
+    /// Better speeds.
+    #[error(transparent)]
+    Strategy(#[from] StrategyError),
+    /// The focus.
+    #[error(transparent)]
+    Focus(#[from] FocusError),
+    /// A body known to be good that does not melt.
+    #[error(
+        "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
+    )]
+    GoodBody,
+}
+
+impl EbmError {
+    /// The run's error: cancellation is told apart.
+    fn told(self) -> RunError {
+        match self {
+            EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
+            | EbmError::Simulation(ChartSimulationError::Cancelled(c))
+            | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
+                RunError::Cancelled(c)
+            }
+            other => RunError::Ebm(other),
+        }
+    }
+}
+
+fn resolved(job_file: &Path, job: &EbmJob, text: &str) -> Result<Settings, RunError> {
+    let folder = job_file.parent().unwrap_or(Path::new(""));
+    resolve(job, folder).map_err(|e| {
+        RunError::Job(JobError::Text {
+            path: job_file.to_path_buf(),
+            text: text.to_owned(),
+            span: e.span,
+            message: e.message,
+            help: e.help,
+        })
+    })
+}
+
+/// Runs a job: a new folder `out`, else the next free number in `runs`.
+///
+/// # Errors
+/// [`RunError`]; nothing is written then.
+pub fn run(
+    job_file: &Path,
+    job: &EbmJob,
+    text: &str,
+    out: Option<&Path>,
+    runs: &Path,
+    observer: &dyn Observer,
+) -> Result<waam::Outcome, RunError> {
+    let reporter = Reporter::new();
+    let settings = resolved(job_file, job, text)?;
+    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let outcome = simulate(&settings, &reporter, observer).map_err(EbmError::told)?;
+    let verdict = Verdict {
+        checks: checks(&settings, &outcome),
+        warnings: reporter.warnings(),
+    };
+    let mut provenance = settings.provenance.clone();
+    provenance.model(
+        "charts and chart simulation",
+        "Béraud 2016, sections 3.2.1 to 3.2.3, corrected; heat by finite volumes in enthalpy",
+    );
+    provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
+    record(&mut provenance, job_file)?;
+    record(&mut provenance, &settings.path_file)?;
+    observer.stage("write results", 0);
+    observer
+        .check()
+        .map_err(|c: Cancelled| RunError::Cancelled(c))?;
+    let title = job_file.parent().and_then(Path::file_name).map_or_else(
+        || "electron beam".to_owned(),
+        |n| n.to_string_lossy().into_owned(),
+    );
+    let report = present::report(&title, &settings, &outcome, &verdict, &provenance);
+    folder.write("report.html", |w| {
+        write_html(w, &report).map_err(|e| match e {
+            ReportError::Io(e) => e,
+            ReportError::Scene(e) => std::io::Error::other(e),
+        })
+    })?;
+    json(&folder, "verdict.json", &verdict.to_json())?;
+    json(
+        &folder,
+        "provenance.json",
+        &serde_json::to_value(&provenance).unwrap_or_default(),
+    )?;
+    folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
+    present::write_files(&folder, &outcome)?;
+    for (n, set) in outcome.charts.iter().enumerate() {
+        folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
+            chart_file::write(set, &mut w)
+        })?;
+    }
+    Ok(waam::Outcome {
+        folder: folder.commit()?,
+        verdict,
+    })
+}
+
+fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<(), OutputError> {
+    folder.write(name, |w| {
+        serde_json::to_writer_pretty(&mut *w, value)?;
+        w.write_all(b"\n")
+    })
+}
+
+fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
+    let failed = |source| JobError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut reader = BufReader::new(File::open(path).map_err(failed)?);
+    let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
+    provenance.inputs.insert(name.unwrap_or_default(), hash);
+    Ok(())
+}
+
+/// What is judged: of the path with better speeds where there is one.
+fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+    let drawn = outcome
+        .better
+        .as_ref()
+        .map_or(&outcome.given, |(better, _)| better);
+    let tally = &drawn.tally;
+    let (hottest, [i, j, k]) = tally.hottest;
+    let grid = &drawn.highest.grid;
+    let place = if hottest.is_finite() {
+        Place::at(grid.centre(i, j, k).to_array())
+    } else {
+        Place::default()
+    };
+    let percent = |share: f64| Measure::exact(100.0 * share, "%");
+    let in_window = Check::judge(
+        "in-window",
+        "molten voxels of the region whose highest temperature lies in the window",
+        percent(tally.share(Class::Good)),
+        Limit::AtLeast(100.0 * settings.in_window),
+    )
+    .remedy("change speed, power, distance or order of lines; or let [optimise] change the speeds");
+    let unmelted = Check::judge(
+        "unmelted",
+        "region that stays powder",
+        percent(tally.counts[Class::Unmelted as usize] as f64 / (tally.voxels as f64).max(1.0)),
+        Limit::AtMost(100.0 * settings.unmelted),
+    )
+    .remedy("more power, slower lines, or lines closer together");
+    let hottest = Check {
+        value: Some(Measure::exact(
+            hottest - meltpath_thermal::material::CELSIUS,
+            "°C",
+        )),
+        ..Check::not_checked(
+            "hottest",
+            "hottest place of the region",
+            "told, not judged: its share beyond the window counts above",
+        )
+    }
+    .at(place);
+    let reference = Check::not_checked(
+        "reference",
+        "shares on the reference solver, at half the cell, half the step and ±5 % power",
+        "the chart simulation is not converged in itself; no run on the reference solver was made",
+    );
+    vec![in_window, unmelted, hottest, reference]
+}
+
+/// What is defaulted or missing in a job.
+///
+/// # Errors
+/// [`RunError`].
+pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
+    let settings = resolved(job_file, job, text)?;
+    Ok(waam::run::parameter_lines(&settings.provenance))
+}

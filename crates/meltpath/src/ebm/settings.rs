@@ -1,0 +1,428 @@
+//! Every value of an electron-beam job resolved: what was written, and the stated defaults.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use meltpath_base::{Origin, Provenance, Resolved};
+use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::chart_simulation;
+use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::source::Depth;
+use serde::Serialize;
+
+use super::focus;
+use super::region::Contour;
+use crate::job::TextError;
+use crate::job::ebm::{EbmJob, Ground, OptimiseMethod};
+
+/// The materials that ship: name and file.
+pub const MATERIALS: &[(&str, &str)] = &[(
+    "ti6al4v-ebm",
+    include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
+)];
+
+/// Where the window of good temperatures lies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Window {
+    /// Between these, K.
+    Fixed([f64; 2]),
+    /// Of this width (K), centred on the middle of a body known to be good.
+    Good {
+        /// Its beam path.
+        path: Box<BeamPath>,
+        /// Width, K.
+        width: f64,
+    },
+}
+
+/// How the speed along the path is changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optimise {
+    /// How.
+    pub method: OptimiseMethod,
+    /// Rounds of learning.
+    pub rounds: u32,
+    /// Slowest and fastest factor.
+    pub bounds: [f64; 2],
+}
+
+/// A job with every value resolved.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// File of the beam path.
+    pub path_file: PathBuf,
+    /// The beam path.
+    pub path: BeamPath,
+    /// The material.
+    pub material: Material,
+    /// Beam to heat.
+    pub beam: Beam,
+    /// Penetration of the beam, mm.
+    pub penetration: f64,
+    /// Layer thickness, mm.
+    pub layer: f64,
+    /// How often the path is drawn.
+    pub layers: u32,
+    /// What lies under the first layer.
+    pub ground: Ground,
+    /// Chart files.
+    pub chart_files: Vec<PathBuf>,
+    /// Heating of charts stops, cooling begins, K; spacing, mm.
+    pub chart_stop: f64,
+    /// See `chart_stop`.
+    pub chart_cooling_from: f64,
+    /// See `chart_stop`.
+    pub chart_spacing: f64,
+    /// Edge of a voxel, mm.
+    pub voxel: f64,
+    /// Powder beyond the path, mm.
+    pub margin: f64,
+    /// Pictures in time.
+    pub frames: u32,
+    /// How the simulation is carried out.
+    pub simulation: chart_simulation::Settings,
+    /// The contour.
+    pub contour: Contour,
+    /// How far inside it voxels are judged, mm.
+    pub inside: f64,
+    /// The window.
+    pub window: Window,
+    /// Whether and how speeds are changed.
+    pub optimise: Option<Optimise>,
+    /// Least share in the window.
+    pub in_window: f64,
+    /// Greatest share that stays powder.
+    pub unmelted: f64,
+    /// Every value with its origin.
+    pub provenance: Provenance,
+}
+
+struct Values(Provenance);
+
+impl Values {
+    fn or<T: Serialize + Clone>(
+        &mut self,
+        name: &str,
+        written: Option<T>,
+        default: T,
+        why: &str,
+    ) -> T {
+        let resolved = match written {
+            Some(value) => Resolved::new(value, Origin::Job),
+            None => Resolved::new(default, Origin::Default(why.to_owned())),
+        };
+        self.0.parameter(name, &resolved);
+        resolved.value
+    }
+}
+
+fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
+    TextError {
+        span: Some(span),
+        message: message.to_string(),
+        help: None,
+    }
+}
+
+fn named(value: &impl std::fmt::Debug) -> String {
+    format!("{value:?}").to_lowercase()
+}
+
+/// Reads a beam path.
+fn beam_path(
+    folder: &Path,
+    name: &toml::Spanned<String>,
+) -> Result<(PathBuf, BeamPath), TextError> {
+    let file = folder.join(name.get_ref());
+    let shown = |what: String| at(name.span(), &format!("{}: {what}", file.display()));
+    let reader = File::open(&file).map_err(|e| shown(e.to_string()))?;
+    let path = BeamPath::from_csv(BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
+    let heats = path
+        .points()
+        .windows(2)
+        .any(|w| w[0].on && w[1].time > w[0].time);
+    if !heats {
+        return Err(shown("the beam is never on".to_owned()));
+    }
+    Ok((file, path))
+}
+
+/// Resolves a job whose file lies in `folder`.
+///
+/// # Errors
+/// [`TextError`] with the place in the job where one value is to blame.
+pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
+    let mut r = Values(Provenance::new());
+    let (path_file, path) = beam_path(folder, &job.path)?;
+    let (material, beam, penetration) = process(job, &mut r)?;
+    let mm = |v: f64| meltpath_base::Length(v);
+    let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
+    let ebm = &job.ebm;
+    let layer = r
+        .or(
+            "ebm.layer",
+            ebm.layer.map(|l| l.0),
+            mm(0.05),
+            "step of the table in Béraud 2016",
+        )
+        .0;
+    let layers = r
+        .or("ebm.layers", ebm.layers, 1, "the path is drawn once")
+        .max(1);
+    r.or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
+    let charts = &job.charts;
+    let chart_stop = r.or(
+        "charts.stop",
+        charts.stop,
+        kelvin(2800.0),
+        "Béraud 2016, section 3.2.2.3",
+    );
+    let cooling = r.or(
+        "charts.cooling_from",
+        charts.cooling_from,
+        kelvin(2800.0),
+        "Béraud 2016, section 3.2.2.3",
+    );
+    let spacing = r.or(
+        "charts.spacing",
+        charts.spacing.map(|s| s.0),
+        mm(0.025),
+        "converged within 2 °C of mean error",
+    );
+    let sim = &job.simulation;
+    let voxel = r
+        .or(
+            "simulation.voxel",
+            sim.voxel.map(|v| v.0),
+            mm(0.057),
+            "voxels of the thesis' large cases",
+        )
+        .0;
+    let margin = r
+        .or(
+            "simulation.margin",
+            sim.margin.map(|v| v.0),
+            mm(0.5),
+            "Béraud 2016, section 3.2.2.1",
+        )
+        .0;
+    let step = r
+        .or(
+            "simulation.step",
+            sim.step.map(|s| s.0),
+            meltpath_base::Time(2.5e-6),
+            "melting takes 0.03 ms at 300 W",
+        )
+        .0;
+    let frames = r
+        .or(
+            "simulation.frames",
+            sim.frames,
+            24,
+            "enough to see the beam move",
+        )
+        .clamp(1, 500);
+    let window = window(job, folder, &mut r)?;
+    let contour = if job.region.contour.is_empty() {
+        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+        Contour::hull(&on)
+    } else {
+        Contour::new(job.region.contour.iter().map(|c| c.map(|v| v.0)).collect())
+    };
+    let inside = r
+        .or(
+            "region.inside",
+            job.region.inside.map(|i| i.0),
+            mm(0.2),
+            "rims melt with what lies beside them",
+        )
+        .0;
+    let share = |v: f64| meltpath_base::Ratio(v);
+    let in_window = r
+        .or(
+            "checks.in_window",
+            job.checks.in_window.map(|v| v.0),
+            share(0.5),
+            "half of the metal",
+        )
+        .0;
+    let unmelted = r
+        .or(
+            "checks.unmelted",
+            job.checks.unmelted.map(|v| v.0),
+            share(0.01),
+            "powder left inside is a hole",
+        )
+        .0;
+    let optimise = job.optimise.as_ref().map(|o| {
+        let bounds = o.speeds.map(|s| s.map(|r| r.0.0));
+        Optimise {
+            method: o.method,
+            rounds: r
+                .or(
+                    "optimise.rounds",
+                    o.rounds,
+                    12,
+                    "the share stops growing by then",
+                )
+                .clamp(1, 200),
+            bounds: r.or(
+                "optimise.speeds",
+                bounds,
+                [0.6, 3.0],
+                "what a deflection follows easily",
+            ),
+        }
+    });
+    if let Some(o) = &optimise {
+        r.or("optimise.method", Some(named(&o.method)), String::new(), "");
+    }
+    let simulation = chart_simulation::Settings {
+        step,
+        ..chart_simulation::Settings::of(&material)
+    };
+    Ok(Settings {
+        path_file,
+        path,
+        penetration,
+        layer,
+        layers,
+        ground: ebm.ground,
+        chart_files: charts
+            .files
+            .iter()
+            .map(|f| folder.join(f.get_ref()))
+            .collect(),
+        chart_stop: chart_stop.0,
+        chart_cooling_from: cooling.0.min(chart_stop.0),
+        chart_spacing: spacing.0,
+        voxel,
+        margin,
+        frames,
+        simulation,
+        contour,
+        inside,
+        window,
+        optimise,
+        in_window,
+        unmelted,
+        material,
+        beam,
+        provenance: r.0,
+    })
+}
+
+/// Material, beam and its penetration.
+fn process(job: &EbmJob, r: &mut Values) -> Result<(Material, Beam, f64), TextError> {
+    let ebm = &job.ebm;
+    let name = ebm.material.as_ref().map(|m| m.get_ref().clone());
+    let name = r.or(
+        "ebm.material",
+        name,
+        "ti6al4v-ebm".to_owned(),
+        "the material of Béraud 2016",
+    );
+    let span = |s: &Option<toml::Spanned<String>>| s.as_ref().map_or(0..0, toml::Spanned::span);
+    let text = MATERIALS.iter().find(|(n, _)| *n == name).ok_or_else(|| {
+        let known: Vec<&str> = MATERIALS.iter().map(|(n, _)| *n).collect();
+        at(
+            span(&ebm.material),
+            &format!(
+                "there is no material \"{name}\"; known are {}",
+                known.join(", ")
+            ),
+        )
+    })?;
+    let readings = Readings {
+        porosity: ebm.porosity.unwrap_or_default(),
+        density: ebm.density.unwrap_or_default(),
+        ..Readings::default()
+    };
+    r.or(
+        "ebm.porosity",
+        ebm.porosity.map(|p| named(&p)),
+        named(&readings.porosity),
+        "erratum E1: the printed law is no porosity",
+    );
+    r.or(
+        "ebm.density",
+        ebm.density.map(|d| named(&d)),
+        named(&readings.density),
+        "erratum E2: the printed cells are exchanged",
+    );
+    let material = read(text.1, readings).map_err(|e| at(span(&ebm.material), &e))?;
+    let focus = if let Some(d) = ebm.diameter {
+        r.or("ebm.diameter", Some(d.0), d.0, "");
+        FocusCalibration::constant(d.0.0)
+    } else {
+        let name = ebm.focus.as_ref().map(|f| f.get_ref().clone());
+        let name = r.or(
+            "ebm.focus",
+            name,
+            "a1-beraud-2016".to_owned(),
+            "the machine of Béraud 2016",
+        );
+        let (focus, source) = focus::builtin(&name).map_err(|e| at(span(&ebm.focus), &e))?;
+        r.0.model("focus calibration", &source);
+        focus
+    };
+    let efficiency = r.or(
+        "ebm.efficiency",
+        ebm.efficiency.map(|e| e.0),
+        meltpath_base::Ratio(0.9),
+        "Zäh and Lutzmann, quoted in Béraud 2016",
+    );
+    let penetration = r
+        .or(
+            "ebm.penetration",
+            ebm.penetration.map(|p| p.0),
+            meltpath_base::Length(0.1),
+            "Béraud 2016, eq. 3.2.2",
+        )
+        .0;
+    let beam = Beam {
+        efficiency: efficiency.0,
+        depth: Depth::Falling { penetration },
+        focus,
+    };
+    Ok((material, beam, penetration))
+}
+
+fn window(job: &EbmJob, folder: &Path, r: &mut Values) -> Result<Window, TextError> {
+    let w = &job.window;
+    if let Some(good) = &w.good {
+        let (_, path) = beam_path(folder, good)?;
+        let width = w.width.as_ref().map(|w| w.get_ref().0);
+        let width = r.or(
+            "window.width (K)",
+            width,
+            60.0,
+            "the thesis' window, 2700 to 2760 °C",
+        );
+        r.or(
+            "window.good",
+            Some(good.get_ref().clone()),
+            String::new(),
+            "",
+        );
+        return Ok(Window::Good {
+            path: Box::new(path),
+            width,
+        });
+    }
+    let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
+    let why = "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator";
+    let low = r.or("window.low", w.low, kelvin(2700.0), why).0;
+    let high = r.or("window.high", w.high, kelvin(2760.0), why).0;
+    if low >= high {
+        return Err(TextError {
+            span: None,
+            message: "the window's lower limit is not below its upper one (2700 and 2760 °C where not written)".to_owned(),
+            help: Some("write both window.low and window.high".to_owned()),
+        });
+    }
+    Ok(Window::Fixed([low, high]))
+}

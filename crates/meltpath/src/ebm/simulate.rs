@@ -1,0 +1,361 @@
+//! Charts, the chart simulation of a path, the window, better speeds.
+
+use std::fs::File;
+use std::io::BufReader;
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::chart::{ChartSet, ChartSettings};
+use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::criteria::{Class, Classes, Tally};
+use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::solver::State;
+use meltpath_thermal::strategy::{Accelerator, Controller, Learning, Pid, control, learn};
+use meltpath_thermal::{chart_build, chart_file};
+
+use super::region::Contour;
+use super::run::EbmError;
+use super::settings::{Optimise, Settings, Window};
+use crate::job::ebm::{Ground, OptimiseMethod};
+
+/// Temperatures of the build plane at one moment.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// Time since the last layer began, s.
+    pub time: f64,
+    /// Temperatures of the top voxels, K.
+    pub now: Vec<f64>,
+    /// Highest so far, K.
+    pub highest: Vec<f64>,
+}
+
+/// A path and what it did.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// The path.
+    pub path: BeamPath,
+    /// The simulation after the last layer.
+    pub simulation: ChartSimulation,
+    /// Highest temperatures of the last layer, K.
+    pub highest: Field,
+    /// The judged voxels.
+    pub tally: Tally,
+    /// Pictures of the last layer.
+    pub frames: Vec<Frame>,
+}
+
+/// Everything a run finds.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The window.
+    pub classes: Classes,
+    /// The path as given.
+    pub given: Drawn,
+    /// The path with better speeds, and the shares of each round.
+    pub better: Option<(Drawn, Vec<f64>)>,
+    /// The charts, to be kept.
+    pub charts: Vec<ChartSet>,
+}
+
+/// Settings of the beam on a path, each once.
+fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
+    let mut found: Vec<[f64; 3]> = Vec::new();
+    for p in paths.flat_map(BeamPath::points).filter(|p| p.on) {
+        let setting = [p.voltage, p.current, p.focus];
+        if !found.contains(&setting) {
+            found.push(setting);
+        }
+    }
+    found
+}
+
+/// Charts for every setting: from files where they serve, computed otherwise.
+fn charts(
+    settings: &Settings,
+    paths: &[&BeamPath],
+    observer: &dyn Observer,
+) -> Result<Vec<ChartSet>, EbmError> {
+    let mut known = Vec::new();
+    for file in &settings.chart_files {
+        let shown = |message: String| EbmError::Charts {
+            path: file.clone(),
+            message,
+        };
+        let reader = File::open(file).map_err(|e| shown(e.to_string()))?;
+        let set =
+            chart_file::read(&mut BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
+        known.push(set);
+    }
+    let mut sets = Vec::new();
+    for [voltage, current, focus] in beam_settings(paths.iter().copied()) {
+        if let Some(n) = known
+            .iter()
+            .position(|s| s.settings.serves(voltage, current, focus))
+        {
+            sets.push(known[n].clone());
+            continue;
+        }
+        let diameter = settings.beam.focus.diameter(focus)?;
+        let wanted = ChartSettings {
+            efficiency: settings.beam.efficiency,
+            depth: settings.beam.depth,
+            layer: settings.layer,
+            stop: settings.chart_stop,
+            cooling_from: settings.chart_cooling_from,
+            cell: settings.chart_spacing,
+            reach: 3.5 * settings.penetration,
+            ..ChartSettings::of_thesis(voltage, current, focus, diameter)
+        };
+        sets.push(chart_build::compute(&wanted, &settings.material, observer)?);
+    }
+    Ok(sets)
+}
+
+/// Voxels round a path, fresh powder on the ground.
+fn start(
+    settings: &Settings,
+    path: &BeamPath,
+    sets: Vec<ChartSet>,
+) -> Result<ChartSimulation, EbmError> {
+    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
+    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
+    for p in path.points() {
+        low = low.min(DVec3::new(p.x, p.y, 0.0));
+        high = high.max(DVec3::new(p.x, p.y, 0.0));
+    }
+    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
+    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
+    let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
+    let grid = Grid::covering(low - margin - depth, high + margin, edge)
+        .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
+    let mut simulation =
+        ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
+    simulation.set_state(|c| {
+        let powder = settings.ground == Ground::Powder || c.z > -settings.layer;
+        if powder { State::Powder } else { State::Dense }
+    });
+    Ok(simulation)
+}
+
+/// Draws all layers but the last one: what the last one starts from.
+fn before_last_layer(
+    settings: &Settings,
+    path: &BeamPath,
+    sets: Vec<ChartSet>,
+    observer: &dyn Observer,
+) -> Result<ChartSimulation, EbmError> {
+    let mut simulation = start(settings, path, sets)?;
+    for _ in 1..settings.layers {
+        simulation.draw(path, &[], &mut |_, _| (), observer)?;
+        simulation.add_layer();
+    }
+    Ok(simulation)
+}
+
+/// The judged voxels: of the top plane, inside the contour.
+fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
+    let grid = &highest.grid;
+    let top = grid.planes() - 1;
+    let [nx, ny] = grid.cells;
+    let judged: Vec<bool> = (0..nx * ny)
+        .map(|n| {
+            let c = grid.centre(n % nx, n / nx, top);
+            contour.depth([c.x, c.y]) > inside
+        })
+        .collect();
+    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+}
+
+fn draw_last(
+    mut simulation: ChartSimulation,
+    path: &BeamPath,
+    settings: &Settings,
+    classes: &Classes,
+    observer: &dyn Observer,
+) -> Result<Drawn, EbmError> {
+    let duration = path.end() - path.begin();
+    let at: Vec<f64> = (1..=settings.frames)
+        .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
+        .collect();
+    let mut frames = Vec::new();
+    let begin = path.begin();
+    let mut look = |time: f64, s: &ChartSimulation| {
+        frames.push(Frame {
+            time: time - begin,
+            now: top(&s.temperature()),
+            highest: top(&s.highest_temperature()),
+        });
+    };
+    simulation.draw(path, &at, &mut look, observer)?;
+    let highest = simulation.highest_temperature();
+    Ok(Drawn {
+        path: path.clone(),
+        tally: tally(&highest, classes, &settings.contour, settings.inside),
+        simulation,
+        highest,
+        frames,
+    })
+}
+
+/// The top plane of a field.
+pub(super) fn top(field: &Field) -> Vec<f64> {
+    let plane = field.grid.cells[0] * field.grid.cells[1];
+    field.values[field.values.len() - plane..]
+        .iter()
+        .map(|v| f64::from(*v))
+        .collect()
+}
+
+/// The window: as written, or round what the middle of a good body reaches.
+fn classes(
+    settings: &Settings,
+    sets: &[ChartSet],
+    observer: &dyn Observer,
+) -> Result<Classes, EbmError> {
+    let melting = settings.material.liquidus;
+    match &settings.window {
+        Window::Fixed(window) => Ok(Classes {
+            melting,
+            window: *window,
+        }),
+        Window::Good { path, width } => {
+            let mut simulation = before_last_layer(settings, path, sets.to_vec(), observer)?;
+            simulation.draw(path, &[], &mut |_, _| (), observer)?;
+            let highest = simulation.highest_temperature();
+            let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+            let hull = Contour::hull(&points);
+            let deepest = points_inside(&highest, &hull);
+            let any = Classes {
+                melting,
+                window: [melting, f64::INFINITY],
+            };
+            let middle = tally(&highest, &any, &hull, 0.7 * deepest);
+            if middle.molten() == 0 {
+                return Err(EbmError::GoodBody);
+            }
+            Ok(Classes::calibrated(melting, middle.mean, *width))
+        }
+    }
+}
+
+/// How far inside the hull the innermost voxel lies, mm.
+fn points_inside(field: &Field, hull: &Contour) -> f64 {
+    let grid = &field.grid;
+    let [nx, ny] = grid.cells;
+    (0..nx * ny)
+        .map(|n| {
+            let c = grid.centre(n % nx, n / nx, 0);
+            hull.depth([c.x, c.y])
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Simulates the job, and changes the speeds where it says so.
+///
+/// # Errors
+/// [`EbmError`].
+pub fn simulate(
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Outcome, EbmError> {
+    let mut paths = vec![&settings.path];
+    if let Window::Good { path, .. } = &settings.window {
+        paths.push(path);
+    }
+    let sets = charts(settings, &paths, observer)?;
+    let classes = classes(settings, &sets, observer)?;
+    let ready = before_last_layer(settings, &settings.path, sets.clone(), observer)?;
+    let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
+    given.simulation.tell(reporter);
+    let better = match &settings.optimise {
+        Some(o) => Some(optimise(settings, o, &ready, &given, &classes, observer)?),
+        None => None,
+    };
+    Ok(Outcome {
+        classes,
+        given,
+        better,
+        charts: sets,
+    })
+}
+
+/// Length of a piece of one speed, mm.
+const PIECE: f64 = 0.25;
+/// Steps between two looks of a controller.
+const LOOK: usize = 4;
+
+fn optimise(
+    settings: &Settings,
+    how: &Optimise,
+    ready: &ChartSimulation,
+    given: &Drawn,
+    classes: &Classes,
+    observer: &dyn Observer,
+) -> Result<(Drawn, Vec<f64>), EbmError> {
+    let share = |s: &ChartSimulation| {
+        tally(
+            &s.highest_temperature(),
+            classes,
+            &settings.contour,
+            settings.inside,
+        )
+        .share(Class::Good)
+    };
+    let aim = 0.5 * (classes.window[0] + classes.window[1]);
+    let ambient = settings.material.start;
+    let first = given.tally.share(Class::Good);
+    let (path, scores) = match how.method {
+        OptimiseMethod::Learning => {
+            let learning = Learning {
+                aim,
+                rounds: how.rounds,
+                gain: 0.4,
+                bounds: how.bounds,
+                length: PIECE,
+            };
+            let learned = learn(ready, &settings.path, &learning, &share, observer)?;
+            (learned.path, learned.scores)
+        }
+        OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
+            let mut simulation = ready.clone();
+            let look = settings.simulation.step * LOOK as f64;
+            let mut controller: Box<dyn Controller> = if how.method == OptimiseMethod::Pid {
+                // gains of a first-order pool that answers within a beam diameter, some 0.4 ms
+                Box::new(Pid::new(aim, ambient, [2.0, 2e3, 0.0], how.bounds))
+            } else {
+                let (speed, focus) = fastest(&settings.path);
+                let diameter = settings.beam.focus.diameter(focus)?;
+                Box::new(Accelerator::of_thesis(aim, diameter, speed, look))
+            };
+            let profile = control(
+                &mut simulation,
+                &settings.path,
+                controller.as_mut(),
+                LOOK,
+                observer,
+            )?;
+            let path = profile
+                .apply(&settings.path)
+                .map_err(meltpath_thermal::strategy::StrategyError::from)?;
+            (path, vec![first, share(&simulation)])
+        }
+    };
+    Ok((
+        draw_last(ready.clone(), &path, settings, classes, observer)?,
+        scores,
+    ))
+}
+
+/// The fastest speed of a path with the beam on, mm/s, and the focus there.
+fn fastest(path: &BeamPath) -> (f64, f64) {
+    path.points()
+        .windows(2)
+        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .map(|w| {
+            let way = (w[1].x - w[0].x).hypot(w[1].y - w[0].y);
+            (way / (w[1].time - w[0].time), w[0].focus)
+        })
+        .fold((0.0, 0.0), |best, s| if s.0 > best.0 { s } else { best })
+}

@@ -1,0 +1,215 @@
+//! The job of an electron-beam simulation: a beam path over powder, and the temperatures wanted.
+
+use meltpath_base::quantity::{NotNegative, Positive};
+use meltpath_base::{Length, Ratio, Temperature, Time};
+use meltpath_thermal::material_file::{DensityReading, PorosityReading};
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{ProcessTable, TextError};
+
+/// An electron-beam job, as written.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EbmJob {
+    /// The beam path: CSV with the columns `t_s,x_mm,y_mm,U_V,I_A,I_f_A,on`; relative to the job file.
+    pub path: Spanned<String>,
+    /// `[process]`.
+    pub process: ProcessTable,
+    /// `[ebm]`.
+    #[serde(default)]
+    pub ebm: EbmTable,
+    /// `[charts]`.
+    #[serde(default)]
+    pub charts: ChartsTable,
+    /// `[simulation]`.
+    #[serde(default)]
+    pub simulation: EbmSimulationTable,
+    /// `[region]`.
+    #[serde(default)]
+    pub region: RegionTable,
+    /// `[window]`.
+    #[serde(default)]
+    pub window: WindowTable,
+    /// `[optimise]`.
+    #[serde(default)]
+    pub optimise: Option<OptimiseTable>,
+    /// `[checks]`.
+    #[serde(default)]
+    pub checks: EbmChecksTable,
+}
+
+/// What lies under the first layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ground {
+    /// Dense metal.
+    #[default]
+    Metal,
+    /// Powder: the part hangs over.
+    Powder,
+}
+
+/// `[ebm]`: beam, powder, material.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EbmTable {
+    /// Material: a name in `data/materials`; default `ti6al4v-ebm`.
+    pub material: Option<Spanned<String>>,
+    /// How the thesis' porosity law is read (erratum E1); default `physical`.
+    pub porosity: Option<PorosityReading>,
+    /// Which of the thesis' density cells are used (erratum E2); default `corrected`.
+    pub density: Option<DensityReading>,
+    /// Focus calibration: a name in `data/focus`; default `a1-beraud-2016`.
+    pub focus: Option<Spanned<String>>,
+    /// Beam diameter whatever the focus, in place of a calibration.
+    pub diameter: Option<Positive<Length>>,
+    /// Share of the beam power that becomes heat; default 90 %.
+    pub efficiency: Option<Positive<Ratio>>,
+    /// How deep the beam enters; default 100 µm.
+    pub penetration: Option<Positive<Length>>,
+    /// Thickness of a layer; default 50 µm.
+    pub layer: Option<Positive<Length>>,
+    /// How often the path is drawn, a fresh layer each; default once.
+    pub layers: Option<u32>,
+    /// What lies under the first layer; default metal.
+    pub ground: Ground,
+}
+
+/// `[charts]`: temperature histories under a beam at rest.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChartsTable {
+    /// Chart files to use, relative to the job file; settings they do not serve are computed.
+    pub files: Vec<Spanned<String>>,
+    /// Heating stops here; default 2800 °C, the thesis' choice. Above it temperatures are told apart badly.
+    pub stop: Option<Temperature>,
+    /// Cooling starts from the pool whose hottest point has this temperature; default 2800 °C.
+    pub cooling_from: Option<Temperature>,
+    /// Spacing of the charts; default 25 µm.
+    pub spacing: Option<Positive<Length>>,
+}
+
+/// `[simulation]`.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EbmSimulationTable {
+    /// Edge of a voxel in the plane; default 57 µm.
+    pub voxel: Option<Positive<Length>>,
+    /// Time step; default 2.5 µs.
+    pub step: Option<Positive<Time>>,
+    /// Powder beyond the path; default 0.5 mm.
+    pub margin: Option<Positive<Length>>,
+    /// Pictures in time; default 24.
+    pub frames: Option<u32>,
+}
+
+/// `[region]`: which voxels of the last layer are judged.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RegionTable {
+    /// Corners of the contour; default the convex hull of the path.
+    pub contour: Vec<[Length; 2]>,
+    /// How far inside the contour voxels must lie; default 0.2 mm.
+    pub inside: Option<NotNegative<Length>>,
+}
+
+/// `[window]`: highest temperatures that are wanted.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WindowTable {
+    /// Lower limit; default 2700 °C, on the scale of the thesis' simulator.
+    pub low: Option<Temperature>,
+    /// Upper limit; default 2760 °C.
+    pub high: Option<Temperature>,
+    /// Path of a body known to be good, simulated alike; the window is centred on its middle instead.
+    pub good: Option<Spanned<String>>,
+    /// Width of that window, in K; default `60 K`.
+    pub width: Option<Spanned<Temperature>>,
+}
+
+/// `[optimise]`: change the speed along the path.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OptimiseTable {
+    /// How.
+    pub method: OptimiseMethod,
+    /// Rounds of learning; default 12.
+    #[serde(default)]
+    pub rounds: Option<u32>,
+    /// Slowest and fastest speed, as shares of the path's own; default 60 % and 300 %.
+    #[serde(default)]
+    pub speeds: Option<[Positive<Ratio>; 2]>,
+}
+
+/// Ways to change the speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OptimiseMethod {
+    /// Only accelerates, from the temperatures while drawing (Béraud 2016, annex F, repaired).
+    Accelerate,
+    /// A controller with proportional, integral and derivative action, from the temperature at the beam.
+    Pid,
+    /// Draws again and again, and learns from the highest temperatures along the path.
+    Learning,
+}
+
+/// `[checks]`: limits.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EbmChecksTable {
+    /// Least share of the molten voxels of the region in the window; default 50 %.
+    pub in_window: Option<NotNegative<Ratio>>,
+    /// Greatest share of the region that stays powder; default 1 %.
+    pub unmelted: Option<NotNegative<Ratio>>,
+}
+
+impl EbmJob {
+    /// Values that contradict each other.
+    ///
+    /// # Errors
+    /// [`TextError`].
+    pub(super) fn check(&self) -> Result<(), TextError> {
+        let wrong = |message: &str, help: &str| {
+            Err(TextError {
+                span: None,
+                message: message.to_owned(),
+                help: Some(help.to_owned()),
+            })
+        };
+        if self.ebm.focus.is_some() && self.ebm.diameter.is_some() {
+            return wrong(
+                "ebm.focus and ebm.diameter both say how wide the beam is",
+                "keep one of them",
+            );
+        }
+        let window = &self.window;
+        if window.good.is_some() && (window.low.is_some() || window.high.is_some()) {
+            return wrong(
+                "window.good and window.low or window.high both place the window",
+                "keep window.good with window.width, or the two limits",
+            );
+        }
+        if let (Some(low), Some(high)) = (window.low, window.high)
+            && low >= high
+        {
+            return wrong("window.low is not below window.high", "exchange them");
+        }
+        if let Some(width) = &window.width
+            && !(1.0..250.0).contains(&width.get_ref().0)
+        {
+            return Err(TextError {
+                span: Some(width.span()),
+                message: "window.width is a difference of 1 to 250 K".to_owned(),
+                help: Some("write it in kelvin: \"60 K\"".to_owned()),
+            });
+        }
+        if !self.region.contour.is_empty() && self.region.contour.len() < 3 {
+            return wrong(
+                "region.contour has fewer than three corners",
+                "give at least three",
+            );
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,119 @@
+//! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
+#![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use meltpath::chain;
+use meltpath_base::{Silent, Status};
+
+/// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
+fn path(lines: u32, focus: f64) -> String {
+    let mut text = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    let mut time = 0.0;
+    for n in 0..lines {
+        let y = 0.125 * f64::from(n);
+        let ends = if n % 2 == 0 { [0.0, 2.0] } else { [2.0, 0.0] };
+        for (m, x) in ends.into_iter().enumerate() {
+            writeln!(text, "{time},{x},{y},60000,0.005,{focus},1").unwrap();
+            time += if m == 0 { 2.0 / 980.0 } else { 0.125 / 980.0 };
+        }
+    }
+    text
+}
+
+const JOB: &str = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
+
+fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
+    std::fs::write(folder.join("path.csv"), path(6, focus)).unwrap();
+    let file = folder.join("job.toml");
+    std::fs::write(&file, format!("{JOB}{extra}")).unwrap();
+    file
+}
+
+#[test]
+fn a_small_job_runs_and_learns() {
+    let dir = tempfile::tempdir().unwrap();
+    let extra = "[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
+    let file = job(dir.path(), extra, 4e-3);
+    let out = dir.path().join("out");
+    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let share = &outcome.verdict.checks[0];
+    assert_eq!(share.id, "in-window");
+    assert_eq!(share.status, Status::Pass, "{}", share.reason);
+    let told = outcome
+        .verdict
+        .warnings
+        .iter()
+        .any(|w| w.code == "laws-extrapolated");
+    assert!(told, "{:?}", outcome.verdict.warnings);
+    for name in [
+        "report.html",
+        "verdict.json",
+        "provenance.json",
+        "path.csv",
+        "charts/1.melt",
+        "series/voxels.csv",
+        "fields/temperature.pvd",
+        "fields/frames/003.vti",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    // the charts it wrote serve the next run, and the path it wrote is one
+    let again = dir.path().join("again.toml");
+    let text = format!("{JOB}files = [\"out/charts/1.melt\"]\n")
+        .replace("path.csv", "out/path.csv")
+        .replace("[simulation]\nframes = 3\nfiles", "files");
+    std::fs::write(&again, text).unwrap();
+    let second = chain::run(
+        &again,
+        Some(&dir.path().join("second")),
+        dir.path(),
+        &Silent,
+    )
+    .unwrap();
+    assert_eq!(
+        std::fs::read(out.join("charts/1.melt")).unwrap(),
+        std::fs::read(second.folder.join("charts/1.melt")).unwrap()
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_its_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |extra: &str, focus: f64| {
+        let file = job(dir.path(), extra, focus);
+        let out = dir.path().join("out");
+        let error = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap_err();
+        assert!(!out.exists());
+        error.to_string()
+    };
+    assert!(refused("", 0.05).contains("outside the calibration"));
+    assert!(refused("[window]\nwidth = \"60 °C\"\n", 4e-3).contains("difference of 1 to 250 K"));
+    assert!(
+        refused("[window]\nlow = \"2800 °C\"\nhigh = \"2700 °C\"\n", 4e-3).contains("not below")
+    );
+    assert!(refused("[ebm]\nmaterial = \"gold\"\n", 4e-3).contains("known are ti6al4v-ebm"));
+    assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
+    let file = job(dir.path(), "", 4e-3);
+    std::fs::write(dir.path().join("path.csv"), "t_s,x_mm\n").unwrap();
+    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+    assert!(error.to_string().contains("the columns are"), "{error}");
+}
+
+#[test]
+fn a_doctor_tells_every_default() {
+    let dir = tempfile::tempdir().unwrap();
+    let lines = chain::doctor(&job(dir.path(), "", 4e-3)).unwrap();
+    for name in [
+        "ebm.porosity",
+        "ebm.density",
+        "ebm.efficiency",
+        "window.low",
+    ] {
+        assert!(
+            lines.iter().any(|l| l.starts_with(name)),
+            "{name}: {lines:#?}"
+        );
+    }
+}

@@ -1,0 +1,12 @@
+//! What was measured: records of drives and sensors, read from the files that benches and controllers write, put into
+//! units, and examined before anything is concluded from them.
+//!
+//! A record is read with a [`mapping`]: a short TOML file that says which column is what, in which unit.
+
+pub mod examine;
+pub mod mapping;
+pub mod record;
+pub mod table;
+
+pub use mapping::Mapping;
+pub use record::{Channel, Record, RecordError, read};

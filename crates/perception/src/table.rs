@@ -1,0 +1,237 @@
+//! Columns of numbers from the files that benches write: CSV, Parquet, MAT (level 5).
+
+use std::fs::File;
+use std::path::Path;
+
+use matfile::{MatFile, NumericData};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+
+use crate::record::RecordError;
+
+/// Named columns of one length; what is no number is NaN.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Name and values.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Table {
+    /// Values in each column; of columns of different lengths, the shortest.
+    pub fn rows(&self) -> usize {
+        self.columns.iter().map(|c| c.1.len()).min().unwrap_or(0)
+    }
+}
+
+/// Reads a file by its extension.
+///
+/// # Errors
+/// [`RecordError::Kind`] for other files, [`RecordError::File`] when it does not read.
+pub fn read(path: &Path) -> Result<Table, RecordError> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    let failed = |message: String| RecordError::File {
+        file: path.display().to_string(),
+        message,
+    };
+    match extension.as_str() {
+        "csv" | "tsv" | "txt" => {
+            let text = std::fs::read_to_string(path).map_err(|e| failed(e.to_string()))?;
+            csv(&text).map_err(failed)
+        }
+        "parquet" | "pq" => {
+            let file = File::open(path).map_err(|e| failed(e.to_string()))?;
+            parquet(file).map_err(|e| failed(e.to_string()))
+        }
+        "mat" => {
+            let bytes = std::fs::read(path).map_err(|e| failed(e.to_string()))?;
+            mat(&bytes).map_err(failed)
+        }
+        _ => Err(RecordError::Kind {
+            file: path.display().to_string(),
+        }),
+    }
+}
+
+/// Columns of a CSV text: comma, semicolon (with decimal points or commas) or tab; lines that begin with # are left out; a
+/// first line with words gives the names, else columns are named by their number.
+///
+/// ```
+/// use meltpath_perception::table::csv;
+/// let table = csv("t;U\n0,0;1,5\n0,1;-1,5\n").unwrap();
+/// assert_eq!(table.columns[1], ("U".to_owned(), vec![1.5, -1.5]));
+/// ```
+///
+/// # Errors
+/// What is wrong, with its line.
+pub fn csv(text: &str) -> Result<Table, String> {
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text
+        .lines()
+        .find(|l| !l.trim().is_empty() && !l.starts_with('#'))
+        .ok_or("the file is empty")?;
+    let delimiter = [b';', b'\t', b',']
+        .into_iter()
+        .find(|d| first.contains(char::from(*d)))
+        .unwrap_or(b',');
+    let number = |cell: &str| -> Option<f64> {
+        if delimiter == b',' {
+            cell.parse().ok()
+        } else {
+            cell.replace(',', ".").parse().ok()
+        }
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut table = Table::default();
+    for row in reader.records() {
+        let row = row.map_err(|e| e.to_string())?;
+        if table.columns.is_empty() {
+            let words = row.iter().any(|c| !c.is_empty() && number(c).is_none());
+            table.columns = row
+                .iter()
+                .enumerate()
+                .map(|(i, cell)| {
+                    if words {
+                        (cell.to_owned(), Vec::new())
+                    } else {
+                        let value = number(cell).unwrap_or(f64::NAN);
+                        ((i + 1).to_string(), vec![value])
+                    }
+                })
+                .collect();
+            continue;
+        }
+        for (cell, column) in row.iter().zip(&mut table.columns) {
+            let value = if cell.is_empty() {
+                f64::NAN
+            } else {
+                number(cell).ok_or_else(|| {
+                    let line = row.position().map_or(0, csv::Position::line);
+                    format!(
+                        "line {line}, column \"{}\": `{cell}` is no number",
+                        column.0
+                    )
+                })?
+            };
+            column.1.push(value);
+        }
+    }
+    Ok(table)
+}
+
+/// Values read at a time.
+const BATCH: usize = 1 << 16;
+
+fn parquet(file: File) -> Result<Table, ParquetError> {
+    let reader = SerializedFileReader::new(file)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut table = Table {
+        columns: (0..schema.num_columns())
+            .map(|i| (schema.column(i).name().to_owned(), Vec::new()))
+            .collect(),
+    };
+    for group in 0..reader.num_row_groups() {
+        let rows = reader.get_row_group(group)?;
+        let count = usize::try_from(rows.metadata().num_rows()).unwrap_or(0);
+        for (i, (_, values)) in table.columns.iter_mut().enumerate() {
+            match rows.get_column_reader(i)? {
+                ColumnReader::DoubleColumnReader(c) => append(c, values, |v| v)?,
+                ColumnReader::FloatColumnReader(c) => append(c, values, f64::from)?,
+                ColumnReader::Int32ColumnReader(c) => append(c, values, f64::from)?,
+                ColumnReader::Int64ColumnReader(c) => append(c, values, |v: i64| v as f64)?,
+                ColumnReader::BoolColumnReader(c) => {
+                    append(c, values, |v| f64::from(u8::from(v)))?;
+                }
+                // words and bytes are no numbers
+                _ => values.extend(std::iter::repeat_n(f64::NAN, count)),
+            }
+        }
+    }
+    Ok(table)
+}
+
+/// Appends a column; nulls become NaN.
+fn append<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    to: &mut Vec<f64>,
+    number: impl Fn(T::T) -> f64,
+) -> Result<(), ParquetError> {
+    loop {
+        let (mut levels, mut values) = (Vec::new(), Vec::new());
+        let (rows, found, _) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
+        if rows == 0 {
+            return Ok(());
+        }
+        if levels.is_empty() || found == rows {
+            to.extend(values.into_iter().map(&number));
+        } else {
+            let most = levels.iter().copied().max().unwrap_or(0);
+            let mut values = values.into_iter();
+            to.extend(levels.iter().map(|level| {
+                if *level == most && most > 0 {
+                    values.next().map_or(f64::NAN, &number)
+                } else {
+                    f64::NAN
+                }
+            }));
+        }
+    }
+}
+
+fn mat(bytes: &[u8]) -> Result<Table, String> {
+    if bytes.starts_with(b"MATLAB 7.3") {
+        return Err(
+            "a MAT file of version 7.3 (HDF5): save it again with save(…, '-v7')".to_owned(),
+        );
+    }
+    let file = MatFile::parse(bytes).map_err(|e| format!("{e:?}"))?;
+    let mut columns = Vec::new();
+    for array in file.arrays() {
+        let size = array.size();
+        let values = numbers(array.data());
+        let (rows, wide) = match size.as_slice() {
+            [1, n] => (*n, 1),
+            [rows, columns] => (*rows, *columns),
+            _ => continue,
+        };
+        if rows == 0 || wide == 0 || values.len() != rows * wide {
+            continue;
+        }
+        // a matrix is a set of columns: x:1, x:2, …
+        for (k, column) in values.chunks_exact(rows).enumerate() {
+            let name = match wide {
+                1 => array.name().to_owned(),
+                _ => format!("{}:{}", array.name(), k + 1),
+            };
+            columns.push((name, column.to_vec()));
+        }
+    }
+    Ok(Table { columns })
+}
+
+fn numbers(data: &NumericData) -> Vec<f64> {
+    fn all<T: Copy>(values: &[T], number: impl Fn(T) -> f64) -> Vec<f64> {
+        values.iter().map(|v| number(*v)).collect()
+    }
+    match data {
+        NumericData::Int8 { real, .. } => all(real, f64::from),
+        NumericData::UInt8 { real, .. } => all(real, f64::from),
+        NumericData::Int16 { real, .. } => all(real, f64::from),
+        NumericData::UInt16 { real, .. } => all(real, f64::from),
+        NumericData::Int32 { real, .. } => all(real, f64::from),
+        NumericData::UInt32 { real, .. } => all(real, f64::from),
+        NumericData::Int64 { real, .. } => all(real, |v| v as f64),
+        NumericData::UInt64 { real, .. } => all(real, |v| v as f64),
+        NumericData::Single { real, .. } => all(real, f64::from),
+        NumericData::Double { real, .. } => real.clone(),
+    }
+}

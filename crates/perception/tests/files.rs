@@ -1,0 +1,175 @@
+//! The same record through every kind of file, and damaged files.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test stops at the first surprise"
+)]
+
+use std::fs;
+use std::path::Path;
+
+use meltpath_base::Reporter;
+use meltpath_perception::{Mapping, RecordError, read, table};
+use meltpath_report::series::parquet::ParquetWriter;
+use meltpath_report::series::{Column, Kind, Values};
+use proptest::prelude::*;
+
+const ROWS: usize = 500;
+
+/// Time in s, voltage in V, encoder counts.
+fn columns() -> [Vec<f64>; 3] {
+    let t = |i: usize| 5e-5 * i as f64;
+    [
+        (0..ROWS).map(t).collect(),
+        (0..ROWS)
+            .map(|i| if i % 7 < 3 { 0.5 } else { -0.5 })
+            .collect(),
+        (0..ROWS)
+            .map(|i| (1000.0 + 300.0 * (20.0 * t(i)).sin()).round())
+            .collect(),
+    ]
+}
+
+fn mapping() -> Mapping {
+    Mapping::parse(
+        "map.toml",
+        "time = { column = \"t\", unit = \"s\" }\n[channels.voltage]\ncolumn = \"U\"\nunit = \"V\"\n\
+         [channels.angle]\ncolumn = \"n\"\nunit = \"mrad\"\nscale = 0.1\noffset = 1000\n",
+    )
+    .unwrap()
+}
+
+/// A MAT file of level 5, little endian, uncompressed, with one column vector of doubles for each name.
+fn mat(variables: &[(&str, &[f64])]) -> Vec<u8> {
+    let mut out = b"MATLAB 5.0 MAT-file, made by a test".to_vec();
+    out.resize(124, b' ');
+    out.extend([0x00, 0x01, b'I', b'M']);
+    let element = |kind: u32, data: &[u8]| {
+        let mut e = kind.to_le_bytes().to_vec();
+        e.extend((data.len() as u32).to_le_bytes());
+        e.extend(data);
+        e.resize(e.len().next_multiple_of(8), 0);
+        e
+    };
+    for (name, values) in variables {
+        let mut body = element(6, &[6, 0, 0, 0, 0, 0, 0, 0]);
+        let size = [i32::try_from(values.len()).unwrap(), 1];
+        let size: Vec<u8> = size.iter().flat_map(|v| v.to_le_bytes()).collect();
+        body.extend(element(5, &size));
+        body.extend(element(1, name.as_bytes()));
+        let data: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        body.extend(element(9, &data));
+        out.extend(element(14, &body));
+    }
+    out
+}
+
+fn write_all(folder: &Path) {
+    let [t, u, n] = columns();
+    let names = || {
+        vec![
+            Column::new("t", "", Kind::Float),
+            Column::new("U", "", Kind::Float),
+            Column::new("n", "", Kind::Float),
+        ]
+    };
+    let block = [Values::Float(&t), Values::Float(&u), Values::Float(&n)];
+    let mut out = Vec::new();
+    let mut parquet = ParquetWriter::new(&mut out, names()).unwrap();
+    parquet.block(&block).unwrap();
+    parquet.finish().unwrap();
+    fs::write(folder.join("r.parquet"), out).unwrap();
+    let mut text = String::from("# from a bench\nt;U;n\n");
+    for i in 0..ROWS {
+        let line = format!("{:e};{};{}\n", t[i], u[i], n[i]);
+        text += &line.replace('.', ",");
+    }
+    fs::write(folder.join("r.csv"), text).unwrap();
+    fs::write(
+        folder.join("r.mat"),
+        mat(&[("t", &t), ("U", &u), ("n", &n)]),
+    )
+    .unwrap();
+}
+
+#[test]
+fn one_record_in_three_kinds_of_file() {
+    let folder = tempfile::tempdir().unwrap();
+    write_all(folder.path());
+    let reporter = Reporter::new();
+    let records: Vec<_> = ["r.csv", "r.parquet", "r.mat"]
+        .iter()
+        .map(|f| read(&folder.path().join(f), &mapping(), &reporter).unwrap())
+        .collect();
+    assert_eq!(records[0].len(), ROWS);
+    assert!((records[0].period - 5e-5).abs() < 1e-15);
+    assert_eq!(records[0], records[1]);
+    assert_eq!(records[1], records[2]);
+    assert!(
+        records[0]
+            .channel("angle")
+            .unwrap()
+            .iter()
+            .all(|a| a.abs() <= 0.0301)
+    );
+    assert!(reporter.warnings().is_empty(), "{:?}", reporter.warnings());
+}
+
+#[test]
+fn files_that_are_no_records_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_all(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("words.csv"), "t,U,n\n0,1,2\n1,two,3\n").unwrap();
+    fs::write(at("empty.csv"), "").unwrap();
+    fs::write(at("ragged.csv"), "t,U,n\n0,1,2\n1,2\n").unwrap();
+    fs::write(at("other.csv"), "a,b\n0,1\n").unwrap();
+    fs::write(at("new.mat"), "MATLAB 7.3 MAT-file").unwrap();
+    fs::write(at("r.xls"), "x").unwrap();
+    let cut = fs::read(at("r.parquet")).unwrap();
+    fs::write(at("cut.parquet"), &cut[..cut.len() / 2]).unwrap();
+    for (file, word) in [
+        ("words.csv", "line 3, column \"U\""),
+        ("empty.csv", "empty"),
+        ("ragged.csv", "cannot read"),
+        ("other.csv", "\"a\", \"b\""),
+        ("new.mat", "-v7"),
+        ("r.xls", ".parquet"),
+        ("cut.parquet", "cannot read"),
+        ("absent.csv", "cannot read"),
+    ] {
+        let error = read(&at(file), &mapping(), &Reporter::new()).unwrap_err();
+        assert!(error.to_string().contains(word), "{file}: {error}");
+    }
+    let rows = Mapping::parse(
+        "m",
+        "rows = [1, 501]\nsample_time = \"1 s\"\n[channels.u]\ncolumn = 2\nunit = \"V\"\n",
+    )
+    .unwrap();
+    let error = read(&at("r.csv"), &rows, &Reporter::new()).unwrap_err();
+    assert!(
+        matches!(error, RecordError::Rows { rows: ROWS, .. }),
+        "{error}"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn damaged_files_never_panic(kind in 0usize..3, places in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..6), keep in 0.0f64..1.2) {
+        let folder = tempfile::tempdir().unwrap();
+        write_all(folder.path());
+        let path = folder.path().join(["r.csv", "r.parquet", "r.mat"][kind]);
+        let mut bytes = fs::read(&path).unwrap();
+        bytes.truncate((keep * bytes.len() as f64) as usize);
+        for (at, byte) in places {
+            if let Some(b) = bytes.get_mut((at * ROWS as f64 * 8.0) as usize) {
+                *b = byte;
+            }
+        }
+        fs::write(&path, &bytes).unwrap();
+        let _ = read(&path, &mapping(), &Reporter::new());
+        let _ = table::csv(&String::from_utf8_lossy(&bytes));
+    }
+}

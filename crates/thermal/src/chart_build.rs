@@ -1,0 +1,380 @@
+//! Computes charts with the reference solver: a beam at rest over four arrangements of powder and metal.
+//!
+//! Béraud 2016, section 3.2.2.3; arrangements and grid: specification ebm, section 5.1.
+
+use meltpath_base::Observer;
+use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
+
+use crate::chart::{
+    COOLING_POINTS, Chart, ChartSet, ChartSettings, CoolingCurve, HEATING_POINTS, HeatingCurve,
+};
+use crate::grid::Grid;
+use crate::material::{CELSIUS, Material};
+use crate::real::Real;
+use crate::solver::{Face, Faces, Solver, SolverError, State};
+use crate::source::Spot;
+use crate::surface::Surface;
+
+/// Metal between the powder layer and the powder below it in the third arrangement, mm.
+const SLAB: f64 = 0.15;
+/// Half the width and the depth of the solver's block, mm, at least; twice the heated zone where that is more.
+const BLOCK: f64 = 0.5;
+/// Heating is not followed longer than this, s: the solver's block is warm through by then.
+const LONGEST_HEATING: f64 = 0.01;
+/// Longest cooling followed, s.
+const LONGEST_COOLING: f64 = 0.5;
+/// Parts that the progress of one arrangement is told in.
+const PARTS: u64 = 100;
+
+/// Why charts could not be computed.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// A setting that no chart can have.
+    #[error("{what} of the chart is {value}: {needed}")]
+    Setting {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        needed: &'static str,
+    },
+    /// The beam is too weak for the temperature from which charts cool.
+    #[error(
+        "the hottest point has {reached:.0} °C after {} ms and never reaches {stop:.0} °C: lower the temperatures at which the charts stop and from which they cool, or use more power", LONGEST_HEATING * 1e3
+    )]
+    TooCold {
+        /// Temperature reached, °C.
+        reached: f64,
+        /// Temperature from which the charts cool, °C.
+        stop: f64,
+    },
+    /// The solver.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+}
+
+impl BuildError {
+    fn check(settings: &ChartSettings, material: &Material) -> Result<(), Self> {
+        let positive = [
+            ("the voltage", settings.voltage),
+            ("the current", settings.current),
+            ("the beam diameter", settings.diameter),
+            ("the efficiency", settings.efficiency),
+            ("the layer", settings.layer),
+            ("the cell", settings.cell),
+            ("the radius of the heated zone", settings.radius),
+            ("the depth of the heated zone", settings.reach),
+        ];
+        for (what, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(BuildError::Setting {
+                    what,
+                    value,
+                    needed: "it must be finite and above zero",
+                });
+            }
+        }
+        if settings.stop <= material.liquidus || settings.stop > 4500.0 {
+            return Err(BuildError::Setting {
+                what: "the stop temperature (K)",
+                value: settings.stop,
+                needed: "it must lie between the liquidus and 4500 K",
+            });
+        }
+        if settings.cooling_from <= material.liquidus || settings.cooling_from > settings.stop {
+            return Err(BuildError::Setting {
+                what: "the temperature from which the chart cools (K)",
+                value: settings.cooling_from,
+                needed: "it must lie between the liquidus and the stop temperature",
+            });
+        }
+        if settings.cold <= material.start || settings.cold >= material.solidus {
+            return Err(BuildError::Setting {
+                what: "the temperature at which cooling ends (K)",
+                value: settings.cold,
+                needed: "it must lie between the start temperature and the solidus",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// An arrangement: what lies at a height above −∞ and below the build plane.
+#[derive(Debug, Clone, Copy)]
+enum Layout {
+    Metal,
+    FreshLayer,
+    Slab,
+    Powder,
+}
+
+impl Layout {
+    fn state(self, depth: f64, layer: f64) -> State {
+        let powder = match self {
+            Layout::Metal => false,
+            Layout::FreshLayer => depth < layer,
+            Layout::Slab => depth < layer || depth > layer + SLAB,
+            Layout::Powder => true,
+        };
+        if powder { State::Powder } else { State::Dense }
+    }
+
+    fn powder_share(self, settings: &ChartSettings) -> f64 {
+        match self {
+            Layout::Metal => 0.0,
+            Layout::FreshLayer => settings.layer / settings.reach,
+            Layout::Slab => (1.0 - SLAB / settings.reach).max(settings.layer / settings.reach),
+            Layout::Powder => 1.0,
+        }
+    }
+}
+
+/// Computes the charts of one setting; `observer` is told how far it is, in hundredths of each arrangement.
+///
+/// # Errors
+/// [`BuildError`], cancellation included.
+pub fn compute(
+    settings: &ChartSettings,
+    material: &Material,
+    observer: &dyn Observer,
+) -> Result<ChartSet, BuildError> {
+    BuildError::check(settings, material)?;
+    let layouts = [
+        Layout::Metal,
+        Layout::FreshLayer,
+        Layout::Slab,
+        Layout::Powder,
+    ];
+    observer.stage(
+        &format!(
+            "charts of {:.0} W, beam {:.0} µm",
+            settings.power(),
+            1e3 * settings.diameter
+        ),
+        PARTS * layouts.len() as u64,
+    );
+    // enough grid points for the interpolation to the rim of the heated zone
+    let distances: Vec<f64> = (0..=(settings.radius / settings.cell).ceil() as usize)
+        .map(|n| n as f64 * settings.cell)
+        .collect();
+    let depths: Vec<f64> = (0..=(settings.reach / settings.cell).ceil() as usize)
+        .map(|n| (n as f64 + 0.5) * settings.cell)
+        .collect();
+    let charts = layouts
+        .par_iter()
+        .map(|layout| one(settings, material, *layout, &depths, &distances, observer))
+        .collect::<Result<Vec<_>, _>>()?;
+    let fingerprint = crate::enthalpy::Enthalpy::new(material)
+        .map_err(SolverError::from)?
+        .fingerprint();
+    Ok(ChartSet {
+        settings: settings.clone(),
+        material: material.name.clone(),
+        fingerprint,
+        depths,
+        distances,
+        charts,
+    })
+}
+
+/// Enthalpies at the grid points, one row per moment.
+struct Record {
+    times: Vec<f64>,
+    rows: Vec<Vec<f32>>,
+}
+
+impl Record {
+    fn column(&self, n: usize) -> impl Iterator<Item = (f64, f64)> {
+        self.times
+            .iter()
+            .zip(&self.rows)
+            .map(move |(t, row)| (*t, f64::from(row[n])))
+    }
+}
+
+fn one(
+    settings: &ChartSettings,
+    material: &Material,
+    layout: Layout,
+    depths: &[f64],
+    distances: &[f64],
+    observer: &dyn Observer,
+) -> Result<Chart, BuildError> {
+    let mut solver = block(settings, material, layout)?;
+    let spot = Spot {
+        centre: [0.0, 0.0],
+        diameter: settings.diameter,
+        power: settings.power(),
+        depth: settings.depth,
+    };
+    let dt = solver.stable_step().min(2.5e-6);
+    let [nx, ny] = solver.grid().cells;
+    let top = solver.grid().planes() - 1;
+    let place = |h: usize, r: usize| ((top - h) * ny + ny / 2) * nx + nx / 2 + r;
+    let places: Vec<usize> = (0..depths.len())
+        .flat_map(|h| (0..distances.len()).map(move |r| (h, r)))
+        .map(|(h, r)| place(h, r))
+        .collect();
+    let look = |solver: &Solver<f32>, places: &[usize]| {
+        let g = |n: &usize| solver.block.enthalpy[*n].wide() as f32;
+        places.iter().map(g).collect::<Vec<f32>>()
+    };
+    let mut heating = Record {
+        times: vec![0.0],
+        rows: vec![look(&solver, &places)],
+    };
+    let mut told = 0;
+    let mut tell = |share: f64| {
+        let now = ((share * PARTS as f64) as u64).min(PARTS);
+        observer.advance(now.saturating_sub(told));
+        told = told.max(now);
+    };
+    let mut hot: Option<Solver<f32>> = None;
+    while solver.hottest() < settings.stop {
+        if heating.times.len().is_multiple_of(64) {
+            observer.check().map_err(SolverError::from)?;
+            // a tenth of the work is heating
+            tell(0.1 * (solver.hottest() - material.start) / (settings.stop - material.start));
+        }
+        if solver.time() > LONGEST_HEATING {
+            if hot.is_some() {
+                // a wide or weak beam holds a steady pool below the stop temperature: its charts end there
+                break;
+            }
+            return Err(BuildError::TooCold {
+                reached: solver.hottest() - CELSIUS,
+                stop: settings.cooling_from - CELSIUS,
+            });
+        }
+        if hot.is_none() && solver.hottest() >= settings.cooling_from {
+            hot = Some(solver.clone());
+        }
+        solver.step(dt, &[spot])?;
+        heating.times.push(solver.time());
+        heating.rows.push(look(&solver, &places));
+    }
+    let mut solver = hot.unwrap_or(solver);
+    let axis: Vec<usize> = (0..depths.len()).map(|h| place(h, 0)).collect();
+    let off = solver.time();
+    let mut cooling = Record {
+        times: vec![0.0],
+        rows: vec![look(&solver, &axis)],
+    };
+    let all = (settings.cooling_from - settings.cold).ln_1p();
+    while solver.hottest() > settings.cold && solver.time() - off < LONGEST_COOLING {
+        if cooling.times.len().is_multiple_of(64) {
+            observer.check().map_err(SolverError::from)?;
+            let left = (solver.hottest() - settings.cold).max(0.0).ln_1p() / all;
+            tell(1.0 - 0.9 * left);
+        }
+        solver.step(dt, &[])?;
+        cooling.times.push(solver.time() - off);
+        cooling.rows.push(look(&solver, &axis));
+    }
+    tell(1.0);
+    Ok(Chart {
+        powder_share: layout.powder_share(settings),
+        heating: (0..places.len())
+            .map(|n| heating_curve(heating.column(n)))
+            .collect(),
+        cooling: (0..axis.len())
+            .map(|n| cooling_curve(&cooling.column(n).collect::<Vec<_>>()))
+            .collect(),
+    })
+}
+
+/// The solver's block, with an odd number of cells across so that one lies under the axis of the beam.
+fn block(
+    settings: &ChartSettings,
+    material: &Material,
+    layout: Layout,
+) -> Result<Solver<f32>, SolverError> {
+    let edge = settings.cell;
+    let half = BLOCK.max(1.5 * settings.radius);
+    let cells = 2 * (half / edge).round() as usize + 1;
+    let planes = (BLOCK.max(1.25 * settings.reach) / edge).round() as usize;
+    let low = 0.5 * cells as f64 * edge;
+    let grid = Grid {
+        origin: DVec3::new(-low, -low, -(planes as f64) * edge),
+        cells: [cells, cells],
+        edge: [edge, edge],
+        heights: vec![edge; planes],
+    };
+    let faces = Faces {
+        top: Surface::Radiating {
+            surroundings: settings.surroundings,
+        },
+        sides: Face::Imposed(material.start),
+        bottom: Face::Imposed(material.start),
+    };
+    let mut solver = Solver::new(grid, material.clone(), faces)?;
+    solver.set_state(|c| layout.state(-c.z, settings.layer));
+    Ok(solver)
+}
+
+fn heating_curve(samples: impl Iterator<Item = (f64, f64)>) -> HeatingCurve {
+    let mut highest = 0.0_f64;
+    let rising: Vec<(f64, f64)> = samples
+        .map(|(t, g)| {
+            highest = highest.max(g);
+            (t, highest)
+        })
+        .collect();
+    let last = HEATING_POINTS - 1;
+    let mut times = vec![0.0; HEATING_POINTS];
+    let mut n = 1;
+    for (i, time) in times.iter_mut().enumerate().skip(1) {
+        let g = highest * i as f64 / last as f64;
+        while n + 1 < rising.len() && rising[n].1 < g {
+            n += 1;
+        }
+        let ((t0, g0), (t1, g1)) = (rising[n - 1], rising[n]);
+        let share = if g1 > g0 { (g - g0) / (g1 - g0) } else { 1.0 };
+        *time = (t0 + share.clamp(0.0, 1.0) * (t1 - t0)) as f32;
+    }
+    HeatingCurve {
+        end: highest as f32,
+        times,
+    }
+}
+
+/// The part of a cooling history that falls, from where its relative rate has settled.
+fn cooling_curve(samples: &[(f64, f64)]) -> CoolingCurve {
+    let peak = samples.iter().enumerate().fold(
+        0,
+        |best, (n, s)| if s.1 > samples[best].1 { n } else { best },
+    );
+    let relative = |n: usize| {
+        let ((t0, g0), (t1, g1)) = (samples[n], samples[n + 1]);
+        (g0 - g1) / ((t1 - t0) * (0.5 * (g0 + g1)).max(1e-12))
+    };
+    let near = samples[peak..].partition_point(|s| s.1 > 0.8 * samples[peak].1) + peak;
+    let fastest = (peak..near.min(samples.len() - 1))
+        .map(relative)
+        .fold(0.0, f64::max);
+    let start = (peak..near.min(samples.len() - 1))
+        .find(|n| relative(*n) >= 0.9 * fastest)
+        .unwrap_or(peak);
+    let falling = &samples[start..];
+    let (from, to) = (falling[0].1, falling[falling.len() - 1].1.max(1e-9));
+    let last = COOLING_POINTS - 1;
+    let mut times = vec![0.0; COOLING_POINTS];
+    let mut n = 1;
+    for (i, time) in times.iter_mut().enumerate().skip(1) {
+        let g = from + (to - from) * i as f64 / last as f64;
+        while n + 1 < falling.len() && falling[n].1 > g {
+            n += 1;
+        }
+        let index = n.min(falling.len() - 1);
+        let ((t0, g0), (t1, g1)) = (falling[index.saturating_sub(1)], falling[index]);
+        let share = if g0 > g1 { (g0 - g) / (g0 - g1) } else { 1.0 };
+        *time = (t0 + share.clamp(0.0, 1.0) * (t1 - t0) - falling[0].0) as f32;
+    }
+    CoolingCurve {
+        from: from as f32,
+        to: to as f32,
+        times,
+    }
+}

@@ -1,0 +1,815 @@
+//! Draws a beam path with charts: every voxel near the beam follows the history of a point near a beam at rest.
+//!
+//! Béraud 2016, section 3.2.3.2 and annex E, with the corrections of specification ebm, section 2.11. Only voxels in the
+//! heated zone are computed step by step; the others cool by a closed form when they are next looked at. Powder counts are
+//! brought up to date between batches of a few steps, within which columns do not see each other and may run on any
+//! thread: the bits do not depend on how many there are.
+
+use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
+
+use crate::beam::{BeamPath, BeamPoint};
+use crate::chart::{ChartError, ChartSet};
+use crate::enthalpy::{CurveError, Enthalpy};
+use crate::grid::{Field, Grid, GridError};
+use crate::material::{CELSIUS, Material};
+use crate::neighbourhood::Neighbourhood;
+use crate::rates::{Between, PastTheEnd, Rates, Ring};
+use crate::solver::State;
+
+/// How a simulation is carried out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Time step, s; the beam rests during one.
+    pub step: f64,
+    /// Steps between two looks at how much powder is left round a column.
+    pub batch: usize,
+    /// What a voxel does that is hotter than the end of its heating curve.
+    pub past_the_end: PastTheEnd,
+    /// Temperature from which powder is metal for ever, K.
+    pub fusion: f64,
+    /// Temperature whose crossing is timed, K.
+    pub timed: f64,
+}
+
+impl Settings {
+    /// Steps of 2.5 µs in batches of 16, fusion at the solidus, times taken at the liquidus.
+    pub fn of(material: &Material) -> Self {
+        Settings {
+            step: 2.5e-6,
+            batch: 16,
+            past_the_end: PastTheEnd::default(),
+            fusion: material.solidus,
+            timed: material.liquidus,
+        }
+    }
+}
+
+/// Why a simulation was refused or stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum ChartSimulationError {
+    /// The grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// The charts.
+    #[error(transparent)]
+    Chart(#[from] ChartError),
+    /// The material.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// Planes that are not the layers of the charts.
+    #[error(
+        "the voxels' planes must all have one height and reach {reach:.3} mm deep, the charts' heated zone; they are {planes} of {height:.4} mm"
+    )]
+    Planes {
+        /// Depth of the heated zone, mm.
+        reach: f64,
+        /// Planes given.
+        planes: usize,
+        /// Height of the top one, mm.
+        height: f64,
+    },
+    /// The beam outside the voxels.
+    #[error(
+        "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm is outside the voxels {low:?} to {high:?} mm: enlarge the domain (0.5 mm beyond the path is usual) or move the path"
+    )]
+    Outside {
+        /// When, s.
+        time: f64,
+        /// Where, mm.
+        x: f64,
+        /// Where, mm.
+        y: f64,
+        /// Lowest corner, mm.
+        low: [f64; 2],
+        /// Highest corner, mm.
+        high: [f64; 2],
+    },
+    /// A setting that is not above zero.
+    #[error("{what} is {value}: it must be finite and above zero")]
+    Setting {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Stopped from outside.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// One voxel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Voxel {
+    enthalpy: f32,
+    highest: f32,
+    /// Time spent above the timed temperature, s.
+    above: f32,
+    /// When it last fell through it, s since the layer began; NaN before.
+    fell: f32,
+    /// Rate at which it did, J/(mm³·s).
+    rate: f32,
+    powder: bool,
+}
+
+impl Voxel {
+    /// At the start temperature, before anything happened to it.
+    fn fresh(powder: bool) -> Self {
+        Voxel {
+            enthalpy: 0.0,
+            highest: 0.0,
+            above: 0.0,
+            fell: f32::NAN,
+            rate: 0.0,
+            powder,
+        }
+    }
+}
+
+/// What all voxels of a column share.
+#[derive(Debug, Clone, Copy)]
+struct Column {
+    /// Time its voxels are up to date for, s.
+    since: f64,
+    /// Share of powder it cools by: that of when the beam left it, and the charts that heated it.
+    between: Between,
+    set: u8,
+}
+
+/// A beam at rest for one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    time: f64,
+    x: f64,
+    y: f64,
+    set: u8,
+}
+
+/// Voxels under a beam.
+#[derive(Debug, Clone)]
+pub struct ChartSimulation {
+    grid: Grid,
+    material: Material,
+    curve: Enthalpy,
+    settings: Settings,
+    sets: Vec<ChartSet>,
+    rates: Vec<Rates>,
+    /// Columns one after the other, top voxel first.
+    voxels: Vec<Voxel>,
+    columns: Vec<Column>,
+    around: Neighbourhood,
+    /// Planes that have left the heated zone, top first: metal or not.
+    below: Vec<Vec<bool>>,
+    fusion: f32,
+    timed: f32,
+    time: f64,
+    /// Highest enthalpy under the beam at the end of the last batch.
+    under_beam: f32,
+}
+
+impl ChartSimulation {
+    /// Voxels on `grid`, whose planes reach at least as deep as the charts' heated zone, all metal at the start
+    /// temperature. `sets` serve the settings that paths may have.
+    ///
+    /// # Errors
+    /// [`ChartSimulationError`]: a grid without cells or with uneven planes, charts of other laws, settings not above zero.
+    pub fn new(
+        grid: &Grid,
+        material: Material,
+        sets: Vec<ChartSet>,
+        settings: Settings,
+    ) -> Result<Self, ChartSimulationError> {
+        grid.check()?;
+        for (what, value) in [
+            ("the time step", settings.step),
+            ("the batch", settings.batch as f64),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ChartSimulationError::Setting { what, value });
+            }
+        }
+        let curve = Enthalpy::new(&material)?;
+        for set in &sets {
+            if set.fingerprint != curve.fingerprint() {
+                return Err(ChartError::Material {
+                    found: set.material.clone(),
+                    wanted: material.name.clone(),
+                }
+                .into());
+            }
+        }
+        let reach = sets.iter().map(|s| s.settings.reach).fold(0.0, f64::max);
+        let height = grid.heights[0];
+        let even = grid.heights.iter().all(|h| (h - height).abs() < 1e-9);
+        let planes = (reach / height - 1e-6).ceil() as usize;
+        if !even || planes == 0 || grid.planes() < planes {
+            return Err(ChartSimulationError::Planes {
+                reach,
+                planes: grid.planes(),
+                height,
+            });
+        }
+        // deeper voxels are never heated
+        let top = grid.top();
+        let grid = Grid {
+            origin: DVec3::new(grid.origin.x, grid.origin.y, top - planes as f64 * height),
+            heights: vec![height; planes],
+            ..*grid
+        };
+        let depths: Vec<f64> = (0..planes).map(|k| (k as f64 + 0.5) * height).collect();
+        let rates: Vec<Rates> = sets
+            .iter()
+            .map(|s| Rates::new(s, &depths, settings.past_the_end, settings.step))
+            .collect();
+        let radius = rates.iter().map(|r| r.radius).fold(0.0, f64::max);
+        let columns = grid.cells[0] * grid.cells[1];
+        let between = rates.first().map(|r| r.between(0.0));
+        let between = between.ok_or_else(|| ChartError::Missing {
+            voltage: 0.0,
+            current: 0.0,
+            focus: 0.0,
+            time: 0.0,
+            known: "none".to_owned(),
+        })?;
+        Ok(ChartSimulation {
+            voxels: vec![Voxel::fresh(false); columns * planes],
+            columns: vec![
+                Column {
+                    since: 0.0,
+                    between,
+                    set: 0,
+                };
+                columns
+            ],
+            around: Neighbourhood::new(grid.cells, grid.edge, radius, planes, &vec![0; columns]),
+            below: Vec::new(),
+            fusion: curve.of(settings.fusion) as f32,
+            timed: curve.of(settings.timed) as f32,
+            grid,
+            material,
+            curve,
+            settings,
+            sets,
+            rates,
+            time: 0.0,
+            under_beam: 0.0,
+        })
+    }
+
+    /// The voxels, down to the depth that the beam heats.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Time since the layer began, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The material.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// The hottest temperature in the heated zone at the end of the last batch, K; the start temperature when the beam was off.
+    pub fn hottest_under_beam(&self) -> f64 {
+        self.curve.temperature(f64::from(self.under_beam))
+    }
+
+    /// How it is carried out.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The charts.
+    pub fn sets(&self) -> &[ChartSet] {
+        &self.sets
+    }
+
+    fn planes(&self) -> usize {
+        self.grid.planes()
+    }
+
+    /// Sets the state of matter of every voxel from its centre.
+    pub fn set_state(&mut self, state: impl Fn(DVec3) -> State) {
+        let [nx, _] = self.grid.cells;
+        let planes = self.planes();
+        for (n, voxels) in self.voxels.chunks_mut(planes).enumerate() {
+            for (k, voxel) in voxels.iter_mut().enumerate() {
+                let centre = self.grid.centre(n % nx, n / nx, planes - 1 - k);
+                voxel.powder = state(centre) == State::Powder;
+            }
+        }
+        self.count_powder();
+    }
+
+    fn count_powder(&mut self) {
+        let powder: Vec<u32> = self
+            .voxels
+            .chunks(self.planes())
+            .map(|v| v.iter().filter(|v| v.powder).count() as u32)
+            .collect();
+        self.around.count(&powder);
+    }
+
+    /// Share of powder round a column.
+    pub fn powder_share(&self, i: usize, j: usize) -> f64 {
+        self.around.share(j * self.grid.cells[0] + i)
+    }
+
+    /// Puts a layer of fresh powder on top: everything is back at the start temperature, states of matter stay, highest
+    /// temperatures and times begin anew (Béraud 2016, section 3.2.2.1.2).
+    pub fn add_layer(&mut self) {
+        let planes = self.planes();
+        let mut left = Vec::with_capacity(self.columns.len());
+        for voxels in self.voxels.chunks_mut(planes) {
+            left.push(!voxels[planes - 1].powder);
+            voxels.rotate_right(1);
+            voxels[0].powder = true;
+            for voxel in voxels {
+                *voxel = Voxel::fresh(voxel.powder);
+            }
+        }
+        self.below.insert(0, left);
+        self.grid.origin.z += self.grid.heights[0];
+        for column in &mut self.columns {
+            column.since = 0.0;
+        }
+        self.time = 0.0;
+        self.count_powder();
+    }
+
+    /// Draws `path` from where the simulation stands: `at` are times of the path at which `look` is called with the
+    /// simulation, besides at its end. Time goes on by the path's duration.
+    ///
+    /// # Errors
+    /// [`ChartSimulationError`]: no chart for a setting, a beam outside the voxels, cancellation.
+    pub fn draw(
+        &mut self,
+        path: &BeamPath,
+        at: &[f64],
+        look: &mut dyn FnMut(f64, &ChartSimulation),
+        observer: &dyn Observer,
+    ) -> Result<(), ChartSimulationError> {
+        let begun = self.time;
+        let dt = self.settings.step;
+        let count = ((path.end() - path.begin()) / dt - 1e-9).ceil().max(0.0) as u64;
+        observer.stage("draw the beam path with charts", count);
+        let mut looks = at.to_vec();
+        looks.sort_by(f64::total_cmp);
+        let mut looks = looks.into_iter().peekable();
+        let mut done = 0;
+        while done < count {
+            observer.check()?;
+            let mut end = (done + self.settings.batch as u64).min(count);
+            if let Some(next) = looks.peek() {
+                let step = ((next - path.begin()) / dt).round().max(0.0) as u64;
+                end = end.min(step.max(done + 1));
+            }
+            let steps: Vec<BeamPoint> = (done..end)
+                .map(|n| path.at(path.begin() + (n as f64 + 0.5) * dt))
+                .collect();
+            self.advance(&steps)?;
+            observer.advance(end - done);
+            done = end;
+            while looks
+                .next_if(|t| *t <= path.begin() + (done as f64 + 0.5) * dt)
+                .is_some()
+            {
+                look(path.begin() + done as f64 * dt, self);
+            }
+        }
+        self.time = begun + path.end() - path.begin();
+        Ok(())
+    }
+
+    /// One batch: the beam rests at each point for a step. For controllers that choose the next point from the
+    /// temperatures.
+    ///
+    /// # Errors
+    /// [`ChartSimulationError::Chart`] and [`ChartSimulationError::Outside`].
+    pub fn advance(&mut self, points: &[BeamPoint]) -> Result<(), ChartSimulationError> {
+        let dt = self.settings.step;
+        let start = self.time;
+        let mut steps = Vec::with_capacity(points.len());
+        for (n, p) in points.iter().enumerate() {
+            let time = start + n as f64 * dt;
+            if p.on && p.voltage * p.current > 0.0 {
+                steps.push(Step {
+                    time,
+                    x: p.x,
+                    y: p.y,
+                    set: self.set_for(p, time)?,
+                });
+            }
+        }
+        self.time = start + points.len() as f64 * dt;
+        self.check_inside(&steps)?;
+        self.heat(&steps);
+        Ok(())
+    }
+
+    fn set_for(&self, p: &BeamPoint, time: f64) -> Result<u8, ChartError> {
+        let serves = |s: &ChartSet| s.settings.serves(p.voltage, p.current, p.focus);
+        let found = self.sets.iter().position(serves);
+        found.and_then(|n| u8::try_from(n).ok()).ok_or_else(|| {
+            let known: Vec<String> = self
+                .sets
+                .iter()
+                .map(|s| {
+                    let s = &s.settings;
+                    format!(
+                        "{:.1} kV, {:.2} mA, focus {:.2} mA",
+                        s.voltage / 1e3,
+                        s.current * 1e3,
+                        s.focus * 1e3
+                    )
+                })
+                .collect();
+            ChartError::Missing {
+                voltage: p.voltage,
+                current: p.current,
+                focus: p.focus,
+                time,
+                known: known.join("; "),
+            }
+        })
+    }
+
+    fn check_inside(&self, steps: &[Step]) -> Result<(), ChartSimulationError> {
+        let low = [self.grid.origin.x, self.grid.origin.y];
+        let high: [f64; 2] =
+            std::array::from_fn(|a| low[a] + self.grid.cells[a] as f64 * self.grid.edge[a]);
+        let outside = |s: &&Step| s.x < low[0] || s.x > high[0] || s.y < low[1] || s.y > high[1];
+        match steps.iter().find(outside) {
+            Some(s) => Err(ChartSimulationError::Outside {
+                time: s.time,
+                x: s.x,
+                y: s.y,
+                low,
+                high,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn heat(&mut self, steps: &[Step]) {
+        self.under_beam = 0.0;
+        let Some(rows) = self.rows(steps) else {
+            return;
+        };
+        let (nx, planes) = (self.grid.cells[0], self.planes());
+        let [dx, dy] = self.grid.edge;
+        let origin = self.grid.origin;
+        let batch = Batch {
+            steps,
+            rates: &self.rates,
+            around: &self.around,
+            planes,
+            dt: self.settings.step,
+            fusion: self.fusion,
+            timed: self.timed,
+        };
+        let reach = |y: f64| {
+            let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+            for s in steps {
+                let radius = self.rates[usize::from(s.set)].radius;
+                let half = radius * radius - (y - s.y).powi(2);
+                if half >= 0.0 {
+                    let half = half.sqrt();
+                    ends = [ends[0].min(s.x - half), ends[1].max(s.x + half)];
+                }
+            }
+            ends
+        };
+        let range = rows.start * nx..rows.end * nx;
+        let outcomes: Vec<(f32, Vec<(usize, u32)>)> = self.voxels
+            [range.start * planes..range.end * planes]
+            .par_chunks_mut(nx * planes)
+            .zip(self.columns[range].par_chunks_mut(nx))
+            .enumerate()
+            .map(|(n, (voxels, columns))| {
+                let j = rows.start + n;
+                let y = origin.y + (j as f64 + 0.5) * dy;
+                let [from, to] = reach(y);
+                let first = (((from - origin.x) / dx - 0.5).ceil().max(0.0)) as usize;
+                let end = ((((to - origin.x) / dx - 0.5).floor() + 1.0).max(0.0) as usize).min(nx);
+                let mut melted = Vec::new();
+                let mut hottest = 0.0_f32;
+                for i in first..end {
+                    let x = origin.x + (i as f64 + 0.5) * dx;
+                    let (count, hot) = batch.column(
+                        j * nx + i,
+                        [x, y],
+                        &mut columns[i],
+                        &mut voxels[i * planes..(i + 1) * planes],
+                    );
+                    hottest = hottest.max(hot);
+                    if count > 0 {
+                        melted.push((j * nx + i, count));
+                    }
+                }
+                (hottest, melted)
+            })
+            .collect();
+        for (hottest, melted) in outcomes {
+            self.under_beam = self.under_beam.max(hottest);
+            for (column, count) in melted {
+                self.around.melted(column, count);
+            }
+        }
+    }
+
+    /// Rows of columns that the steps may heat.
+    fn rows(&self, steps: &[Step]) -> Option<std::ops::Range<usize>> {
+        let radius = |s: &Step| self.rates[usize::from(s.set)].radius;
+        let low = steps
+            .iter()
+            .map(|s| s.y - radius(s))
+            .fold(f64::INFINITY, f64::min);
+        let high = steps
+            .iter()
+            .map(|s| s.y + radius(s))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if low > high {
+            return None;
+        }
+        let index = |y: f64| {
+            ((y - self.grid.origin.y) / self.grid.edge[1])
+                .floor()
+                .max(0.0) as usize
+        };
+        let end = (index(high) + 1).min(self.grid.cells[1]);
+        (index(low) < end).then(|| index(low)..end)
+    }
+
+    /// Enthalpy of a voxel now.
+    fn now(&self, column: usize, k: usize) -> f32 {
+        let voxel = &self.voxels[column * self.planes() + k];
+        let c = &self.columns[column];
+        let g = voxel.enthalpy;
+        if g <= 0.0 {
+            return g;
+        }
+        self.rates[usize::from(c.set)].cooled(c.between, k, g, self.time - c.since)
+    }
+
+    fn field(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Field {
+        let columns = self.columns.len();
+        let planes = self.planes();
+        let values = (0..columns * planes)
+            .into_par_iter()
+            .map(|n| value(n % columns, planes - 1 - n / columns) as f32)
+            .collect();
+        Field {
+            grid: self.grid.clone(),
+            values,
+        }
+    }
+
+    /// Temperatures now, K.
+    pub fn temperature(&self) -> Field {
+        self.field(|c, k| self.curve.temperature(f64::from(self.now(c, k))))
+    }
+
+    /// Temperature of cell `(i, j, k)` now, K.
+    pub fn temperature_at(&self, i: usize, j: usize, k: usize) -> f64 {
+        let g = self.now(j * self.grid.cells[0] + i, self.planes() - 1 - k);
+        self.curve.temperature(f64::from(g))
+    }
+
+    /// The column that holds a point; `None` outside the voxels.
+    fn column_at(&self, point: [f64; 2]) -> Option<usize> {
+        let index = |a: usize| {
+            let origin = [self.grid.origin.x, self.grid.origin.y][a];
+            let at = ((point[a] - origin) / self.grid.edge[a]).floor();
+            (at >= 0.0 && at < self.grid.cells[a] as f64).then_some(at as usize)
+        };
+        Some(index(1)? * self.grid.cells[0] + index(0)?)
+    }
+
+    /// Temperature of the top voxel that holds the point, K; `None` outside the voxels.
+    pub fn surface_at(&self, point: [f64; 2]) -> Option<f64> {
+        let column = self.column_at(point)?;
+        Some(self.curve.temperature(f64::from(self.now(column, 0))))
+    }
+
+    /// Highest temperature since the layer began of the top voxel that holds the point, K; `None` outside the voxels.
+    pub fn highest_surface_at(&self, point: [f64; 2]) -> Option<f64> {
+        let column = self.column_at(point)?;
+        let highest = self.voxels[column * self.planes()].highest;
+        Some(self.curve.temperature(f64::from(highest)))
+    }
+
+    /// Highest temperatures since the layer began, K.
+    pub fn highest_temperature(&self) -> Field {
+        let planes = self.planes();
+        self.field(|c, k| {
+            self.curve
+                .temperature(f64::from(self.voxels[c * planes + k].highest))
+        })
+    }
+
+    /// Time above the timed temperature since the layer began, s; what is still above it counts up to now.
+    pub fn time_above(&self) -> Field {
+        self.field(|c, k| f64::from(self.settled(c, k).above))
+    }
+
+    /// When each voxel last fell through the timed temperature, s since the layer began; NaN where it has not yet.
+    pub fn fell(&self) -> Field {
+        self.field(|c, k| f64::from(self.settled(c, k).fell))
+    }
+
+    /// How fast each voxel last fell through the timed temperature, K/s; NaN where it has not yet.
+    pub fn cooling_rate(&self) -> Field {
+        // just above the timed temperature
+        let capacity = self.material.heat_capacity(self.settings.timed + 1e-3);
+        self.field(|c, k| {
+            let voxel = self.settled(c, k);
+            if voxel.fell.is_nan() {
+                f64::NAN
+            } else {
+                f64::from(voxel.rate) / capacity
+            }
+        })
+    }
+
+    /// The voxel as it stands now.
+    fn settled(&self, column: usize, k: usize) -> Voxel {
+        let c = &self.columns[column];
+        let mut voxel = self.voxels[column * self.planes() + k];
+        let rates = &self.rates[usize::from(c.set)];
+        cool(rates, c, k, &mut voxel, self.time, self.timed);
+        voxel
+    }
+
+    /// Metal or powder, 1 or 0.
+    pub fn metal(&self) -> Field {
+        let planes = self.planes();
+        self.field(|c, k| f64::from(!self.voxels[c * planes + k].powder))
+    }
+
+    /// Metal of a column, from the top voxel down, through all layers built.
+    pub fn metal_of_column(&self, i: usize, j: usize) -> impl Iterator<Item = bool> + '_ {
+        let column = j * self.grid.cells[0] + i;
+        let planes = self.planes();
+        self.voxels[column * planes..(column + 1) * planes]
+            .iter()
+            .map(|v| !v.powder)
+            .chain(self.below.iter().map(move |plane| plane[column]))
+    }
+
+    /// Warns where temperatures lie beyond what laws or charts tell.
+    pub fn tell(&self, reporter: &Reporter) {
+        let highest = self.voxels.iter().map(|v| v.highest).fold(0.0, f32::max);
+        let hottest = self.curve.temperature(f64::from(highest));
+        if hottest > self.material.range[1] {
+            reporter.warn(
+                "laws-extrapolated",
+                format!(
+                    "the hottest voxel reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
+                    hottest - CELSIUS,
+                    self.material.name,
+                    self.material.range[1] - CELSIUS
+                ),
+                "compare temperatures of one model with each other, not with the boiling point; calibrate the window on a built part",
+            );
+        }
+        let stop = self
+            .sets
+            .iter()
+            .map(|s| s.settings.stop)
+            .fold(f64::INFINITY, f64::min);
+        if hottest > stop - 0.05 * (stop - self.material.start) {
+            reporter.warn(
+                "charts-saturated",
+                format!(
+                    "the hottest voxel reaches {:.0} °C, the charts end at {:.0} °C: what lies near their end is told apart badly",
+                    hottest - CELSIUS,
+                    stop - CELSIUS
+                ),
+                "charts with a higher stop temperature",
+            );
+        }
+    }
+}
+
+/// What a batch of steps needs to heat columns on any thread.
+struct Batch<'a> {
+    steps: &'a [Step],
+    rates: &'a [Rates],
+    around: &'a Neighbourhood,
+    planes: usize,
+    dt: f64,
+    fusion: f32,
+    timed: f32,
+}
+
+impl Batch<'_> {
+    /// Heats one column; returns how many of its voxels became metal and its highest enthalpy afterwards, 0 where the beam
+    /// did not reach it.
+    fn column(
+        &self,
+        index: usize,
+        centre: [f64; 2],
+        column: &mut Column,
+        voxels: &mut [Voxel],
+    ) -> (u32, f32) {
+        let share = self.around.share(index);
+        let mut between: Option<(u8, Between)> = None;
+        let mut melted = 0;
+        for step in self.steps {
+            let rates = &self.rates[usize::from(step.set)];
+            let square = (centre[0] - step.x).powi(2) + (centre[1] - step.y).powi(2);
+            if square > rates.radius * rates.radius {
+                continue;
+            }
+            let ring = rates.ring(square.sqrt() as f32);
+            if column.since < step.time - 0.5 * self.dt {
+                let before = &self.rates[usize::from(column.set)];
+                for (k, voxel) in voxels.iter_mut().enumerate() {
+                    cool(before, column, k, voxel, step.time, self.timed);
+                }
+            }
+            let here = match between {
+                Some((set, here)) if set == step.set => here,
+                _ => rates.between(share),
+            };
+            between = Some((step.set, here));
+            column.set = step.set;
+            column.between = here;
+            column.since = step.time + self.dt;
+            melted += self.step(rates, here, ring, step.time, voxels);
+        }
+        let hottest = if between.is_some() {
+            voxels.iter().map(|v| v.enthalpy).fold(0.0, f32::max)
+        } else {
+            0.0
+        };
+        (melted, hottest)
+    }
+
+    #[inline]
+    fn step(
+        &self,
+        rates: &Rates,
+        between: Between,
+        ring: Ring,
+        time: f64,
+        voxels: &mut [Voxel],
+    ) -> u32 {
+        let dt = self.dt as f32;
+        let mut melted = 0;
+        for (k, voxel) in voxels.iter_mut().enumerate().take(self.planes) {
+            let g = voxel.enthalpy;
+            let rate = rates.heating(between, k, ring, g);
+            let next = (g + dt * rate).max(0.0);
+            voxel.enthalpy = next;
+            if next > voxel.highest {
+                voxel.highest = next;
+                if voxel.powder && next > self.fusion {
+                    voxel.powder = false;
+                    melted += 1;
+                }
+            }
+            if next >= self.timed || g >= self.timed {
+                // the part of the step spent above
+                let (low, high) = (g.min(next), g.max(next));
+                let share = if low >= self.timed {
+                    1.0
+                } else {
+                    (high - self.timed) / (high - low)
+                };
+                voxel.above += share * dt;
+                if next < self.timed {
+                    voxel.fell = time as f32 + share * dt;
+                    voxel.rate = -rate;
+                }
+            }
+        }
+        melted
+    }
+}
+
+/// Cools a voxel from when its column was last looked at to `time`.
+fn cool(rates: &Rates, column: &Column, k: usize, voxel: &mut Voxel, time: f64, timed: f32) {
+    let g = voxel.enthalpy;
+    let passed = time - column.since;
+    if g <= 0.0 || passed <= 0.0 {
+        return;
+    }
+    let next = rates.cooled(column.between, k, g, passed);
+    if g >= timed {
+        if next < timed {
+            let until = rates.time_to(column.between, k, g, timed);
+            let nearly = rates.time_to(column.between, k, 1.01 * timed, timed);
+            voxel.above += until as f32;
+            voxel.fell = (column.since + until) as f32;
+            voxel.rate = 0.01 * timed / nearly.max(1e-9) as f32;
+        } else {
+            voxel.above += passed as f32;
+        }
+    }
+    voxel.enthalpy = next;
+}

@@ -1,0 +1,188 @@
+//! The cells of a field: equal in the plane, of any heights, counted upwards from the bottom.
+
+use meltpath_geometry::math::DVec3;
+
+/// A rectangular block of cells. Cell `(i, j, k)` is number `(k·ny + j)·nx + i`; the top of the last plane is the
+/// build plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Lowest corner, mm, part frame, z along the build direction.
+    pub origin: DVec3,
+    /// Cells along x and y.
+    pub cells: [usize; 2],
+    /// Edges of a cell along x and y, mm.
+    pub edge: [f64; 2],
+    /// Heights of the planes of cells, bottom first, mm.
+    pub heights: Vec<f64>,
+}
+
+/// Why a grid was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// No cells or a cell without size.
+    #[error(
+        "a grid of {cells:?} cells with edges {edge:?} mm and {planes} planes: it needs at least one cell each way, all edges above zero"
+    )]
+    Empty {
+        /// Cells along x and y.
+        cells: [usize; 2],
+        /// Their edges, mm.
+        edge: [f64; 2],
+        /// Planes.
+        planes: usize,
+    },
+}
+
+impl Grid {
+    /// Cells of `edge` mm that cover the box from `low` to `high`, all planes of the same height; the top plane ends at
+    /// `high.z`, and the box grows outwards (down along z) to whole cells.
+    ///
+    /// # Errors
+    /// [`GridError`] where a length is not above zero.
+    ///
+    /// ```
+    /// use meltpath_geometry::math::DVec3;
+    /// use meltpath_thermal::grid::Grid;
+    /// let grid = Grid::covering(DVec3::new(-1.0, -0.5, -0.5), DVec3::new(1.0, 0.5, 0.0), DVec3::splat(0.025)).unwrap();
+    /// assert_eq!((grid.cells, grid.planes()), ([80, 40], 20));
+    /// ```
+    pub fn covering(low: DVec3, high: DVec3, edge: DVec3) -> Result<Self, GridError> {
+        let count = |length: f64, edge: f64| {
+            let n = (length / edge - 1e-6).ceil();
+            if (1.0..1e7).contains(&n) {
+                n as usize
+            } else {
+                0
+            }
+        };
+        let size = high - low;
+        let cells = [count(size.x, edge.x), count(size.y, edge.y)];
+        let planes = count(size.z, edge.z);
+        let spread =
+            |n: usize, edge: f64, low: f64, high: f64| 0.5 * (low + high - n as f64 * edge);
+        let grid = Grid {
+            origin: DVec3::new(
+                spread(cells[0], edge.x, low.x, high.x),
+                spread(cells[1], edge.y, low.y, high.y),
+                high.z - planes as f64 * edge.z,
+            ),
+            cells,
+            edge: [edge.x, edge.y],
+            heights: vec![edge.z; planes],
+        };
+        grid.check()?;
+        Ok(grid)
+    }
+
+    /// Whether there are cells, all with a size.
+    ///
+    /// # Errors
+    /// [`GridError`].
+    pub fn check(&self) -> Result<(), GridError> {
+        let sized = self
+            .edge
+            .iter()
+            .chain(&self.heights)
+            .all(|&e| e > 0.0 && e.is_finite());
+        if sized
+            && self.cells[0] > 0
+            && self.cells[1] > 0
+            && !self.heights.is_empty()
+            && self.origin.is_finite()
+        {
+            Ok(())
+        } else {
+            Err(GridError::Empty {
+                cells: self.cells,
+                edge: self.edge,
+                planes: self.heights.len(),
+            })
+        }
+    }
+
+    /// Planes of cells.
+    pub fn planes(&self) -> usize {
+        self.heights.len()
+    }
+
+    /// Cells in all.
+    pub fn len(&self) -> usize {
+        self.cells[0] * self.cells[1] * self.heights.len()
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Height of the build plane, mm.
+    pub fn top(&self) -> f64 {
+        self.origin.z + self.heights.iter().sum::<f64>()
+    }
+
+    /// Depth of the top of each plane of cells below the build plane, mm, bottom plane first.
+    pub fn depths(&self) -> Vec<f64> {
+        let mut depth = 0.0;
+        let mut out: Vec<f64> = self
+            .heights
+            .iter()
+            .rev()
+            .map(|h| {
+                depth += h;
+                depth - h
+            })
+            .collect();
+        out.reverse();
+        out
+    }
+
+    /// Centre of cell `(i, j, k)`, mm.
+    pub fn centre(&self, i: usize, j: usize, k: usize) -> DVec3 {
+        let below: f64 = self.heights[..k].iter().sum();
+        self.origin
+            + DVec3::new(
+                (i as f64 + 0.5) * self.edge[0],
+                (j as f64 + 0.5) * self.edge[1],
+                below + 0.5 * self.heights[k],
+            )
+    }
+
+    /// Volume of a cell of plane `k`, mm³.
+    pub fn volume(&self, k: usize) -> f64 {
+        self.edge[0] * self.edge[1] * self.heights[k]
+    }
+}
+
+/// One number per cell of a grid: temperatures in K, highest temperatures, relative densities.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// The cells.
+    pub grid: Grid,
+    /// The values, in the order of the grid.
+    pub values: Vec<f32>,
+}
+
+/// A field of temperatures, K.
+pub type TemperatureField = Field;
+
+impl Field {
+    /// Value of cell `(i, j, k)`.
+    pub fn at(&self, i: usize, j: usize, k: usize) -> f64 {
+        f64::from(self.values[(k * self.grid.cells[1] + j) * self.grid.cells[0] + i])
+    }
+
+    /// The largest value and its cell.
+    pub fn largest(&self) -> (f64, [usize; 3]) {
+        let mut best = (f32::NEG_INFINITY, 0);
+        for (n, &v) in self.values.iter().enumerate() {
+            if v > best.0 {
+                best = (v, n);
+            }
+        }
+        let [nx, ny] = self.grid.cells;
+        (
+            f64::from(best.0),
+            [best.1 % nx, best.1 / nx % ny, best.1 / (nx * ny)],
+        )
+    }
+}

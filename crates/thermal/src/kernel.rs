@@ -1,0 +1,213 @@
+//! The loops over cells, one plane at a time: Kirchhoff integral from enthalpy, and the heat that flows between cells.
+//!
+//! Rows that are dense and not molten take short cuts that give the same bits. There is no fused multiply-add, so the
+//! bits are the same with any vector registers.
+
+use crate::enthalpy::Formulas;
+use crate::real::Real;
+use crate::vector::CellLoop;
+
+/// What surrounds a plane of cells: the planes' own `θ` and conduction share with one ghost cell on each side in x and
+/// y, and what lies below and above.
+#[derive(Clone, Copy)]
+pub(crate) struct Neighbourhood<'a, R> {
+    pub(crate) theta: [&'a [R]; 3],
+    pub(crate) conduction: [&'a [R]; 3],
+    /// Whether rows `−1..=ny` of the plane hold powder; then of the planes below and above.
+    pub(crate) powder: [&'a [bool]; 3],
+}
+
+/// Coefficients of one plane for one time step.
+#[derive(Clone, Copy)]
+pub(crate) struct PlaneStep<R> {
+    pub(crate) cells: [usize; 2],
+    /// `dt/dx²`, `dt/dy²`.
+    pub(crate) across: [R; 2],
+    /// `2 dt/dz` towards below and above, zero where nothing flows.
+    pub(crate) along: [R; 2],
+    pub(crate) height: R,
+    /// Heights of the cells below and above, zero for a face at an imposed temperature.
+    pub(crate) heights: [R; 2],
+}
+
+/// Fills `θ`, the conduction share and the highest enthalpy of a plane from its enthalpy and relative density.
+pub(crate) struct Refresh<'a, R> {
+    pub(crate) formulas: &'a Formulas<R>,
+    pub(crate) cells: [usize; 2],
+    pub(crate) enthalpy: &'a [R],
+    pub(crate) density: &'a [R],
+    pub(crate) powder: &'a [bool],
+    pub(crate) highest: &'a mut [R],
+    pub(crate) theta: &'a mut [R],
+    pub(crate) conduction: &'a mut [R],
+}
+
+impl<R: Real> CellLoop for Refresh<'_, R> {
+    #[inline(always)]
+    fn run(self) {
+        refresh_plane(self);
+    }
+}
+
+#[inline(always)]
+fn refresh_plane<R: Real>(plane: Refresh<R>) {
+    let Refresh {
+        formulas,
+        cells,
+        enthalpy,
+        density,
+        powder,
+        highest,
+        theta,
+        conduction,
+    } = plane;
+    let f = *formulas;
+    let [nx, ny] = cells;
+    for j in 0..ny {
+        let g = &enthalpy[j * nx..][..nx];
+        let peak = &mut highest[j * nx..][..nx];
+        let out = &mut theta[(j + 1) * (nx + 2) + 1..][..nx];
+        let mut molten = 0_u32;
+        for i in 0..nx {
+            peak[i] = peak[i].larger(g[i]);
+            molten |= u32::from(g[i] > f.solidus());
+        }
+        if molten == 0 {
+            for i in 0..nx {
+                out[i] = f.kirchhoff_solid(g[i]);
+            }
+        } else {
+            for i in 0..nx {
+                out[i] = f.kirchhoff(g[i]);
+            }
+        }
+        if powder[j + 1] {
+            let r = &density[j * nx..][..nx];
+            let c = &mut conduction[(j + 1) * (nx + 2) + 1..][..nx];
+            for i in 0..nx {
+                c[i] = f.conduction(r[i]);
+            }
+        }
+    }
+}
+
+/// Lets heat flow into the cells of a plane for one time step; `still` tells which rows hold powder after it.
+pub(crate) struct Advance<'a, R> {
+    pub(crate) formulas: &'a Formulas<R>,
+    pub(crate) step: PlaneStep<R>,
+    pub(crate) around: Neighbourhood<'a, R>,
+    pub(crate) enthalpy: &'a mut [R],
+    pub(crate) density: &'a mut [R],
+    pub(crate) still: &'a mut [bool],
+}
+
+impl<R: Real> CellLoop for Advance<'_, R> {
+    #[inline(always)]
+    fn run(self) {
+        advance_plane(self);
+    }
+}
+
+#[inline(always)]
+fn advance_plane<R: Real>(plane: Advance<R>) {
+    let Advance {
+        formulas,
+        step,
+        around,
+        enthalpy,
+        density,
+        still,
+    } = plane;
+    let f = *formulas;
+    let [nx, ny] = step.cells;
+    let stride = nx + 2;
+    for j in 0..ny {
+        let g = &mut enthalpy[j * nx..][..nx];
+        let row = (j + 1) * stride;
+        let [below, plane, above] = around.theta;
+        let t = &plane[row + 1..][..nx];
+        let (west, east) = (&plane[row..][..nx], &plane[row + 2..][..nx]);
+        let (south, north) = (
+            &plane[row + 1 - stride..][..nx],
+            &plane[row + 1 + stride..][..nx],
+        );
+        let (down, up) = (&below[row + 1..][..nx], &above[row + 1..][..nx]);
+        let [pb, pp, pa] = around.powder;
+        let conduction = around.conduction[1];
+        let powder = pp[j] | pp[j + 1] | pp[j + 2] | pb[j + 1] | pa[j + 1]
+            || conduction[row] < R::ONE
+            || conduction[row + nx + 1] < R::ONE;
+        let [ax, ay] = step.across;
+        if powder {
+            let [cb, cp, ca] = around.conduction;
+            let c = &cp[row + 1..][..nx];
+            let (cw, ce) = (&cp[row..][..nx], &cp[row + 2..][..nx]);
+            let (cs, cn) = (&cp[row + 1 - stride..][..nx], &cp[row + 1 + stride..][..nx]);
+            let (cd, cu) = (&cb[row + 1..][..nx], &ca[row + 1..][..nx]);
+            let r = &mut density[j * nx..][..nx];
+            let (h, [hd, hu], [bd, bu]) = (step.height, step.heights, step.along);
+            let mut left = 0_u32;
+            for i in 0..nx {
+                let ci = c[i];
+                let flat = |cj: R| (ci + ci) * cj / (ci + cj);
+                let upright = |cj: R, hj: R| ci * cj / (h * cj + hj * ci);
+                let heat = ax * (flat(cw[i]) * (west[i] - t[i]) + flat(ce[i]) * (east[i] - t[i]))
+                    + ay * (flat(cs[i]) * (south[i] - t[i]) + flat(cn[i]) * (north[i] - t[i]))
+                    + bd * upright(cd[i], hd) * (down[i] - t[i])
+                    + bu * upright(cu[i], hu) * (up[i] - t[i]);
+                (g[i], r[i]) = warm(&f, g[i], r[i], heat);
+                left |= u32::from(r[i] < R::ONE);
+            }
+            still[j] = left != 0;
+        } else {
+            // the same sums with every share 1, in the same order
+            let bd = step.along[0] * (R::ONE / (step.height + step.heights[0]));
+            let bu = step.along[1] * (R::ONE / (step.height + step.heights[1]));
+            for i in 0..nx {
+                let heat = ax * ((west[i] - t[i]) + (east[i] - t[i]))
+                    + ay * ((south[i] - t[i]) + (north[i] - t[i]))
+                    + bd * (down[i] - t[i])
+                    + bu * (up[i] - t[i]);
+                g[i] += heat;
+            }
+            still[j] = false;
+        }
+    }
+}
+
+/// Adds `heat` (J/mm³ of the cell) to a cell with enthalpy `g` and relative density `r`: second order in the heat where
+/// powder is heated for the first time and becomes denser.
+#[inline(always)]
+pub(crate) fn warm<R: Real>(f: &Formulas<R>, g: R, r: R, heat: R) -> (R, R) {
+    let first = f.relative_density(g + heat / r).larger(r);
+    let after = g + (heat + heat) / (r + first);
+    (after, f.relative_density(after).larger(r))
+}
+
+/// Adds `scale·share[i]` J/mm³ to a row of cells.
+pub(crate) struct HeatRow<'a, R> {
+    pub(crate) formulas: &'a Formulas<R>,
+    pub(crate) share: &'a [R],
+    pub(crate) scale: R,
+    pub(crate) powder: bool,
+    pub(crate) enthalpy: &'a mut [R],
+    pub(crate) density: &'a mut [R],
+}
+
+impl<R: Real> CellLoop for HeatRow<'_, R> {
+    #[inline(always)]
+    fn run(self) {
+        let n = self.share.len();
+        let (share, scale, f) = (self.share, self.scale, *self.formulas);
+        let (enthalpy, density) = (&mut self.enthalpy[..n], &mut self.density[..n]);
+        if self.powder {
+            for i in 0..n {
+                (enthalpy[i], density[i]) = warm(&f, enthalpy[i], density[i], scale * share[i]);
+            }
+        } else {
+            for i in 0..n {
+                enthalpy[i] += scale * share[i];
+            }
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! What a material does with heat: laws of its powder, solid and liquid, latent heat, radiation and evaporation.
+//!
+//! Source of the powder model: Béraud 2016, section 3.2.2.1: powder becomes denser with the highest temperature it has
+//! reached and is dense for ever above the solidus.
+
+use crate::law::Law;
+
+/// 0 °C in kelvin.
+pub const CELSIUS: f64 = 273.15;
+
+/// How the latent heat is spread between solidus and liquidus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LatentShape {
+    /// A triangle with its summit midway (Béraud 2016, fig. 3.2.5).
+    Triangular,
+    /// The same share in every kelvin.
+    Uniform,
+}
+
+/// How powder conducts, as a share of the dense solid's conductivity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PowderConduction {
+    /// By the relative density: `k_c = k_s (1 − φ)` (Béraud 2016, table 3.2.1).
+    Proportional,
+    /// This share for fresh powder, rising to 1 in proportion to the densification.
+    Ratio(f64),
+}
+
+/// Powder before it melts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Powder {
+    /// Relative density `1 − φ` against the highest temperature reached, K; 1 from the solidus on, whatever it says there.
+    pub relative_density: Law,
+    /// Share of the dense solid's conductivity.
+    pub conduction: PowderConduction,
+    /// Emissivity.
+    pub emissivity: f64,
+}
+
+/// Loss by evaporation from the hottest surfaces (Hertz-Knudsen with Clausius-Clapeyron).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evaporation {
+    /// Boiling point at atmospheric pressure, K.
+    pub boiling: f64,
+    /// Latent heat of evaporation, J/kg.
+    pub latent: f64,
+    /// Molar mass of the vapour, kg/mol.
+    pub molar_mass: f64,
+    /// Share of the emitted vapour that does not come back, 0.82 (sonic) to 1 (high vacuum).
+    pub net_fraction: f64,
+}
+
+impl Evaporation {
+    const GAS_CONSTANT: f64 = 8.314_462_618;
+    const ATMOSPHERE: f64 = 101_325.0;
+
+    /// Heat carried away at a surface of `kelvin`, W/mm².
+    ///
+    /// ```
+    /// # let steam = meltpath_thermal::material::Evaporation {
+    /// #     boiling: 3560.15, latent: 8.88e6, molar_mass: 0.047867, net_fraction: 1.0 };
+    /// // a kelvin more carries away some 0.4 % more heat near the boiling point
+    /// let ratio = steam.flux(3561.15) / steam.flux(3560.15);
+    /// assert!((ratio - 1.0039).abs() < 2e-4);
+    /// ```
+    pub fn flux(&self, kelvin: f64) -> f64 {
+        let per_kelvin = self.latent * self.molar_mass / Self::GAS_CONSTANT;
+        let pressure = Self::ATMOSPHERE * (per_kelvin * (1.0 / self.boiling - 1.0 / kelvin)).exp();
+        let mass = self.net_fraction
+            * pressure
+            * (self.molar_mass / (2.0 * std::f64::consts::PI * Self::GAS_CONSTANT * kelvin)).sqrt();
+        mass * self.latent * 1e-6
+    }
+}
+
+/// Laws of one material. Density kg/m³, specific heat J/(kg·K), conductivity W/(m·K), as the sources print them;
+/// [`Material::conductivity`] and [`Material::heat_capacity`] give them in millimetres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Temperatures between which the laws are meant to hold, K.
+    pub range: [f64; 2],
+    /// Temperature at which every layer starts, K; enthalpy is counted from here.
+    pub start: f64,
+    /// Where melting begins, K.
+    pub solidus: f64,
+    /// Where melting ends, K.
+    pub liquidus: f64,
+    /// Latent heat of fusion, J/kg.
+    pub latent: f64,
+    /// How it is spread.
+    pub latent_shape: LatentShape,
+    /// Density of the dense solid.
+    pub density_solid: Law,
+    /// Density of the liquid.
+    pub density_liquid: Law,
+    /// Specific heat of the solid.
+    pub specific_heat_solid: Law,
+    /// Specific heat of the liquid.
+    pub specific_heat_liquid: Law,
+    /// Conductivity of the dense solid.
+    pub conductivity_solid: Law,
+    /// Conductivity of the liquid.
+    pub conductivity_liquid: Law,
+    /// The powder.
+    pub powder: Powder,
+    /// Emissivity of the dense solid and of the liquid.
+    pub emissivity: f64,
+    /// Loss by evaporation, where the data give it; the solver applies it only when its surface says so.
+    pub evaporation: Option<Evaporation>,
+}
+
+impl Material {
+    /// A dense material with constant properties and no phase change: conductivity in W/(mm·K), heat capacity in J/(mm³·K).
+    /// What the closed-form solutions assume.
+    pub fn constant(conductivity: f64, heat_capacity: f64, start: f64) -> Self {
+        Material {
+            name: "constant properties".to_owned(),
+            range: [0.0, f64::INFINITY],
+            start,
+            solidus: start + 1000.0,
+            liquidus: start + 1010.0,
+            latent: 0.0,
+            latent_shape: LatentShape::Uniform,
+            density_solid: Law::constant(1e3),
+            density_liquid: Law::constant(1e3),
+            specific_heat_solid: Law::constant(heat_capacity * 1e6),
+            specific_heat_liquid: Law::constant(heat_capacity * 1e6),
+            conductivity_solid: Law::constant(conductivity * 1e3),
+            conductivity_liquid: Law::constant(conductivity * 1e3),
+            powder: Powder {
+                relative_density: Law::constant(1.0),
+                conduction: PowderConduction::Proportional,
+                emissivity: 0.0,
+            },
+            emissivity: 0.0,
+            evaporation: None,
+        }
+    }
+
+    fn across(&self, solid: &Law, liquid: &Law, kelvin: f64) -> f64 {
+        if kelvin <= self.solidus {
+            solid.at(kelvin)
+        } else if kelvin >= self.liquidus {
+            liquid.at(kelvin)
+        } else {
+            let share = (kelvin - self.solidus) / (self.liquidus - self.solidus);
+            (1.0 - share) * solid.at(self.solidus) + share * liquid.at(self.liquidus)
+        }
+    }
+
+    /// Density of the dense material, kg/m³; straight between solidus and liquidus.
+    pub fn density(&self, kelvin: f64) -> f64 {
+        self.across(&self.density_solid, &self.density_liquid, kelvin)
+    }
+
+    /// Specific heat without latent heat, J/(kg·K); straight between solidus and liquidus.
+    pub fn specific_heat(&self, kelvin: f64) -> f64 {
+        self.across(
+            &self.specific_heat_solid,
+            &self.specific_heat_liquid,
+            kelvin,
+        )
+    }
+
+    /// Conductivity of the dense material, W/(mm·K); straight between solidus and liquidus.
+    pub fn conductivity(&self, kelvin: f64) -> f64 {
+        1e-3 * self.across(&self.conductivity_solid, &self.conductivity_liquid, kelvin)
+    }
+
+    /// What the latent heat adds to the specific heat, J/(kg·K).
+    pub fn latent_bump(&self, kelvin: f64) -> f64 {
+        let width = self.liquidus - self.solidus;
+        let inside = (kelvin - self.solidus) / width;
+        if !(0.0..=1.0).contains(&inside) {
+            return 0.0;
+        }
+        match self.latent_shape {
+            LatentShape::Uniform => self.latent / width,
+            LatentShape::Triangular => {
+                2.0 * self.latent / width * (1.0 - (2.0 * inside - 1.0).abs())
+            }
+        }
+    }
+
+    /// Heat to warm a unit volume of the dense material by one kelvin, latent heat included, J/(mm³·K).
+    pub fn heat_capacity(&self, kelvin: f64) -> f64 {
+        1e-9 * self.density(kelvin) * (self.specific_heat(kelvin) + self.latent_bump(kelvin))
+    }
+
+    /// Relative density of powder whose highest temperature so far is `highest`, K: 1 from the solidus on.
+    ///
+    /// ```
+    /// # let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+    /// # let material = meltpath_thermal::material_file::read(text, Default::default()).unwrap();
+    /// assert!((material.relative_density(750.0 + 273.15) - 0.62).abs() < 1e-12);
+    /// assert_eq!(material.relative_density(1605.0 + 273.15), 1.0);
+    /// ```
+    pub fn relative_density(&self, highest: f64) -> f64 {
+        if highest >= self.solidus {
+            1.0
+        } else {
+            self.powder.relative_density.at(highest).clamp(0.01, 1.0)
+        }
+    }
+
+    /// Share of the dense conductivity at relative density `relative`: `[a, b]` of `a + b·relative`.
+    pub fn powder_conduction(&self) -> [f64; 2] {
+        let fresh = self.relative_density(self.start);
+        match self.powder.conduction {
+            PowderConduction::Ratio(share) if fresh < 1.0 => {
+                let slope = (1.0 - share) / (1.0 - fresh);
+                [1.0 - slope, slope]
+            }
+            _ => [0.0, 1.0],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::enthalpy::Enthalpy;
+    use crate::material_file::{Readings, read};
+
+    fn titanium() -> Material {
+        let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+        read(text, Readings::default()).unwrap()
+    }
+
+    #[test]
+    fn ebm_a03_powder_becomes_dense_and_stays_so() {
+        let material = titanium();
+        let porosity = |celsius: f64| 1.0 - material.relative_density(celsius + CELSIUS);
+        assert!((porosity(750.0) - 0.38).abs() < 1e-3);
+        assert!((porosity(1177.5) - 0.19).abs() < 1e-3);
+        assert!(porosity(1605.0) == 0.0 && porosity(2500.0) == 0.0);
+        // the law is of the highest temperature: a cell of the solver that has cooled keeps its density
+        let curve = Enthalpy::new(&material).unwrap();
+        let f = curve.formulas::<f64>();
+        let (g, r) = crate::kernel::warm(&f, 0.0, 0.62, 0.5 * curve.at_solidus);
+        let (_, cooled) = crate::kernel::warm(&f, g, r, -0.9 * g * r);
+        assert!(r > 0.7 && cooled == r, "{r} {cooled}");
+    }
+
+    #[test]
+    fn ebm_a04_the_bump_holds_the_latent_heat() {
+        let material = titanium();
+        let n = 6000;
+        let step = (material.liquidus - material.solidus) / f64::from(n);
+        let sum: f64 = (0..n)
+            .map(|i| material.latent_bump(material.solidus + (f64::from(i) + 0.5) * step) * step)
+            .sum();
+        assert!((sum / 440e3 - 1.0).abs() < 1e-3, "{sum}");
+        let top = material.latent_bump(1635.0 + CELSIUS);
+        assert!((top - 14_667.0).abs() < 1.0, "{top}");
+    }
+}

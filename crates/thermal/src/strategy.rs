@@ -1,0 +1,349 @@
+//! Melt strategies optimised by simulation: the speed along a path is chosen so that the highest temperatures meet an aim.
+//!
+//! Béraud 2016, section 3.3.2.2 and annex F (its controller repaired, erratum E13); controllers and learning beyond it:
+//! specification ebm, section 2.14.3. Simulator, controller and aim do not know each other.
+
+use meltpath_base::Observer;
+
+use crate::beam::{BeamError, BeamPath};
+use crate::chart_simulation::{ChartSimulation, ChartSimulationError};
+use crate::material::CELSIUS;
+use crate::speed::SpeedProfile;
+
+/// Why a strategy could not be found.
+#[derive(Debug, thiserror::Error)]
+pub enum StrategyError {
+    /// The simulation.
+    #[error(transparent)]
+    Simulation(#[from] ChartSimulationError),
+    /// The path.
+    #[error(transparent)]
+    Beam(#[from] BeamError),
+    /// An aim no metal can have.
+    #[error("the aim is {celsius:.0} °C: it must lie above the melting range")]
+    Aim {
+        /// The aim, °C.
+        celsius: f64,
+    },
+}
+
+/// Chooses how fast the beam goes on from the temperature under it.
+pub trait Controller {
+    /// Factor on the path's own speed for the next moment of `dt` s, from the hottest temperature near the beam, K.
+    fn factor(&mut self, hottest: f64, dt: f64) -> f64;
+}
+
+/// Only accelerates: the thesis' controller, with its branches in the order of its text and a step that grows towards the
+/// aim and stays bounded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accelerator {
+    /// Highest temperature wanted, K.
+    pub aim: f64,
+    /// Share of the aim (in °C) from which it accelerates.
+    pub from: f64,
+    /// Greatest factor: reached at the aim and kept above it.
+    pub most: f64,
+}
+
+impl Accelerator {
+    /// For a beam of `diameter` mm that moves `speed` mm/s on its own, in steps of `dt` s: at the aim it skips 0.3 φ.
+    pub fn of_thesis(aim: f64, diameter: f64, speed: f64, dt: f64) -> Self {
+        Accelerator {
+            aim,
+            from: 0.96,
+            most: 1.0 + 0.3 * diameter / (speed * dt),
+        }
+    }
+}
+
+impl Controller for Accelerator {
+    fn factor(&mut self, hottest: f64, _dt: f64) -> f64 {
+        let aim = self.aim - CELSIUS;
+        let close = (hottest - CELSIUS - self.from * aim) / ((1.0 - self.from) * aim);
+        1.0 + (self.most - 1.0) * close.clamp(0.0, 1.0).powi(2)
+    }
+}
+
+/// Proportional, integral and derivative action on the relative excess of temperature, on the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pid {
+    /// Temperature wanted near the beam, K.
+    pub aim: f64,
+    /// Temperature of the bed, K.
+    pub ambient: f64,
+    /// Change of the factor per relative excess.
+    pub proportional: f64,
+    /// The same per second of it.
+    pub integral: f64,
+    /// The same per change of it per second, s.
+    pub derivative: f64,
+    /// Slowest and fastest factor; the integral stops where one is reached.
+    pub bounds: [f64; 2],
+    sum: f64,
+    before: Option<f64>,
+}
+
+impl Pid {
+    /// A controller that starts from the path's own speed.
+    pub fn new(aim: f64, ambient: f64, gains: [f64; 3], bounds: [f64; 2]) -> Self {
+        Pid {
+            aim,
+            ambient,
+            proportional: gains[0],
+            integral: gains[1],
+            derivative: gains[2],
+            bounds,
+            sum: 0.0,
+            before: None,
+        }
+    }
+}
+
+impl Controller for Pid {
+    fn factor(&mut self, hottest: f64, dt: f64) -> f64 {
+        let excess = (hottest - self.aim) / (self.aim - self.ambient);
+        let slope = self.before.map_or(0.0, |b| (excess - b) / dt);
+        self.before = Some(excess);
+        let sum = self.sum + excess * dt;
+        let wanted =
+            1.0 + self.proportional * excess + self.integral * sum + self.derivative * slope;
+        let factor = wanted.clamp(self.bounds[0], self.bounds[1]);
+        // no wind-up: the integral grows only towards the inside of the bounds
+        if factor == wanted || (wanted - factor) * excess < 0.0 {
+            self.sum = sum;
+        }
+        factor
+    }
+}
+
+/// Draws `path` with a controller that looks every `every` steps; returns the speeds it chose. `simulation` shows the
+/// temperatures they led to.
+///
+/// # Errors
+/// [`StrategyError`], cancellation included.
+pub fn control(
+    simulation: &mut ChartSimulation,
+    path: &BeamPath,
+    controller: &mut dyn Controller,
+    every: usize,
+    observer: &dyn Observer,
+) -> Result<SpeedProfile, StrategyError> {
+    let dt = simulation.settings().step;
+    let whole = 1000;
+    observer.stage("draw under control", whole);
+    let mut told = 0;
+    let mut now = path.begin();
+    let (mut knots, mut factors) = (vec![now], Vec::new());
+    let mut points = Vec::with_capacity(every);
+    while now < path.end() {
+        observer.check().map_err(ChartSimulationError::from)?;
+        let look = dt * every as f64;
+        let factor = if path.at(now).on {
+            controller.factor(simulation.hottest_under_beam(), look)
+        } else {
+            1.0
+        };
+        points.clear();
+        points.extend((0..every).map(|n| path.at(now + (n as f64 + 0.5) * dt * factor)));
+        simulation.advance(&points)?;
+        now += look * factor;
+        knots.push(now.min(path.end()));
+        factors.push(factor);
+        let share = (now - path.begin()) / (path.end() - path.begin());
+        let done = ((whole as f64 * share) as u64).min(whole);
+        observer.advance(done - told);
+        told = done;
+    }
+    Ok(SpeedProfile::from_parts(knots, factors))
+}
+
+/// How learning goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Learning {
+    /// Highest temperature wanted, K.
+    pub aim: f64,
+    /// Rounds at most.
+    pub rounds: u32,
+    /// Relative change of speed per relative excess of temperature; 0.3 to 0.5 is usual.
+    pub gain: f64,
+    /// Slowest and fastest factor on the path's own speed.
+    pub bounds: [f64; 2],
+    /// Length of the intervals of one speed, mm.
+    pub length: f64,
+}
+
+/// What learning found.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// The best speeds.
+    pub profile: SpeedProfile,
+    /// The path at them.
+    pub path: BeamPath,
+    /// The simulation of it.
+    pub simulation: ChartSimulation,
+    /// Score of each round, the first with the path's own speed.
+    pub scores: Vec<f64>,
+}
+
+/// Draws the path again and again from `start`, each time faster where it became too hot and slower where too cold, and
+/// keeps the round with the best `score`.
+///
+/// # Errors
+/// [`StrategyError`], cancellation included.
+pub fn learn(
+    start: &ChartSimulation,
+    path: &BeamPath,
+    learning: &Learning,
+    score: &dyn Fn(&ChartSimulation) -> f64,
+    observer: &dyn Observer,
+) -> Result<Learned, StrategyError> {
+    let ambient = start.material().start;
+    if learning.aim <= start.material().liquidus {
+        return Err(StrategyError::Aim {
+            celsius: learning.aim - CELSIUS,
+        });
+    }
+    observer.stage("learn the speeds", u64::from(learning.rounds) + 1);
+    let mut profile = SpeedProfile::of(path, learning.length);
+    let mut best: Option<Learned> = None;
+    let mut scores = Vec::new();
+    for round in 0..=learning.rounds {
+        let drawn = profile.apply(path)?;
+        let mut simulation = start.clone();
+        simulation.draw(&drawn, &[], &mut |_, _| (), &Quiet(observer))?;
+        scores.push(score(&simulation));
+        let excess = along(&simulation, path, &profile, learning.aim, ambient);
+        let last = scores[scores.len() - 1];
+        let better = best
+            .as_ref()
+            .is_none_or(|b| last > b.scores[b.scores.len() - 1]);
+        if better {
+            best = Some(Learned {
+                profile: profile.clone(),
+                path: drawn,
+                simulation,
+                scores: scores.clone(),
+            });
+        }
+        observer.advance(1);
+        if round < learning.rounds {
+            for (factor, excess) in profile.factors_mut().iter_mut().zip(smooth(&excess)) {
+                let next = *factor * (1.0 + learning.gain * excess);
+                *factor = next.clamp(learning.bounds[0], learning.bounds[1]);
+            }
+        }
+    }
+    best.map(|b| Learned { scores, ..b })
+        .ok_or(StrategyError::Aim {
+            celsius: learning.aim - CELSIUS,
+        })
+}
+
+/// Relative excess of the highest temperature over the aim along the path; 0 where the beam is off.
+fn along(
+    simulation: &ChartSimulation,
+    path: &BeamPath,
+    profile: &SpeedProfile,
+    aim: f64,
+    ambient: f64,
+) -> Vec<f64> {
+    profile
+        .intervals()
+        .map(|(from, to, _)| {
+            let p = path.at(0.5 * (from + to));
+            if !p.on {
+                return 0.0;
+            }
+            let highest = simulation.highest_surface_at([p.x, p.y]).unwrap_or(aim);
+            (highest - aim) / (aim - ambient)
+        })
+        .collect()
+}
+
+fn smooth(values: &[f64]) -> Vec<f64> {
+    let last = values.len().saturating_sub(1);
+    (0..values.len())
+        .map(|n| {
+            let (before, after) = (values[n.saturating_sub(1)], values[(n + 1).min(last)]);
+            0.25 * before + 0.5 * values[n] + 0.25 * after
+        })
+        .collect()
+}
+
+/// Passes cancellation on and keeps the progress of an inner stage to itself.
+struct Quiet<'a>(&'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn stage(&self, _name: &str, _total: u64) {}
+    fn advance(&self, _done: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
+/// The radius at which `diameter(radius)` is `wanted`, by bisection between `radii` to `tolerance` mm; the simulated pairs come
+/// with it. `None` where the wanted diameter does not lie between those of the two radii.
+///
+/// # Errors
+/// What `diameter` says.
+pub fn solve_radius<E>(
+    wanted: f64,
+    radii: [f64; 2],
+    tolerance: f64,
+    diameter: &mut dyn FnMut(f64) -> Result<f64, E>,
+) -> Result<(Option<f64>, Vec<[f64; 2]>), E> {
+    let [mut low, mut high] = radii;
+    let mut pairs = vec![[low, diameter(low)?], [high, diameter(high)?]];
+    if pairs[0][1] > wanted || pairs[1][1] < wanted {
+        return Ok((None, pairs));
+    }
+    while high - low > tolerance {
+        let middle = 0.5 * (low + high);
+        let found = diameter(middle)?;
+        pairs.push([middle, found]);
+        if found < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok((Some(0.5 * (low + high)), pairs))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_accelerator_only_accelerates() {
+        let mut controller = Accelerator::of_thesis(2730.0 + CELSIUS, 0.413_67, 980.0, 2.5e-6);
+        let mut factor = |celsius: f64| controller.factor(celsius + CELSIUS, 1e-5);
+        assert_eq!(factor(1000.0), 1.0);
+        assert_eq!(factor(2600.0), 1.0);
+        let (some, full) = (factor(2700.0), factor(2800.0));
+        assert!(some > 1.0 && full > some);
+        // 0.3 φ in a step of 2.45 µm
+        assert!((full - 1.0 - 0.3 * 0.413_67 / 2.45e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_integral_does_not_wind_up() {
+        let mut pid = Pid::new(3000.0, 1000.0, [1.0, 100.0, 0.0], [0.5, 2.0]);
+        for _ in 0..1000 {
+            assert_eq!(pid.factor(9000.0, 1e-3), 2.0);
+        }
+        // back at once when the excess turns
+        assert!(pid.factor(2000.0, 1e-3) < 1.0);
+    }
+
+    #[test]
+    fn the_radius_of_a_line_is_found() {
+        let mut line = |r: f64| Ok::<f64, ()>(0.3 + 2.0 * r);
+        let (radius, pairs) = solve_radius(1.0, [0.1, 0.5], 1e-4, &mut line).unwrap();
+        assert!((radius.unwrap() - 0.35).abs() < 1e-4 && pairs.len() > 2);
+        assert_eq!(
+            solve_radius(9.0, [0.1, 0.5], 1e-4, &mut line).unwrap().0,
+            None
+        );
+    }
+}

@@ -1,0 +1,56 @@
+//! What several test files need: the material and charts that are computed once.
+#![allow(dead_code, reason = "each test file uses its part of it")]
+
+use std::sync::OnceLock;
+
+use meltpath_base::Silent;
+use meltpath_thermal::beam::BeamPoint;
+use meltpath_thermal::chart::{ChartSet, ChartSettings};
+use meltpath_thermal::chart_build::compute;
+use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::material_file::{Readings, read};
+
+/// Ti6Al4V of the thesis.
+pub(crate) fn titanium() -> Material {
+    read(
+        include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
+        Readings::default(),
+    )
+    .unwrap()
+}
+
+/// Charts of the slow beam, of the strut's inner circle, of the fast beam: each computed once per test file.
+pub(crate) static SLOW: OnceLock<ChartSet> = OnceLock::new();
+pub(crate) static INNER: OnceLock<ChartSet> = OnceLock::new();
+pub(crate) static FAST: OnceLock<ChartSet> = OnceLock::new();
+
+/// Charts at 60 kV that heat to `stop` °C and cool from 2800 °C.
+pub(crate) fn compute_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
+    let settings = ChartSettings {
+        stop: stop + CELSIUS,
+        cooling_from: 2800.0 + CELSIUS,
+        ..ChartSettings::of_thesis(60e3, current, focus, diameter)
+    };
+    compute(&settings, &titanium(), &Silent).unwrap()
+}
+
+/// The same, kept for the other tests of the file.
+pub(crate) fn charts(current: f64, focus: f64, diameter: f64, stop: f64) -> &'static ChartSet {
+    let slot = if current < 3e-3 { &SLOW } else { &FAST };
+    let set = slot.get_or_init(|| compute_charts(current, focus, diameter, stop));
+    assert!(set.settings.serves(60e3, current, focus));
+    set
+}
+
+/// A beam at the origin and time 0, on, at 60 kV.
+pub(crate) fn settings(current: f64, focus: f64) -> BeamPoint {
+    BeamPoint {
+        time: 0.0,
+        x: 0.0,
+        y: 0.0,
+        voltage: 60e3,
+        current,
+        focus,
+        on: true,
+    }
+}
