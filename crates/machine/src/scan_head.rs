@@ -15,7 +15,8 @@
 //! | direct geometry, optics | [`geometry`], [`focus`], [`beam`] |
 //! | laser gate | [`gate`] |
 //! | the whole head, streaming | [`head`] |
-//! | judgement | [`contour_error`], [`fill_rate`], [`delays`] |
+//! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`] |
+//! | heads and recipes as files | [`data`] |
 //!
 //! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
 
@@ -34,6 +35,7 @@ pub mod geometry;
 pub mod head;
 pub mod interpolation;
 pub mod job;
+pub mod km0;
 pub mod plant;
 pub mod plate;
 pub mod prefilter;

@@ -4,6 +4,7 @@
 pub mod assembly;
 pub mod build;
 pub mod cell;
+pub mod cli;
 pub mod execute;
 pub mod fanuc_ls;
 mod orientation;

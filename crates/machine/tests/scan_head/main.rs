@@ -2,6 +2,7 @@
 
 mod geometry;
 mod jobs;
+mod km0;
 mod models;
 mod reference;
 mod trajectory;
