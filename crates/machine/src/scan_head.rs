@@ -16,6 +16,7 @@
 //! | laser gate | [`gate`] |
 //! | the whole head, streaming | [`head`] |
 //! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`] |
+//! | motor from records | [`identification`] |
 //! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`] |
 //! | heads and recipes as files | [`data`] |
 //!
@@ -34,6 +35,7 @@ pub mod galvanometer;
 pub mod gate;
 pub mod geometry;
 pub mod head;
+pub mod identification;
 pub mod interpolation;
 pub mod job;
 pub mod km0;

@@ -1,0 +1,198 @@
+//! Motors found again from simulated bench records.
+
+use meltpath_control::prbs::Prbs;
+use meltpath_machine::scan_head::friction::Friction;
+use meltpath_machine::scan_head::galvanometer::Galvanometer;
+use meltpath_machine::scan_head::identification::{
+    BenchRecord, Excitation, IdentificationError, Method, SteadyRamp, friction_of_ramps, identify,
+    motor_of, predict, transfers_of,
+};
+use meltpath_machine::scan_head::plant::Plant;
+use proptest::prelude::*;
+
+use super::reference;
+
+const PERIOD: f64 = 50e-6;
+
+/// Voltage, current, angle of `motor` from rest under a binary sequence of `amplitude` V and 13 stages.
+fn from_rest(motor: &Galvanometer, amplitude: f64, periods: usize) -> [Vec<f64>; 3] {
+    let sequence = Prbs::new(13).unwrap();
+    let voltage = sequence.signal(amplitude, 1, periods * sequence.period());
+    let mut plant = Plant::<5>::new(motor, &[PERIOD], 0.0).unwrap();
+    let mut columns = [Vec::new(), Vec::new(), Vec::new()];
+    for &u in &voltage {
+        for (column, value) in columns.iter_mut().zip([u, plant.current(), plant.angle()]) {
+            column.push(value);
+        }
+        plant.advance(0, u, 0.0);
+    }
+    columns
+}
+
+/// The same without the first period.
+fn bench(motor: &Galvanometer, amplitude: f64, periods: usize) -> [Vec<f64>; 3] {
+    let period = Prbs::new(13).unwrap().period();
+    from_rest(motor, amplitude, periods).map(|c| c[period..].to_vec())
+}
+
+fn record(columns: &[Vec<f64>; 3]) -> BenchRecord<'_> {
+    BenchRecord {
+        period: PERIOD,
+        voltage: &columns[0],
+        current: &columns[1],
+        angle: &columns[2],
+    }
+}
+
+/// R, L, Kc, J, B over those of `true_one`, less one.
+fn off(found: &Galvanometer, true_one: &Galvanometer) -> [f64; 5] {
+    let of = |m: &Galvanometer| {
+        [
+            m.resistance,
+            m.inductance,
+            m.torque_constant,
+            m.inertia,
+            m.viscous,
+        ]
+    };
+    let (a, b) = (of(found), of(true_one));
+    std::array::from_fn(|i| a[i] / b[i] - 1.0)
+}
+
+#[test]
+fn lpbf_ac09_direct_identification_of_the_reference_motor() {
+    let motor = Galvanometer {
+        friction: Friction::None,
+        ..reference::motor()
+    };
+    let columns = bench(&motor, 0.5, 12);
+    let found = identify(&record(&columns), Excitation::Voltage, &Method::default()).unwrap();
+    let off = off(&found.motor, &motor);
+    println!(
+        "R, L, Kc, J, B off by {off:.4?}, deviations {:.4?}, rms {:.4}",
+        found.sigma, found.rms
+    );
+    for (error, most) in off.into_iter().zip([0.02, 0.08, 0.02, 0.02, 0.05]) {
+        assert!(error.abs() < most, "{off:?}");
+    }
+    // a record that it has not seen, from rest: another amplitude, reversed
+    let unseen = from_rest(&motor, -0.3, 2);
+    let quality = predict(&found.motor, &record(&unseen)).unwrap();
+    println!(
+        "prediction: current {:.4}, angle {:.4}",
+        quality.current.fit, quality.angle.fit
+    );
+    assert!(quality.current.fit > 0.9, "{:?}", quality.current);
+    assert!(quality.angle.fit > 0.9, "{:?}", quality.angle);
+}
+
+#[test]
+fn lpbf_ac06_friction_from_ramps_without_noise() {
+    let (kc, b, tp, tc) = (6.17e-3, 3e-6, 5e-6, 3e-5);
+    let ramps: Vec<SteadyRamp> = [-8.0, -4.0, -1.0, -0.2, 0.2, 1.0, 4.0, 8.0]
+        .map(|speed: f64| SteadyRamp {
+            speed,
+            current: (b * speed + tp + tc * speed.signum()) / kc,
+        })
+        .to_vec();
+    let found = friction_of_ramps(&ramps, kc).unwrap();
+    for (value, wanted) in [
+        (found.viscous[0], b),
+        (found.bias[0], tp),
+        (found.coulomb[0], tc),
+    ] {
+        assert!((value / wanted - 1.0).abs() < 1e-6, "{found:?}");
+    }
+    let one_way = friction_of_ramps(&ramps[4..], kc).unwrap_err();
+    assert!(matches!(
+        one_way,
+        IdentificationError::Ramps { backward: 0, .. }
+    ));
+}
+
+#[test]
+fn lpbf_ac05_dry_friction_fits_ramps_that_viscous_alone_does_not() {
+    // ramps of the reference motor, held at their speed by an ideal speed loop: the current is read in its steady part
+    let motor = reference::motor();
+    let kc = motor.torque_constant;
+    let ramps: Vec<SteadyRamp> = [-500.0, -200.0, -50.0, -10.0, 10.0, 50.0, 200.0, 500.0]
+        .map(|degrees: f64| {
+            let speed = degrees.to_radians();
+            SteadyRamp {
+                speed,
+                current: steady_current(&motor, speed),
+            }
+        })
+        .to_vec();
+    let found = friction_of_ramps(&ramps, kc).unwrap();
+    assert!(found.rms_viscous_only > 3.0 * found.rms, "{found:?}");
+    // the torque does not vanish with the speed
+    assert!(found.coulomb[0] > 10.0 * found.coulomb[1], "{found:?}");
+    assert!(
+        (found.viscous[0] / motor.viscous - 1.0).abs() < 0.05,
+        "{found:?}"
+    );
+}
+
+/// Current at constant speed under a stiff integral speed loop, mean of the last quarter.
+fn steady_current(motor: &Galvanometer, speed: f64) -> f64 {
+    let mut plant = Plant::<5>::new(motor, &[PERIOD], 0.0).unwrap();
+    let (mut integral, mut sum, n) = (0.0, 0.0, 40_000);
+    for k in 0..n {
+        let error = speed - plant.speed();
+        integral += 0.5 * error * PERIOD;
+        let voltage = motor.back_emf * speed + 2e-3 * error + integral;
+        plant.advance(0, voltage, 0.0);
+        if 4 * k >= 3 * n {
+            sum += plant.current();
+        }
+    }
+    sum / f64::from(n / 4)
+}
+
+#[test]
+fn what_no_motor_does_is_named() {
+    let motor = Galvanometer {
+        friction: Friction::None,
+        ..reference::motor()
+    };
+    let [u, i, a] = bench(&motor, 0.5, 4);
+    let short = BenchRecord {
+        angle: &a[1..],
+        period: PERIOD,
+        voltage: &u,
+        current: &i,
+    };
+    let error = identify(&short, Excitation::Voltage, &Method::default()).unwrap_err();
+    assert!(error.to_string().contains("the angle"), "{error}");
+    let narrow = Method {
+        band: [5.0, 6.0],
+        ..Method::default()
+    };
+    let error = identify(&record(&[u, i, a]), Excitation::Voltage, &narrow).unwrap_err();
+    assert!(matches!(error, IdentificationError::Band { .. }), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn lpbf_ac01_parameters_from_transfers(r in 0.5f64..5.0, l in 5e-5f64..5e-4, k in 2e-3f64..2e-2, j in 2e-8f64..4e-7, b in 1e-6f64..2e-5) {
+        let motor = Galvanometer {
+            resistance: r,
+            inductance: l,
+            torque_constant: k,
+            back_emf: k,
+            inertia: j,
+            viscous: b,
+            modes: vec![],
+            friction: Friction::None,
+        };
+        let Some(transfers) = transfers_of(&motor) else {
+            // complex poles
+            return Ok(());
+        };
+        let again = motor_of(&transfers).unwrap();
+        for error in off(&again, &motor) {
+            prop_assert!(error.abs() < 1e-9, "{error}");
+        }
+    }
+}
