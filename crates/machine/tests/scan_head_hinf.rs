@@ -122,7 +122,7 @@ fn lpbf_ac26_multi_step_of_every_structure() {
             [97.55, 98.15, 99.01],
         ),
     ];
-    for (k, (controller, filtered, largest, shares)) in rows.into_iter().enumerate() {
+    for (controller, filtered, largest, shares) in rows {
         let record = run(
             &axis(controller, filtered.then(prefilter)),
             &set_points,
