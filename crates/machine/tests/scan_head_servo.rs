@@ -1,5 +1,4 @@
 //! Acceptance cases of the scan-head specification on the conventional control of an axis (section 17.3).
-#![expect(clippy::unwrap_used, reason = "a test may stop")]
 
 mod reference_axis;
 
