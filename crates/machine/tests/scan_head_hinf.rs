@@ -5,6 +5,7 @@
 mod reference_axis;
 
 use meltpath_base::Silent;
+use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
 use meltpath_control::swarm::Swarm;
 use meltpath_machine::scan_head::servo_compare::{
@@ -122,7 +123,7 @@ fn lpbf_ac26_multi_step_of_every_structure() {
             [97.55, 98.15, 99.01],
         ),
     ];
-    for (k, (controller, filtered, largest, shares)) in rows.into_iter().enumerate() {
+    for (controller, filtered, largest, shares) in rows {
         let record = run(
             &axis(controller, filtered.then(prefilter)),
             &set_points,
@@ -321,4 +322,52 @@ fn no_scattered_motor_is_lost() {
         .build()
         .unwrap();
     assert_eq!(one.install(|| draws(&robust_targets())), robust);
+}
+
+#[test]
+fn an_exported_controller_drives_the_axis_as_the_designed_one() {
+    let set_points = MultiStep {
+        levels: 3,
+        hold: 20e-3,
+        ..MultiStep::thesis()
+    }
+    .samples(PERIOD)
+    .unwrap();
+    let five = servo(&robust_targets());
+    let angles = |controller| {
+        run(&axis(controller, None), &set_points, PERIOD, 1)
+            .unwrap()
+            .angle
+    };
+    let designed = angles(sampled(&five, feed_forward()));
+    let error = TrackingError::of(&set_points, &designed).rms();
+    let words = [
+        (Word::Double, 1e-9),
+        (Word::Single, 1e-2),
+        (
+            Word::Fixed {
+                coefficient: 22,
+                signal: 22,
+            },
+            0.1,
+        ),
+    ];
+    for (word, within) in words {
+        let limit = Some(20.0);
+        let follow = AntiWindup::Conditioned;
+        for export in [
+            Exported::sections("k", &five.sampled, word, limit, follow),
+            Exported::state_space("k", &five.sampled, word, limit, AntiWindup::None),
+        ] {
+            let found = angles(Controller::Exported {
+                export: export.unwrap(),
+                unit: AngleUnit::Degree,
+                every: (SAMPLE / PERIOD).round() as u32,
+                current: synthesised().current,
+                feed_forward: feed_forward(),
+            });
+            let apart = TrackingError::of(&designed, &found).rms();
+            assert!(apart < within * error, "{word:?}: {apart} of {error}");
+        }
+    }
 }

@@ -1,5 +1,4 @@
 //! Acceptance cases of the scan-head specification on the conventional control of an axis (section 17.3).
-#![expect(clippy::unwrap_used, reason = "a test may stop")]
 
 mod reference_axis;
 
@@ -8,6 +7,7 @@ use std::f64::consts::TAU;
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
 use meltpath_control::swarm::Swarm;
+use meltpath_machine::scan_head::prefilter::{Kernel, PreFilter};
 use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
 use meltpath_machine::scan_head::servo_compare::{MultiStep, run};
 use meltpath_machine::scan_head::servo_loop::Controller;
@@ -140,6 +140,21 @@ fn lpbf_ac18_what_each_action_brings() {
     for hertz in [1.0, 3.0, 10.0, 30.0, 100.0] {
         assert!(decibel(&model, Actions::FeedForward, hertz).abs() < 0.1);
     }
+}
+
+#[test]
+fn lpbf_ac14_the_second_average_takes_the_mode_away() {
+    let (motor, gains) = (motor(), synthesised());
+    let model = ServoModel::new(&motor, &gains);
+    let on_the_mode = prefilter();
+    let beside = PreFilter {
+        second: Kernel::Box(180e-6),
+        ..on_the_mode
+    };
+    let at_the_mode = |filter| decibel(&model, Actions::PreFiltered(filter), 4000.0);
+    let (off, on) = (at_the_mode(&beside), at_the_mode(&on_the_mode));
+    assert!(on < -100.0 && off - on > 40.0, "{off} {on}");
+    assert!(decibel(&model, Actions::FeedForward, 4000.0) > 2.0);
 }
 
 #[test]

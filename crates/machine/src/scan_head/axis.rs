@@ -233,6 +233,25 @@ impl Axis {
                 )?;
                 self.closed::<N, _>(law, period, angle, seed)
             }
+            Controller::Exported {
+                export,
+                unit,
+                every,
+                current,
+                feed_forward,
+            } => {
+                let law = Sampled::exported(
+                    export,
+                    *unit,
+                    *every,
+                    current,
+                    feed_forward,
+                    self.limits,
+                    period,
+                    angle,
+                )?;
+                self.closed::<N, _>(law, period, angle, seed)
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 //! Source: Rasoanarivo 2020, fig. 2.26-2.29, eq. 2.26-2.27 (cascade) and fig. 3.7 (a state-space controller in place of the
 //! speed and position regulators, current regulator and current feed-forward kept).
 
+use meltpath_control::export::{Exported, RunningExport};
 use meltpath_control::simulate::Running;
 use meltpath_control::{Domain, StateSpace};
 use serde::{Deserialize, Serialize};
@@ -93,6 +94,41 @@ pub enum Controller {
         /// Feed-forward of current.
         feed_forward: FeedForward,
     },
+    /// The same as it leaves for a drive: word length, cut output and anti-windup included.
+    Exported {
+        /// The controller, error angle in `unit` to current set-point in A.
+        export: Exported,
+        /// The unit of angles at its input.
+        unit: AngleUnit,
+        /// It acts once in this many samples of the axis.
+        every: u32,
+        /// Current regulator.
+        current: CurrentGains,
+        /// Feed-forward of current.
+        feed_forward: FeedForward,
+    },
+}
+
+/// Where a sampled controller's output comes from.
+#[derive(Debug, Clone)]
+enum Behind {
+    /// The system as designed.
+    Designed(Running),
+    /// The controller as exported, in the numbers of its word.
+    Exported(RunningExport),
+}
+
+impl Behind {
+    fn step(&mut self, error: f64) -> f64 {
+        match self {
+            Behind::Designed(system) => {
+                let mut out = [0.0];
+                system.step(&[error], &mut out);
+                out[0]
+            }
+            Behind::Exported(export) => export.step(error),
+        }
+    }
 }
 
 /// Where the speed of the speed loop comes from; the source does not say.
@@ -287,7 +323,7 @@ impl Law for Cascade {
 /// A state-space controller with current regulator and feed-forward, running.
 #[derive(Debug, Clone)]
 pub struct Sampled {
-    system: Running,
+    system: Behind,
     per_radian: f64,
     every: u32,
     count: u32,
@@ -318,26 +354,79 @@ impl Sampled {
         period: f64,
         angle: f64,
     ) -> Result<Self, AxisError> {
-        check_common(current, forward, limits, period)?;
         let own = match system.domain {
             Domain::Sampled { period } => period,
             Domain::Continuous => 0.0,
         };
+        let channels = (system.inputs(), system.outputs());
+        let behind = Behind::Designed(Running::new(system)?);
+        Self::behind(
+            behind, own, channels, unit, every, current, forward, limits, period, angle,
+        )
+    }
+
+    /// The same for an exported controller.
+    ///
+    /// # Errors
+    /// [`AxisError::Controller`] where it is made for another period.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the parts of the law, each used once"
+    )]
+    pub fn exported(
+        export: &Exported,
+        unit: AngleUnit,
+        every: u32,
+        current: &CurrentGains,
+        forward: &FeedForward,
+        limits: Limits,
+        period: f64,
+        angle: f64,
+    ) -> Result<Self, AxisError> {
+        let behind = Behind::Exported(export.running());
+        let own = export.period;
+        Self::behind(
+            behind,
+            own,
+            (1, 1),
+            unit,
+            every,
+            current,
+            forward,
+            limits,
+            period,
+            angle,
+        )
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the parts of the law, each used once"
+    )]
+    fn behind(
+        system: Behind,
+        own: f64,
+        (inputs, outputs): (usize, usize),
+        unit: AngleUnit,
+        every: u32,
+        current: &CurrentGains,
+        forward: &FeedForward,
+        limits: Limits,
+        period: f64,
+        angle: f64,
+    ) -> Result<Self, AxisError> {
+        check_common(current, forward, limits, period)?;
         let wanted = period * f64::from(every);
-        if system.inputs() != 1
-            || system.outputs() != 1
-            || (own - wanted).abs() > 1e-6 * wanted
-            || every == 0
-        {
+        if inputs != 1 || outputs != 1 || (own - wanted).abs() > 1e-6 * wanted || every == 0 {
             return Err(AxisError::Controller {
-                inputs: system.inputs(),
-                outputs: system.outputs(),
+                inputs,
+                outputs,
                 period: own,
                 wanted,
             });
         }
         Ok(Sampled {
-            system: Running::new(system)?,
+            system,
             per_radian: unit.per_radian(),
             every,
             count: 0,
@@ -360,10 +449,8 @@ impl Law for Sampled {
     #[inline]
     fn step(&mut self, reference: f64, measured: Measured) -> f64 {
         if self.count == 0 {
-            let mut out = [0.0];
-            self.system
-                .step(&[(reference - measured.angle) * self.per_radian], &mut out);
-            self.output = out[0];
+            let error = (reference - measured.angle) * self.per_radian;
+            self.output = self.system.step(error);
             self.count = self.every;
         }
         self.count -= 1;
