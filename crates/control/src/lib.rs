@@ -9,6 +9,7 @@ pub mod delay;
 pub mod dense;
 pub mod discretise;
 mod error;
+pub mod export;
 pub mod fit;
 pub mod frequency;
 pub mod hinf;

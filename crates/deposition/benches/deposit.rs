@@ -4,6 +4,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::deposit::{Deposition, Mode, Settings};
+use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink};
@@ -41,6 +42,7 @@ fn deposit(c: &mut Criterion) {
         wire_section: std::f64::consts::FRAC_PI_4,
         efficiency: 1.0,
         width_exponent: 0.345,
+        feed_exponent: 0.446,
     };
     let pool = PoolModel {
         front: 3.27,
@@ -54,9 +56,20 @@ fn deposit(c: &mut Criterion) {
     let mut group = c.benchmark_group("deposit");
     group.throughput(Throughput::Elements(stamps as u64));
     group.sample_size(10);
-    for (name, mode) in [
-        ("plain", Mode::Plain),
-        ("levelling", Settings::default().mode),
+    let response = FeedResponse {
+        reference: 15.0,
+        slope: 0.0225,
+        limits: (0.65, 1.09),
+        measured: (5.47, 15.0),
+    };
+    for (name, mode, feed_response) in [
+        ("plain", Mode::Plain, None),
+        ("levelling", Settings::default().mode, None),
+        (
+            "levelling with feed response",
+            Settings::default().mode,
+            Some(response),
+        ),
     ] {
         group.bench_function(name, |b| {
             b.iter(|| {
@@ -64,6 +77,7 @@ fn deposit(c: &mut Criterion) {
                     .expect("a sensible map");
                 let settings = Settings {
                     mode,
+                    feed_response,
                     ..Settings::default()
                 };
                 let mut d = Deposition::new(map, bead, pool, settings).expect("sensible sizes");

@@ -18,8 +18,10 @@ pub struct BeadModel {
     pub wire_section: f64,
     /// Share of the wire that ends in the bead.
     pub efficiency: f64,
-    /// Exponent p of w = width·(A/area)^p, A being the local feed per length; 0 keeps the width.
+    /// Exponent p of w = width·(A/area)^p, A being the local feed per length where the torch slows down; 0 keeps the width.
     pub width_exponent: f64,
+    /// Exponent of the width against the wire feed at constant travel speed; 0 keeps the width.
+    pub feed_exponent: f64,
 }
 
 impl BeadModel {
@@ -76,13 +78,12 @@ impl PoolModel {
         }
     }
 
-    /// The pool when the feed per length is `ratio` times the nominal, with width exponent `p`.
+    /// The pool when the feed per length is `ratio` times the nominal and the width `wide` times.
     #[must_use]
-    pub(crate) fn at_feed(&self, ratio: f64, p: f64) -> Self {
-        if p == 0.0 || ratio == 1.0 {
+    pub(crate) fn at_feed(&self, ratio: f64, wide: f64) -> Self {
+        if wide == 1.0 {
             return *self;
         }
-        let wide = ratio.powf(p);
         PoolModel {
             front: self.front * wide,
             half_width: self.half_width * wide,

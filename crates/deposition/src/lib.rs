@@ -7,6 +7,7 @@ pub mod consumable;
 pub mod ctwd;
 pub mod deposit;
 pub mod energy;
+pub mod feed_response;
 mod least_squares;
 pub mod mass;
 pub mod process_map;

@@ -10,6 +10,7 @@ mod support;
 use meltpath_base::Reporter;
 use meltpath_deposition::bead::PoolModel;
 use meltpath_deposition::deposit::{Deposit, Deposition, Mode, Settings};
+use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink};
@@ -17,13 +18,17 @@ use proptest::prelude::*;
 use support::*;
 
 fn lay(paths: &[Vec<DVec3>], cell: f64, mode: Option<Mode>) -> Deposit {
-    let model = seed_bead();
-    let pool = PoolModel::for_bead(&POOL, &model);
-    let map = HeightMap::new(DVec2::splat(-60.0), DVec2::splat(60.0), cell, 0.0).unwrap();
     let settings = Settings {
         mode: mode.unwrap_or(Settings::default().mode),
         ..Settings::default()
     };
+    lay_with(settings, paths, cell)
+}
+
+fn lay_with(settings: Settings, paths: &[Vec<DVec3>], cell: f64) -> Deposit {
+    let model = seed_bead();
+    let pool = PoolModel::for_bead(&POOL, &model);
+    let map = HeightMap::new(DVec2::splat(-60.0), DVec2::splat(60.0), cell, 0.0).unwrap();
     let mut d = Deposition::new(map, model, pool, settings).unwrap();
     let mut clock = 0.0;
     for p in paths {
@@ -64,6 +69,25 @@ proptest! {
         prop_assert!((d.map.volume() / d.volume - 1.0).abs() < 1e-9);
         prop_assert!((d.volume / (d.wire * seed_bead().wire_section) - 1.0).abs() < 1e-12);
         prop_assert!(d.map.z.iter().all(|z| z.is_finite() && *z >= 0.0));
+    }
+
+    #[test]
+    fn all_that_the_source_feeds_is_laid(paths in paths(), height in -8.0..8.0f64, plain in prop::bool::ANY) {
+        let paths: Vec<Vec<DVec3>> = paths.iter()
+            .map(|path| path.iter().map(|p| *p + xyz(0.0, 0.0, height)).collect())
+            .collect();
+        let response = FeedResponse { reference: 15.0, slope: 0.0225, limits: (0.65, 1.09), measured: (5.47, 15.0) };
+        let settings = Settings {
+            mode: if plain { Mode::Plain } else { Settings::default().mode },
+            feed_response: Some(response),
+            ..Settings::default()
+        };
+        let (d, asked) = (lay_with(settings, &paths, 0.5), lay(&paths, 0.5, Some(settings.mode)));
+        prop_assert!((d.map.volume() / d.volume - 1.0).abs() < 1e-9);
+        prop_assert!((d.volume / (d.wire * seed_bead().wire_section) - 1.0).abs() < 1e-12);
+        // metal under the wire only brings the tube nearer: never more than at this height over the plate
+        let most = response.ratio(15.0 + height);
+        prop_assert!(d.wire <= asked.wire * most * (1.0 + 1e-12) && d.wire >= asked.wire * 0.65);
     }
 
     #[test]

@@ -29,6 +29,7 @@ fn s57(pool: &PoolModel, wire_feed: f64, travel: f64) -> BeadModel {
         width: 2.0 * pool.half_width,
         area: std::f64::consts::FRAC_PI_4 * wire_feed / travel,
         width_exponent: 0.0,
+        feed_exponent: 0.0,
         ..seed_bead()
     }
 }

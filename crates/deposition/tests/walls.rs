@@ -1,6 +1,7 @@
 //! The three walls of Rouchon 2022, §4.3, by the full simulation: same bead, same parameters, 0.5 mm cells.
 //!
-//! Bead: the seed at V_f 8, V_r 0.75 m/min with k_f = 1.15; stepover 0.66 of the expected 7 mm. The thesis does not give the
+//! Bead: the seed at V_f 8, V_r 0.75 m/min with k_f = 1.15, for the thin wall with the 10.10 m/min measured in its first
+//! layer; the wire feed follows the contact tube distance. Stepover 0.66 of the expected 7 mm. The thesis does not give the
 //! length of the thick walls: 150 mm here, like the thin one.
 #![allow(
     clippy::unwrap_used,
@@ -12,6 +13,7 @@ mod support;
 
 use meltpath_deposition::bead::PoolModel;
 use meltpath_deposition::deposit::{Deposit, Deposition, LayerRecord, Settings};
+use meltpath_deposition::process_map::ProcessMap;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use support::*;
@@ -30,13 +32,29 @@ fn lateral() -> impl Iterator<Item = f64> + Clone {
     (-300..=300).map(|j| 0.1 * f64::from(j))
 }
 
-fn build(layers: u32, centre: f64, half: f64, paths: impl Fn(u32) -> Vec<Vec<DVec3>>) -> Wall {
-    let model = seed_bead();
+/// The map of the walls, and their settings, mm/s.
+const WIRE_FEED: f64 = 8000.0 / 60.0;
+
+fn map() -> ProcessMap {
+    ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap()
+}
+
+fn build(
+    map: &ProcessMap,
+    layers: u32,
+    (centre, half): (f64, f64),
+    paths: impl Fn(u32) -> Vec<Vec<DVec3>>,
+) -> Wall {
+    let model = map.bead(WIRE_FEED, SPEED).model(map);
+    let settings = Settings {
+        feed_response: map.response(WIRE_FEED, None),
+        ..Settings::default()
+    };
     let pool = PoolModel::for_bead(&POOL, &model);
     let map = HeightMap::new(DVec2::new(-25.0, -30.0), DVec2::new(175.0, 30.0), 0.5, 0.0).unwrap();
     let (mut records, mut sections) = (Vec::new(), Vec::new());
     let deposit = {
-        let mut d = Deposition::new(map, model, pool, Settings::default())
+        let mut d = Deposition::new(map, model, pool, settings)
             .unwrap()
             .with_layers((0..=layers).collect())
             .on_layer(|r, map| {
@@ -99,26 +117,33 @@ impl Wall {
 
 #[test]
 fn waam_wall_thin_grows_1_65_mm_a_layer() {
-    let wall = build(25, 75.0, 45.0, |n| {
-        let z = 1.2 * f64::from(n - 1);
-        let mut path = vec![xyz(0.0, 0.0, z), xyz(150.0, 0.0, z)];
-        if n % 2 == 0 {
-            path.reverse();
-        }
-        vec![path]
-    });
-    let growth = (wall.at(22, 0.0) - wall.at(1, 0.0)) / 21.0;
-    assert!((growth - 1.65).abs() < 0.1, "growth {growth}");
-    // the layer record tells the same, crests being taken on the path
+    let wall = build(
+        &map().with_feed_factor(10.10 / 8.0),
+        25,
+        (75.0, 45.0),
+        |n| {
+            let z = 1.2 * f64::from(n - 1);
+            let mut path = vec![xyz(0.0, 0.0, z), xyz(150.0, 0.0, z)];
+            if n % 2 == 0 {
+                path.reverse();
+            }
+            vec![path]
+        },
+    );
+    // growth as the source counts it: what the distance lost, over the layers below
     let distance = wall.distances(22, 30.0, 120.0)[0];
-    assert!((distance - 5.5).abs() < 1.5, "distance {distance}");
+    let growth = (15.0 + 21.0 * 1.2 - distance) / 21.0;
+    assert!((growth - 1.65).abs() < 0.1, "growth {growth}");
+    // 7.0 without the robot's stops at the ends, which feed them; 6.8 with them (tests of the whole chain)
+    assert!((distance - 7.0).abs() < 0.05, "distance {distance}");
+    assert!((wall.at(21, 0.0) / 21.0 - growth).abs() < 0.02);
     // near-vertical flanks: over the middle 60 % of the height the half width changes by less than a cell
     let top = wall.at(25, 0.0);
     let (low, high) = (wall.width_at(25, 0.2 * top), wall.width_at(25, 0.8 * top));
     let lean = (0.5 * (low - high)).atan2(0.6 * top).to_degrees();
     assert!(lean.abs() < 2.0, "flanks {lean} degrees off vertical");
     assert!(
-        (0.5 * (low + high) / (0.9 * 6.54) - 1.0).abs() < 0.08,
+        (0.5 * (low + high) / (0.9 * 6.82) - 1.0).abs() < 0.08,
         "{low} {high}"
     );
     // lower at the ends than at the centre, and no accumulation but where a bead ends on a sloping end
@@ -129,7 +154,7 @@ fn waam_wall_thin_grows_1_65_mm_a_layer() {
 #[test]
 fn waam_wall_raster_grows_flat_with_lower_edges() {
     let centre = |i: usize| D * (i as f64 - 2.5);
-    let wall = build(25, 75.0, 30.0, |n| {
+    let wall = build(&map(), 25, (75.0, 30.0), |n| {
         (0..6)
             .map(|i| {
                 let (y, z) = (centre(i), 1.85 * f64::from(n - 1));
@@ -146,12 +171,7 @@ fn waam_wall_raster_grows_flat_with_lower_edges() {
     let growth = (inner(25) - inner(5)) / 20.0;
     assert!((1.9..=2.1).contains(&growth), "growth {growth}");
     let distances = wall.distances(25, 45.0, 105.0);
-    let mean = distances.iter().sum::<f64>() / 6.0;
-    assert!(mean > 12.0, "{distances:?}");
-    // the thesis reads at least 12 mm on every bead; here two beads are at 11.8 mm: with a constant feed factor nothing
-    // feeds less where the contact tube comes near, as the real source does (a finding, see the acceptance table)
-    let least = distances.iter().copied().fold(f64::MAX, f64::min);
-    assert!(least > 11.6, "{distances:?}");
+    assert!(distances.iter().all(|d| *d > 12.0), "{distances:?}");
     // ripple: the valley between neighbouring bead centres inside, below the line through the two centres
     let ripple = |n: usize| {
         (1..4)
@@ -167,8 +187,16 @@ fn waam_wall_raster_grows_flat_with_lower_edges() {
     };
     let ripples: Vec<f64> = [5, 10, 15, 20, 25].iter().map(|&n| ripple(n)).collect();
     assert!(ripples.iter().all(|r| *r <= 1.0), "{ripples:?}");
-    assert!(ripples[4] <= ripples[0] + 0.1, "{ripples:?}");
+    // 0.62 to 0.77 mm: less than a hundredth of a millimetre a layer (with a constant feed the sag hides it)
+    assert!(ripples[4] <= ripples[0] + 0.16, "{ripples:?}");
     // lower free edges
+    let sag = |n: usize| inner(n) - wall.at(n, centre(0));
+    let sags: Vec<f64> = [5, 10, 15, 20, 25].iter().map(|&n| sag(n)).collect();
+    let more: Vec<f64> = sags.windows(2).map(|w| w[1] - w[0]).collect();
+    assert!(
+        more.windows(2).all(|w| w[1] < w[0]) && more[3] < 0.3,
+        "{sags:?}"
+    );
     for n in [5, 15, 25] {
         assert!(wall.at(n, centre(0)) < inner(n) - 0.5 && wall.at(n, centre(5)) < inner(n) - 0.3);
     }
@@ -176,7 +204,7 @@ fn waam_wall_raster_grows_flat_with_lower_edges() {
 
 #[test]
 fn waam_wall_contour_is_flat_on_top() {
-    let wall = build(20, 75.0, 20.0, |n| {
+    let wall = build(&map(), 20, (75.0, 20.0), |n| {
         let z = 1.85 * f64::from(n - 1);
         let mut path = Vec::new();
         for i in 0..4 {

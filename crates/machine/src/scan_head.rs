@@ -15,6 +15,7 @@
 //! | direct geometry, optics | [`geometry`], [`focus`], [`beam`] |
 //! | laser gate | [`gate`] |
 //! | the whole head, streaming | [`head`] |
+//! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`] |
 //! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`] |
 //! | heads and recipes as files | [`data`] |
 //!
@@ -40,4 +41,10 @@ pub mod plant;
 pub mod plate;
 pub mod prefilter;
 pub mod ray;
+pub mod servo;
+pub mod servo_compare;
+pub mod servo_hinf;
 pub mod servo_loop;
+pub mod servo_refine;
+pub mod servo_robust;
+pub mod servo_synthesis;

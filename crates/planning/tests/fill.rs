@@ -305,7 +305,7 @@ fn facets_of_a_circle_are_arcs_again() {
         }
     }
     // and on nested contours
-    for radius in [20.0, 60.0] {
+    for radius in [20.0f64, 60.0] {
         let n = (std::f64::consts::PI / (1.0 - 0.05 / radius).acos()).ceil() as u32;
         let disc = solid(outlines::ring(radius, 5.0, n).outer);
         let plan = plan(&[disc], HYBRID);

@@ -13,6 +13,7 @@ pub mod closed_form;
 pub mod criteria;
 pub mod enthalpy;
 mod fast_exp;
+pub mod fit;
 pub mod focus;
 pub mod grid;
 pub mod history;

@@ -5,17 +5,23 @@
 
 use meltpath_base::Observer;
 
-use crate::beam::{BeamError, BeamPath};
+use crate::beam::{Beam, BeamError, BeamPath};
 use crate::chart_simulation::{ChartSimulation, ChartSimulationError};
-use crate::material::CELSIUS;
+use crate::grid::Field;
+use crate::material::{CELSIUS, Material};
+use crate::run::{RunError, draw};
+use crate::solver::Solver;
 use crate::speed::SpeedProfile;
 
 /// Why a strategy could not be found.
 #[derive(Debug, thiserror::Error)]
 pub enum StrategyError {
-    /// The simulation.
+    /// The chart simulation.
     #[error(transparent)]
     Simulation(#[from] ChartSimulationError),
+    /// The reference solver.
+    #[error(transparent)]
+    Reference(#[from] RunError),
     /// The path.
     #[error(transparent)]
     Beam(#[from] BeamError),
@@ -164,12 +170,16 @@ pub struct Learning {
     pub aim: f64,
     /// Rounds at most.
     pub rounds: u32,
-    /// Relative change of speed per relative excess of temperature; 0.3 to 0.5 is usual.
+    /// Relative change of speed per relative excess of temperature, 0.3 to 1.
     pub gain: f64,
     /// Slowest and fastest factor on the path's own speed.
     pub bounds: [f64; 2],
     /// Length of the intervals of one speed, mm.
     pub length: f64,
+    /// Radius over which highest temperatures are averaged, mm; 0 for the voxel under the beam alone. With the distance
+    /// between lines what lies between them counts, and the mean meets the aim, at the price of a smaller share in a window
+    /// that is narrower than the difference between lines and what lies between them.
+    pub radius: f64,
 }
 
 /// What learning found.
@@ -179,51 +189,77 @@ pub struct Learned {
     pub profile: SpeedProfile,
     /// The path at them.
     pub path: BeamPath,
-    /// The simulation of it.
-    pub simulation: ChartSimulation,
+    /// Highest temperatures it leads to, K.
+    pub highest: Field,
     /// Score of each round, the first with the path's own speed.
     pub scores: Vec<f64>,
 }
 
-/// Draws the path again and again from `start`, each time faster where it became too hot and slower where too cold, and
-/// keeps the round with the best `score`.
+/// What draws a path and tells the highest temperatures it leads to, K, always from the same start: charts or the reference
+/// solver, see [`with_charts`].
+pub type Draw<'a> = dyn FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + 'a;
+
+/// Draws with charts, from the state of `start`.
+pub fn with_charts(
+    start: &ChartSimulation,
+) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + '_ {
+    move |path, observer| {
+        let mut simulation = start.clone();
+        simulation.draw(path, &[], &mut |_, _| (), observer)?;
+        Ok(simulation.highest_temperature())
+    }
+}
+
+/// Draws with the reference solver in explicit steps of at most `step` s, from the state of `start`.
+pub fn with_reference<'a>(
+    start: &'a Solver<f32>,
+    beam: &'a Beam,
+    step: f64,
+) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + 'a {
+    move |path, observer| {
+        let mut solver = start.clone();
+        draw(&mut solver, path, beam, step, &mut [], observer)?;
+        Ok(solver.highest_temperature())
+    }
+}
+
+/// Draws the path again and again, each time faster where it became too hot and slower where too cold, and keeps the round
+/// with the best `score`.
 ///
 /// # Errors
 /// [`StrategyError`], cancellation included.
 pub fn learn(
-    start: &ChartSimulation,
+    simulate: &mut Draw<'_>,
+    material: &Material,
     path: &BeamPath,
     learning: &Learning,
-    score: &dyn Fn(&ChartSimulation) -> f64,
+    score: &dyn Fn(&Field) -> f64,
     observer: &dyn Observer,
 ) -> Result<Learned, StrategyError> {
-    let ambient = start.material().start;
-    if learning.aim <= start.material().liquidus {
-        return Err(StrategyError::Aim {
-            celsius: learning.aim - CELSIUS,
-        });
+    let refused = || StrategyError::Aim {
+        celsius: learning.aim - CELSIUS,
+    };
+    if learning.aim <= material.liquidus {
+        return Err(refused());
     }
     observer.stage("learn the speeds", u64::from(learning.rounds) + 1);
     let mut profile = SpeedProfile::of(path, learning.length);
-    let mut best: Option<Learned> = None;
+    let mut best: Option<(f64, Learned)> = None;
     let mut scores = Vec::new();
     for round in 0..=learning.rounds {
         let drawn = profile.apply(path)?;
-        let mut simulation = start.clone();
-        simulation.draw(&drawn, &[], &mut |_, _| (), &Quiet(observer))?;
-        scores.push(score(&simulation));
-        let excess = along(&simulation, path, &profile, learning.aim, ambient);
-        let last = scores[scores.len() - 1];
-        let better = best
-            .as_ref()
-            .is_none_or(|b| last > b.scores[b.scores.len() - 1]);
-        if better {
-            best = Some(Learned {
+        let highest = simulate(&drawn, &Quiet(observer))?;
+        let reached = score(&highest);
+        scores.push(reached);
+        let excess = along(&highest, path, &profile, learning, material.start);
+        if best.as_ref().is_none_or(|(most, _)| reached > *most) {
+            let learned = Learned {
                 profile: profile.clone(),
                 path: drawn,
-                simulation,
-                scores: scores.clone(),
-            });
+                highest,
+                scores: Vec::new(),
+            };
+            best = Some((reached, learned));
         }
         observer.advance(1);
         if round < learning.rounds {
@@ -233,18 +269,16 @@ pub fn learn(
             }
         }
     }
-    best.map(|b| Learned { scores, ..b })
-        .ok_or(StrategyError::Aim {
-            celsius: learning.aim - CELSIUS,
-        })
+    best.map(|(_, learned)| Learned { scores, ..learned })
+        .ok_or_else(refused)
 }
 
 /// Relative excess of the highest temperature over the aim along the path; 0 where the beam is off.
 fn along(
-    simulation: &ChartSimulation,
+    highest: &Field,
     path: &BeamPath,
     profile: &SpeedProfile,
-    aim: f64,
+    learning: &Learning,
     ambient: f64,
 ) -> Vec<f64> {
     profile
@@ -254,8 +288,8 @@ fn along(
             if !p.on {
                 return 0.0;
             }
-            let highest = simulation.highest_surface_at([p.x, p.y]).unwrap_or(aim);
-            (highest - aim) / (aim - ambient)
+            let found = highest.mean_on_top([p.x, p.y], learning.radius);
+            (found.unwrap_or(learning.aim) - learning.aim) / (learning.aim - ambient)
         })
         .collect()
 }

@@ -24,7 +24,7 @@ type OnLayer<'a> = Box<dyn FnMut(&LayerRecord, &HeightMap) + 'a>;
 pub struct Deposit {
     /// The surface.
     pub map: HeightMap,
-    /// Wire fed, mm.
+    /// Wire fed, mm: with the source's answer to the contact tube distance, where there is one.
     pub wire: f64,
     /// Metal laid, mm³: efficiency times wire section times wire.
     pub volume: f64,
@@ -46,7 +46,7 @@ pub struct Deposit {
 /// use meltpath_geometry::{math::{DVec2, DVec3}, workpiece::HeightMap};
 /// use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 ///
-/// let bead = BeadModel { width: 6.5, area: 9.6, wire_section: 0.785, efficiency: 1.0, width_exponent: 0.345 };
+/// let bead = BeadModel { width: 6.5, area: 9.6, wire_section: 0.785, efficiency: 1.0, width_exponent: 0.345, feed_exponent: 0.446 };
 /// let pool = PoolModel { front: 3.6, rear: 10.8, half_width: 3.6, offset: 1.66, pursuit: PursuitLength::Fixed(4.0) };
 /// let pool = PoolModel::for_bead(&pool, &bead);
 /// let map = HeightMap::new(DVec2::splat(-10.0), DVec2::new(50.0, 10.0), 0.5, 0.0).unwrap();
@@ -78,6 +78,7 @@ pub struct Deposition<'a> {
     volume: f64,
     beside: f64,
     overhang: Option<Overhang>,
+    beyond: Beyond,
     told: Told,
 }
 
@@ -92,9 +93,12 @@ struct Bead {
     /// Volume fed and not laid yet, mm³, and the travel it belongs to, mm.
     pending: f64,
     pending_travel: f64,
-    /// Low-passed volume and travel: the local feed per length.
+    /// Low-passed volume, volume asked for and travel: the local feed per length.
     fed: f64,
+    asked: f64,
     gone: f64,
+    /// Wire fed over wire asked for, now.
+    response: f64,
     /// Path points whose bead is not frozen yet: (travel of the pool, index in the record, ground).
     open: VecDeque<(f64, usize, f64)>,
     /// Ground seen ahead of the stamps (plain mode): (travel, height).
@@ -107,6 +111,24 @@ struct Bead {
 struct Overhang {
     position: DVec2,
     length: f64,
+}
+
+/// Travel at distances where the source's answer was not measured.
+#[derive(Debug, Clone, Copy, Default)]
+struct Beyond {
+    length: f64,
+    of: f64,
+    /// Farthest from the reference: tool point and distance.
+    worst: Option<(DVec3, f64)>,
+}
+
+/// How the bead differs from the nominal one here.
+#[derive(Debug, Clone, Copy)]
+struct LocalFeed {
+    /// Feed per length over the nominal one.
+    ratio: f64,
+    /// Width over the nominal one.
+    wide: f64,
 }
 
 /// Warnings given once.
@@ -178,6 +200,7 @@ impl<'a> Deposition<'a> {
             volume: 0.0,
             beside: 0.0,
             overhang: None,
+            beyond: Beyond::default(),
             told: Told::default(),
         })
     }
@@ -231,6 +254,7 @@ impl<'a> Deposition<'a> {
                     "check the program",
                 );
             }
+            self.warn_of_distance(reporter);
             if self.beside > 0.0 {
                 reporter.warn(
                     "metal-beside-map",
@@ -244,6 +268,29 @@ impl<'a> Deposition<'a> {
             wire: self.wire,
             volume: self.volume,
             beside: self.beside,
+        }
+    }
+
+    /// Tells when more than a hundredth of the beads was laid at distances where the source was not measured.
+    fn warn_of_distance(&self, reporter: &Reporter) {
+        let (Some(response), Some((tool, distance))) =
+            (self.settings.feed_response, self.beyond.worst)
+        else {
+            return;
+        };
+        let share = self.beyond.length / self.beyond.of;
+        if share > 0.01 {
+            let (least, greatest) = response.measured;
+            reporter.warn_at(
+                "feed-response-extrapolated",
+                format!(
+                    "{:.0} mm of bead ({:.0} %) are laid with the contact tube outside {least:.1} to {greatest:.1} mm from the part, where the wire feed of the source was measured; farthest out: {distance:.1} mm",
+                    self.beyond.length,
+                    100.0 * share
+                ),
+                Place::at(tool.to_array()),
+                "keep the contact tube at its distance (layers.height), or measure the feed there",
+            );
         }
     }
 
@@ -273,7 +320,9 @@ impl<'a> Deposition<'a> {
             pending: 0.0,
             pending_travel: 0.0,
             fed: self.bead.area * length,
+            asked: self.bead.area * length,
             gone: length,
+            response: 1.0,
             open: VecDeque::new(),
             ahead: VecDeque::new(),
             recorded: f64::NEG_INFINITY,
@@ -358,13 +407,8 @@ impl<'a> Deposition<'a> {
         let Some(mut run) = self.run.take() else {
             return;
         };
-        let volume = wire * self.bead.wire_section * self.bead.efficiency;
-        self.wire += wire;
-        self.volume += volume;
         let length = from.truncate().distance(to.truncate());
         if let Some(r) = &mut self.record {
-            r.wire += wire;
-            r.volume += volume;
             r.arc_time += dt;
             r.length += length;
         }
@@ -372,7 +416,8 @@ impl<'a> Deposition<'a> {
             if let Some(heading) = (to - run.start).truncate().try_normalize() {
                 self.start_pursuit(&mut run, heading);
             } else {
-                run.pending += volume;
+                let asked = self.asked_volume(wire);
+                run.pending += self.supply(&mut run, to, 0.0, asked);
                 self.run = Some(run);
                 return;
             }
@@ -382,20 +427,61 @@ impl<'a> Deposition<'a> {
         for k in 1..=n {
             let t = f64::from(k) / pieces;
             let tool = from.lerp(to, t);
-            let share = (length / pieces, volume / pieces);
+            let share = (length / pieces, self.asked_volume(wire) / pieces);
             self.substep(&mut run, tool, share, time - dt * (1.0 - t), command);
         }
         self.run = Some(run);
+    }
+
+    /// Volume of `wire` mm of wire as it arrives in the part, mm³.
+    fn asked_volume(&self, wire: f64) -> f64 {
+        wire * self.bead.wire_section * self.bead.efficiency
+    }
+
+    /// What the source really feeds of the volume asked for, over `travel` mm at `tool`; booked.
+    fn supply(&mut self, run: &mut Bead, tool: DVec3, travel: f64, asked: f64) -> f64 {
+        if let Some(response) = self.settings.feed_response {
+            let distance = self.distance(run, tool);
+            run.response = response.ratio(distance);
+            let beyond = &mut self.beyond;
+            beyond.of += travel;
+            if !response.covers(distance) {
+                beyond.length += travel;
+                let off = |d: f64| (d - response.reference).abs();
+                if beyond.worst.is_none_or(|(_, d)| off(distance) > off(d)) {
+                    beyond.worst = Some((tool, distance));
+                }
+            }
+        }
+        let volume = asked * run.response;
+        let wire = volume / (self.bead.wire_section * self.bead.efficiency);
+        self.wire += wire;
+        self.volume += volume;
+        if let Some(r) = &mut self.record {
+            r.wire += wire;
+            r.volume += volume;
+        }
+        volume
+    }
+
+    /// Contact tube to the surface that this bead finds under the wire, mm.
+    fn distance(&self, run: &Bead, tool: DVec3) -> f64 {
+        let ground = match self.settings.mode {
+            Mode::Plain => run.ground,
+            Mode::Build(_) => self.zone.ground_at(&self.map, tool.truncate()),
+        };
+        self.settings.nominal_ctwd + tool.z - ground
     }
 
     fn substep(
         &mut self,
         run: &mut Bead,
         tool: DVec3,
-        (travel, volume): (f64, f64),
+        (travel, asked): (f64, f64),
         time: f64,
         command: u32,
     ) {
+        let volume = self.supply(run, tool, travel, asked);
         run.travelled += travel;
         run.pending += volume;
         run.pending_travel += travel;
@@ -412,8 +498,9 @@ impl<'a> Deposition<'a> {
         pursuit.follow(run.torch);
         // local feed per length over the time the pool takes to pass
         let forget =
-            (-travel.max(volume / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
+            (-travel.max(asked / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
         run.fed = run.fed * forget + volume;
+        run.asked = run.asked * forget + asked;
         run.gone = run.gone * forget + travel;
         match self.settings.mode {
             Mode::Plain => self.lay_plain(run),
@@ -430,19 +517,23 @@ impl<'a> Deposition<'a> {
         }
     }
 
-    /// Local feed per length over the nominal one.
-    fn feed_ratio(&self, run: &Bead) -> f64 {
-        let nominal = self.bead.area * run.gone.max(1e-9);
-        (run.fed / nominal).clamp(*FEED_RATIO.start(), *FEED_RATIO.end())
+    /// How the bead differs from the nominal one: by the torch's speed, and by what the source feeds.
+    fn local_feed(&self, run: &Bead) -> LocalFeed {
+        let within = |r: f64| r.clamp(*FEED_RATIO.start(), *FEED_RATIO.end());
+        let slower = within(run.asked / (self.bead.area * run.gone.max(1e-9)));
+        let fed = within(run.fed / run.asked);
+        LocalFeed {
+            ratio: within(slower * fed),
+            wide: slower.powf(self.bead.width_exponent) * fed.powf(self.bead.feed_exponent),
+        }
     }
 
     fn lay_plain(&mut self, run: &mut Bead) {
         let Some(heading) = run.pursuit.as_ref().map(Pursuit::heading) else {
             return;
         };
-        let pool = self
-            .pool
-            .at_feed(self.feed_ratio(run), self.bead.width_exponent);
+        let local = self.local_feed(run);
+        let pool = self.pool.at_feed(local.ratio, local.wide);
         let at = Station {
             centre: run.torch - pool.offset * heading,
             heading,
@@ -469,9 +560,8 @@ impl<'a> Deposition<'a> {
         else {
             return;
         };
-        let ratio = self.feed_ratio(run);
-        let p = self.bead.width_exponent;
-        let pool = self.pool.at_feed(ratio, p);
+        let LocalFeed { ratio, wide } = self.local_feed(run);
+        let pool = self.pool.at_feed(ratio, wide);
         let centre = run.torch - pool.offset * heading;
         let to = Station {
             centre,
@@ -479,8 +569,8 @@ impl<'a> Deposition<'a> {
             travelled: from.travelled + from.centre.distance(centre),
         };
         let local = LocalBead {
-            half_width: 0.5 * self.bead.width * ratio.powf(p),
-            height: self.bead.height() * ratio.powf(1.0 - p),
+            half_width: 0.5 * self.bead.width * wide,
+            height: self.bead.height() * ratio / wide,
             rear: pool.rear,
         };
         let report = self
@@ -501,15 +591,13 @@ impl<'a> Deposition<'a> {
 
     /// Records a path point.
     fn note(&mut self, run: &mut Bead, tool: DVec3, time: f64, command: u32) {
+        let ctwd = self.distance(run, tool);
         let (Some(record), Some(station)) = (&mut self.record, run.station) else {
             return;
         };
-        let (under_wire, under_pool) = match self.settings.mode {
-            Mode::Plain => (run.ground, run.ground),
-            Mode::Build(_) => (
-                self.zone.ground_at(&self.map, run.torch),
-                self.zone.ground_at(&self.map, station.centre),
-            ),
+        let under_pool = match self.settings.mode {
+            Mode::Plain => run.ground,
+            Mode::Build(_) => self.zone.ground_at(&self.map, station.centre),
         };
         run.open
             .push_back((station.travelled, record.path.len(), under_pool));
@@ -518,7 +606,8 @@ impl<'a> Deposition<'a> {
             time,
             command,
             bead: record.beads - 1,
-            ctwd: self.settings.nominal_ctwd + tool.z - under_wire,
+            ctwd,
+            feed: run.response,
             crest: station.centre.extend(under_pool),
             thickness: 0.0,
         });

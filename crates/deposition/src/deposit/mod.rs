@@ -16,6 +16,7 @@ pub use record::{Accumulation, ArcStart, LayerRecord, PathPoint, Spread};
 use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};
 
+use crate::feed_response::FeedResponse;
 use crate::pursuit::PursuitMode;
 
 /// How metal meets what it lands on.
@@ -39,6 +40,9 @@ pub struct Settings {
     pub stamp: f64,
     /// Distance from contact tube to part that the plan meant, mm: the tool point then touches the surface.
     pub nominal_ctwd: f64,
+    /// What the source feeds at other distances than the one of the process map; `None`: always what the motion says.
+    /// Then the bead and its `area` are those at the reference distance.
+    pub feed_response: Option<FeedResponse>,
     /// Distance between recorded path points, mm.
     pub record_step: f64,
     /// Excess of the bead's local thickness over the layer's mean, as a share of it, from which a place is recorded
@@ -53,6 +57,7 @@ impl Default for Settings {
             pursuit: PursuitMode::Rope,
             stamp: 0.15,
             nominal_ctwd: 15.0,
+            feed_response: None,
             record_step: 0.5,
             accumulation: 0.3,
         }

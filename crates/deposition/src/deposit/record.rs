@@ -58,6 +58,8 @@ pub struct PathPoint {
     pub bead: u32,
     /// Contact tube to part, mm: nominal distance plus the tool point's height over the surface found by this bead.
     pub ctwd: f64,
+    /// Wire fed here over what the program asks for at the reference distance.
+    pub feed: f64,
     /// The bead's axis in plan (behind the torch), and the surface left on it, mm.
     pub crest: DVec3,
     /// Thickness laid on the axis by this bead, mm.
@@ -105,6 +107,8 @@ pub struct LayerRecord {
     pub thickness: Option<Spread>,
     /// Contact tube to part, mm, over the whole length.
     pub ctwd: Option<Spread>,
+    /// Wire fed over what the program asks for, over the whole length.
+    pub feed: Option<Spread>,
     /// Ignitions.
     pub arc_starts: Vec<ArcStart>,
     /// Places where metal piles up.
@@ -125,6 +129,7 @@ impl LayerRecord {
             crest: None,
             thickness: None,
             ctwd: None,
+            feed: None,
             arc_starts: Vec::new(),
             accumulations: Vec::new(),
             path: Vec::new(),
@@ -142,6 +147,7 @@ impl LayerRecord {
         self.crest = inner(|p| p.crest.z);
         self.thickness = inner(|p| p.thickness);
         self.ctwd = Spread::of(self.path.iter().map(|p| p.ctwd));
+        self.feed = Spread::of(self.path.iter().map(|p| p.feed));
         let Some(mean) = self.thickness.map(|t| t.mean).filter(|m| *m > 0.0) else {
             return;
         };

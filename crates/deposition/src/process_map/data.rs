@@ -6,6 +6,7 @@ use serde::Deserialize;
 use super::import::{MeasuredBead, check_beads};
 use super::{Grid, Law, M_PER_MIN, ProcessMap, ProcessMapError, RelativeSigma, Surface};
 use crate::consumable::{DataError, Datum, Wire, lookup, positive, read};
+use crate::feed_response::MeasuredResponse;
 
 /// Region in which a map holds, m/min, with its source.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,6 +108,7 @@ struct MapFile {
     width: Option<PowerLawFile>,
     grid: Option<GridFile>,
     beads: Option<BeadsFile>,
+    feed_response: Option<MeasuredResponse>,
 }
 
 impl ProcessMap {
@@ -151,6 +153,9 @@ impl ProcessMap {
             travel_speed: range("validity.travel_speed", map.validity.travel_speed)?,
             source: format!("{}, {}", map.validity.source, map.validity.page),
         };
+        if let Some(response) = &map.feed_response {
+            response.check(file)?;
+        }
         let per_ratio = map.efficiency.value * map.feed_factor.value * wire.section();
         let missing = |table: &str| DataError::Syntax {
             file: file.to_owned(),
@@ -212,6 +217,7 @@ impl ProcessMap {
             wire_section: wire.section(),
             efficiency: map.efficiency,
             feed_factor: map.feed_factor,
+            feed_response: map.feed_response,
             validity,
             law,
             relative_sigma: RelativeSigma {

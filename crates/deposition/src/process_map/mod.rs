@@ -21,6 +21,7 @@ use meltpath_base::{Origin, Reporter, Resolved};
 use serde::Serialize;
 
 use crate::consumable::{DataError, Datum, Wire};
+use crate::feed_response::{FeedResponse, MeasuredResponse};
 use crate::section::Section;
 
 /// mm/s in one m/min.
@@ -75,6 +76,7 @@ impl Bead {
             wire_section: map.wire_section,
             efficiency: map.efficiency.value,
             width_exponent: map.width_exponent(self.wire_feed, self.travel_speed),
+            feed_exponent: map.feed_exponent(self.wire_feed, self.travel_speed),
         }
     }
 }
@@ -125,6 +127,8 @@ pub struct ProcessMap {
     pub efficiency: Datum,
     /// Wire really fed over wire programmed, k_f.
     pub feed_factor: Datum,
+    /// What the source feeds at other contact tube distances, where it was measured.
+    pub feed_response: Option<MeasuredResponse>,
     /// Where the map holds.
     pub validity: Validity,
     /// The law.
@@ -192,7 +196,21 @@ impl ProcessMap {
     pub fn bead(&self, wire_feed: f64, travel_speed: f64) -> Bead {
         let (vf, vr) = (wire_feed / M_PER_MIN, travel_speed / M_PER_MIN);
         let area = self.efficiency.value * self.feed_factor.value * self.wire_section * vf / vr;
-        let (width, height) = match &self.law {
+        let (width, height) = self.size(vf, vr, area);
+        let sigma = &self.relative_sigma;
+        Bead {
+            wire_feed,
+            travel_speed,
+            width: Estimate::relative(width, sigma.width),
+            height: Estimate::relative(height, sigma.height),
+            area: Estimate::relative(area, sigma.area),
+            valid: self.holds(vf, vr),
+        }
+    }
+
+    /// Width and height by the law, mm, at settings in m/min.
+    fn size(&self, vf: f64, vr: f64, area: f64) -> (f64, f64) {
+        match &self.law {
             Law::PowerLaw {
                 coefficient,
                 feed_exponent,
@@ -203,16 +221,35 @@ impl ProcessMap {
             }
             Law::Grid(grid) => grid.at(vf, vr),
             Law::Surface(surface) => (surface.width_at(vf, vr), surface.height_at(vf, vr)),
-        };
-        let sigma = &self.relative_sigma;
-        Bead {
-            wire_feed,
-            travel_speed,
-            width: Estimate::relative(width, sigma.width),
-            height: Estimate::relative(height, sigma.height),
-            area: Estimate::relative(area, sigma.area),
-            valid: self.holds(vf, vr),
         }
+    }
+
+    /// The same map where the source feeds `factor` times the programmed wire, as measured on one's own build.
+    ///
+    /// Under a power law beads are as wide as those of the programmed feed at which the map's source fed as much; sizes in
+    /// a table were measured and stay.
+    #[must_use]
+    pub fn with_feed_factor(mut self, factor: f64) -> Self {
+        let more = factor / self.feed_factor.value;
+        if let Law::PowerLaw {
+            coefficient,
+            feed_exponent,
+            ..
+        } = &mut self.law
+        {
+            *coefficient *= more.powf(*feed_exponent);
+        }
+        self.feed_factor.value = factor;
+        self
+    }
+
+    /// What the source feeds at other contact tube distances, around a programmed wire feed (mm/s) and with the
+    /// penetration stabiliser at `stabiliser` (mm/s; `None`: as measured). `None` where it was not measured.
+    pub fn response(&self, wire_feed: f64, stabiliser: Option<f64>) -> Option<FeedResponse> {
+        let measured = self.feed_response.as_ref()?;
+        let programmed = wire_feed / M_PER_MIN;
+        let band = stabiliser.map_or(measured.stabiliser.value, |s| s / M_PER_MIN);
+        Some(measured.at(programmed, self.feed_factor.value * programmed, band))
     }
 
     /// Whether settings (m/min) lie where the map holds.
@@ -261,15 +298,27 @@ impl ProcessMap {
         {
             return -travel_exponent;
         }
-        let step = 0.02f64;
-        let width = |f: f64| self.bead(wire_feed, travel_speed * f).width.value;
-        let slope = (width(step.exp()) / width((-step).exp())).ln() / (2.0 * step);
-        // outside a table there is no slope: then the width stays
-        if slope.is_finite() {
-            (-slope).clamp(0.0, 1.0)
-        } else {
-            0.0
+        (-self.width_slope(|f| (wire_feed, travel_speed * f))).clamp(0.0, 1.0)
+    }
+
+    /// Exponent of the width against the wire feed at constant travel speed: ∂ln w/∂ln V_f.
+    pub fn feed_exponent(&self, wire_feed: f64, travel_speed: f64) -> f64 {
+        if let Law::PowerLaw { feed_exponent, .. } = &self.law {
+            return *feed_exponent;
         }
+        self.width_slope(|f| (wire_feed * f, travel_speed))
+            .clamp(0.0, 1.0)
+    }
+
+    /// Logarithmic slope of the width along a line of settings; 0 outside a table, where there is none: the width stays.
+    fn width_slope(&self, settings: impl Fn(f64) -> (f64, f64)) -> f64 {
+        let step = 0.02f64;
+        let width = |f: f64| {
+            let (wire_feed, travel_speed) = settings(f);
+            self.bead(wire_feed, travel_speed).width.value
+        };
+        let slope = (width(step.exp()) / width((-step).exp())).ln() / (2.0 * step);
+        if slope.is_finite() { slope } else { 0.0 }
     }
 
     /// Data of the map, as an origin for resolved values.

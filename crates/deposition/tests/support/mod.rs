@@ -23,6 +23,7 @@ pub fn seed_bead() -> BeadModel {
         wire_section,
         efficiency: 1.0,
         width_exponent: 0.345,
+        feed_exponent: 0.446,
     }
 }
 

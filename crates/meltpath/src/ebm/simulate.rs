@@ -11,7 +11,9 @@ use meltpath_thermal::chart_simulation::ChartSimulation;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
-use meltpath_thermal::strategy::{Accelerator, Controller, Learning, Pid, control, learn};
+use meltpath_thermal::strategy::{
+    Accelerator, Controller, Learning, Pid, control, learn, with_charts,
+};
 use meltpath_thermal::{chart_build, chart_file};
 
 use super::region::Contour;
@@ -294,14 +296,8 @@ fn optimise(
     classes: &Classes,
     observer: &dyn Observer,
 ) -> Result<(Drawn, Vec<f64>), EbmError> {
-    let share = |s: &ChartSimulation| {
-        tally(
-            &s.highest_temperature(),
-            classes,
-            &settings.contour,
-            settings.inside,
-        )
-        .share(Class::Good)
+    let share = |highest: &Field| {
+        tally(highest, classes, &settings.contour, settings.inside).share(Class::Good)
     };
     let aim = 0.5 * (classes.window[0] + classes.window[1]);
     let ambient = settings.material.start;
@@ -311,11 +307,21 @@ fn optimise(
             let learning = Learning {
                 aim,
                 rounds: how.rounds,
-                gain: 0.4,
+                gain: 0.8,
                 bounds: how.bounds,
                 length: PIECE,
+                radius: 0.0,
             };
-            let learned = learn(ready, &settings.path, &learning, &share, observer)?;
+            let mut draw = with_charts(ready);
+            let material = &settings.material;
+            let learned = learn(
+                &mut draw,
+                material,
+                &settings.path,
+                &learning,
+                &share,
+                observer,
+            )?;
             (learned.path, learned.scores)
         }
         OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
@@ -339,7 +345,7 @@ fn optimise(
             let path = profile
                 .apply(&settings.path)
                 .map_err(meltpath_thermal::strategy::StrategyError::from)?;
-            (path, vec![first, share(&simulation)])
+            (path, vec![first, share(&simulation.highest_temperature())])
         }
     };
     Ok((

@@ -65,9 +65,37 @@ pub struct WaamTable {
     /// Deposited metal over fed metal; default 100 % with the seed map, 95 % otherwise.
     #[serde(default)]
     pub efficiency: Option<Positive<Ratio>>,
+    /// `[waam.source]`.
+    #[serde(default)]
+    pub source: SourceTable,
     /// The bead; default wire feed and travel speed in the middle of the map.
     #[serde(default)]
     pub bead: Option<Spanned<BeadTable>>,
+}
+
+/// `[waam.source]`: how the welding source is set and what it was seen to feed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SourceTable {
+    /// Whether the wire feed follows the contact tube distance; default `auto`.
+    pub feed_response: FeedResponseChoice,
+    /// Setting of the penetration stabiliser: the greatest change to the programmed wire feed; default as measured with the
+    /// process map; 0 holds the feed.
+    pub penetration_stabiliser: Option<NotNegative<Speed>>,
+    /// Wire really fed over wire programmed, at the first layer's contact tube distance, measured on your own installation;
+    /// default that of the process map.
+    pub feed_factor: Option<Positive<Ratio>>,
+}
+
+/// Whether the wire feed follows the contact tube distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeedResponseChoice {
+    /// Where the process map says how.
+    #[default]
+    Auto,
+    /// Always the same feed.
+    Off,
 }
 
 /// `[waam.bead]`: two of the four values, or the height alone.

@@ -4,7 +4,7 @@ use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_report::html::Fact;
 use meltpath_toolpath::Toolpath;
 
-use super::judge::told;
+use super::judge::{LayerOutcome, told};
 use super::plan::Plan;
 use super::program::{Commands, Programs};
 use super::settings::Settings;
@@ -125,6 +125,7 @@ pub(super) fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<C
             &format!("{} ignitions", simulation.arc_starts),
         ),
         wire,
+        wire_feed(simulation, settings),
         energy(simulation, settings),
         told(
             "time-arc",
@@ -155,6 +156,40 @@ pub(super) fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<C
             &format!("{:.1} min", minutes(s.total_time)),
         ),
     ]
+}
+
+/// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
+fn wire_feed(simulation: &Simulation, settings: &Settings) -> Check {
+    const PER_MINUTE: f64 = 0.06;
+    let feed = |l: &&LayerOutcome| PER_MINUTE * l.wire / l.arc_time;
+    let fed = || simulation.layers.iter().filter(|l| l.arc_time > 0.0);
+    let total: f64 = fed().map(|l| l.wire).sum();
+    let time: f64 = fed().map(|l| l.arc_time).sum();
+    let mean = if time > 0.0 {
+        PER_MINUTE * total / time
+    } else {
+        0.0
+    };
+    let (least, greatest) = fed()
+        .map(|l| feed(&l))
+        .fold((f64::MAX, f64::MIN), |(a, b), f| (a.min(f), b.max(f)));
+    let why = match settings.deposit.feed_response {
+        Some(r) => format!(
+            "the source feeds {:.1} % less per mm of contact tube distance lost",
+            100.0 * r.slope
+        ),
+        None => "the same at any contact tube distance".to_owned(),
+    };
+    told(
+        "wire-feed",
+        "wire feed delivered",
+        mean,
+        "m/min",
+        &format!(
+            "{mean:.2} m/min in the mean, {least:.2} to {greatest:.2} over the layers, {:.2} programmed: {why}",
+            PER_MINUTE * settings.bead.wire_feed
+        ),
+    )
 }
 
 /// Mass of the wire used, kg.

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{DataError, Gas, Wire, nearest_pool, pools};
+use meltpath_deposition::consumable::{DataError, Datum, Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
+use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
@@ -19,7 +20,9 @@ use serde::Serialize;
 
 use super::judge::Limits;
 use crate::data::{Cell, is_file};
-use crate::job::waam::{FillOrder, FillStrategy, FillTable, Spacing, Starts, Stepover};
+use crate::job::waam::{
+    FeedResponseChoice, FillOrder, FillStrategy, FillTable, SourceTable, Spacing, Starts, Stepover,
+};
 use crate::job::{JobError, LayerHeights, PartUnit, TextError, WaamJob};
 
 /// m/min per mm/s.
@@ -145,6 +148,10 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         map.efficiency.value = efficiency.0.0;
         "the job".clone_into(&mut map.efficiency.source);
     }
+    if let Some(factor) = waam.source.feed_factor {
+        map = map.with_feed_factor(factor.0.0);
+        "the job".clone_into(&mut map.feed_factor.source);
+    }
     r.value("waam.wire", Resolved::new(wire.id.clone(), Origin::Job));
     r.value("waam.gas", Resolved::new(gas.id.clone(), Origin::Job));
     r.value("waam.mode", Resolved::new(mode.clone(), Origin::Job));
@@ -214,6 +221,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         },
     );
     let bead_model = bead.model(&map);
+    let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
     let pool = pool_of(&wire.id, &mode, &gas.id, &bead, &bead_model, reporter);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
@@ -334,6 +342,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         pool,
         deposit: deposit::Settings {
             nominal_ctwd: ctwd,
+            feed_response,
             ..deposit::Settings::default()
         },
         map,
@@ -409,6 +418,62 @@ fn process_map(
         }
     }
     Ok(map)
+}
+
+/// What the source feeds at other contact tube distances: on where the process map knows, for wire, gas and mode.
+fn feed_response(
+    r: &mut Recorder,
+    source: &SourceTable,
+    map: &ProcessMap,
+    wire_feed: f64,
+    reporter: &Reporter,
+) -> Option<FeedResponse> {
+    const NAME: &str = "waam.source.feed_response";
+    if source.feed_response == FeedResponseChoice::Off {
+        r.value(NAME, Resolved::new("off", Origin::Job));
+        return None;
+    }
+    let stabiliser = source.penetration_stabiliser.map(|s| s.0.0);
+    let Some(measured) = &map.feed_response else {
+        if stabiliser.is_some_and(|s| s > 0.0) {
+            reporter.warn(
+                "feed-response-unknown",
+                format!("the process map {} does not say what the source feeds at other contact tube distances: the penetration stabiliser is left out", map.id),
+                "measure the wire feed on the first and on a high layer of a wall, and add a table [feed_response] to the map",
+            );
+        }
+        let why = "not measured for this wire, gas and mode".to_owned();
+        r.value(NAME, Resolved::new("off", Origin::Default(why)));
+        return None;
+    };
+    let from_map = |d: &Datum| Origin::Data(format!("{}, {}", d.source, d.page));
+    let slope = &measured.slope;
+    r.value(NAME, Resolved::new("on", from_map(slope)));
+    r.value(
+        "waam.source.feed_slope_m_min_per_mm",
+        Resolved {
+            value: slope.value,
+            origin: from_map(slope),
+            sigma: slope.uncertainty,
+        },
+    );
+    r.value(
+        "waam.source.feed_reference_ctwd",
+        Resolved {
+            value: Length(measured.reference.value),
+            origin: from_map(&measured.reference),
+            sigma: measured.reference.uncertainty.map(Length),
+        },
+    );
+    let band = match stabiliser {
+        Some(s) => Resolved::new(Speed(s), Origin::Job),
+        None => Resolved::new(
+            Speed(measured.stabiliser.value / PER_MINUTE),
+            from_map(&measured.stabiliser),
+        ),
+    };
+    r.value("waam.source.penetration_stabiliser", band);
+    map.response(wire_feed, stabiliser)
 }
 
 fn solve_bead(job: &WaamJob, map: &ProcessMap) -> Result<Bead, TextError> {
@@ -671,6 +736,10 @@ fn models(provenance: &mut Provenance) {
         (
             "deposit",
             "Rouchon 2022, § 3.5, eq. 3.10-3.13: cumulated double half-ellipsoids",
+        ),
+        (
+            "wire feed against contact tube distance",
+            "Rouchon 2022, table 4.4, as a line within the penetration stabiliser's band",
         ),
         (
             "levelling of beads",

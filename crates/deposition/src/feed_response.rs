@@ -1,0 +1,160 @@
+//! What a synergic source with penetration stabiliser feeds when the contact tube comes nearer to the part or goes away.
+//!
+//! The stabiliser holds the current: a longer stick-out melts more wire by its own resistance, so the source feeds more,
+//! within the setting of the stabiliser. Growth then regulates itself: low places get more metal, high ones less. The
+//! control law of the source is not published; what is known are measured feeds at two distances (Rouchon 2022, table
+//! 4.4), taken here as a line. Its place among the source's regulations: Rouchon 2022, §4.5.1.
+
+use serde::{Deserialize, Serialize};
+
+use crate::consumable::{DataError, Datum, positive};
+
+/// Wire feed against contact tube distance, as a share of the feed at a reference distance.
+///
+/// - Distances in mm, from the contact tube to the surface that the bead finds.
+/// - Quasi-static: the circuit of Rouchon 2022, §4.5.2 settles within 0.1 s, a millimetre of travel, less than the pool.
+/// - Validity: between the measured distances; the stabiliser bounds it outside, and [`FeedResponse::measured`] tells.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FeedResponse {
+    /// Distance at which the source feeds what the process map says, mm.
+    pub reference: f64,
+    /// Change of feed per mm of distance, share of the feed at the reference.
+    pub slope: f64,
+    /// Least and greatest feed that the stabiliser allows, shares of the feed at the reference.
+    pub limits: (f64, f64),
+    /// Least and greatest distance that was measured, mm.
+    pub measured: (f64, f64),
+}
+
+/// The answer of a source as it was measured, with the sources of its numbers; speeds in m/min, distances in mm.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredResponse {
+    /// Change of the wire feed per mm of distance.
+    pub slope: Datum,
+    /// Distance at which the feed factor of the process map holds.
+    pub reference: Datum,
+    /// Setting of the penetration stabiliser: the greatest change to the programmed feed.
+    pub stabiliser: Datum,
+    /// Least distance that was measured.
+    pub least: Datum,
+    /// Greatest distance that was measured.
+    pub greatest: Datum,
+}
+
+impl MeasuredResponse {
+    /// The answer at a `programmed` wire feed of which the source delivers `delivered` at the reference distance, with the
+    /// stabiliser at `stabiliser`; m/min.
+    ///
+    /// A stabiliser at 0 holds the feed. Its band cannot exclude what the source delivers anyway: the feed at the reference
+    /// distance is always allowed.
+    #[must_use]
+    pub fn at(&self, programmed: f64, delivered: f64, stabiliser: f64) -> FeedResponse {
+        FeedResponse {
+            reference: self.reference.value,
+            slope: self.slope.value / delivered,
+            limits: (
+                ((programmed - stabiliser) / delivered).clamp(0.0, 1.0),
+                ((programmed + stabiliser) / delivered).max(1.0),
+            ),
+            measured: (self.least.value, self.greatest.value),
+        }
+        .held_by(stabiliser)
+    }
+
+    /// Checks the numbers of `file`.
+    pub(crate) fn check(&self, file: &str) -> Result<(), DataError> {
+        for (what, datum, unit) in [
+            ("slope", &self.slope, "m/min/mm"),
+            ("reference", &self.reference, "mm"),
+            ("stabiliser", &self.stabiliser, "m/min"),
+            ("least", &self.least, "mm"),
+            ("greatest", &self.greatest, "mm"),
+        ] {
+            let what = format!("feed_response.{what}");
+            positive(file, &what, datum.value)?;
+            if datum.unit != unit {
+                return Err(DataError::Syntax {
+                    file: file.to_owned(),
+                    message: format!("{what} is in {}, it must be in {unit}", datum.unit),
+                });
+            }
+        }
+        let range = self.greatest.value - self.least.value;
+        positive(file, "feed_response.greatest - feed_response.least", range)?;
+        Ok(())
+    }
+}
+
+impl FeedResponse {
+    /// Without a stabiliser the feed is what is programmed and corrected, at any distance.
+    fn held_by(self, stabiliser: f64) -> Self {
+        let limits = if stabiliser > 0.0 {
+            self.limits
+        } else {
+            (1.0, 1.0)
+        };
+        FeedResponse { limits, ..self }
+    }
+
+    /// Feed at a distance, as a share of the feed at the reference distance.
+    pub fn ratio(&self, distance: f64) -> f64 {
+        let (least, greatest) = self.limits;
+        (1.0 + self.slope * (distance - self.reference)).clamp(least, greatest)
+    }
+
+    /// Whether a distance lies within what was measured, to the scatter of such a measurement (half a millimetre).
+    pub fn covers(&self, distance: f64) -> bool {
+        const SCATTER: f64 = 0.5;
+        let (least, greatest) = self.measured;
+        distance >= least - SCATTER && distance <= greatest + SCATTER
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::process_map::ProcessMap;
+
+    fn table() -> MeasuredResponse {
+        let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
+        map.feed_response.unwrap()
+    }
+
+    #[test]
+    fn waam_ac43_the_feed_falls_by_a_fifth_over_the_thin_wall() {
+        // both rows of table 4.4: the line passes through them when the feed delivered at 15 mm is 10.10 m/min
+        let r = table().at(8.0, 10.10, 2.0);
+        assert!((10.10 * r.ratio(5.47) - 8.13).abs() < 0.01);
+        assert!((r.ratio(5.47) - 0.80).abs() < 0.01);
+        // bounded at 6 m/min; above, by the feed of the reference, which exceeds the stabiliser's band in the table itself
+        assert!((10.10 * r.ratio(-30.0) - 6.0).abs() < 1e-9);
+        assert_eq!(r.ratio(40.0), 1.0);
+        let r = table().at(8.0, 9.2, 2.0);
+        assert!((9.2 * r.ratio(10.0) - 8.165).abs() < 1e-3);
+        assert!((9.2 * r.ratio(40.0) - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_stabiliser_at_zero_holds_the_feed() {
+        let r = table().at(8.0, 9.2, 0.0);
+        assert_eq!((r.ratio(5.0), r.ratio(25.0)), (1.0, 1.0));
+    }
+
+    #[test]
+    fn validity_is_what_was_measured() {
+        let r = table().at(8.0, 9.2, 2.0);
+        assert!(r.covers(5.0) && r.covers(15.4));
+        assert!(!r.covers(4.9) && !r.covers(16.0));
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn the_feed_never_falls_as_the_distance_grows(a in -5.0..40.0f64, b in -5.0..40.0f64) {
+            let r = table().at(8.0, 9.2, 2.0);
+            let (near, far) = (a.min(b), a.max(b));
+            proptest::prop_assert!(r.ratio(near) <= r.ratio(far));
+        }
+    }
+}
