@@ -1,5 +1,6 @@
 //! Speed of the scan head's chain: samples of one axis, correction table, the whole head on one square (f64; the
 //! instruction set is the build's).
+
 #![expect(
     clippy::expect_used,
     reason = "a benchmark of data that ships stops where it does not read"

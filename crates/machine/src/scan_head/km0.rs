@@ -226,7 +226,8 @@ impl Km0Samples {
             let angle = &record.angle[range.clone()];
             match *piece {
                 Piece::Step { from, to } => {
-                    steps.push(self.step(angle, from, to, record.angle[range.start - 1]));
+                    let initial = record.angle[range.start - 1];
+                    steps.push(self.step(angle, from, to, initial));
                 }
                 Piece::Ramp { speed } => {
                     let current = &record.current[range.clone()];

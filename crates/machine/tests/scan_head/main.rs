@@ -1,5 +1,12 @@
 //! Acceptance cases of the scan head (specification *lpbf-scan-head*, § 17): each test bears its case.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "helpers of tests fail the test, and the figures found are told"
+)]
+
 mod geometry;
 mod identification;
 mod jobs;
