@@ -24,6 +24,7 @@ pub mod layering;
 pub mod material;
 pub mod material_file;
 pub mod medium;
+pub mod modulation;
 pub mod moving_source;
 pub mod neighbourhood;
 pub mod pool;
