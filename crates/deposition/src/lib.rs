@@ -2,6 +2,7 @@
 //!
 //! From settings to a bead ([`process_map`]), from beads and motion to a part ([`deposit`]). Lengths mm, speeds mm/s.
 
+pub mod assembly;
 pub mod bead;
 pub mod consumable;
 pub mod ctwd;

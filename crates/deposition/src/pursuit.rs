@@ -174,6 +174,31 @@ mod tests {
     }
 
     #[test]
+    fn waam_ac19_a_section_extruded_along_the_pursuit_curve_folds() {
+        let half = 3.6;
+        for length in [2.0, 4.0, 5.0, 6.0] {
+            let curve = pursuit_curve(&corner(90.0), length, PursuitMode::Rigid, 0.01);
+            let sides = |side: f64| -> Vec<DVec2> {
+                let edge = |w: &[DVec2]| w[0] + side * half * (w[1] - w[0]).normalize().perp();
+                curve.windows(2).map(edge).collect()
+            };
+            // the inner edge runs backwards where it folds; the turn is to the left
+            let along = |edge: &[DVec2]| -> f64 {
+                edge.windows(2)
+                    .zip(curve.windows(2))
+                    .map(|(e, c)| (e[1] - e[0]).dot(c[1] - c[0]).min(0.0))
+                    .sum()
+            };
+            assert!(along(&sides(1.0)) < -1e-6, "{length}");
+            assert!(along(&sides(-1.0)) == 0.0, "{length}");
+            // and the outer edge stays away from the outside of the programmed corner
+            let outside = DVec2::new(half, -half) * 0.5_f64.sqrt();
+            let nearest = curve.iter().map(|p| p.distance(outside));
+            assert!(nearest.fold(f64::MAX, f64::min) > half, "{length}");
+        }
+    }
+
+    #[test]
     fn a_rope_is_only_ever_drawn_forwards() {
         // the follower pushed away from the leader: the cusp of eq. 3.4 beyond 90 degrees
         let pushed = |mode| {

@@ -195,6 +195,19 @@ pub fn fit_parabola(points: &[[f64; 2]]) -> Option<FittedSection> {
     })
 }
 
+/// Area under measured points in order of abscissa, mm², by right rectangles (as Rouchon 2022, §4.2 measures sections).
+///
+/// ```
+/// use meltpath_deposition::section::area_of_points;
+/// assert_eq!(area_of_points(&[[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]]), 2.0 + 2.0);
+/// ```
+pub fn area_of_points(points: &[[f64; 2]]) -> f64 {
+    points
+        .windows(2)
+        .map(|p| (p[1][0] - p[0][0]) * p[1][1])
+        .sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,6 +254,20 @@ mod tests {
                 "{shape:?} {sum}"
             );
         }
+    }
+
+    #[test]
+    fn waam_ac36_section_areas_agree() {
+        for n in [100, 250, 1000] {
+            let points: Vec<[f64; 2]> = (0..=n)
+                .map(|i| 7.3 * f64::from(i) / f64::from(n))
+                .map(|x| [x + 2.0, Section::Parabola.at(x - 3.65, 7.3, 2.1)])
+                .collect();
+            let fit = fit_parabola(&points).unwrap();
+            let model = Section::Parabola.area(fit.width, fit.height);
+            assert!((area_of_points(&points) / model - 1.0).abs() < 0.02);
+        }
+        assert_eq!(area_of_points(&[[0.0, 1.0]]), 0.0);
     }
 
     #[test]

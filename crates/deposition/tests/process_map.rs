@@ -249,3 +249,25 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_measured_feed_factor_makes_the_bead_of_that_feed() {
+    let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
+    let own = map.clone().with_feed_factor(2.0 * map.feed_factor.value);
+    let (feed, travel) = (4000.0 / 60.0, 12.5);
+    let (a, b) = (own.bead(feed, travel), map.bead(2.0 * feed, travel));
+    assert!((a.width.value - b.width.value).abs() < 1e-9);
+    assert!((a.area.value - b.area.value).abs() < 1e-9);
+    assert!((a.height.value - b.height.value).abs() < 1e-9);
+    // what is measured is no longer uncertain: 7.5 % less the 6.1 % of the feed factor
+    let sigma = a.area.sigma / a.area.value;
+    assert!((sigma - 0.044).abs() < 0.001, "{sigma}");
+    assert!(own.feed_factor.uncertainty.is_none());
+    // the answer of the source is around the feed that is delivered
+    let (r, s) = (
+        own.response(feed, None).unwrap(),
+        map.response(feed, None).unwrap(),
+    );
+    assert!((2.0 * r.slope / s.slope - 1.0).abs() < 1e-9);
+    assert!(map.response(feed, Some(0.0)).unwrap().ratio(5.0) == 1.0);
+}

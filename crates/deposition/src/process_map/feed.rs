@@ -129,6 +129,35 @@ mod tests {
     }
 
     #[test]
+    fn waam_ac9_energy_per_length_follows_the_feed_ratio() {
+        let campaign = FeedCampaign::builtin("g3si-1.2-cmt-speed-feed").unwrap();
+        let each = campaign.beads.iter().map(|b| {
+            let speed = b.travel_speed * M_PER_MIN;
+            let energy = mass::energy_per_length(b.voltage, b.current, speed);
+            (mass::feed_ratio(b.feed, b.travel_speed), energy)
+        });
+        let (mut xy, mut xx) = (0.0, 0.0);
+        for (ratio, energy) in each.clone() {
+            xy += ratio * energy;
+            xx += ratio * ratio;
+        }
+        // one line through the origin over a range of 15 in energy: within the scatter of E_v, 23.3 to 28.4 J/mm³
+        let slope = xy / xx;
+        for (ratio, energy) in each {
+            assert!(
+                (energy / (slope * ratio) - 1.0).abs() < 0.15,
+                "{ratio} {energy}"
+            );
+        }
+        // the series at ratio 8 of the X90-IG campaign: equal areas
+        let map = crate::process_map::ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
+        let area = |vr: f64| map.bead(8.0 * vr * M_PER_MIN, vr * M_PER_MIN).area.value;
+        for vr in [0.25, 0.5, 0.75, 1.0, 1.25] {
+            assert!((area(vr) / area(0.75) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
     fn waam_ac5_energy_per_volume_of_the_thin_wall() {
         let s = mass::wire_section(1.0);
         let first = mass::energy_per_volume(16.65, 190.0, s, 10.10 * M_PER_MIN);

@@ -227,7 +227,7 @@ impl ProcessMap {
     /// The same map where the source feeds `factor` times the programmed wire, as measured on one's own build.
     ///
     /// Under a power law beads are as wide as those of the programmed feed at which the map's source fed as much; sizes in
-    /// a table were measured and stay.
+    /// a table were measured and stay. What the feed factor added to the uncertainty of area and height is taken out.
     #[must_use]
     pub fn with_feed_factor(mut self, factor: f64) -> Self {
         let more = factor / self.feed_factor.value;
@@ -239,7 +239,20 @@ impl ProcessMap {
         {
             *coefficient *= more.powf(*feed_exponent);
         }
-        self.feed_factor.value = factor;
+        if let Some(uncertainty) = self.feed_factor.uncertainty {
+            let part = uncertainty / self.feed_factor.value;
+            let rest = |sigma: f64| (sigma * sigma - part * part).max(0.0).sqrt();
+            self.relative_sigma.area = rest(self.relative_sigma.area);
+            self.relative_sigma.height = rest(self.relative_sigma.height);
+        }
+        self.feed_factor = Datum {
+            value: factor,
+            unit: self.feed_factor.unit,
+            uncertainty: None,
+            source: "measured on the installation".to_owned(),
+            page: "-".to_owned(),
+            note: None,
+        };
         self
     }
 

@@ -1,6 +1,7 @@
 //! Checks of the plan and of the program, and the values that a verdict tells without a limit.
 
 use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_deposition::assembly::{AssemblyBead, growth};
 use meltpath_report::html::Fact;
 use meltpath_toolpath::Toolpath;
 
@@ -65,7 +66,44 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         });
         coverage.reason = format!("{}; largest place {:.1} mm²", coverage.reason, gap.area);
     }
-    vec![overhang, coverage]
+    vec![overhang, coverage, assembly(plan, settings)]
+}
+
+/// Layers of the assembly that the plan is compared with: edges install themselves in five (Rouchon 2022, § 4.3).
+const ASSEMBLED: u32 = 5;
+
+/// Growth by the polynomial assembly of beads: a second opinion, independent of the simulated deposit.
+fn assembly(plan: &Plan, settings: &Settings) -> Check {
+    const ID: &str = "assembly";
+    const TITLE: &str = "growth of a layer by the assembly of sections";
+    let bead = AssemblyBead {
+        width: settings.bead.width.value,
+        height: settings.bead.height.value,
+    };
+    // single beads make a wall, all others a strip wide enough that its middle does not see its edges
+    let beads = if plan.single > 0.5 { 1 } else { 6 };
+    let planned = plan.height.value;
+    match growth(bead, beads, settings.stepover.value, ASSEMBLED) {
+        Ok(g) => {
+            let what = if beads == 1 {
+                "a wall of single beads".to_owned()
+            } else {
+                format!(
+                    "{beads} beads {:.2} mm apart, whose edges lie {:.1} mm lower after {ASSEMBLED} layers",
+                    settings.stepover.value, g.edge_lag
+                )
+            };
+            let refused = g.degenerate.map_or(String::new(), |n| {
+                format!("; the model degenerates from layer {n} on")
+            });
+            let words = format!(
+                "{:.2} mm a layer for {what} ({planned:.2} mm planned){refused}",
+                g.layer
+            );
+            told(ID, TITLE, g.layer, "mm", &words)
+        }
+        Err(e) => Check::not_checked(ID, TITLE, &e.to_string()),
+    }
 }
 
 /// The program parses back to what was planned, and the arc burns on beads alone.

@@ -150,7 +150,6 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     }
     if let Some(factor) = waam.source.feed_factor {
         map = map.with_feed_factor(factor.0.0);
-        "the job".clone_into(&mut map.feed_factor.source);
     }
     r.value("waam.wire", Resolved::new(wire.id.clone(), Origin::Job));
     r.value("waam.gas", Resolved::new(gas.id.clone(), Origin::Job));
@@ -179,7 +178,11 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         }
     };
     r.value("waam.efficiency", datum(&map.efficiency));
-    r.value("waam.feed_factor", datum(&map.feed_factor));
+    let feed_factor = match waam.source.feed_factor {
+        Some(factor) => Resolved::new(factor.0.0, Origin::Job),
+        None => datum(&map.feed_factor),
+    };
+    r.value("waam.feed_factor", feed_factor);
     r.value("waam.wire_diameter_mm", datum(&wire.diameter));
     let energy = energy_of(&mut r, &wire, &mode, &gas).map_err(|e| at(waam.mode.span())(&e))?;
     let bead = solve_bead(job, &map)?;
