@@ -7,7 +7,8 @@ use clap::{Parser, Subcommand};
 /// Plan the path, simulate the machine, predict the metal.
 ///
 /// meltpath takes a part file and a short job file and gives a wire-arc deposition plan, the robot's program, what
-/// the robot will really do with it, what the metal will look like, and a verdict.
+/// the robot will really do with it, what the metal will look like, and a verdict. Jobs of laser scan heads and of
+/// electron beams run too.
 ///
 /// Start with:  meltpath new waam my-part    then    meltpath run my-part/job.toml
 ///
@@ -74,6 +75,14 @@ pub(crate) enum Command {
         /// The process.
         #[command(subcommand)]
         process: NewProcess,
+    },
+    /// Find the parameters of a galvanometer from a bench record of voltage, current and angle, and test them on its last third.
+    Identify {
+        /// The record: `.csv`, `.parquet` or `.mat` (level 5); it begins at rest.
+        record: PathBuf,
+        /// The mapping: which column is "voltage", "current", "angle" (and "set-point", if the loop was closed), in which unit.
+        #[arg(long)]
+        mapping: PathBuf,
     },
     /// Say what is missing, defaulted or inconsistent in a job, before anything runs.
     Doctor {

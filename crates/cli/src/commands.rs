@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, inspect, start};
+use meltpath::{chain, identify, inspect, start};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -35,6 +35,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             process: NewProcess::Waam { name, shape },
         } => new_waam(name, shape),
         Command::Doctor { job } => doctor(job),
+        Command::Identify { record, mapping } => identified(record, mapping),
     };
     match outcome {
         Ok(code) => code,
@@ -182,10 +183,7 @@ fn inspect_file(file: &Path) -> Result<u8, RunError> {
     for finding in findings {
         line(&finding);
     }
-    for warning in reporter.warnings() {
-        let remedy = warning.remedy.map(|r| format!("; {r}")).unwrap_or_default();
-        line(&format!("note: {}{remedy}", warning.message));
-    }
+    show_notes(&reporter);
     Ok(0)
 }
 
@@ -194,6 +192,24 @@ fn new_waam(path: &Path, shape: &str) -> Result<u8, RunError> {
     line(&format!("made {}", job.display()));
     line(&format!("next: meltpath run {}", job.display()));
     Ok(0)
+}
+
+fn identified(record: &Path, mapping: &Path) -> Result<u8, RunError> {
+    let reporter = Reporter::new();
+    let found = identify::identify(record, mapping, &reporter)?;
+    for finding in found.lines(record) {
+        line(&finding);
+    }
+    show_notes(&reporter);
+    Ok(0)
+}
+
+/// Warnings as notes.
+fn show_notes(reporter: &Reporter) {
+    for warning in reporter.warnings() {
+        let remedy = warning.remedy.map(|r| format!("; {r}")).unwrap_or_default();
+        line(&format!("note: {}{remedy}", warning.message));
+    }
 }
 
 fn doctor(job: &Path) -> Result<u8, RunError> {

@@ -463,13 +463,15 @@ pub struct Prediction {
     pub angle: Quality,
 }
 
-/// Drives the motor with the voltage of a record, from rest at its first angle.
+/// Drives the motor with the voltage of a record, from rest at its first angle, and judges the samples from number `from` on:
+/// 0 for a record that the motor was not fitted to, the end of the fitted part where it was fitted to a first part.
 ///
 /// # Errors
 /// [`IdentificationError::Axis`] for a motor that cannot be simulated, [`IdentificationError::Lengths`].
 pub fn predict(
     motor: &Galvanometer,
     record: &BenchRecord<'_>,
+    from: usize,
 ) -> Result<Prediction, IdentificationError> {
     let (current, angle) = match motor.modes.len() {
         0 => driven::<3>(motor, record)?,
@@ -478,11 +480,14 @@ pub fn predict(
         _ => driven::<{ 3 + 2 * MOST_MODES }>(motor, record)?,
     };
     let quality = |what, predicted: &[f64], measured: &[f64]| {
-        Quality::of(predicted, measured).ok_or(IdentificationError::Lengths {
-            what,
-            found: measured.len(),
-            wanted: predicted.len(),
-        })
+        let (seen, wanted) = (measured.get(from..), predicted.get(from..));
+        Quality::of(wanted.unwrap_or_default(), seen.unwrap_or_default()).ok_or(
+            IdentificationError::Lengths {
+                what,
+                found: measured.len(),
+                wanted: predicted.len(),
+            },
+        )
     };
     Ok(Prediction {
         current: quality("the current", &current, record.current)?,

@@ -77,7 +77,7 @@ fn lpbf_ac09_direct_identification_of_the_reference_motor() {
     }
     // a record that it has not seen, from rest: another amplitude, reversed
     let unseen = from_rest(&motor, -0.3, 2);
-    let quality = predict(&found.motor, &record(&unseen)).unwrap();
+    let quality = predict(&found.motor, &record(&unseen), 0).unwrap();
     println!(
         "prediction: current {:.4}, angle {:.4}",
         quality.current.fit, quality.angle.fit

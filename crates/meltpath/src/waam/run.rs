@@ -34,6 +34,9 @@ pub enum RunError {
     /// The job file.
     #[error(transparent)]
     Job(#[from] JobError),
+    /// A bench record.
+    #[error(transparent)]
+    Identify(#[from] crate::identify::IdentifyError),
     /// An electron-beam job.
     #[error(transparent)]
     Ebm(#[from] crate::ebm::EbmError),

@@ -1,0 +1,154 @@
+//! `meltpath identify`: the motor of a galvanometer from a bench record, tested on what the fit has not seen.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::Reporter;
+use meltpath_machine::scan_head::identification::{
+    self, BenchRecord, Excitation, IdentificationError, Identified, Method, Prediction,
+};
+use meltpath_perception::{Mapping, RecordError, read};
+
+/// Share of the record that is fitted; the rest is predicted.
+const FITTED: f64 = 2.0 / 3.0;
+
+/// Share of coloured lags beyond which a prediction is said to leave something unexplained.
+const COLOURED: f64 = 0.1;
+
+/// Why a record gave no motor.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentifyError {
+    /// The mapping does not open.
+    #[error("cannot open the mapping `{}`: {source}", path.display())]
+    Open {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The record or its mapping.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The identification.
+    #[error("`{}`: {source}", path.display())]
+    Identification {
+        /// Which record.
+        path: PathBuf,
+        /// Why.
+        source: IdentificationError,
+    },
+}
+
+/// A motor, and how it predicts the last third of its record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The motor with its deviations.
+    pub found: Identified,
+    /// The prediction of the unseen part.
+    pub prediction: Prediction,
+    /// Samples of the record and of its fitted part.
+    pub samples: [usize; 2],
+}
+
+/// Reads a record and finds its motor. Channels: `voltage` (V), `current` (A), `angle` (rad), and `set-point` (rad) where the
+/// loop was closed.
+///
+/// # Errors
+/// [`IdentifyError`].
+pub fn identify(
+    record_file: &Path,
+    mapping_file: &Path,
+    reporter: &Reporter,
+) -> Result<Identification, IdentifyError> {
+    let text = std::fs::read_to_string(mapping_file).map_err(|source| IdentifyError::Open {
+        path: mapping_file.to_path_buf(),
+        source,
+    })?;
+    let mapping = Mapping::parse(&mapping_file.display().to_string(), &text)?;
+    let record = read(record_file, &mapping, reporter)?;
+    let whole = BenchRecord {
+        period: record.period,
+        voltage: record.channel("voltage")?,
+        current: record.channel("current")?,
+        angle: record.channel("angle")?,
+    };
+    let fitted = (FITTED * record.len() as f64) as usize;
+    let first = BenchRecord {
+        voltage: &whole.voltage[..fitted],
+        current: &whole.current[..fitted],
+        angle: &whole.angle[..fitted],
+        ..whole
+    };
+    let excitation = match record.channel("set-point") {
+        Ok(set_point) => Excitation::SetPoint(&set_point[..fitted]),
+        Err(_) => Excitation::Voltage,
+    };
+    let wrong = |source| IdentifyError::Identification {
+        path: record_file.to_path_buf(),
+        source,
+    };
+    let found = identification::identify(&first, excitation, &Method::default()).map_err(wrong)?;
+    let prediction = identification::predict(&found.motor, &whole, fitted).map_err(wrong)?;
+    for (what, quality) in [
+        ("current", &prediction.current),
+        ("angle", &prediction.angle),
+    ] {
+        if quality.coloured > COLOURED {
+            reporter.warn(
+                "prediction-coloured",
+                format!(
+                    "the error of the predicted {what} is more than white noise at {:.0} % of the lags: flexible modes, dry friction or a drift are not in this model",
+                    100.0 * quality.coloured
+                ),
+                "",
+            );
+        }
+    }
+    Ok(Identification {
+        found,
+        prediction,
+        samples: [record.len(), fitted],
+    })
+}
+
+impl Identification {
+    /// What was found, for people; the parameters in the form of a scan head's file.
+    pub fn lines(&self, record: &Path) -> Vec<String> {
+        let motor = &self.found.motor;
+        let file = record
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default();
+        let [r, l, k, j, b] = self.found.sigma;
+        let mut lines = vec![format!(
+            "# {} of {} samples fitted, {} unseen",
+            self.samples[1],
+            self.samples[0],
+            self.samples[0] - self.samples[1]
+        )];
+        for (name, value, unit, sigma) in [
+            ("resistance", motor.resistance, "Ω", r),
+            ("inductance", motor.inductance * 1e6, "µH", l),
+            ("torque_constant", motor.torque_constant, "N·m/A", k),
+            ("back_emf", motor.back_emf, "V·s/rad", k),
+            ("inertia", motor.inertia, "kg·m²", j),
+            ("viscous", motor.viscous, "N·m·s/rad", b),
+        ] {
+            lines.push(format!(
+                "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
+                100.0 * sigma
+            ));
+        }
+        for (what, unit, scale, q) in [
+            ("current", "mA", 1e3, &self.prediction.current),
+            ("angle", "mrad", 1e3, &self.prediction.angle),
+        ] {
+            let [half, most, nearly_all] = q.percentiles.map(|p| p * scale);
+            lines.push(format!(
+                "# unseen {what}: {:.1} % explained, error {:.4} {unit} rms; 50, 90, 99 % of the samples within {half:.4}, {most:.4}, {nearly_all:.4} {unit}",
+                100.0 * q.fit,
+                scale * q.rms,
+            ));
+        }
+        lines
+    }
+}
