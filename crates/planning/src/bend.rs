@@ -5,7 +5,7 @@ use meltpath_geometry::Region;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 
-use crate::outline::{edges, length, nearest_share};
+use crate::outline::{contains, edges, length, nearest_share};
 use crate::settings::FillSettings;
 
 /// Bends sharper than this between straight walls get a corner, rad (20°), and up to the second (130°).
@@ -39,6 +39,7 @@ pub(crate) fn with_corners(line: &[DVec2], region: &Region, settings: &FillSetti
         let ahead = (corner - line[a1]).dot(u) >= -1e-6 && (line[b0] - corner).dot(v) >= -1e-6;
         if ahead
             && corner.distance(line[a1]) <= 2.0 * settings.width
+            && contains(std::slice::from_ref(region), corner)
             && clearance(region, corner) >= CLEARANCE * settings.width
         {
             out.extend_from_slice(&line[at..=a1]);

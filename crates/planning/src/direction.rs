@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use meltpath_geometry::Region;
 
-use crate::lines::{cells, spans};
+use crate::lines::{Rim, cells, spans};
 use crate::outline::{edges, turned};
 use crate::settings::{FillSettings, LineAngle};
 
@@ -52,7 +52,7 @@ fn best(centres: &[Region], settings: &FillSettings) -> f64 {
     ]);
     let mut best = (f64::INFINITY, 0.0);
     for angle in candidates {
-        let lines = spans(&turned(centres, -angle), settings);
+        let lines = spans(&turned(centres, -angle), Rim::Boundary, settings);
         let count: usize = lines.iter().map(Vec::len).sum();
         if count == 0 {
             continue;

@@ -11,17 +11,19 @@ use crate::contour::{contour_beads, start_share, started};
 use crate::direction::angle;
 use crate::gaps;
 use crate::layer::Layer;
+use crate::lines::Rim;
 use crate::outline::{length, way_inside};
 use crate::raster::raster;
 use crate::rings::{Depth, nest, spacing};
 use crate::settings::{
-    ContourOrder, FillSettings, LayerDirection, Spacing, Strategy, end_distance, reversal_distance,
+    ContourOrder, FillSettings, LayerDirection, Spacing, StartPoints, Strategy, end_distance,
 };
 use crate::spiral::spirals;
 use crate::thin::split;
 use crate::zigzag::zigzag;
 
 /// A bead before it has a name.
+#[derive(Clone)]
 pub(crate) struct Bead {
     pub(crate) points: Vec<DVec2>,
     pub(crate) role: Role,
@@ -103,17 +105,21 @@ fn fill_body(
     match settings.strategy {
         Strategy::Raster { .. } | Strategy::Zigzag { .. } => {
             let mut lines = Vec::new();
-            straight(whole, layer, settings, &mut lines)?;
+            straight(whole, Rim::Boundary, layer, settings, &mut lines)?;
             let bare = lack(whole, &lines, settings)?;
             if bare > MOST_BARE * body.area() && settings.spacing == Spacing::Fill {
                 let inside = match settings.strategy {
-                    Strategy::Zigzag { .. } => reversal_distance(settings.stepover),
+                    Strategy::Zigzag { .. } => settings.reversal_distance(),
                     _ => end_distance(settings.stepover),
                 };
                 let mut rimmed = Vec::new();
                 let order = ContourOrder::OutsideIn;
                 rimmed_lines(body, 1, inside, order, layer, settings, &mut rimmed)?;
-                if lack(whole, &rimmed, settings)? < 0.7 * bare {
+                // each as it will be when its gaps are closed
+                let mut closed = (lines.clone(), rimmed.clone());
+                gaps::close(body, &mut closed.0, settings)?;
+                gaps::close(body, &mut closed.1, settings)?;
+                if lack(whole, &closed.1, settings)? < 0.5 * lack(whole, &closed.0, settings)? {
                     lines = rimmed;
                 }
             }
@@ -163,7 +169,7 @@ fn fill_body(
                 ..*settings
             };
             if contours == 0 {
-                return straight(whole, layer, &zigzag, beads);
+                return straight(whole, Rim::Boundary, layer, &zigzag, beads);
             }
             if inset(whole, widest_band(contours, settings), settings.join())?.is_empty() {
                 // a zigzag between contours this near would turn at every step: contours fill the band better
@@ -173,7 +179,7 @@ fn fill_body(
                 };
                 return fill_body(body, layer, &settings, reporter, beads);
             }
-            let inside = reversal_distance(settings.stepover);
+            let inside = settings.reversal_distance();
             rimmed_lines(body, contours, inside, order, layer, &zigzag, beads)?;
         }
     }
@@ -202,7 +208,13 @@ fn rimmed_lines(
     let narrowest = 0.5 * settings.width - 0.25 * settings.stepover;
     for region in &nest.rest {
         let parts = split(region, narrowest, settings)?;
-        straight(&parts.bodies, layer, settings, &mut inner)?;
+        straight(
+            &parts.bodies,
+            Rim::Contour(inside),
+            layer,
+            settings,
+            &mut inner,
+        )?;
         inner.extend(middles(parts.lines, layer.number, settings));
     }
     inner.extend(middles(nest.lines, layer.number, settings));
@@ -253,6 +265,7 @@ fn middles(
 /// The parallel lines of a raster or a zigzag.
 fn straight(
     bodies: &[Region],
+    rim: Rim,
     layer: Layer<'_>,
     settings: &FillSettings,
     beads: &mut Vec<Bead>,
@@ -267,12 +280,12 @@ fn straight(
                 direction,
             } => {
                 let angle = angle(wanted, centre, layer.number, settings);
-                raster(centre, angle, order, direction, layer.number, settings)
+                raster(centre, angle, rim, order, direction, layer.number, settings)
             }
             Strategy::Zigzag { angle: wanted } | Strategy::Hybrid { angle: wanted, .. } => {
                 let angle = angle(wanted, centre, layer.number, settings);
-                let entry = (start_share(settings.starts, layer.number, 0) * 4.0) as u32 & 3;
-                let mut lines = zigzag(centre, &links, angle, entry, settings);
+                let entry = entry(layer.number, settings);
+                let mut lines = zigzag(centre, &links, angle, rim, entry, settings);
                 if settings.layers == LayerDirection::Alternate && layer.number.is_multiple_of(2) {
                     lines.reverse();
                     for line in &mut lines {
@@ -286,4 +299,14 @@ fn straight(
         beads.extend(beads_of(Role::Fill, lines, settings));
     }
     Ok(())
+}
+
+/// The corner in which a layer's zigzag begins: bit 0 right instead of left, bit 1 top instead of bottom. From one layer
+/// to the next of the same direction, turned or not, links change ends: the notches between them would stack.
+fn entry(layer: u32, settings: &FillSettings) -> u32 {
+    if settings.starts == StartPoints::Aligned {
+        return 0;
+    }
+    let top = u32::from(start_share(settings.starts, layer, 0) >= 0.5);
+    top << 1 | ((layer.saturating_sub(1) / 2) & 1)
 }

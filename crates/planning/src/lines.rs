@@ -41,10 +41,31 @@ impl Span {
     }
 }
 
+/// What lies round the possible centres of beads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Rim {
+    /// The boundary, half a width away.
+    Boundary,
+    /// A contour this far away, mm.
+    Contour(f64),
+}
+
+impl Rim {
+    /// Depth of the line nearest to a round end, mm: on a chord there the line lies as far from the middle of the rim
+    /// as beads beside each other may lie, and its ends not much nearer.
+    fn round_end(self, settings: &FillSettings) -> f64 {
+        let d = settings.stepover;
+        match self {
+            Rim::Boundary => ROUND_END * d,
+            Rim::Contour(away) => RIM_MIDDLE * d - away,
+        }
+    }
+}
+
 /// The spans of each line, lines from below; `regions` holds the possible centres of beads.
-pub(crate) fn spans(regions: &[Region], settings: &FillSettings) -> Vec<Vec<Span>> {
+pub(crate) fn spans(regions: &[Region], rim: Rim, settings: &FillSettings) -> Vec<Vec<Span>> {
     let rings: Vec<&Ring> = regions.iter().flat_map(Region::rings).collect();
-    let wishes = wishes(&rings, settings);
+    let wishes = wishes(&rings, rim, settings);
     let shortest = 0.15 * settings.width;
     positions(&wishes, settings)
         .into_iter()
@@ -83,8 +104,11 @@ fn cut(rings: &[&Ring], y: f64) -> Vec<Span> {
 
 /// Where lines would lie best: at the extremes of the rings, moved inwards where the end is round so that the first
 /// line has a length, and otherwise by [`CLEAR`].
-fn wishes(rings: &[&Ring], settings: &FillSettings) -> Vec<Wish> {
-    let mut wishes: Vec<Wish> = rings.iter().flat_map(|r| extremes(r, settings)).collect();
+fn wishes(rings: &[&Ring], rim: Rim, settings: &FillSettings) -> Vec<Wish> {
+    let mut wishes: Vec<Wish> = rings
+        .iter()
+        .flat_map(|r| extremes(r, rim, settings))
+        .collect();
     wishes.sort_by(|a, b| a.at.total_cmp(&b.at).then(b.flat.total_cmp(&a.flat)));
     let Some((first, last)) = wishes.first().copied().zip(wishes.last().copied()) else {
         return wishes;
@@ -118,7 +142,7 @@ fn wishes(rings: &[&Ring], settings: &FillSettings) -> Vec<Wish> {
     kept
 }
 
-fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
+fn extremes(ring: &Ring, rim: Rim, settings: &FillSettings) -> Vec<Wish> {
     let n = ring.len();
     let mut found = Vec::new();
     let mut i = 0;
@@ -145,7 +169,7 @@ fn extremes(ring: &Ring, settings: &FillSettings) -> Vec<Wish> {
             let inwards = if up == end_of_region { 1.0 } else { -1.0 };
             let open = |depth: f64| opening(ring, i, last, y, depth * comes.signum());
             let depth = if end_of_region {
-                end_depth(open, settings)
+                end_depth(open, rim, settings)
             } else {
                 CLEAR
             };
@@ -190,14 +214,15 @@ fn opening(ring: &Ring, first: usize, last: usize, y: f64, depth: f64) -> f64 {
     (reach(first, n - 1) - reach(last, 1)).abs()
 }
 
-/// Depth of the line nearest to a round end, stepovers: on a chord there the line lies as far from the middle of the
-/// rim as beads beside each other may lie, and its ends not much nearer.
+/// Distance of the line nearest to a round end from the middle of the contour there, stepovers.
+const RIM_MIDDLE: f64 = 0.9;
+/// The same, from where it would lie along a straight boundary.
 const ROUND_END: f64 = 0.3;
 
 /// How far inside an end of the region its first line lies: at once where the end is flat, on a chord where it is
 /// round, and where a line has a length at all where it is pointed.
-fn end_depth(open: impl Fn(f64) -> f64, settings: &FillSettings) -> f64 {
-    let (shortest, chord) = (0.7 * settings.width, ROUND_END * settings.stepover);
+fn end_depth(open: impl Fn(f64) -> f64, rim: Rim, settings: &FillSettings) -> f64 {
+    let (shortest, chord) = (0.7 * settings.width, rim.round_end(settings));
     let across = open(chord);
     if open(CLEAR) >= 0.5 * across {
         CLEAR

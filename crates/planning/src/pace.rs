@@ -1,6 +1,8 @@
-//! Travel speeds that lay as much metal on every square millimetre: where a bead has less room beside it than a stepover
-//! it travels faster, where it has more it travels slower. A bead's room is the part of the layer that is nearer to it
-//! than to any other (its Voronoi cell); metal per millimetre goes with the reciprocal of speed at constant wire feed.
+//! Travel speeds that lay as much metal on every square millimetre: where a bead has less room beside it than beads of
+//! its layer have on the mean it travels faster, where it has more it travels slower. A bead's room is the part of the layer that is nearer to it
+//! than to any other (its Voronoi cell), at a free edge up to 0.45 widths from its axis (walls are 0.9 widths wide,
+//! Rouchon 2022, § 4.4). The mean over a layer keeps the nominal speed, so that a layer's metal stays what it was;
+//! metal per millimetre goes with the reciprocal of speed at constant wire feed.
 
 use meltpath_base::Reporter;
 use meltpath_geometry::boolean::PlanarError;
@@ -21,12 +23,16 @@ const FEWEST_PER_WIDTH: f64 = 5.0;
 const MOST_CELLS: f64 = 1.6e7;
 /// Samples per bead width along a bead.
 const SAMPLES_PER_WIDTH: f64 = 8.0;
-/// Length over which room is averaged, bead widths: the pool is longer than wide.
+/// Length over which room is averaged, to either side with falling weight, bead widths: the pool is longer than wide.
 const WINDOW: f64 = 1.0;
+/// A free edge of the metal lies this far from a bead's axis, bead widths.
+const FREE_EDGE: f64 = 0.45;
 /// Room farther from a bead than this is nobody's, bead widths.
 const REACH: f64 = 0.75;
 /// Speeds come in steps of this ratio, so that the program has few of them.
 const STEP: f64 = 1.1;
+/// Share of a step by which the best speed leaves the one in force before it changes.
+const KEPT: f64 = 0.75;
 /// Shortest stretch with a speed of its own, bead widths.
 const SHORTEST: f64 = 0.5;
 
@@ -80,17 +86,14 @@ pub(crate) fn adapt(
         );
         return Ok(());
     };
-    // a bead half a width inside a free edge feeds it as it would a neighbour
-    let fed_to = inset(
-        regions,
-        0.5 * (settings.width - settings.stepover),
-        settings.join(),
-    )?;
+    let fed_to = inset(regions, (0.5 - FREE_EDGE) * settings.width, settings.join())?;
     share_out(&mut samples, &grid, &rasterise(&fed_to, &grid), settings);
+    let room: f64 = samples.iter().map(|s| s.room).sum();
+    let mean = room / samples.iter().map(|s| s.to - s.from).sum::<f64>();
     let mut first = 0;
     for (i, pass) in passes.iter_mut().enumerate() {
         let count = samples[first..].iter().take_while(|s| s.pass == i).count();
-        let runs = runs(&samples[first..first + count], paces, settings);
+        let runs = runs(&samples[first..first + count], mean, paces, settings);
         first += count;
         if runs.iter().any(|r| r.level != 0) {
             write(pass, &runs, paces);
@@ -140,7 +143,7 @@ fn grid(samples: &[Sample], settings: &FillSettings) -> Option<Grid> {
 /// Gives every cell to the sample nearest to it, of equal ones the first.
 fn share_out(samples: &mut [Sample], grid: &Grid, fed: &Mask, settings: &FillSettings) {
     let reach = REACH * settings.width;
-    let own = 0.5 * settings.stepover;
+    let own = FREE_EDGE * settings.width;
     let mut nearest = vec![(f32::INFINITY, u32::MAX); grid.nx * grid.ny];
     for (i, s) in samples.iter().enumerate() {
         let index = |x: f64, n: usize| (x / grid.cell).round().clamp(0.0, n as f64 - 1.0) as usize;
@@ -177,25 +180,34 @@ struct Run {
     level: i32,
 }
 
-fn runs(samples: &[Sample], paces: Paces, settings: &FillSettings) -> Vec<Run> {
-    let half = 0.5 * WINDOW * settings.width;
+fn runs(samples: &[Sample], mean: f64, paces: Paces, settings: &FillSettings) -> Vec<Run> {
+    let half = WINDOW * settings.width;
     let lowest = (paces.slowest.ln() / STEP.ln()).ceil() as i32;
     let highest = (paces.fastest.ln() / STEP.ln()).floor() as i32;
     let mut runs: Vec<Run> = Vec::new();
-    let (mut first, mut past, mut room) = (0, 0, 0.0);
+    let mut first = 0;
+    let mut level = 0;
     for s in samples {
         let middle = 0.5 * (s.from + s.to);
-        while past < samples.len() && samples[past].from < middle + half {
-            room += samples[past].room;
-            past += 1;
-        }
         while samples[first].to <= middle - half {
-            room -= samples[first].room;
             first += 1;
         }
-        let long = samples[past - 1].to - samples[first].from;
-        let ratio = settings.stepover * long / room.max(1e-9);
-        let level = ((ratio.ln() / STEP.ln()).round() as i32).clamp(lowest.min(0), highest.max(0));
+        // weights that fall off evenly: cells that enter or leave at the window's ends do not show
+        let (mut long, mut room) = (0.0, 0.0);
+        for other in samples[first..]
+            .iter()
+            .take_while(|o| o.from < middle + half)
+        {
+            let away = (0.5 * (other.from + other.to) - middle).abs();
+            let weight = (1.0 - away / half).max(0.0);
+            long += weight * (other.to - other.from);
+            room += weight * other.room;
+        }
+        let wanted = (mean * long / room.max(1e-9)).ln() / STEP.ln();
+        // a speed is kept until another is clearly better
+        if (wanted - f64::from(level)).abs() > KEPT {
+            level = (wanted.round() as i32).clamp(lowest.min(0), highest.max(0));
+        }
         match runs.last_mut() {
             Some(run) if run.level == level => run.to = s.to,
             _ => runs.push(Run {

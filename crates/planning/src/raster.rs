@@ -3,7 +3,7 @@
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 
-use crate::lines::{Span, spans};
+use crate::lines::{Rim, Span, spans};
 use crate::outline::turned;
 use crate::settings::{FillSettings, LineDirection, LineOrder};
 
@@ -11,12 +11,13 @@ use crate::settings::{FillSettings, LineDirection, LineOrder};
 pub(crate) fn raster(
     centres: &[Region],
     angle: f64,
+    rim: Rim,
     order: LineOrder,
     direction: LineDirection,
     layer: u32,
     settings: &FillSettings,
 ) -> Vec<Vec<DVec2>> {
-    let lines = spans(&turned(centres, -angle), settings);
+    let lines = spans(&turned(centres, -angle), rim, settings);
     let mut sequence: Vec<usize> = (0..lines.len()).collect();
     if order == LineOrder::CentreOut {
         // distance from the middle in half lines; of two equal ones the lower first

@@ -271,6 +271,15 @@ impl FillSettings {
         self.paces.map_or(0.7, |p| 1.0 / p.fastest)
     }
 
+    /// Distance between a contour and the turning points of the zigzag inside it, mm.
+    pub(crate) fn reversal_distance(&self) -> f64 {
+        if self.paces.is_some() {
+            NEAR_REVERSAL * self.stepover
+        } else {
+            reversal_distance(self.stepover)
+        }
+    }
+
     /// Chords this near to an arc, mm, are taken as its facets: a hundredth of a bead width, below what a robot
     /// repeats and a bead shows, and about the chord error of parts in files of triangles.
     pub(crate) fn facet(&self) -> f64 {
@@ -290,6 +299,12 @@ impl FillSettings {
         (0.8 * self.width).max(1.02 * self.stepover)
     }
 }
+
+/// Distance between a contour and the turning points of a zigzag whose speeds are adapted, stepovers. The balance of
+/// [`reversal_distance`] holds on the mean: between the links it leaves notches with little metal, which stack from layer
+/// to layer. Nearer turning points leave none, and speed takes away what would be laid twice. Predicted for a flange of
+/// 160 mm: thickest place of a layer 188 % above the mean at 1 stepover, 127 % at 0.5, 82 % at 0.35.
+const NEAR_REVERSAL: f64 = 0.35;
 
 /// Distance between a contour and the turning points of the zigzag inside it, mm.
 ///

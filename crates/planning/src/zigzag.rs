@@ -3,7 +3,7 @@
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
-use crate::lines::{Crossing, Span, cells, spans};
+use crate::lines::{Crossing, Rim, Span, cells, spans};
 use crate::outline::{length, turned, way_inside};
 use crate::settings::FillSettings;
 
@@ -16,13 +16,14 @@ pub(crate) fn zigzag(
     centres: &[Region],
     links: &[Region],
     angle: f64,
+    rim: Rim,
     entry: u32,
     settings: &FillSettings,
 ) -> Vec<Vec<DVec2>> {
     let flat = turned(centres, -angle);
     let links = turned(links, -angle);
     let rings: Vec<&Ring> = flat.iter().flat_map(Region::rings).collect();
-    let mut left: Vec<Vec<Span>> = cells(&spans(&flat, settings));
+    let mut left: Vec<Vec<Span>> = cells(&spans(&flat, rim, settings));
     let mut beads: Vec<Vec<DVec2>> = Vec::new();
     let mut first = true;
     while !left.is_empty() {

@@ -14,7 +14,8 @@ use meltpath_geometry::shapes as outlines;
 use meltpath_geometry::{Plane, Region, Ring};
 use meltpath_planning::{
     ContourOrder, FillSettings, Layer, LayerDirection, LayerPlan, LineAngle, LineDirection,
-    LineOrder, PassIds, PlanError, Spacing, StartPoints, Strategy as Fill, plan_layer, plan_layers,
+    LineOrder, Paces, PassIds, PlanError, Spacing, StartPoints, Strategy as Fill, nominal_length,
+    plan_layer, plan_layers,
 };
 use meltpath_toolpath::{Move, Role, Side};
 use proptest::prelude::*;
@@ -305,7 +306,7 @@ fn facets_of_a_circle_are_arcs_again() {
         }
     }
     // and on nested contours
-    for radius in [20.0f64, 60.0] {
+    for radius in [20.0_f64, 60.0] {
         let n = (std::f64::consts::PI / (1.0 - 0.05 / radius).acos()).ceil() as u32;
         let disc = solid(outlines::ring(radius, 5.0, n).outer);
         let plan = plan(&[disc], HYBRID);
@@ -466,6 +467,184 @@ fn simple_shapes_are_covered() {
             let share = covered(&plan(std::slice::from_ref(&region), strategy));
             assert!(share > 0.99, "round, {strategy:?}: {share}");
         }
+    }
+}
+
+/// Round plates, one with a hole, a rectangle with a round hole and an L.
+fn rimmed_shapes() -> Vec<(&'static str, Vec<Region>)> {
+    let hole = Region {
+        outer: disc(20.0)
+            .outer
+            .iter()
+            .map(|p| *p + DVec2::new(50.0, 40.0))
+            .collect(),
+        holes: Vec::new(),
+    };
+    vec![
+        ("disc of 50", vec![disc(25.0)]),
+        ("disc of 120", vec![disc(60.0)]),
+        ("flange", vec![outlines::ring(82.0, 28.0, 240)]),
+        (
+            "plate with a hole",
+            difference(&[outlines::plate(120.0, 80.0)], &[hole]).unwrap(),
+        ),
+        ("ell", vec![outlines::ell(90.0, 60.0, 30.0)]),
+    ]
+}
+
+#[test]
+fn rims_are_covered_by_lines_too() {
+    for (name, regions) in rimmed_shapes() {
+        for strategy in [HYBRID, ZIGZAG, RASTER] {
+            for layer in [1, 2] {
+                let plan = plan_on(layer, &regions, &settings(strategy));
+                let what = format!("{name}, {strategy:?}, layer {layer}");
+                assert!(covered(&plan) > 0.99, "{what}: {}", covered(&plan));
+                assert_sound(&plan, &regions, &what);
+            }
+        }
+    }
+}
+
+/// Metal on every place farther than a width from the boundary, as laid within a width of it at the pass' speeds, over
+/// the mean of all such places.
+fn metal_inside(regions: &[Region], plan: &LayerPlan) -> Vec<f64> {
+    const CELL: f64 = 1.0;
+    let mut laid = std::collections::HashMap::<(i64, i64), f64>::new();
+    for pass in &plan.passes {
+        for i in 0..pass.moves.len() {
+            let speed = pass.channels.speed.as_ref().map_or(12.5, |s| s[i]);
+            let arc = pass.arc(i);
+            let n = (pass.move_length(i) / 0.3).ceil().max(1.0) as usize;
+            for k in 0..n {
+                let t = (k as f64 + 0.5) / n as f64;
+                let p = arc.map_or_else(
+                    || pass.points[i].lerp(pass.points[i + 1], t),
+                    |arc| arc.at(t),
+                ) / CELL;
+                *laid
+                    .entry((p.x.floor() as i64, p.y.floor() as i64))
+                    .or_default() += pass.move_length(i) / n as f64 / speed;
+            }
+        }
+    }
+    let reach = (WIDTH / CELL).ceil() as i64;
+    let mut metal = Vec::new();
+    for x in -90..130_i64 {
+        for y in -90..100_i64 {
+            let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * CELL;
+            if regions.iter().any(|r| clearance(r, p) > WIDTH) {
+                let near = (-reach..=reach)
+                    .flat_map(|i| (-reach..=reach).map(move |j| (i, j)))
+                    .filter(|(i, j)| ((i * i + j * j) as f64) * CELL * CELL <= WIDTH * WIDTH);
+                metal.push(
+                    near.filter_map(|(i, j)| laid.get(&(x + i, y + j)))
+                        .sum::<f64>(),
+                );
+            }
+        }
+    }
+    let mean = metal.iter().sum::<f64>() / metal.len() as f64;
+    metal.iter().map(|m| m / mean).collect()
+}
+
+#[test]
+fn speeds_even_the_metal_out() {
+    for (name, regions) in rimmed_shapes() {
+        for strategy in [HYBRID, ZIGZAG, RASTER, CONTOUR, SPIRAL] {
+            let spread = |paces| {
+                let s = FillSettings {
+                    paces,
+                    ..settings(strategy)
+                };
+                let plan = plan_on(1, &regions, &s);
+                assert_sound(&plan, &regions, name);
+                let metal = metal_inside(&regions, &plan);
+                let off = metal.iter().filter(|m| (*m - 1.0).abs() > 0.25).count();
+                off as f64 / metal.len() as f64
+            };
+            let (one, adapted) = (spread(None), spread(Some(Paces::about(12.5))));
+            // where turns meet and links run, contours heap metal at one speed; a zigzag's turning points come nearer
+            let most = match strategy {
+                Fill::Contour { .. } | Fill::Spiral { .. } => 0.005 + 0.4 * one,
+                _ => 0.04,
+            };
+            assert!(adapted < most, "{name}, {strategy:?}: {one} -> {adapted}");
+        }
+    }
+}
+
+#[test]
+fn speeds_keep_to_their_range_and_the_mean() {
+    for (name, regions) in zoo() {
+        let s = FillSettings {
+            paces: Some(Paces::about(12.5)),
+            ..settings(CONTOUR)
+        };
+        let plan = plan_on(1, &regions, &s);
+        let (mut long, mut nominal) = (0.0, 0.0);
+        for pass in &plan.passes {
+            if let Some(speeds) = &pass.channels.speed {
+                assert_eq!(speeds.len(), pass.moves.len(), "{name}");
+                assert!(
+                    speeds.iter().all(|v| (9.99..=25.01).contains(v)),
+                    "{name}: {speeds:?}"
+                );
+            }
+            long += pass.length();
+            nominal += nominal_length(pass, 12.5);
+        }
+        assert!(
+            (nominal / long - 1.0).abs() < 0.1,
+            "{name}: {nominal} of {long}"
+        );
+    }
+    // a wall one bead wide has no reason to change its speed but near its ends
+    let s = FillSettings {
+        paces: Some(Paces::about(12.5)),
+        ..settings(RASTER)
+    };
+    let wall = plan_on(1, &[outlines::plate(150.0, 7.0)], &s);
+    let pass = &wall.passes[0];
+    let speeds = pass.channels.speed.as_ref().unwrap();
+    for (i, speed) in speeds.iter().enumerate() {
+        let (from, to) = (pass.points[i].x, pass.points[i + 1].x);
+        if from.min(to) < 120.0 && from.max(to) > 30.0 {
+            assert!((speed - 12.5).abs() < 1e-9, "{pass:?}");
+        }
+    }
+    // spacing as given means speed as given
+    let s = FillSettings {
+        spacing: Spacing::Exact,
+        ..s
+    };
+    let wall = plan_on(1, &[outlines::plate(100.0, 40.0)], &s);
+    assert!(wall.passes.iter().all(|p| p.channels.speed.is_none()));
+}
+
+#[test]
+fn centre_out_begins_in_the_middle() {
+    let centre_out = Fill::Raster {
+        angle: LineAngle::Best,
+        order: LineOrder::CentreOut,
+        direction: LineDirection::OneWay,
+    };
+    for lines in [6.0, 7.0] {
+        let wall = [outlines::plate(120.0, lines * STEPOVER + WIDTH)];
+        let plan = plan(&wall, centre_out);
+        assert_eq!(plan.passes.len(), lines as usize + 1);
+        let mut all: Vec<f64> = plan.passes.iter().map(|p| p.points[0].y).collect();
+        let middle = all.iter().sum::<f64>() / all.len() as f64;
+        let away: Vec<f64> = all.iter().map(|y| (y - middle).abs()).collect();
+        assert!(away.windows(2).all(|a| a[1] > a[0] - 1e-6), "{away:?}");
+        let sides: Vec<bool> = all.iter().map(|y| *y > middle + 1e-6).collect();
+        assert!(
+            sides[1..].windows(2).all(|s| s[0] != s[1]),
+            "sides in turn: {all:?}"
+        );
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        assert_eq!(all.len(), plan.passes.len());
     }
 }
 
@@ -677,6 +856,61 @@ proptest! {
     fn random_regions_are_filled_soundly(regions in region(), which in 0..ALL.len(), layer in 1..9_u32) {
         let plan = plan_on(layer, &regions, &settings(ALL[which]));
         assert_sound(&plan, &regions, &format!("{:?} on layer {layer}", ALL[which]));
+    }
+
+    #[test]
+    fn islands_of_any_size_are_filled_or_told(
+        sizes in prop::collection::vec((0.3..26.0_f64, 3..12_usize, 0.0..0.6_f64), 1..9),
+        which in 0..ALL.len() + 1,
+        starts in 0..3_usize,
+        layer in 1..9_u32,
+    ) {
+        let regions: Vec<Region> = sizes
+            .iter()
+            .enumerate()
+            .flat_map(|(i, &(size, n, hole))| {
+                let at = DVec2::new(i as f64 % 3.0 - 1.0, (i / 3) as f64 - 1.0) * 60.0;
+                let whole = solid(star(at, &vec![size; n]));
+                difference(&[whole], &[solid(star(at, &[hole * size; 9]))]).unwrap()
+            })
+            .collect();
+        let centre_out = Fill::Raster {
+            angle: LineAngle::Turning { first: 0.3, step: 1.1 },
+            order: LineOrder::CentreOut,
+            direction: LineDirection::AlternatePerBead,
+        };
+        let s = FillSettings {
+            starts: [StartPoints::Aligned, StartPoints::Spread, StartPoints::Random { seed: 7 }][starts],
+            paces: Some(Paces::about(12.5)),
+            ..settings(*ALL.get(which).unwrap_or(&centre_out))
+        };
+        let reporter = Reporter::new();
+        let plane = Plane::horizontal(0.0);
+        let l = Layer { number: layer, plane: &plane, regions: &regions };
+        let plan = plan_layer(l, &s, PassIds { part: 0 }, &reporter).unwrap();
+        assert_sound(&plan, &regions, &format!("{:?} on layer {layer}", s.strategy));
+        // every region is told of: covered, or said to have no bead
+        prop_assert_eq!(plan.coverage.len(), regions.len());
+        let bare = |c: &&meltpath_planning::Coverage| plan.passes.iter().all(|p| p.tag.entity != c.region);
+        let without = plan.coverage.iter().filter(bare).count();
+        let told = reporter.warnings().iter().filter(|w| w.code == "region-without-bead").count();
+        prop_assert_eq!(told, without);
+        for c in &plan.coverage {
+            prop_assert!(c.area.is_finite() && c.covered_area.is_finite() && c.fill_ratio.is_finite());
+        }
+        // a region that a bead and its length fit into has one
+        for (region, c) in regions.iter().zip(&plan.coverage) {
+            if region.holes.is_empty() && region.area() > 12.0 * WIDTH * WIDTH {
+                prop_assert!(c.covered_area > 0.5 * c.area, "{c:?}");
+            }
+        }
+        // no link from one region to another: a pass stays in its own
+        for pass in &plan.passes {
+            let own = &regions[pass.tag.entity as usize];
+            for p in pass.flatten(0.005).0 {
+                prop_assert!(clearance(own, p.truncate()) > 0.0, "{p} left its region");
+            }
+        }
     }
 
     #[test]
