@@ -132,6 +132,8 @@ pub struct FillTable {
     pub order: Option<FillOrder>,
     /// Start points of closed beads; default `spread`.
     pub starts: Option<Starts>,
+    /// Travel speeds along beads; default adapted for hybrid and zigzag fills, constant for the others.
+    pub speeds: Option<Speeds>,
 }
 
 /// Filling strategies.
@@ -188,6 +190,16 @@ pub enum Starts {
     Spread,
     /// At the same place in each layer.
     Aligned,
+}
+
+/// Travel speeds along the beads of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Speeds {
+    /// One speed for every bead.
+    Constant,
+    /// Faster where a bead has less room beside it, slower where it has more, so that every place gets as much metal.
+    Adapted,
 }
 
 /// `[machine]`: the cell and how it is driven.

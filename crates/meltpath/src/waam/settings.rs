@@ -14,14 +14,15 @@ use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
-    ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, StartPoints, Strategy,
+    ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
 use serde::Serialize;
 
 use super::judge::Limits;
 use crate::data::{Cell, is_file};
 use crate::job::waam::{
-    FeedResponseChoice, FillOrder, FillStrategy, FillTable, SourceTable, Spacing, Starts, Stepover,
+    FeedResponseChoice, FillOrder, FillStrategy, FillTable, SourceTable, Spacing, Speeds, Starts,
+    Stepover,
 };
 use crate::job::{JobError, LayerHeights, PartUnit, TextError, WaamJob};
 
@@ -239,7 +240,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
             "set fill.stepover to \"0.70 w\" or less",
         );
     }
-    let fill = fill_settings(&mut r, &job.fill, width, step.value);
+    let fill = fill_settings(&mut r, &job.fill, width, step.value, bead.travel_speed);
     fill.check().map_err(|e| TextError {
         span: None,
         message: e.to_string(),
@@ -591,7 +592,13 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
     }
 }
 
-fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> FillSettings {
+fn fill_settings(
+    r: &mut Recorder,
+    table: &FillTable,
+    width: f64,
+    step: f64,
+    travel_speed: f64,
+) -> FillSettings {
     let strategy = r.or(
         "fill.strategy",
         table.strategy,
@@ -610,6 +617,16 @@ fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> 
         Spacing::Adjust,
         "fills the width exactly",
     );
+    let (usual, why) = match strategy {
+        FillStrategy::Hybrid | FillStrategy::Zigzag => (
+            Speeds::Adapted,
+            "links and turns lie near other beads: as much metal everywhere",
+        ),
+        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => {
+            (Speeds::Constant, "beads lie evenly")
+        }
+    };
+    let speeds = r.or("fill.speeds", table.speeds, usual, why);
     let quarter = if strategy == FillStrategy::Raster {
         0.0
     } else {
@@ -666,6 +683,10 @@ fn fill_settings(r: &mut Recorder, table: &FillTable, width: f64, step: f64) -> 
         starts: match starts {
             Starts::Spread => StartPoints::Spread,
             Starts::Aligned => StartPoints::Aligned,
+        },
+        paces: match speeds {
+            Speeds::Adapted => Some(Paces::about(travel_speed)),
+            Speeds::Constant => None,
         },
         ..FillSettings::new(width, step)
     }
