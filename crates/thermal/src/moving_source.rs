@@ -157,7 +157,7 @@ impl MovingSource {
     /// Goes on to `time`, s.
     ///
     /// # Errors
-    /// [`MovingSourceError::Backwards`], [`MovingSourceError::Beam`].
+    /// [`MovingSourceError::Backwards`], [`MovingSourceError::Focus`].
     pub fn advance(&mut self, time: f64) -> Result<(), MovingSourceError> {
         if time < self.now {
             return Err(MovingSourceError::Backwards {
