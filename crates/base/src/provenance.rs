@@ -7,7 +7,7 @@ use std::io::{self, Read};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::resolved::Resolved;
+use crate::resolved::{Origin, Resolved};
 
 /// Version of the JSON written for a [`Provenance`].
 pub const PROVENANCE_SCHEMA: &str = "meltpath-provenance/1";
@@ -44,6 +44,34 @@ impl Provenance {
         // a value that JSON cannot hold (none of ours) is recorded as null rather than lost silently
         let json = serde_json::to_value(value).unwrap_or(serde_json::Value::Null);
         self.parameters.insert(name.to_owned(), json);
+    }
+
+    /// Records a resolved parameter and hands its value over.
+    pub fn value<T: Serialize>(&mut self, name: &str, resolved: Resolved<T>) -> T {
+        self.parameter(name, &resolved);
+        resolved.value
+    }
+
+    /// The value that the job writes, or the default with its reason; recorded either way.
+    ///
+    /// ```
+    /// use meltpath_base::Provenance;
+    /// let mut provenance = Provenance::new();
+    /// assert_eq!(provenance.written_or("layers.count", None, 3, "three layers show the growth"), 3);
+    /// assert_eq!(provenance.written_or("layers.count", Some(7), 3, "three layers show the growth"), 7);
+    /// ```
+    pub fn written_or<T: Serialize>(
+        &mut self,
+        name: &str,
+        written: Option<T>,
+        default: T,
+        why: &str,
+    ) -> T {
+        let resolved = match written {
+            Some(value) => Resolved::new(value, Origin::Job),
+            None => Resolved::new(default, Origin::Default(why.to_owned())),
+        };
+        self.value(name, resolved)
     }
 
     /// Records a model and its source.

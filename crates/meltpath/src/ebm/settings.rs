@@ -4,14 +4,13 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Origin, Provenance, Resolved};
+use meltpath_base::Provenance;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
 use meltpath_thermal::source::Depth;
-use serde::Serialize;
 
 use super::focus;
 use super::region::Contour;
@@ -100,25 +99,6 @@ pub struct Settings {
     pub provenance: Provenance,
 }
 
-struct Values(Provenance);
-
-impl Values {
-    fn or<T: Serialize + Clone>(
-        &mut self,
-        name: &str,
-        written: Option<T>,
-        default: T,
-        why: &str,
-    ) -> T {
-        let resolved = match written {
-            Some(value) => Resolved::new(value, Origin::Job),
-            None => Resolved::new(default, Origin::Default(why.to_owned())),
-        };
-        self.0.parameter(name, &resolved);
-        resolved.value
-    }
-}
-
 fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
     TextError {
         span: Some(span),
@@ -155,14 +135,14 @@ fn beam_path(
 /// # Errors
 /// [`TextError`] with the place in the job where one value is to blame.
 pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
-    let mut r = Values(Provenance::new());
+    let mut r = Provenance::new();
     let (path_file, path) = beam_path(folder, &job.path)?;
     let (material, beam, penetration) = process(job, &mut r)?;
     let mm = |v: f64| meltpath_base::Length(v);
     let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
     let ebm = &job.ebm;
     let layer = r
-        .or(
+        .written_or(
             "ebm.layer",
             ebm.layer.map(|l| l.0),
             mm(0.05),
@@ -170,23 +150,23 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let layers = r
-        .or("ebm.layers", ebm.layers, 1, "the path is drawn once")
+        .written_or("ebm.layers", ebm.layers, 1, "the path is drawn once")
         .max(1);
-    r.or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
+    r.written_or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
     let charts = &job.charts;
-    let chart_stop = r.or(
+    let chart_stop = r.written_or(
         "charts.stop",
         charts.stop,
         kelvin(2800.0),
         "Béraud 2016, section 3.2.2.3",
     );
-    let cooling = r.or(
+    let cooling = r.written_or(
         "charts.cooling_from",
         charts.cooling_from,
         kelvin(2800.0),
         "Béraud 2016, section 3.2.2.3",
     );
-    let spacing = r.or(
+    let spacing = r.written_or(
         "charts.spacing",
         charts.spacing.map(|s| s.0),
         mm(0.025),
@@ -194,7 +174,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     );
     let sim = &job.simulation;
     let voxel = r
-        .or(
+        .written_or(
             "simulation.voxel",
             sim.voxel.map(|v| v.0),
             mm(0.057),
@@ -202,7 +182,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let margin = r
-        .or(
+        .written_or(
             "simulation.margin",
             sim.margin.map(|v| v.0),
             mm(0.5),
@@ -210,7 +190,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let step = r
-        .or(
+        .written_or(
             "simulation.step",
             sim.step.map(|s| s.0),
             meltpath_base::Time(2.5e-6),
@@ -218,7 +198,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let frames = r
-        .or(
+        .written_or(
             "simulation.frames",
             sim.frames,
             24,
@@ -233,7 +213,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         Contour::new(job.region.contour.iter().map(|c| c.map(|v| v.0)).collect())
     };
     let inside = r
-        .or(
+        .written_or(
             "region.inside",
             job.region.inside.map(|i| i.0),
             mm(0.2),
@@ -242,7 +222,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         .0;
     let share = |v: f64| meltpath_base::Ratio(v);
     let in_window = r
-        .or(
+        .written_or(
             "checks.in_window",
             job.checks.in_window.map(|v| v.0),
             share(0.5),
@@ -250,7 +230,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let unmelted = r
-        .or(
+        .written_or(
             "checks.unmelted",
             job.checks.unmelted.map(|v| v.0),
             share(0.01),
@@ -262,14 +242,14 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         Optimise {
             method: o.method,
             rounds: r
-                .or(
+                .written_or(
                     "optimise.rounds",
                     o.rounds,
                     12,
                     "the share stops growing by then",
                 )
                 .clamp(1, 200),
-            bounds: r.or(
+            bounds: r.written_or(
                 "optimise.speeds",
                 bounds,
                 [0.6, 3.0],
@@ -278,7 +258,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         }
     });
     if let Some(o) = &optimise {
-        r.or("optimise.method", Some(named(&o.method)), String::new(), "");
+        r.written_or("optimise.method", Some(named(&o.method)), String::new(), "");
     }
     let simulation = chart_simulation::Settings {
         step,
@@ -311,15 +291,15 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         unmelted,
         material,
         beam,
-        provenance: r.0,
+        provenance: r,
     })
 }
 
 /// Material, beam and its penetration.
-fn process(job: &EbmJob, r: &mut Values) -> Result<(Material, Beam, f64), TextError> {
+fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), TextError> {
     let ebm = &job.ebm;
     let name = ebm.material.as_ref().map(|m| m.get_ref().clone());
-    let name = r.or(
+    let name = r.written_or(
         "ebm.material",
         name,
         "ti6al4v-ebm".to_owned(),
@@ -341,13 +321,13 @@ fn process(job: &EbmJob, r: &mut Values) -> Result<(Material, Beam, f64), TextEr
         density: ebm.density.unwrap_or_default(),
         ..Readings::default()
     };
-    r.or(
+    r.written_or(
         "ebm.porosity",
         ebm.porosity.map(|p| named(&p)),
         named(&readings.porosity),
         "erratum E1: the printed law is no porosity",
     );
-    r.or(
+    r.written_or(
         "ebm.density",
         ebm.density.map(|d| named(&d)),
         named(&readings.density),
@@ -355,28 +335,28 @@ fn process(job: &EbmJob, r: &mut Values) -> Result<(Material, Beam, f64), TextEr
     );
     let material = read(text.1, readings).map_err(|e| at(span(&ebm.material), &e))?;
     let focus = if let Some(d) = ebm.diameter {
-        r.or("ebm.diameter", Some(d.0), d.0, "");
+        r.written_or("ebm.diameter", Some(d.0), d.0, "");
         FocusCalibration::constant(d.0.0)
     } else {
         let name = ebm.focus.as_ref().map(|f| f.get_ref().clone());
-        let name = r.or(
+        let name = r.written_or(
             "ebm.focus",
             name,
             "a1-beraud-2016".to_owned(),
             "the machine of Béraud 2016",
         );
         let (focus, source) = focus::builtin(&name).map_err(|e| at(span(&ebm.focus), &e))?;
-        r.0.model("focus calibration", &source);
+        r.model("focus calibration", &source);
         focus
     };
-    let efficiency = r.or(
+    let efficiency = r.written_or(
         "ebm.efficiency",
         ebm.efficiency.map(|e| e.0),
         meltpath_base::Ratio(0.9),
         "Zäh and Lutzmann, quoted in Béraud 2016",
     );
     let penetration = r
-        .or(
+        .written_or(
             "ebm.penetration",
             ebm.penetration.map(|p| p.0),
             meltpath_base::Length(0.1),
@@ -391,18 +371,18 @@ fn process(job: &EbmJob, r: &mut Values) -> Result<(Material, Beam, f64), TextEr
     Ok((material, beam, penetration))
 }
 
-fn window(job: &EbmJob, folder: &Path, r: &mut Values) -> Result<Window, TextError> {
+fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Window, TextError> {
     let w = &job.window;
     if let Some(good) = &w.good {
         let (_, path) = beam_path(folder, good)?;
         let width = w.width.as_ref().map(|w| w.get_ref().0);
-        let width = r.or(
+        let width = r.written_or(
             "window.width (K)",
             width,
             60.0,
             "the thesis' window, 2700 to 2760 °C",
         );
-        r.or(
+        r.written_or(
             "window.good",
             Some(good.get_ref().clone()),
             String::new(),
@@ -415,8 +395,8 @@ fn window(job: &EbmJob, folder: &Path, r: &mut Values) -> Result<Window, TextErr
     }
     let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
     let why = "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator";
-    let low = r.or("window.low", w.low, kelvin(2700.0), why).0;
-    let high = r.or("window.high", w.high, kelvin(2760.0), why).0;
+    let low = r.written_or("window.low", w.low, kelvin(2700.0), why).0;
+    let high = r.written_or("window.high", w.high, kelvin(2760.0), why).0;
     if low >= high {
         return Err(TextError {
             span: None,

@@ -16,7 +16,6 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
-use serde::Serialize;
 
 use super::judge::Limits;
 use crate::data::{Cell, is_file};
@@ -98,41 +97,12 @@ pub struct Settings {
     pub provenance: Provenance,
 }
 
-/// Collects resolved values for the provenance.
-struct Recorder {
-    provenance: Provenance,
-}
-
-impl Recorder {
-    fn value<T: Serialize + Clone>(&mut self, name: &str, resolved: Resolved<T>) -> T {
-        self.provenance.parameter(name, &resolved);
-        resolved.value
-    }
-
-    /// The value written, or the default with its reason.
-    fn or<T: Serialize + Clone>(
-        &mut self,
-        name: &str,
-        written: Option<T>,
-        default: T,
-        why: &str,
-    ) -> T {
-        let resolved = match written {
-            Some(value) => Resolved::new(value, Origin::Job),
-            None => Resolved::new(default, Origin::Default(why.to_owned())),
-        };
-        self.value(name, resolved)
-    }
-}
-
 /// Resolves a job whose file lies in `folder`.
 ///
 /// # Errors
 /// [`TextError`] with the place in the job where one value is to blame.
 pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Settings, TextError> {
-    let mut r = Recorder {
-        provenance: Provenance::new(),
-    };
+    let mut r = Provenance::new();
     let at = |span: Range<usize>| {
         move |e: &dyn std::error::Error| TextError {
             span: Some(span.clone()),
@@ -259,14 +229,14 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
             help: None,
         },
     })?;
-    r.or(
+    r.written_or(
         "machine.cell",
         job.machine.cell.as_ref().map(|_| cell_name.clone()),
         cell_name.clone(),
         "the cell that ships",
     );
     let smoothing = r
-        .or(
+        .written_or(
             "machine.smoothing",
             job.machine.smoothing,
             meltpath_base::Ratio(0.5),
@@ -274,7 +244,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let ctwd = r
-        .or(
+        .written_or(
             "machine.ctwd",
             job.machine.ctwd.map(|c| c.0),
             cell.program.contact_tube_distance,
@@ -282,7 +252,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let pause = r
-        .or(
+        .written_or(
             "layers.pause",
             job.layers.pause.map(|p| p.0),
             meltpath_base::Time(0.0),
@@ -290,7 +260,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let plate_thickness = r
-        .or(
+        .written_or(
             "substrate.thickness",
             job.substrate.thickness.map(|t| t.0),
             Length(20.0),
@@ -298,7 +268,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let allowance = r
-        .or(
+        .written_or(
             "target.allowance",
             job.target.allowance.map(|a| a.0),
             Length(2.0),
@@ -306,7 +276,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let cell_size = r
-        .or(
+        .written_or(
             "simulation.cell",
             job.simulation.cell.map(|c| c.0),
             Length(0.5),
@@ -314,7 +284,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         )
         .0;
     let chord_error = r
-        .or(
+        .written_or(
             "simulation.chord_error",
             job.simulation.chord_error.map(|c| c.0),
             Length(0.02),
@@ -326,13 +296,13 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
     }
     let limits = limits(&mut r, job);
     let up = job.build_direction.map_or(DVec3::Z, DVec3::from_array);
-    r.or(
+    r.written_or(
         "build_direction",
         job.build_direction,
         [0.0, 0.0, 1.0],
         "+Z of the part file",
     );
-    models(&mut r.provenance);
+    models(&mut r);
     Ok(Settings {
         part: folder.join(job.part.get_ref()),
         part_unit: job.part_unit,
@@ -365,7 +335,7 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         limits,
         cell_size,
         chord_error,
-        provenance: r.provenance,
+        provenance: r,
     })
 }
 
@@ -426,7 +396,7 @@ fn process_map(
 
 /// What the source feeds at other contact tube distances: on where the process map knows, for wire, gas and mode.
 fn feed_response(
-    r: &mut Recorder,
+    r: &mut Provenance,
     source: &SourceTable,
     map: &ProcessMap,
     wire_feed: f64,
@@ -593,25 +563,25 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
 }
 
 fn fill_settings(
-    r: &mut Recorder,
+    r: &mut Provenance,
     table: &FillTable,
     width: f64,
     step: f64,
     travel_speed: f64,
 ) -> FillSettings {
-    let strategy = r.or(
+    let strategy = r.written_or(
         "fill.strategy",
         table.strategy,
         FillStrategy::Hybrid,
         "contour outside, few arc stops inside",
     );
-    let starts = r.or(
+    let starts = r.written_or(
         "fill.starts",
         table.starts,
         Starts::Spread,
         "start defects do not stack",
     );
-    let spacing = r.or(
+    let spacing = r.written_or(
         "fill.spacing",
         table.spacing,
         Spacing::Adjust,
@@ -626,7 +596,7 @@ fn fill_settings(
             (Speeds::Constant, "beads lie evenly")
         }
     };
-    let speeds = r.or("fill.speeds", table.speeds, usual, why);
+    let speeds = r.written_or("fill.speeds", table.speeds, usual, why);
     let quarter = if strategy == FillStrategy::Raster {
         0.0
     } else {
@@ -692,19 +662,19 @@ fn fill_settings(
     }
 }
 
-fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
+fn limits(r: &mut Provenance, job: &WaamJob) -> Limits {
     use meltpath_base::Ratio;
     let c = &job.checks;
     let usual = "a usual limit for a blank to be machined";
     let mut ratio = |name: &str, written: Option<Ratio>, default: f64| {
-        r.or(name, written, Ratio(default), usual).0
+        r.written_or(name, written, Ratio(default), usual).0
     };
     let lack = ratio("checks.lack", c.lack.map(|v| v.0), 0.005);
     let excess = ratio("checks.excess", c.excess.map(|v| v.0), 0.3);
     let accumulation = ratio("checks.accumulation", c.accumulation.map(|v| v.0), 1.0);
     let overhang = ratio("checks.overhang", c.overhang.map(|v| v.0), 0.25);
     let mut length = |name: &str, written: Option<Length>, default: f64| {
-        r.or(name, written, Length(default), usual).0
+        r.written_or(name, written, Length(default), usual).0
     };
     Limits {
         lack,
@@ -721,7 +691,7 @@ fn limits(r: &mut Recorder, job: &WaamJob) -> Limits {
 
 /// The energy per volume of this wire, mode and gas.
 fn energy_of(
-    r: &mut Recorder,
+    r: &mut Provenance,
     wire: &Wire,
     mode: &str,
     gas: &Gas,
