@@ -41,7 +41,10 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         }
     }
     let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
-    let lack: f64 = plan.coverage.iter().map(|(_, c)| c.lack_area).sum();
+    let lack = plan
+        .coverage
+        .iter()
+        .fold(0.0, |sum, (_, c)| sum + c.lack_area);
     let gap = plan
         .coverage
         .iter()

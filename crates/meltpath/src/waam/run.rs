@@ -13,7 +13,7 @@ use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{facts, plan_checks, program_check, told_checks};
-use super::judge::{self, TargetOutcome, layer_checks, target_checks};
+use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::part::{self, Part, PartError};
 use super::plan::{self, Plan, PlanStageError};
 use super::present;
@@ -231,15 +231,19 @@ pub fn run(
         &reporter,
         observer,
     )?;
-    let sigma = settings.growth_sigma(plan.single);
+    let growth = settings.growth_error(plan.single);
+    let at = |deviations: f64| {
+        let shifted = |height: f64| growth.shifted(height, deviations);
+        compare(&simulation.deposit.map, &target, shifted)
+    };
     let outcome = TargetOutcome {
         volume: target.volume,
-        expected: compare(&simulation.deposit.map, &target, 1.0),
-        low: compare(&simulation.deposit.map, &target, 1.0 - sigma),
-        high: compare(&simulation.deposit.map, &target, 1.0 + sigma),
+        expected: at(0.0),
+        low: at(-1.0),
+        high: at(1.0),
     };
     let mut checks = target_checks(&outcome, &settings.limits);
-    checks.extend(layer_checks(&simulation.layers, sigma, &settings.limits));
+    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     checks.extend(plan_checks(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
     checks.extend(told_checks(&simulation, settings));
@@ -258,7 +262,7 @@ pub fn run(
         simulation: &simulation,
         commands: &commands,
         program_names: programs.files.iter().map(|f| f.name.clone()).collect(),
-        sigma,
+        growth,
         bead_diameter: 0.7 * plan.height.value,
     };
     observer.stage("write results", 0);
@@ -288,7 +292,7 @@ struct Shown<'a> {
     simulation: &'a Simulation,
     commands: &'a Commands,
     program_names: Vec<String>,
-    sigma: f64,
+    growth: GrowthError,
     bead_diameter: f64,
 }
 
@@ -344,7 +348,7 @@ fn write_common(
             shown.bead_diameter,
             shown.part,
         )),
-        sections: present::sections(shown.simulation, shown.sigma, &settings.limits),
+        sections: present::sections(shown.simulation, &shown.growth, &settings.limits),
         sheet: Some(operator_sheet(
             settings,
             shown.simulation,
@@ -515,7 +519,7 @@ pub fn simulate_program(
         observer,
     )?;
     // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
-    let sigma = settings.growth_sigma(1.0);
+    let growth = settings.growth_error(1.0);
     let mut checks = Vec::new();
     if let Some(part) = &part {
         let target = Target::new(
@@ -525,12 +529,15 @@ pub fn simulate_program(
             &reporter,
             observer,
         )?;
-        let at = |scale: f64| compare(&simulation.deposit.map, &target, scale);
+        let at = |deviations: f64| {
+            let shifted = |height: f64| growth.shifted(height, deviations);
+            compare(&simulation.deposit.map, &target, shifted)
+        };
         let outcome = TargetOutcome {
             volume: target.volume,
-            expected: at(1.0),
-            low: at(1.0 - sigma),
-            high: at(1.0 + sigma),
+            expected: at(0.0),
+            low: at(-1.0),
+            high: at(1.0),
         };
         checks.extend(target_checks(&outcome, &settings.limits));
     } else {
@@ -540,7 +547,7 @@ pub fn simulate_program(
             "no job was given: name one with --job to judge the part",
         ));
     }
-    checks.extend(layer_checks(&simulation.layers, sigma, &settings.limits));
+    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
     let verdict = Verdict {
@@ -562,7 +569,7 @@ pub fn simulate_program(
         simulation: &simulation,
         commands: &commands,
         program_names,
-        sigma,
+        growth,
         bead_diameter,
     };
     observer.stage("write results", 0);
