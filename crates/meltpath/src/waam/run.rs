@@ -12,7 +12,7 @@ use meltpath_machine::scan_head::head::HeadError;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{facts, plan_checks, program_check, told_checks};
+use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::part::{self, Part, PartError};
 use super::plan::{self, Plan, PlanStageError};
@@ -217,7 +217,6 @@ pub fn run(
         &reporter,
     )?;
     let map = plan.plate(settings)?;
-    tell_plate(&plan, settings, &map, &reporter);
     let layers = plan
         .planned_layers(&map, settings)
         .map_err(PlanStageError::Planar)?;
@@ -245,6 +244,7 @@ pub fn run(
     let mut checks = target_checks(&outcome, &settings.limits);
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     checks.extend(plan_checks(&plan, settings));
+    checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
@@ -398,22 +398,6 @@ pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Res
         provenance.inputs.insert(name, hash);
     }
     Ok(())
-}
-
-fn tell_plate(plan: &Plan, settings: &Settings, map: &HeightMap, reporter: &Reporter) {
-    let Some([length, width]) = settings.plate else {
-        return;
-    };
-    let (lo, hi) = map.bounds();
-    let size = hi - lo;
-    if size.x > length + map.cell || size.y > width + map.cell {
-        let beads = plan.toolpath.passes.len();
-        reporter.warn(
-            "plate-small",
-            format!("the {beads} beads do not fit on the plate of {length:.0} x {width:.0} mm"),
-            "a larger substrate.size, or none",
-        );
-    }
 }
 
 /// Plans only, into a new file. Returns a summary in words.
