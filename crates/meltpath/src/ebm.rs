@@ -1,6 +1,7 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
 pub mod focus;
+pub mod judge;
 pub mod present;
 pub mod region;
 pub mod run;
