@@ -10,6 +10,8 @@ pub mod chart_build;
 pub mod chart_file;
 pub mod chart_simulation;
 pub mod closed_form;
+pub mod comparison;
+pub mod coupon;
 pub mod criteria;
 pub mod enthalpy;
 mod fast_exp;

@@ -69,7 +69,7 @@ pub enum EbmError {
 
 impl EbmError {
     /// The run's error: cancellation is told apart.
-    fn told(self) -> RunError {
+    pub(crate) fn told(self) -> RunError {
         if let EbmError::Reference(e) = &self
             && let Some(c) = judge::cancelled(e)
         {
@@ -174,7 +174,7 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
     })
 }
 
-fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
+pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
     let failed = |source| JobError::Io {
         path: path.to_path_buf(),
         source,

@@ -286,6 +286,21 @@ pub fn simulate(
     })
 }
 
+/// Draws the path again with charts and looks at the last layer at `times` of the path, in order.
+pub(crate) fn look_at(
+    settings: &Settings,
+    times: &[f64],
+    look: &mut dyn FnMut(&ChartSimulation),
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(), EbmError> {
+    let sets = charts(settings, &[&settings.path], observer)?;
+    let mut simulation = before_last_layer(settings, &settings.path, sets, observer)?;
+    simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
+    simulation.tell(reporter);
+    Ok(())
+}
+
 /// Length of a piece of one speed, mm.
 const PIECE: f64 = 0.25;
 /// Steps between two looks of a controller.
