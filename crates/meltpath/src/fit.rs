@@ -23,6 +23,8 @@ pub use measurements::{Measurements, MeasurementsError};
 const ROUNDS: u32 = 4;
 /// Accuracy of a predicted radius, mm.
 const RADIUS: f64 = 2e-3;
+/// Efficiencies and widths that can be.
+const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
 
 /// Why nothing was fitted.
 #[derive(Debug, thiserror::Error)]
@@ -231,8 +233,8 @@ fn search(
         bounds,
     };
     let priors = [
-        prior("efficiency", measured.efficiency, [0.3, 1.0]),
-        prior("width", measured.width, [0.4, 2.0]),
+        prior("efficiency", measured.efficiency, BOUNDS[0]),
+        prior("width", measured.width, BOUNDS[1]),
     ];
     let values: Vec<Measured> = measured
         .all
@@ -334,11 +336,16 @@ fn predict(
                 let here = size(&coupon, &fitted.values)?;
                 let mut slopes = Vec::new();
                 for n in 0..fitted.values.len() {
-                    // a step as the fit takes it, towards the inside of the bounds
-                    let step = -0.5 * fitted.sigmas[n];
-                    let mut moved = fitted.values.clone();
-                    moved[n] += step;
-                    slopes.push((size(&coupon, &moved)? - here) / step);
+                    // over the uncertainty itself: shorter steps would show voxels instead of the slope
+                    let mut ends = [[0.0; 2]; 2];
+                    for (end, side) in ends.iter_mut().zip([-0.7, 0.7]) {
+                        let mut moved = fitted.values.clone();
+                        let [low, high] = BOUNDS[n];
+                        moved[n] = (moved[n] + side * fitted.sigmas[n]).clamp(low, high);
+                        *end = [moved[n], size(&coupon, &moved)?];
+                    }
+                    let width = (ends[1][0] - ends[0][0]).max(f64::MIN_POSITIVE);
+                    slopes.push((ends[1][1] - ends[0][1]) / width);
                 }
                 [here, fitted.sigma_of(&slopes)]
             }

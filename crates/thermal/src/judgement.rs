@@ -7,7 +7,7 @@
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
-use crate::beam::{Beam, BeamPath};
+use crate::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use crate::grid::{Field, Grid};
 use crate::material::{CELSIUS, Material};
 use crate::run::{RunError, draw};
@@ -20,6 +20,10 @@ pub const CONVERGED: f64 = 0.05;
 pub const POWER: f64 = 0.05;
 /// Temperature of the heat shield above the build plane, K (Béraud 2016, section 3.2.2.1).
 const SHIELD: f64 = 300.0 + CELSIUS;
+/// Rows this close to the start temperature sleep, K.
+const TOLERANCE: f64 = 2.0;
+/// How long the ground remembers a beam, s.
+const MEMORY: f64 = 0.04;
 /// Metal or powder below and beside the path, mm (Béraud 2016, section 3.2.2.1).
 const MARGIN: f64 = 0.5;
 
@@ -128,11 +132,80 @@ pub struct Drawn {
     pub updates: u64,
 }
 
-/// Draws `path` on `body`, from the start temperature, with margins of 0.5 mm.
+/// The same path with x and y exchanged.
+fn turned(path: &BeamPath) -> Result<BeamPath, BeamError> {
+    let points = path.points().iter().map(|p| BeamPoint {
+        x: p.y,
+        y: p.x,
+        ..*p
+    });
+    BeamPath::new(points.collect())
+}
+
+/// The same field with x and y exchanged.
+fn turned_field(field: &Field) -> Field {
+    let grid = &field.grid;
+    let [nx, ny] = grid.cells;
+    // rows of the turned grid run along the old y
+    let old = |n: usize| (n / (nx * ny) * ny + n % ny) * nx + n / ny % nx;
+    Field {
+        values: (0..field.values.len())
+            .map(|n| field.values[old(n)])
+            .collect(),
+        grid: Grid {
+            origin: DVec3::new(grid.origin.y, grid.origin.x, grid.origin.z),
+            cells: [ny, nx],
+            edge: [grid.edge[1], grid.edge[0]],
+            heights: grid.heights.clone(),
+        },
+    }
+}
+
+/// Cells of a plane, in mm², that are awake in the mean: the width along x, and along y what the beam has passed within
+/// [`MEMORY`].
+fn awake_area(path: &BeamPath) -> f64 {
+    const SAMPLES: usize = 400;
+    let duration = path.end() - path.begin();
+    let places: Vec<BeamPoint> = (0..SAMPLES)
+        .map(|n| path.at(path.begin() + duration * n as f64 / SAMPLES as f64))
+        .collect();
+    let span = |values: &mut dyn Iterator<Item = f64>| {
+        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |e, v| {
+            [e[0].min(v), e[1].max(v)]
+        });
+        ends[1] - ends[0] + 2.0 * MARGIN
+    };
+    let back = (MEMORY / duration * SAMPLES as f64).ceil() as usize;
+    let along: f64 = (0..SAMPLES)
+        .map(|n| span(&mut places[n.saturating_sub(back)..=n].iter().map(|p| p.y)))
+        .sum();
+    span(&mut places.iter().map(|p| p.x)) * along / SAMPLES as f64
+}
+
+/// Draws `path` on `body`, from the start temperature, with margins of 0.5 mm. Rows that are as at the start sleep, see
+/// [`Solver::let_rows_sleep`]; x and y are exchanged where fewer cells are awake then.
 ///
 /// # Errors
 /// [`RunError`].
 pub fn judge(
+    body: &Body<'_>,
+    path: &BeamPath,
+    resolution: &Resolution,
+    observer: &dyn Observer,
+) -> Result<Drawn, RunError> {
+    match turned(path) {
+        Ok(other) if awake_area(&other) < awake_area(path) => {
+            let drawn = draw_rows(body, &other, resolution, observer)?;
+            Ok(Drawn {
+                highest: turned_field(&drawn.highest),
+                ..drawn
+            })
+        }
+        _ => draw_rows(body, path, resolution, observer),
+    }
+}
+
+fn draw_rows(
     body: &Body<'_>,
     path: &BeamPath,
     resolution: &Resolution,
@@ -174,26 +247,19 @@ pub fn judge(
         ..body.beam.clone()
     };
     let step = resolution.step.min(solver.stable_step());
-    let mut updates = 0;
+    solver.let_rows_sleep(TOLERANCE);
     for layer in 0..body.layers.max(1) {
         if layer > 0 {
             solver.add_layer(body.layer)?;
             solver.freeze_below(depth);
         }
         draw(&mut solver, path, &beam, step, &mut [], observer)?;
-        let planes = solver
-            .grid()
-            .planes()
-            .min((depth / height).round() as usize);
-        let cells = solver.grid().cells;
-        let steps = ((path.end() - path.begin()) / step).ceil();
-        updates += (cells[0] * cells[1] * planes) as u64 * steps as u64;
     }
     Ok(Drawn {
         residual: solver.ledger().residual(solver.stored()),
         highest: solver.highest_temperature(),
         step,
-        updates,
+        updates: solver.updates(),
     })
 }
 
@@ -234,6 +300,40 @@ mod tests {
         assert!(share(0.049).converged());
         assert!(!share(0.051).converged());
         assert!((share(0.3).spread() - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_field_turned_twice_is_itself() {
+        let grid = Grid::covering(DVec3::ZERO, DVec3::new(0.3, 0.2, 0.2), DVec3::splat(0.1));
+        let grid = grid.unwrap();
+        let values = (0..grid.len()).map(|n| n as f32).collect();
+        let field = Field { grid, values };
+        let turned = turned_field(&field);
+        assert_eq!(turned.at(1, 2, 1), field.at(2, 1, 1));
+        assert_eq!(turned_field(&turned), field);
+    }
+
+    /// Lines along y are turned, so that their rows fall asleep; the cost is that of the same lines along x.
+    #[test]
+    fn lines_that_run_along_y_are_turned() {
+        let start = BeamPoint {
+            time: 0.0,
+            x: 0.0,
+            y: 0.0,
+            voltage: 60e3,
+            current: 5e-3,
+            focus: 0.0,
+            on: true,
+        };
+        let corners: Vec<[f64; 2]> = (0..80)
+            .flat_map(|n| {
+                let y = 0.1 * f64::from(n);
+                let ends = [[0.0, y], [3.0, y]];
+                if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
+            })
+            .collect();
+        let along_x = BeamPath::along(&corners, 980.0, start).unwrap();
+        assert!(awake_area(&along_x) < 0.6 * awake_area(&turned(&along_x).unwrap()));
     }
 
     #[test]

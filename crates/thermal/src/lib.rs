@@ -42,3 +42,4 @@ pub mod speed;
 pub mod strategy;
 pub mod surface;
 pub mod vector;
+mod window;
