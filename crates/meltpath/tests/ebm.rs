@@ -99,6 +99,26 @@ fn what_cannot_be_is_refused_with_its_place() {
     );
     assert!(refused("[ebm]\nmaterial = \"gold\"\n", 4e-3).contains("known are ti6al4v-ebm"));
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
+    // a step in which a voxel would melt whole
+    let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
+    let error = chain::run(&file, None, dir.path(), &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("loses the phase change"), "{error}");
+    // charts that are cut short, and what is none
+    for (bytes, said) in [(&b"MELT"[..], "cut"), (&b"no chart at all"[..], "none")] {
+        std::fs::write(dir.path().join("a.melt"), bytes).unwrap();
+        let text = JOB.replace("[charts]\n", "[charts]\nfiles = [\"a.melt\"]\n");
+        let file = dir.path().join("charts.toml");
+        std::fs::write(&file, text).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("cannot use the charts") && error.contains("a.melt"),
+            "{said}: {error}"
+        );
+    }
     let file = job(dir.path(), "", 4e-3);
     std::fs::write(dir.path().join("path.csv"), "t_s,x_mm\n").unwrap();
     let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();

@@ -1,10 +1,11 @@
 //! The paths of a job on the reference solver: shares in the window with what moves them.
 
-use meltpath_base::Observer;
+use meltpath_base::{Observer, Reporter};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::judgement::{Body, Resolution, Share, Variant, judge};
+use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::part::{Rectangle, within};
 use meltpath_thermal::run::RunError;
 use meltpath_thermal::solver::State;
@@ -211,6 +212,28 @@ pub fn judge_paths(
             .transpose()?,
         classes,
     })
+}
+
+/// Warns where the reference solver leaves the range of the laws.
+pub(super) fn tell(judged: &Judged, material: &Material, reporter: &Reporter) {
+    let paths = [Some(&judged.given), judged.better.as_ref()];
+    let hottest = paths
+        .into_iter()
+        .flatten()
+        .map(|p| p.highest.largest().0)
+        .fold(0.0, f64::max);
+    if hottest > material.range[1] {
+        reporter.warn(
+            "laws-extrapolated-judge",
+            format!(
+                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
+                hottest - CELSIUS,
+                material.name,
+                material.range[1] - CELSIUS
+            ),
+            "shares compare strategies on one scale; read no boiling or evaporation from them",
+        );
+    }
 }
 
 /// Whether an error is a cancellation.

@@ -273,6 +273,7 @@ pub fn simulate(
         Some(judging) => {
             let better = better.as_ref().map(|(drawn, _)| drawn);
             let found = judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            judge::tell(&found, &settings.material, reporter);
             Some(found)
         }
         None => None,
