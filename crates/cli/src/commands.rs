@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, identify, inspect, start};
+use meltpath::{chain, health, identify, inspect, start};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
-use crate::arguments::{Arguments, Command, NewProcess};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
@@ -34,6 +34,10 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::New {
             process: NewProcess::Waam { name, shape },
         } => new_waam(name, shape),
+        Command::New {
+            process: NewProcess::Lpbf { name },
+        } => new_lpbf(name),
+        Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
@@ -202,6 +206,54 @@ fn identified(record: &Path, mapping: &Path) -> Result<u8, RunError> {
     }
     show_notes(&reporter);
     Ok(0)
+}
+
+fn new_lpbf(path: &Path) -> Result<u8, RunError> {
+    let job = start::lpbf(path)?;
+    line(&format!("made {}", job.display()));
+    line(&format!("next: meltpath run {}", job.display()));
+    Ok(0)
+}
+
+fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
+    let a = arguments;
+    let subject = health::Subject::find(&a.machine, &a.head, &a.axis)?;
+    if let Some(folder) = &a.signal {
+        let made = subject.write_signal(folder)?;
+        line(&format!("made {}", made.display()));
+        line(
+            "play stage1.csv as motor voltage in open loop, stage2.csv as set-points of the closed loop; record voltage, current, angle and set-point",
+        );
+        return Ok(0);
+    }
+    let bench = match (a.records.as_slice(), &a.mapping) {
+        ([first, second], Some(mapping)) => health::Bench::Records {
+            first: first.clone(),
+            second: second.clone(),
+            mapping: mapping.clone(),
+        },
+        _ => health::Bench::Simulated(a.change.clone()),
+    };
+    let now = || health::iso(std::time::SystemTime::now());
+    let circumstances = health::Circumstances {
+        time: a.time.clone().unwrap_or_else(now),
+        temperature: a.temperature,
+        accept: a.accept,
+    };
+    let reporter = Reporter::new();
+    let outcome = health::test(&subject, &bench, &a.history, &circumstances, &reporter)?;
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "{}: {} (test {})",
+        subject.name(),
+        health::words(outcome.rating),
+        outcome.tests
+    ));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
 }
 
 /// Warnings as notes.

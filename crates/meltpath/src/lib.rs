@@ -3,6 +3,7 @@
 pub mod chain;
 pub mod data;
 pub mod ebm;
+pub mod health;
 pub mod identify;
 pub mod inspect;
 pub mod job;

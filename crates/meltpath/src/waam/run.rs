@@ -37,6 +37,9 @@ pub enum RunError {
     /// A bench record.
     #[error(transparent)]
     Identify(#[from] crate::identify::IdentifyError),
+    /// A health test.
+    #[error(transparent)]
+    Health(#[from] crate::health::HealthError),
     /// An electron-beam job.
     #[error(transparent)]
     Ebm(#[from] crate::ebm::EbmError),
