@@ -17,7 +17,7 @@ use super::identification::{self, BenchRecord, Excitation, IdentificationError, 
 use super::km0::Km0Samples;
 use super::plant::Plant;
 
-/// Length of the windows, s: two tenths of a hertz below the slowest pole count.
+/// Length of the windows, s: 2.4 Hz are told apart.
 const WINDOW: f64 = 0.4096;
 /// Periods of the sequence; the first settles and is left out.
 const PERIODS: usize = 8;

@@ -2,9 +2,10 @@
 //! small job.
 //!
 //! Source: specification *lpbf-scan-head* § 20 (a) and 20.8; the thesis tunes by trial and error. Contours set the contour
-//! speed and fills the fill speed: for each pre-filter and wait both are bisected in the same runs. The gate does not act on the
-//! mirrors, so each run also tunes its delays. Bisection takes for granted that a slower speed marks no worse; where that does
-//! not hold, the found recipe is still within bounds, but a faster one may be missed.
+//! speed and fills the fill speed: for each pre-filter and wait both are scanned from the fastest on, then bisected, in the same
+//! runs. The gate does not act on the mirrors, so each run also tunes its delays. Dry friction makes slow marks worse than faster
+//! ones: the rates are not monotone in the speed, and a faster recipe between two scanned speeds may be missed; the found one is
+//! within bounds in any case.
 
 use meltpath_base::Observer;
 use rayon::prelude::*;
@@ -21,10 +22,16 @@ use super::job::{LaserDelays, Recipe, ScanJob, ScanJobError};
 const WINDOW: f64 = 4e-3;
 /// The longest delay tried, s.
 const LONGEST_DELAY: f64 = 1.2e-3;
-/// Halvings of the range of speeds.
-const HALVINGS: u32 = 5;
+/// Steps in which the range of speeds is scanned, from the fastest.
+const SCANNED: u32 = 6;
+/// Halvings between the fastest good speed scanned and the next.
+const HALVINGS: u32 = 2;
 /// Steps back where the speeds found apart do not go together.
 const STEPS_BACK: u32 = 3;
+/// Size of such a step.
+const STEP_BACK: f64 = 1.08;
+/// What a fill rate may lose where nothing else is asked.
+const MAY_LOSE: f64 = 0.02;
 
 /// What the search may change, and what the marks must keep.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +50,8 @@ pub struct Bounds {
     pub contour_error: f64,
     /// Least share of contour points within it.
     pub contour_share: f64,
-    /// Least fill rate, in the mode that `fill` of the problem judges first; NaN for that of the recipe to begin with.
+    /// Least fill rate, in the mode that `fill` of the problem judges first; NaN for two
+    /// points less than that of the recipe to begin with.
     pub fill_rate: f64,
 }
 
@@ -214,7 +222,7 @@ pub fn search(
         heads,
         quiet: Quiet(observer),
     };
-    let most = grid.len() as u64 * u64::from(3 + HALVINGS + STEPS_BACK) + 1;
+    let most = grid.len() as u64 * u64::from(2 + SCANNED + HALVINGS + STEPS_BACK) + 1;
     observer.stage("recipe search", most);
     let mut start = search.try_recipe(
         Held {
@@ -225,7 +233,7 @@ pub fn search(
         [problem.recipe.contour_speed, problem.recipe.fill_speed],
     )?;
     if search.bounds.fill_rate.is_nan() {
-        search.bounds.fill_rate = start.fill_rate;
+        search.bounds.fill_rate = start.fill_rate - MAY_LOSE;
     }
     start.recipe.name.clone_from(&problem.recipe.name);
     start.within = search.within(&start);
@@ -330,28 +338,38 @@ impl Search<'_> {
     /// The fastest speeds at one place of the grid, with all that was tried on the way.
     fn speeds(&self, held: Held) -> Result<Vec<Candidate>, HeadError> {
         let b = &self.bounds;
-        let [low, high] = [0, 1].map(|k| [b.contour_speed[k], b.fill_speed[k]]);
-        let mut tried = vec![self.try_recipe(held, high)?];
-        if tried[0].within {
-            return Ok(tried);
-        }
-        let slow = self.try_recipe(held, low)?;
-        let possible = slow.contour_share >= b.contour_share && slow.fill_rate >= b.fill_rate;
+        let range = [b.contour_speed, b.fill_speed];
         let good = |c: &Candidate| {
             [
                 c.contour_share >= b.contour_share,
                 c.fill_rate >= b.fill_rate,
             ]
         };
-        let fast = good(&tried[0]);
-        tried.push(slow);
-        if !possible {
-            return Ok(tried);
+        // for each speed the fastest scanned one that is good, and the next faster one, which is not
+        let mut ends: [Option<Halving>; 2] = [None, None];
+        let mut tried = Vec::new();
+        for step in (0..=SCANNED).rev() {
+            let share = f64::from(step) / f64::from(SCANNED);
+            let at = |share: f64| range.map(|[low, high]| low * (high / low).powf(share));
+            let (speeds, faster) = (at(share), at(share + 1.0 / f64::from(SCANNED)));
+            let candidate = self.try_recipe(held, speeds)?;
+            for (k, good) in good(&candidate).into_iter().enumerate() {
+                if good && ends[k].is_none() {
+                    ends[k] = Some(Halving {
+                        good: speeds[k],
+                        bad: faster[k].min(range[k][1]),
+                    });
+                }
+            }
+            tried.push(candidate);
+            if ends.iter().all(Option::is_some) {
+                break;
+            }
         }
-        let mut ranges = [0, 1].map(|k| Halving {
-            good: if fast[k] { high[k] } else { low[k] },
-            bad: high[k],
-        });
+        let [Some(contour), Some(fill)] = ends else {
+            return Ok(tried);
+        };
+        let mut ranges = [contour, fill];
         for _ in 0..HALVINGS {
             let speeds = [ranges[0].middle(), ranges[1].middle()];
             let candidate = self.try_recipe(held, speeds)?;
@@ -372,7 +390,7 @@ impl Search<'_> {
             }
             for k in [0, 1] {
                 if !good[k] {
-                    speeds[k] = (speeds[k] * low[k]).sqrt();
+                    speeds[k] = (speeds[k] / STEP_BACK).max(range[k][0]);
                 }
             }
         }

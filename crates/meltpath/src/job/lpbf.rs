@@ -45,7 +45,7 @@ pub struct OptimiseTable {
     pub jump_factors: Option<Vec<Positive<Ratio>>>,
     /// Factors on the first filter of the mirrors to try; default 100 % and 50 %.
     pub filter_factors: Option<Vec<Positive<Ratio>>>,
-    /// Least fill rate; default that of `[checks]`, else the first recipe's own.
+    /// Least fill rate; default that of `[checks]`, else two points below the first recipe's own.
     pub fill_rate: Option<NotNegative<Ratio>>,
 }
 

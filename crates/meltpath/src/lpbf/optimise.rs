@@ -73,6 +73,9 @@ pub(super) fn check(found: &Found) -> Check {
     let title = "a faster recipe within the bounds";
     let saving = |c: &Candidate| 100.0 * (1.0 - c.duration / found.start.duration);
     let check = |words: &str| Check::not_checked("optimise", title, words);
+    if found.best.as_ref() == Some(&found.start) {
+        return check("no faster recipe keeps the bounds: the first one is the fastest tried");
+    }
     if let Some(best) = &found.best {
         return Check {
             status: Status::Pass,
@@ -223,7 +226,7 @@ pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputEr
             other => io::Error::other(other),
         })
     })?;
-    if let Some(best) = &found.best {
+    if let Some(best) = found.best.as_ref().filter(|b| **b != found.start) {
         let text = recipe_file(best);
         folder.write("recipe-optimised.toml", |w| w.write_all(text.as_bytes()))?;
     }

@@ -97,7 +97,10 @@ pub fn run(
         Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
         None => None,
     };
-    let best = found.as_ref().and_then(|f| f.best.as_ref());
+    // the first recipe itself is run anyway
+    let best = found
+        .as_ref()
+        .and_then(|f| f.best.as_ref().filter(|b| **b != f.start));
     let mut recipes = settings.recipes.clone();
     recipes.extend(best.map(|c| c.recipe.clone()));
     let other_head = match best {

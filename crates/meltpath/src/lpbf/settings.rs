@@ -295,7 +295,7 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
     })
 }
 
-/// What a recipe search may change. A fill rate that nobody bounds is NaN: the first recipe's own becomes the bound.
+/// What a recipe search may change. A fill rate that nobody bounds is NaN: two points below the first recipe's own become the bound.
 fn bounds(
     table: &OptimiseTable,
     recipe: &Recipe,
