@@ -27,6 +27,7 @@ pub mod medium;
 pub mod modulation;
 pub mod moving_source;
 pub mod neighbourhood;
+pub mod passes;
 pub mod pool;
 pub mod rates;
 pub mod real;
