@@ -15,7 +15,7 @@ use meltpath_toolpath::{Toolpath, storage};
 use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::part::{self, Part, PartError};
-use super::plan::{self, Plan, PlanStageError};
+use super::plan::{self, PlanStageError};
 use super::present;
 use super::program::{self, Commands, ProgramStageError};
 use super::settings::{Settings, in_file, resolve};
