@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use meltpath::job::JobError;
 use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, compare, fit, identify, inspect};
+use meltpath::{chain, compare, fit, health, identify, inspect};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
-use crate::arguments::{Arguments, Command, NewProcess};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
@@ -36,6 +36,9 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             process: NewProcess::Waam { name, shape },
         } => made(start::waam(name, shape)),
         Command::New {
+            process: NewProcess::Lpbf { name },
+        } => made(start::lpbf(name)),
+        Command::New {
             process: NewProcess::Ebm { name },
         } => made(start::ebm(name)),
         Command::Compare {
@@ -44,6 +47,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             out,
         } => compared(against, table, out.as_deref()),
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
+        Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
@@ -272,6 +276,47 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
         found.folder.join("report.html").display()
     ));
     Ok(0)
+}
+
+fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
+    let a = arguments;
+    let subject = health::Subject::find(&a.machine, &a.head, &a.axis)?;
+    if let Some(folder) = &a.signal {
+        let made = subject.write_signal(folder)?;
+        line(&format!("made {}", made.display()));
+        line(
+            "play stage1.csv as motor voltage in open loop, stage2.csv as set-points of the closed loop; record voltage, current, angle and set-point",
+        );
+        return Ok(0);
+    }
+    let bench = match (a.records.as_slice(), &a.mapping) {
+        ([first, second], Some(mapping)) => health::Bench::Records {
+            first: first.clone(),
+            second: second.clone(),
+            mapping: mapping.clone(),
+        },
+        _ => health::Bench::Simulated(a.change.clone()),
+    };
+    let now = || health::iso(std::time::SystemTime::now());
+    let circumstances = health::Circumstances {
+        time: a.time.clone().unwrap_or_else(now),
+        temperature: a.temperature,
+        accept: a.accept,
+    };
+    let reporter = Reporter::new();
+    let outcome = health::test(&subject, &bench, &a.history, &circumstances, &reporter)?;
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "{}: {} (test {})",
+        subject.name(),
+        health::words(outcome.rating),
+        outcome.tests
+    ));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
 }
 
 /// Warnings as notes.

@@ -5,6 +5,7 @@ pub mod compare;
 pub mod data;
 pub mod ebm;
 pub mod fit;
+pub mod health;
 pub mod identify;
 pub mod inspect;
 pub mod job;
