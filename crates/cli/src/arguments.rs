@@ -120,4 +120,9 @@ pub(crate) enum NewProcess {
         #[arg(long, default_value = "ring")]
         shape: String,
     },
+    /// Electron beam over powder.
+    Ebm {
+        /// Name of the folder to make.
+        name: PathBuf,
+    },
 }

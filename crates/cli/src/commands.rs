@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
+use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, compare, fit, identify, inspect, start};
+use meltpath::{chain, compare, fit, identify, inspect};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -33,7 +34,10 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Inspect { file } => inspect_file(file),
         Command::New {
             process: NewProcess::Waam { name, shape },
-        } => new_waam(name, shape),
+        } => made(start::waam(name, shape)),
+        Command::New {
+            process: NewProcess::Ebm { name },
+        } => made(start::ebm(name)),
         Command::Compare {
             against,
             table,
@@ -193,8 +197,8 @@ fn inspect_file(file: &Path) -> Result<u8, RunError> {
     Ok(0)
 }
 
-fn new_waam(path: &Path, shape: &str) -> Result<u8, RunError> {
-    let job = start::waam(path, shape)?;
+fn made(job: Result<PathBuf, StartError>) -> Result<u8, RunError> {
+    let job = job?;
     line(&format!("made {}", job.display()));
     line(&format!("next: meltpath run {}", job.display()));
     Ok(0)

@@ -82,6 +82,40 @@ fn a_small_job_runs_and_learns() {
     );
 }
 
+/// A region with a hole, two layers of lines that cross: no file of a path is needed, and the one that is written is one.
+#[test]
+fn a_region_is_hatched_layer_by_layer() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let out = dir.path().join("out");
+    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    // the second layer's lines run along y
+    let upright = csv.lines().skip(1).filter(|l| !l.starts_with('#'));
+    let first: Vec<Vec<f64>> = upright
+        .take(2)
+        .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+        .collect();
+    assert!((first[0][1] - first[1][1]).abs() < 1e-9, "{first:?}");
+    assert!(out.join("path.parquet").is_file());
+    for (extra, what) in [
+        ("path = \"p.csv\"\n", "either `path` or the table [hatch]"),
+        ("", "has nothing to fill"),
+    ] {
+        let wrong = if extra.is_empty() {
+            text.replace("contour = ", "# ").replace("holes = ", "# ")
+        } else {
+            format!("{extra}{text}")
+        };
+        std::fs::write(&file, wrong).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused_with_its_place() {
     let dir = tempfile::tempdir().unwrap();

@@ -31,6 +31,7 @@ pub mod modulation;
 pub mod moving_source;
 pub mod neighbourhood;
 pub mod part;
+pub mod passes;
 pub mod pool;
 pub mod rates;
 pub mod real;

@@ -86,7 +86,6 @@ fn body(settings: &Settings) -> Body<'_> {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
-        layers: settings.layers,
         ground: match settings.ground {
             Ground::Metal => State::Dense,
             Ground::Powder => State::Powder,
@@ -124,7 +123,9 @@ fn classes(
             }
             .grown(MIDDLE);
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
-            let drawn = judge(&body(settings), &part, &judging.resolution, observer)?;
+            // as many layers of the good body as of the job
+            let layers = vec![part; settings.lower.len() + 1];
+            let drawn = judge(&body(settings), &layers, &judging.resolution, observer)?;
             let any = Classes {
                 melting,
                 window: [melting, f64::INFINITY],
@@ -145,10 +146,13 @@ fn judged(
     drawn: &Drawn,
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
-    let path = match &judging.part {
-        Some(part) => cut(&drawn.path, &part.grown(judging.beyond))?,
-        None => drawn.path.clone(),
-    };
+    let mut paths = Vec::with_capacity(settings.lower.len() + 1);
+    for path in settings.lower.iter().chain([&drawn.path]) {
+        paths.push(match &judging.part {
+            Some(part) => cut(path, &part.grown(judging.beyond))?,
+            None => path.clone(),
+        });
+    }
     let part = judging.part.as_ref().map(|p| (p, judging.beyond));
     let of = |highest: &Field, classes: &Classes| {
         tally(highest, classes, &settings.contour, settings.inside, part)
@@ -160,7 +164,7 @@ fn judged(
             .first()
             .map_or(judging.resolution.step, |r: &Run| r.resolution.step);
         let wanted = judging.resolution.of(variant, taken);
-        let drawn = judge(&body(settings), &path, &wanted, observer)?;
+        let drawn = judge(&body(settings), &paths, &wanted, observer)?;
         runs.push(Run {
             variant,
             resolution: Resolution {

@@ -21,6 +21,7 @@ use meltpath_thermal::criteria::{Class, Classes, gradient, histogram};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
+use super::path_file::write_parquet;
 use super::region::Contour;
 use super::settings::Settings;
 use super::simulate::{Drawn, Outcome, top};
@@ -455,6 +456,7 @@ pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outpu
     }
     folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
     folder.write("path.csv", |w| w.write_all(shown.path.to_csv().as_bytes()))?;
+    folder.write("path.parquet", |w| write_parquet(&shown.path, w))?;
     voxels(folder, shown)
 }
 

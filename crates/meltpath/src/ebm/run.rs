@@ -114,6 +114,10 @@ pub fn run(
     let reporter = Reporter::new();
     let settings = resolved(job_file, job, text)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    settings
+        .warnings
+        .iter()
+        .for_each(|w| reporter.push(w.clone()));
     let outcome = simulate(&settings, &reporter, observer).map_err(EbmError::told)?;
     let verdict = Verdict {
         checks: checks(&settings, &outcome),
@@ -132,7 +136,9 @@ pub fn run(
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
-    record(&mut provenance, &settings.path_file)?;
+    if let Some(file) = &settings.path_file {
+        record(&mut provenance, file)?;
+    }
     observer.stage("write results", 0);
     observer
         .check()

@@ -1,10 +1,8 @@
 //! Every value of an electron-beam job resolved: what was written, and the stated defaults.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::Provenance;
+use meltpath_base::{Provenance, Reporter, Warning};
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
@@ -14,8 +12,9 @@ use meltpath_thermal::material_file::{Readings, read};
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
-use super::focus;
+use super::hatch::Hatch;
 use super::region::Contour;
+use super::{focus, path_file};
 use crate::job::TextError;
 use crate::job::ebm::{EbmJob, Ground, OptimiseMethod};
 
@@ -64,10 +63,14 @@ pub struct Judge {
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// File of the beam path.
-    pub path_file: PathBuf,
-    /// The beam path.
+    /// File of the beam path, where it comes from one.
+    pub path_file: Option<PathBuf>,
+    /// The beam path of the last layer.
     pub path: BeamPath,
+    /// The paths of the layers below it, lowest first.
+    pub lower: Vec<BeamPath>,
+    /// What planning said of the hatch.
+    pub warnings: Vec<Warning>,
     /// The material.
     pub material: Material,
     /// Beam to heat.
@@ -76,8 +79,6 @@ pub struct Settings {
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
-    /// How often the path is drawn.
-    pub layers: u32,
     /// What lies under the first layer.
     pub ground: Ground,
     /// Chart files.
@@ -133,8 +134,7 @@ fn beam_path(
 ) -> Result<(PathBuf, BeamPath), TextError> {
     let file = folder.join(name.get_ref());
     let shown = |what: String| at(name.span(), &format!("{}: {what}", file.display()));
-    let reader = File::open(&file).map_err(|e| shown(e.to_string()))?;
-    let path = BeamPath::from_csv(BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
+    let path = path_file::read(&file).map_err(|e| shown(e.to_string()))?;
     let heats = path
         .points()
         .windows(2)
@@ -151,7 +151,6 @@ fn beam_path(
 /// [`TextError`] with the place in the job where one value is to blame.
 pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     let mut r = Provenance::new();
-    let (path_file, path) = beam_path(folder, &job.path)?;
     let (material, beam, penetration) = process(job, &mut r)?;
     let mm = |v: f64| meltpath_base::Length(v);
     let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
@@ -220,13 +219,20 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
             "enough to see the beam move",
         )
         .clamp(1, 500);
-    let window = window(job, folder, &mut r)?;
-    let contour = if job.region.contour.is_empty() {
-        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
-        Contour::hull(&on)
-    } else {
-        Contour::new(job.region.contour.iter().map(|c| c.map(|v| v.0)).collect())
-    };
+    let reporter = Reporter::new();
+    let drawn = drawn(job, folder, layers, &reporter, &mut r)?;
+    let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
+    let Drawing {
+        path_file,
+        mut paths,
+        contour,
+        ..
+    } = drawn;
+    let path = paths.pop().ok_or_else(|| TextError {
+        span: None,
+        message: "there is no layer to draw".to_owned(),
+        help: None,
+    })?;
     let inside = r
         .written_or(
             "region.inside",
@@ -283,9 +289,10 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     Ok(Settings {
         path_file,
         path,
+        lower: paths,
+        warnings: reporter.warnings(),
         penetration,
         layer,
-        layers,
         ground: ebm.ground,
         chart_files: charts
             .files
@@ -365,6 +372,62 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
     })
 }
 
+/// What the beam draws.
+struct Drawing {
+    path_file: Option<PathBuf>,
+    /// A path for each layer.
+    paths: Vec<BeamPath>,
+    contour: Contour,
+    hatch: Option<Hatch>,
+}
+
+fn drawn(
+    job: &EbmJob,
+    folder: &Path,
+    layers: u32,
+    reporter: &Reporter,
+    r: &mut Provenance,
+) -> Result<Drawing, TextError> {
+    let corners = |ring: &Vec<[meltpath_base::Length; 2]>| {
+        ring.iter().map(|c| c.map(|v| v.0)).collect::<Vec<_>>()
+    };
+    let region = &job.region;
+    let contour = Contour::new(corners(&region.contour))
+        .with_holes(region.holes.iter().map(corners).collect());
+    let plain = |message: String| TextError {
+        span: None,
+        message,
+        help: None,
+    };
+    let Some(file) = &job.path else {
+        let hatch = Hatch::resolve(&job.hatch.clone().unwrap_or_default(), r);
+        let body = contour.region();
+        let paths = (1..=layers)
+            .map(|number| hatch.path(&body, number, reporter))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|e| plain(format!("[hatch]: {e}")))?;
+        return Ok(Drawing {
+            path_file: None,
+            paths,
+            contour,
+            hatch: Some(hatch),
+        });
+    };
+    let (path_file, path) = beam_path(folder, file)?;
+    let contour = if region.contour.is_empty() {
+        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+        Contour::hull(&on)
+    } else {
+        contour
+    };
+    Ok(Drawing {
+        path_file: Some(path_file),
+        paths: vec![path; layers as usize],
+        contour,
+        hatch: None,
+    })
+}
+
 /// Material, beam and its penetration.
 fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), TextError> {
     let ebm = &job.ebm;
@@ -441,10 +504,30 @@ fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), Te
     Ok((material, beam, penetration))
 }
 
-fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Window, TextError> {
+fn window(
+    job: &EbmJob,
+    folder: &Path,
+    hatch: Option<&Hatch>,
+    r: &mut Provenance,
+) -> Result<Window, TextError> {
     let w = &job.window;
-    if let Some(good) = &w.good {
-        let (_, path) = beam_path(folder, good)?;
+    let good = match (&w.good, &w.body, hatch) {
+        (Some(file), _, _) => Some((file.get_ref().clone(), beam_path(folder, file)?.1)),
+        (None, Some(body), Some(hatch)) => {
+            let size = body.map(|edge| edge.0.0);
+            let region = Contour::rectangle(size).region();
+            let path = hatch.of_lines().path(&region, 1, &Reporter::new());
+            let path = path.map_err(|e| TextError {
+                span: None,
+                message: format!("window.body: {e}"),
+                help: None,
+            })?;
+            let name = format!("lines of [hatch] over {} x {} mm", size[0], size[1]);
+            Some((name, path))
+        }
+        _ => None,
+    };
+    if let Some((name, path)) = good {
         let width = w.width.as_ref().map(|w| w.get_ref().0);
         let width = r.written_or(
             "window.width (K)",
@@ -452,12 +535,7 @@ fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Window, Tex
             60.0,
             "the thesis' window, 2700 to 2760 °C",
         );
-        r.written_or(
-            "window.good",
-            Some(good.get_ref().clone()),
-            String::new(),
-            "",
-        );
+        r.written_or("window.good", Some(name), String::new(), "");
         return Ok(Window::Good {
             path: Box::new(path),
             width,

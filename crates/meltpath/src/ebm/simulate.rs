@@ -117,15 +117,15 @@ fn charts(
     Ok(sets)
 }
 
-/// Voxels round a path, fresh powder on the ground.
-fn start(
+/// Voxels round paths, fresh powder on the ground.
+fn start<'a>(
     settings: &Settings,
-    path: &BeamPath,
+    paths: impl Iterator<Item = &'a BeamPath>,
     sets: Vec<ChartSet>,
 ) -> Result<ChartSimulation, EbmError> {
     let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
     let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    for p in path.points() {
+    for p in paths.flat_map(BeamPath::points) {
         low = low.min(DVec3::new(p.x, p.y, 0.0));
         high = high.max(DVec3::new(p.x, p.y, 0.0));
     }
@@ -146,12 +146,13 @@ fn start(
 /// Draws all layers but the last one: what the last one starts from.
 fn before_last_layer(
     settings: &Settings,
-    path: &BeamPath,
+    lower: &[BeamPath],
+    last: &BeamPath,
     sets: Vec<ChartSet>,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, path, sets)?;
-    for _ in 1..settings.layers {
+    let mut simulation = start(settings, lower.iter().chain([last]), sets)?;
+    for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
     }
@@ -216,7 +217,13 @@ fn classes(
             window: *window,
         }),
         Window::Good { path, width } => {
-            let mut simulation = before_last_layer(settings, path, sets.to_vec(), observer)?;
+            let mut simulation = before_last_layer(
+                settings,
+                &vec![path.as_ref().clone(); settings.lower.len()],
+                path,
+                sets.to_vec(),
+                observer,
+            )?;
             simulation.draw(path, &[], &mut |_, _| (), observer)?;
             let highest = simulation.highest_temperature();
             let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
@@ -256,13 +263,19 @@ pub fn simulate(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
-    let mut paths = vec![&settings.path];
+    let mut paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
     if let Window::Good { path, .. } = &settings.window {
         paths.push(path);
     }
     let sets = charts(settings, &paths, observer)?;
     let classes = classes(settings, &sets, observer)?;
-    let ready = before_last_layer(settings, &settings.path, sets.clone(), observer)?;
+    let ready = before_last_layer(
+        settings,
+        &settings.lower,
+        &settings.path,
+        sets.clone(),
+        observer,
+    )?;
     let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
     given.simulation.tell(reporter);
     let better = match &settings.optimise {
@@ -295,8 +308,10 @@ pub(crate) fn look_at(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
-    let sets = charts(settings, &[&settings.path], observer)?;
-    let mut simulation = before_last_layer(settings, &settings.path, sets, observer)?;
+    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let sets = charts(settings, &paths, observer)?;
+    let mut simulation =
+        before_last_layer(settings, &settings.lower, &settings.path, sets, observer)?;
     simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
     simulation.tell(reporter);
     Ok(())
