@@ -3,11 +3,14 @@
 pub mod present;
 pub mod samples;
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::comparison::{Apart, Missing, Pair, Places, Sample, apart, around};
 use toml::Spanned;
 
@@ -245,7 +248,7 @@ fn settings_of(folder: &Path) -> Result<Settings, RunError> {
         return Err(wrong("it has no path.csv or no charts".to_owned()).into());
     }
     let job = EbmJob {
-        path: job.hatch.is_none().then(|| spanned("path.csv".to_owned())),
+        path: job.path.map(|_| spanned("path.csv".to_owned())),
         charts: crate::job::ebm::ChartsTable {
             files: charts,
             ..job.charts
@@ -255,7 +258,7 @@ fn settings_of(folder: &Path) -> Result<Settings, RunError> {
         judge: None,
         ..*job
     };
-    resolve(&job, folder).map_err(|e| {
+    let mut settings = resolve(&job, folder).map_err(|e| {
         RunError::Job(JobError::Text {
             path: file,
             text,
@@ -263,7 +266,13 @@ fn settings_of(folder: &Path) -> Result<Settings, RunError> {
             message: e.message,
             help: e.help,
         })
-    })
+    })?;
+    // of a job that hatches its region the last layer too is the one in the folder
+    let path = File::open(folder.join("path.csv"))
+        .map_err(|e| e.to_string())
+        .and_then(|f| BeamPath::from_csv(BufReader::new(f)).map_err(|e| e.to_string()));
+    settings.path = path.map_err(|e| wrong(format!("its path.csv does not read: {e}")))?;
+    Ok(settings)
 }
 
 fn with_run(

@@ -36,8 +36,6 @@ pub struct Body<'a> {
     pub beam: &'a Beam,
     /// Thickness of a layer, mm.
     pub layer: f64,
-    /// What is drawn before the path, each on a layer of its own, from below.
-    pub lower: &'a [BeamPath],
     /// What lies under the first layer.
     pub ground: State,
 }
@@ -182,45 +180,39 @@ fn awake_area(path: &BeamPath) -> f64 {
     span(&mut places.iter().map(|p| p.x)) * along / SAMPLES as f64
 }
 
-/// Draws `path` on `body`, from the start temperature, with margins of 0.5 mm. Rows that are as at the start sleep, see
-/// [`Solver::let_rows_sleep`]; x and y are exchanged where fewer cells are awake then.
+/// Draws `paths` on `body`, each on a fresh layer, from the start temperature, with margins of 0.5 mm. Rows that are as at
+/// the start sleep, see [`Solver::let_rows_sleep`]; x and y are exchanged where fewer cells are awake then.
 ///
 /// # Errors
 /// [`RunError`].
 pub fn judge(
     body: &Body<'_>,
-    path: &BeamPath,
+    paths: &[BeamPath],
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
-    let lower: Result<Vec<BeamPath>, _> = body.lower.iter().map(turned).collect();
-    match (turned(path), lower) {
-        (Ok(other), Ok(lower)) if awake_area(&other) < awake_area(path) => {
-            let body = Body {
-                lower: &lower,
-                ..body.clone()
-            };
-            let drawn = draw_rows(&body, &other, resolution, observer)?;
-            Ok(Drawn {
-                highest: turned_field(&drawn.highest),
-                ..drawn
-            })
-        }
-        _ => draw_rows(body, path, resolution, observer),
+    let others: Vec<BeamPath> = paths.iter().filter_map(|p| turned(p).ok()).collect();
+    let area = |paths: &[BeamPath]| paths.iter().map(awake_area).sum::<f64>();
+    if others.len() == paths.len() && area(&others) < area(paths) {
+        let drawn = draw_rows(body, &others, resolution, observer)?;
+        return Ok(Drawn {
+            highest: turned_field(&drawn.highest),
+            ..drawn
+        });
     }
+    draw_rows(body, paths, resolution, observer)
 }
 
 fn draw_rows(
     body: &Body<'_>,
-    path: &BeamPath,
+    paths: &[BeamPath],
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
     let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
     let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    let drawn = body.lower.iter().chain([path]);
-    for w in drawn
-        .clone()
+    for w in paths
+        .iter()
         .flat_map(|p| p.points().windows(2))
         .filter(|w| w[0].on)
     {
@@ -258,7 +250,7 @@ fn draw_rows(
     };
     let step = resolution.step.min(solver.stable_step());
     solver.let_rows_sleep(TOLERANCE);
-    for (layer, path) in drawn.enumerate() {
+    for (layer, path) in paths.iter().enumerate() {
         if layer > 0 {
             solver.add_layer(body.layer)?;
             solver.freeze_below(depth);

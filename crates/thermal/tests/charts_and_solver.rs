@@ -66,7 +66,6 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         material: &material,
         beam: &beam,
         layer: 0.05,
-        lower: &[],
         ground: State::Dense,
     };
     let resolution = Resolution {
@@ -75,7 +74,9 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         step: 4e-6,
         power: 1.0,
     };
-    judge(&body, path, &resolution, &Silent).unwrap().highest
+    judge(&body, std::slice::from_ref(path), &resolution, &Silent)
+        .unwrap()
+        .highest
 }
 
 fn on_charts(path: &BeamPath, stop: f64, cell: f64, batch: usize) -> Field {

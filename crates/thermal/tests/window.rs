@@ -115,7 +115,6 @@ fn a_long_track_costs_where_it_is_hot() {
         material: &material,
         beam: &beam,
         layer: 0.05,
-        lower: &[],
         ground: State::Dense,
     };
     let resolution = Resolution {
@@ -127,7 +126,7 @@ fn a_long_track_costs_where_it_is_hot() {
     let cost = |length: f64| {
         let path =
             BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 200.0, settings(1e-3, 4e-3)).unwrap();
-        let drawn = judge(&body, &path, &resolution, &Silent).unwrap();
+        let drawn = judge(&body, &[path], &resolution, &Silent).unwrap();
         let most = drawn.highest.largest().0 - CELSIUS;
         println!(
             "track of {length} mm: {:.2e} updates per mm, {most:.0} °C, heat lost {:.1e}",

@@ -81,12 +81,11 @@ pub(super) fn tally(
     Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
 }
 
-fn body<'a>(settings: &'a Settings, lower: &'a [BeamPath]) -> Body<'a> {
+fn body(settings: &Settings) -> Body<'_> {
     Body {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
-        lower,
         ground: match settings.ground {
             Ground::Metal => State::Dense,
             Ground::Powder => State::Powder,
@@ -124,9 +123,9 @@ fn classes(
             }
             .grown(MIDDLE);
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
-            let lower = vec![part.clone(); settings.lower.len()];
-            let body = body(settings, &lower);
-            let drawn = judge(&body, &part, &judging.resolution, observer)?;
+            // as many layers of the good body as of the job
+            let layers = vec![part; settings.lower.len() + 1];
+            let drawn = judge(&body(settings), &layers, &judging.resolution, observer)?;
             let any = Classes {
                 melting,
                 window: [melting, f64::INFINITY],
@@ -147,21 +146,13 @@ fn judged(
     drawn: &Drawn,
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
-    let (path, lower) = match &judging.part {
-        Some(part) => {
-            let near = part.grown(judging.beyond);
-            // lower layers that draw nothing here are left out
-            let lower = settings.lower.iter().map(|p| within(p, &near));
-            let lower = lower.collect::<Result<Vec<_>, _>>();
-            let lower = lower.map_err(StrategyError::from)?;
-            (
-                cut(&drawn.path, &near)?,
-                lower.into_iter().flatten().collect(),
-            )
-        }
-        None => (drawn.path.clone(), settings.lower.clone()),
-    };
-    let body = body(settings, &lower);
+    let mut paths = Vec::with_capacity(settings.lower.len() + 1);
+    for path in settings.lower.iter().chain([&drawn.path]) {
+        paths.push(match &judging.part {
+            Some(part) => cut(path, &part.grown(judging.beyond))?,
+            None => path.clone(),
+        });
+    }
     let part = judging.part.as_ref().map(|p| (p, judging.beyond));
     let of = |highest: &Field, classes: &Classes| {
         tally(highest, classes, &settings.contour, settings.inside, part)
@@ -173,7 +164,7 @@ fn judged(
             .first()
             .map_or(judging.resolution.step, |r: &Run| r.resolution.step);
         let wanted = judging.resolution.of(variant, taken);
-        let drawn = judge(&body, &path, &wanted, observer)?;
+        let drawn = judge(&body(settings), &paths, &wanted, observer)?;
         runs.push(Run {
             variant,
             resolution: Resolution {

@@ -319,6 +319,59 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     })
 }
 
+fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
+    let table = job.judge.as_ref()?;
+    r.written_or(
+        "judge.solver",
+        Some(named(&table.solver)),
+        String::new(),
+        "",
+    );
+    let part = table.part.as_ref().map(|p| {
+        let [low, high] = p.get_ref().map(|corner| corner.map(|v| v.0));
+        Rectangle { low, high }
+    });
+    let mut length = |name: &str, written: Option<f64>, default: f64, why: &str| {
+        r.written_or(
+            name,
+            written.map(meltpath_base::Length),
+            meltpath_base::Length(default),
+            why,
+        )
+        .0
+    };
+    let beyond = length(
+        "judge.beyond",
+        table.beyond.map(|b| b.0.0),
+        0.75,
+        "six lines of the thesis; heat laid further away has left through the ground",
+    );
+    let cell = length(
+        "judge.cell",
+        table.cell.map(|c| c.0.0),
+        0.0625,
+        "half the thesis' distance of lines",
+    );
+    let step = r
+        .written_or(
+            "judge.step",
+            table.step.map(|s| s.0),
+            meltpath_base::Time(4e-6),
+            "a twelfth of a cell at 980 mm/s",
+        )
+        .0;
+    Some(Judge {
+        part,
+        beyond,
+        resolution: Resolution {
+            cell,
+            planes: 1,
+            step,
+            power: 1.0,
+        },
+    })
+}
+
 /// What the beam draws.
 struct Drawing {
     path_file: Option<PathBuf>,
@@ -372,59 +425,6 @@ fn drawn(
         paths: vec![path; layers as usize],
         contour,
         hatch: None,
-    })
-}
-
-fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
-    let table = job.judge.as_ref()?;
-    r.written_or(
-        "judge.solver",
-        Some(named(&table.solver)),
-        String::new(),
-        "",
-    );
-    let part = table.part.as_ref().map(|p| {
-        let [low, high] = p.get_ref().map(|corner| corner.map(|v| v.0));
-        Rectangle { low, high }
-    });
-    let mut length = |name: &str, written: Option<f64>, default: f64, why: &str| {
-        r.written_or(
-            name,
-            written.map(meltpath_base::Length),
-            meltpath_base::Length(default),
-            why,
-        )
-        .0
-    };
-    let beyond = length(
-        "judge.beyond",
-        table.beyond.map(|b| b.0.0),
-        0.75,
-        "six lines of the thesis; heat laid further away has left through the ground",
-    );
-    let cell = length(
-        "judge.cell",
-        table.cell.map(|c| c.0.0),
-        0.0625,
-        "half the thesis' distance of lines",
-    );
-    let step = r
-        .written_or(
-            "judge.step",
-            table.step.map(|s| s.0),
-            meltpath_base::Time(4e-6),
-            "a twelfth of a cell at 980 mm/s",
-        )
-        .0;
-    Some(Judge {
-        part,
-        beyond,
-        resolution: Resolution {
-            cell,
-            planes: 1,
-            step,
-            power: 1.0,
-        },
     })
 }
 
