@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, identify, inspect, start};
+use meltpath::{chain, identify, inspect, start, tune};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -35,6 +35,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             process: NewProcess::Waam { name, shape },
         } => new_waam(name, shape),
         Command::Doctor { job } => doctor(job),
+        Command::Tune { file, out } => tuned(file, out.as_deref()),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
     match outcome {
@@ -140,6 +141,23 @@ fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     line(&format!(
         "report:  {}",
         outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
+}
+
+fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(file, "-runs");
+    let outcome = tune::tune(file, out, &runs, &progress)?;
+    show_timers(&progress);
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    line(&format!(
+        "controllers for whole jobs:  {}",
+        outcome.folder.join("controllers.json").display()
     ));
     Ok(verdict_code(&outcome.verdict))
 }

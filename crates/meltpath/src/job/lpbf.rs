@@ -34,6 +34,36 @@ pub struct LpbfTable {
     /// Laser delays; default tuned.
     #[serde(default)]
     pub delays: DelayChoice,
+    /// Controller of the axes: `cascade` (the head's own, default), `h-infinity`, or the `controllers.json` of a tuning.
+    pub controller: Option<Spanned<String>>,
+    /// Pre-filter of the head; default on with the cascade, off otherwise.
+    pub prefilter: Option<PreFilterChoice>,
+    /// What is made of the path being known ahead; default nothing.
+    #[serde(default)]
+    pub path: PathChoice,
+}
+
+/// What is made of the path being known ahead.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathChoice {
+    /// Nothing: set-points go out as they come.
+    #[default]
+    AsCommanded,
+    /// The faster mirror's set-points are filtered so that both mirrors respond alike.
+    Synchronised,
+    /// Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag.
+    Preview,
+}
+
+/// Whether set-points go through the head's pre-filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PreFilterChoice {
+    /// The head's.
+    On,
+    /// None.
+    Off,
 }
 
 /// Which laser delays a run uses.

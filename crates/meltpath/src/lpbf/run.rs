@@ -81,7 +81,20 @@ pub fn run(
     let here = path.parent().unwrap_or(Path::new(""));
     let settings = settings::resolve(job, here).map_err(|e| in_file(path, text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    let head = settings.data.head.ready()?;
+    for letter in &settings.foreign {
+        reporter.warn(
+            "controller-other-motor",
+            format!(
+                "the controller of the {} axis was made for another motor than the head's",
+                letter.to_ascii_uppercase()
+            ),
+            "tune on the head's own motor",
+        );
+    }
+    let mut head = settings.data.head.ready()?;
+    if let Some(previews) = crate::tune::choose::previews(&settings.data.head, settings.path)? {
+        head = head.with_previews(previews);
+    }
     let mut jobs = Vec::with_capacity(settings.recipes.len());
     for recipe in &settings.recipes {
         jobs.push(settings.plate.job(recipe).map_err(HeadError::from)?);

@@ -9,7 +9,7 @@ use meltpath_machine::scan_head::plate::SquarePlate;
 use toml::Spanned;
 
 use crate::job::TextError;
-use crate::job::lpbf::{DelayChoice, LpbfJob, PlateExtent};
+use crate::job::lpbf::{DelayChoice, LpbfJob, PathChoice, PlateExtent};
 
 /// The heads that ship: name and file.
 pub const HEADS: &[(&str, &str)] = &[
@@ -56,12 +56,16 @@ pub struct Settings {
     pub contour_share: f64,
     /// Least fill rate.
     pub fill_rate: Option<f64>,
+    /// Axes whose controller was made for another motor.
+    pub foreign: Vec<char>,
+    /// What is made of the path being known ahead.
+    pub path: PathChoice,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
 
 /// The text of a data file: one that ships, or the user's own.
-fn text(
+pub(crate) fn data_text(
     what: &str,
     name: &Spanned<String>,
     shipped: &[(&str, &str)],
@@ -103,11 +107,12 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         }
     };
     let head_name = &job.lpbf.head;
-    let data = data::parse(&text("scan head", head_name, HEADS, folder)?).map_err(at(head_name))?;
+    let mut data =
+        data::parse(&data_text("scan head", head_name, HEADS, folder)?).map_err(at(head_name))?;
     let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
     for name in &job.lpbf.recipes {
         let recipe =
-            data::parse_recipe(&text("recipe", name, RECIPES, folder)?).map_err(at(name))?;
+            data::parse_recipe(&data_text("recipe", name, RECIPES, folder)?).map_err(at(name))?;
         recipe.check().map_err(|e| TextError {
             span: Some(name.span()),
             message: format!("\"{}\" is not sound: {e}", name.get_ref()),
@@ -116,6 +121,20 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         recipes.push(recipe);
     }
     let mut provenance = Provenance::new();
+    let foreign = crate::tune::choose::apply(
+        &mut data.head,
+        &data.tuning,
+        job.lpbf.controller.as_ref(),
+        job.lpbf.prefilter,
+        folder,
+        &mut provenance,
+    )?;
+    let path = provenance.written_or(
+        "lpbf.path",
+        (job.lpbf.path != PathChoice::default()).then_some(job.lpbf.path),
+        PathChoice::default(),
+        "set-points go out as they come",
+    );
     provenance.model(
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
@@ -206,6 +225,8 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         contour_error,
         contour_share,
         fill_rate: c.fill_rate.map(|r| r.0.0),
+        foreign,
+        path,
         provenance,
     })
 }
