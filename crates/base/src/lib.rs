@@ -14,7 +14,9 @@ pub mod verdict;
 
 pub use observer::{Cancelled, Observer, Silent};
 pub use provenance::Provenance;
-pub use quantity::{Angle, Length, QuantityError, Ratio, Speed, Temperature, Time};
+pub use quantity::{
+    Angle, Current, Length, QuantityError, Ratio, Speed, Temperature, Time, Voltage,
+};
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};
 pub use verdict::{Check, Limit, Measure, Place, Status, Verdict};

@@ -232,6 +232,21 @@ quantity!(
     [("deg", std::f64::consts::PI / 180.0), ("°", std::f64::consts::PI / 180.0), ("rad", 1.0)]
 );
 quantity!(
+    /// A voltage, V inside.
+    Voltage, "voltage", "V",
+    [("kV", 1e3), ("V", 1.0)]
+);
+quantity!(
+    /// An electric current, A inside.
+    ///
+    /// ```
+    /// use meltpath_base::Current;
+    /// assert_eq!(Current::parse("5 mA").unwrap(), Current(0.005));
+    /// ```
+    Current, "current", "A",
+    [("mA", 1e-3), ("A", 1.0)]
+);
+quantity!(
     /// A share or a factor, 1 inside for `100 %`.
     Ratio, "ratio", "1",
     [("%", 0.01)]
@@ -298,7 +313,16 @@ macro_rules! scalar {
         })+
     };
 }
-scalar!(Length, Speed, Time, Angle, Ratio, Temperature);
+scalar!(
+    Length,
+    Speed,
+    Time,
+    Angle,
+    Voltage,
+    Current,
+    Ratio,
+    Temperature
+);
 
 /// A quantity that must be above zero: refused where it is read, with its place in the file.
 ///

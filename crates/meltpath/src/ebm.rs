@@ -1,6 +1,9 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
 pub mod focus;
+pub mod hatch;
+pub mod judge;
+pub mod path_file;
 pub mod present;
 pub mod region;
 pub mod run;

@@ -10,6 +10,12 @@ use meltpath_geometry::shapes;
 /// The commented job file of `meltpath new waam`.
 pub const WAAM_TEMPLATE: &str = include_str!("start/waam.toml");
 
+/// The commented job file of `meltpath new lpbf`.
+pub const LPBF_TEMPLATE: &str = include_str!("start/lpbf.toml");
+
+/// The commented job file of `meltpath new ebm`.
+pub const EBM_TEMPLATE: &str = include_str!("start/ebm.toml");
+
 /// Why a job could not be started.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
@@ -105,10 +111,90 @@ pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
     Ok(folder.commit()?.join("job.toml"))
 }
 
+/// Makes the folder `path` with a `job.toml` of a laser scan head. Returns the job file's path.
+///
+/// # Errors
+/// [`StartError::Output`] when the folder exists or cannot be written.
+pub fn lpbf(path: &Path) -> Result<PathBuf, StartError> {
+    let folder = OutputFolder::create(path)?;
+    folder.write("job.toml", |w| w.write_all(LPBF_TEMPLATE.as_bytes()))?;
+    Ok(folder.commit()?.join("job.toml"))
+}
+
+/// Makes the folder `path` with the job of an electron beam over powder: a region with a hole, hatched. Returns the job
+/// file's path.
+///
+/// # Errors
+/// [`StartError::Output`] when the folder exists or cannot be written.
+pub fn ebm(path: &Path) -> Result<PathBuf, StartError> {
+    let folder = OutputFolder::create(path)?;
+    folder.write("job.toml", |w| w.write_all(EBM_TEMPLATE.as_bytes()))?;
+    Ok(folder.commit()?.join("job.toml"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Job, load};
+    use crate::job::{Job, load, parse};
+
+    /// The template reads as it is, and with every commented key written out.
+    #[test]
+    fn a_new_scan_head_job_reads_with_and_without_its_options() {
+        let dir = tempfile::tempdir().unwrap();
+        let job = lpbf(&dir.path().join("a")).unwrap();
+        assert!(matches!(load(&job).unwrap().0, Job::Lpbf(_)));
+        let written: String = LPBF_TEMPLATE
+            .lines()
+            .map(|l| {
+                l.strip_prefix("# ")
+                    .filter(|l| {
+                        l.contains(" = ") || l.starts_with("[optimise") || l.starts_with("[output")
+                    })
+                    .unwrap_or(l)
+            })
+            .filter(|l| {
+                !l.starts_with("extent")
+                    && !l.starts_with("layers")
+                    && !l.starts_with("range")
+                    && !l.starts_with("origin")
+            })
+            .fold(String::new(), |all, l| all + l + "\n");
+        let Job::Lpbf(job) = parse(&written).unwrap() else {
+            panic!("a scan-head job")
+        };
+        assert!(job.optimise.is_some() && job.output.motion.is_some() && job.plate.side.is_some());
+        assert!(matches!(
+            lpbf(&dir.path().join("a")),
+            Err(StartError::Output(_))
+        ));
+    }
+
+    /// What the template says is what the job reads; with every optional line made active too.
+    #[test]
+    fn a_new_beam_job_reads_with_all_its_options() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = ebm(&dir.path().join("beam")).unwrap();
+        let (Job::Ebm(job), _) = load(&file).unwrap() else {
+            panic!("an electron-beam job")
+        };
+        assert!(job.path.is_none() && job.hatch.is_some());
+        let other = ["files =", "low =", "high =", "printed-as"];
+        let all: String = EBM_TEMPLATE
+            .lines()
+            .map(|l| match l.strip_prefix("# ") {
+                Some(option)
+                    if option.contains(" = ") && !other.iter().any(|o| option.starts_with(o)) =>
+                {
+                    format!("{option}\n")
+                }
+                _ => format!("{l}\n"),
+            })
+            .collect();
+        assert!(all.contains("\nlayers = 1"));
+        let every = dir.path().join("every.toml");
+        std::fs::write(&every, all).unwrap();
+        load(&every).unwrap();
+    }
 
     #[test]
     fn every_new_job_reads_and_its_part_is_closed() {

@@ -316,7 +316,7 @@ fn contour_of(
 
 /// X and Y made alike, and the path known ahead, on a square turned by 30° and a circle at 3000 mm/s (three axes, pre-filter off).
 #[test]
-fn synchronisation_and_preview_lower_contour_errors() {
+fn preview_lowers_contour_errors_under_h_infinity() {
     let data = three_axis_data();
     let mut recipe = recipes()[2].clone();
     // no pre-filter, no lag: the recipe's delays are those of one
@@ -338,27 +338,6 @@ fn synchronisation_and_preview_lower_contour_errors() {
         let axes = [&head.mirrors[0], &head.mirrors[1]];
         let alike = synchronise(axes, head.period, &design).unwrap();
         let ahead = preview(axes, head.period, &design).unwrap();
-        for (response, memory, gentleness) in [
-            (2e-3, 3e-3, 1e-3),
-            (5e-3, 3e-3, 1e-3),
-            (10e-3, 3e-3, 1e-3),
-            (3e-3, 1e-3, 1e-2),
-            (3e-3, 3e-4, 1e-2),
-        ] {
-            let d = PreviewDesign {
-                memory,
-                gentleness,
-                response,
-                ..design
-            };
-            let p = preview(axes, head.period, &d).unwrap();
-            for (shape, points) in [("square", &square), ("circle", &circle)] {
-                println!(
-                    "TRY {controller} {shape} response {response} memory {memory} gentle {gentleness}: {:.1?}",
-                    contour_of(&head, Some(p.clone()), &path(&recipe, points), &recipe)
-                );
-            }
-        }
         for (shape, points) in [("square", &square), ("circle", &circle)] {
             let job = path(&recipe, points);
             let plain = contour_of(&head, None, &job, &recipe);
@@ -367,6 +346,14 @@ fn synchronisation_and_preview_lower_contour_errors() {
             println!(
                 "{controller}, {shape}: mean and 99 % contour error, µm: as commanded {plain:.1?}, synchronised {synchronised:.1?}, preview {previewed:.1?}"
             );
+            if controller == "H-infinity" {
+                // preview: square 17.9 to 10.2 µm in the mean, 146 to 45 µm at 99 %; circle 7.2 to 6.4 and 29 to 21 µm
+                assert!(previewed[0] < plain[0] && previewed[1] < 0.8 * plain[1]);
+                assert!(synchronised[0] < plain[0]);
+            } else {
+                // recorded: behind the cascade preview is no help
+                assert!(previewed[0] > plain[0]);
+            }
         }
     }
 }

@@ -1,15 +1,35 @@
-//! Which columns of voxels are judged: those well inside a contour.
+//! Which columns of voxels are judged, and what is filled: a contour with holes.
 
-/// A closed contour, mm.
+use meltpath_geometry::Region;
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::region::signed_area;
+
+/// A closed contour with holes, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
     corners: Vec<[f64; 2]>,
+    holes: Vec<Vec<[f64; 2]>>,
 }
 
 impl Contour {
     /// A contour through `corners`.
     pub fn new(corners: Vec<[f64; 2]>) -> Self {
-        Contour { corners }
+        Contour {
+            corners,
+            holes: Vec::new(),
+        }
+    }
+
+    /// A rectangle round the origin.
+    pub fn rectangle([width, height]: [f64; 2]) -> Self {
+        let (x, y) = (0.5 * width, 0.5 * height);
+        Self::new(vec![[-x, -y], [x, -y], [x, y], [-x, y]])
+    }
+
+    /// The same contour with these holes.
+    #[must_use]
+    pub fn with_holes(self, holes: Vec<Vec<[f64; 2]>>) -> Self {
+        Contour { holes, ..self }
     }
 
     /// The convex hull of `points`.
@@ -42,33 +62,88 @@ impl Contour {
         };
         let mut corners = half(&mut points.iter().copied());
         corners.extend(half(&mut points.iter().rev().copied()));
-        Contour { corners }
+        Self::new(corners)
     }
 
-    /// The corners.
+    /// The corners of the outer contour.
     pub fn corners(&self) -> &[[f64; 2]] {
         &self.corners
     }
 
-    /// How far inside the contour a point lies, mm; below zero outside.
+    /// The region inside: outer ring counter-clockwise, holes clockwise.
+    pub fn region(&self) -> Region {
+        let ring = |corners: &[[f64; 2]], sign: f64| {
+            let mut ring: Vec<DVec2> = corners.iter().map(|c| DVec2::from_array(*c)).collect();
+            if signed_area(&ring) * sign < 0.0 {
+                ring.reverse();
+            }
+            ring
+        };
+        Region {
+            outer: ring(&self.corners, 1.0),
+            holes: self.holes.iter().map(|h| ring(h, -1.0)).collect(),
+        }
+    }
+
+    /// How far inside the contour and outside its holes a point lies, mm; below zero where it does not.
+    ///
+    /// ```
+    /// use meltpath::ebm::region::Contour;
+    /// let frame = Contour::rectangle([10.0, 10.0])
+    ///     .with_holes(vec![vec![[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]]);
+    /// assert!((frame.depth([4.2, 0.0]) - 0.8).abs() < 1e-12);
+    /// assert!(frame.depth([0.0, 0.0]) < 0.0);
+    /// assert!((frame.region().area() - 64.0).abs() < 1e-9);
+    /// ```
     pub fn depth(&self, point: [f64; 2]) -> f64 {
         let [x, y] = point;
         let mut inside = false;
         let mut nearest = f64::INFINITY;
-        for (n, a) in self.corners.iter().enumerate() {
-            let b = self.corners[(n + 1) % self.corners.len()];
-            if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) {
-                inside = !inside;
+        for ring in std::iter::once(&self.corners).chain(&self.holes) {
+            for (n, a) in ring.iter().enumerate() {
+                let b = ring[(n + 1) % ring.len()];
+                if (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+                {
+                    inside = !inside;
+                }
+                let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+                let length = dx * dx + dy * dy;
+                let t = if length > 0.0 {
+                    (((x - a[0]) * dx + (y - a[1]) * dy) / length).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                nearest = nearest.min((x - a[0] - t * dx).hypot(y - a[1] - t * dy));
             }
-            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-            let length = dx * dx + dy * dy;
-            let t = if length > 0.0 {
-                (((x - a[0]) * dx + (y - a[1]) * dy) / length).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            nearest = nearest.min((x - a[0] - t * dx).hypot(y - a[1] - t * dy));
         }
         if inside { nearest } else { -nearest }
+    }
+
+    /// A point that lies as deep inside as any, found on a grid of a hundredth of the contour's extent, mm.
+    pub fn deepest(&self) -> [f64; 2] {
+        let ends = |a: usize| {
+            self.corners
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |e, c| {
+                    [e[0].min(c[a]), e[1].max(c[a])]
+                })
+        };
+        let (x, y) = (ends(0), ends(1));
+        // the middle first: of points equally deep the one nearest to it
+        let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])];
+        let away = |p: [f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
+        let mut best = (self.depth(middle), middle);
+        for n in 0..101 * 101 {
+            let share = |i: usize| i as f64 / 100.0;
+            let p = [
+                x[0] + share(n % 101) * (x[1] - x[0]),
+                y[0] + share(n / 101) * (y[1] - y[0]),
+            ];
+            let depth = self.depth(p);
+            if depth > best.0 + 1e-9 || (depth > best.0 - 1e-9 && away(p) < away(best.1)) {
+                best = (depth, p);
+            }
+        }
+        best.1
     }
 }

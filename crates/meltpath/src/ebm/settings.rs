@@ -1,19 +1,20 @@
 //! Every value of an electron-beam job resolved: what was written, and the stated defaults.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::Provenance;
+use meltpath_base::{Provenance, Reporter, Warning};
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
-use super::focus;
+use super::hatch::Hatch;
 use super::region::Contour;
+use super::{focus, path_file};
 use crate::job::TextError;
 use crate::job::ebm::{EbmJob, Ground, OptimiseMethod};
 
@@ -48,13 +49,28 @@ pub struct Optimise {
     pub bounds: [f64; 2],
 }
 
+/// How the path is judged on the reference solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judge {
+    /// What is judged; the whole path where absent.
+    pub part: Option<Rectangle>,
+    /// How far beyond it the path is drawn, mm.
+    pub beyond: f64,
+    /// Cells and steps.
+    pub resolution: Resolution,
+}
+
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// File of the beam path.
-    pub path_file: PathBuf,
-    /// The beam path.
+    /// File of the beam path, where it comes from one.
+    pub path_file: Option<PathBuf>,
+    /// The beam path of the last layer.
     pub path: BeamPath,
+    /// The paths of the layers below it, lowest first.
+    pub lower: Vec<BeamPath>,
+    /// What planning said of the hatch.
+    pub warnings: Vec<Warning>,
     /// The material.
     pub material: Material,
     /// Beam to heat.
@@ -63,8 +79,6 @@ pub struct Settings {
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
-    /// How often the path is drawn.
-    pub layers: u32,
     /// What lies under the first layer.
     pub ground: Ground,
     /// Chart files.
@@ -91,6 +105,8 @@ pub struct Settings {
     pub window: Window,
     /// Whether and how speeds are changed.
     pub optimise: Option<Optimise>,
+    /// Whether and how the reference solver judges.
+    pub judge: Option<Judge>,
     /// Least share in the window.
     pub in_window: f64,
     /// Greatest share that stays powder.
@@ -118,8 +134,7 @@ fn beam_path(
 ) -> Result<(PathBuf, BeamPath), TextError> {
     let file = folder.join(name.get_ref());
     let shown = |what: String| at(name.span(), &format!("{}: {what}", file.display()));
-    let reader = File::open(&file).map_err(|e| shown(e.to_string()))?;
-    let path = BeamPath::from_csv(BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
+    let path = path_file::read(&file).map_err(|e| shown(e.to_string()))?;
     let heats = path
         .points()
         .windows(2)
@@ -136,7 +151,6 @@ fn beam_path(
 /// [`TextError`] with the place in the job where one value is to blame.
 pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     let mut r = Provenance::new();
-    let (path_file, path) = beam_path(folder, &job.path)?;
     let (material, beam, penetration) = process(job, &mut r)?;
     let mm = |v: f64| meltpath_base::Length(v);
     let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
@@ -205,13 +219,20 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
             "enough to see the beam move",
         )
         .clamp(1, 500);
-    let window = window(job, folder, &mut r)?;
-    let contour = if job.region.contour.is_empty() {
-        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
-        Contour::hull(&on)
-    } else {
-        Contour::new(job.region.contour.iter().map(|c| c.map(|v| v.0)).collect())
-    };
+    let reporter = Reporter::new();
+    let drawn = drawn(job, folder, layers, &reporter, &mut r)?;
+    let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
+    let Drawing {
+        path_file,
+        mut paths,
+        contour,
+        ..
+    } = drawn;
+    let path = paths.pop().ok_or_else(|| TextError {
+        span: None,
+        message: "there is no layer to draw".to_owned(),
+        help: None,
+    })?;
     let inside = r
         .written_or(
             "region.inside",
@@ -260,6 +281,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     if let Some(o) = &optimise {
         r.written_or("optimise.method", Some(named(&o.method)), String::new(), "");
     }
+    let judge = judge(job, &mut r);
     let simulation = chart_simulation::Settings {
         step,
         ..chart_simulation::Settings::of(&material)
@@ -267,9 +289,10 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     Ok(Settings {
         path_file,
         path,
+        lower: paths,
+        warnings: reporter.warnings(),
         penetration,
         layer,
-        layers,
         ground: ebm.ground,
         chart_files: charts
             .files
@@ -287,11 +310,121 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         inside,
         window,
         optimise,
+        judge,
         in_window,
         unmelted,
         material,
         beam,
         provenance: r,
+    })
+}
+
+fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
+    let table = job.judge.as_ref()?;
+    r.written_or(
+        "judge.solver",
+        Some(named(&table.solver)),
+        String::new(),
+        "",
+    );
+    let part = table.part.as_ref().map(|p| {
+        let [low, high] = p.get_ref().map(|corner| corner.map(|v| v.0));
+        Rectangle { low, high }
+    });
+    let mut length = |name: &str, written: Option<f64>, default: f64, why: &str| {
+        r.written_or(
+            name,
+            written.map(meltpath_base::Length),
+            meltpath_base::Length(default),
+            why,
+        )
+        .0
+    };
+    let beyond = length(
+        "judge.beyond",
+        table.beyond.map(|b| b.0.0),
+        0.75,
+        "six lines of the thesis; heat laid further away has left through the ground",
+    );
+    let cell = length(
+        "judge.cell",
+        table.cell.map(|c| c.0.0),
+        0.0625,
+        "half the thesis' distance of lines",
+    );
+    let step = r
+        .written_or(
+            "judge.step",
+            table.step.map(|s| s.0),
+            meltpath_base::Time(4e-6),
+            "a twelfth of a cell at 980 mm/s",
+        )
+        .0;
+    Some(Judge {
+        part,
+        beyond,
+        resolution: Resolution {
+            cell,
+            planes: 1,
+            step,
+            power: 1.0,
+        },
+    })
+}
+
+/// What the beam draws.
+struct Drawing {
+    path_file: Option<PathBuf>,
+    /// A path for each layer.
+    paths: Vec<BeamPath>,
+    contour: Contour,
+    hatch: Option<Hatch>,
+}
+
+fn drawn(
+    job: &EbmJob,
+    folder: &Path,
+    layers: u32,
+    reporter: &Reporter,
+    r: &mut Provenance,
+) -> Result<Drawing, TextError> {
+    let corners = |ring: &Vec<[meltpath_base::Length; 2]>| {
+        ring.iter().map(|c| c.map(|v| v.0)).collect::<Vec<_>>()
+    };
+    let region = &job.region;
+    let contour = Contour::new(corners(&region.contour))
+        .with_holes(region.holes.iter().map(corners).collect());
+    let plain = |message: String| TextError {
+        span: None,
+        message,
+        help: None,
+    };
+    let Some(file) = &job.path else {
+        let hatch = Hatch::resolve(&job.hatch.clone().unwrap_or_default(), r);
+        let body = contour.region();
+        let paths = (1..=layers)
+            .map(|number| hatch.path(&body, number, reporter))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|e| plain(format!("[hatch]: {e}")))?;
+        return Ok(Drawing {
+            path_file: None,
+            paths,
+            contour,
+            hatch: Some(hatch),
+        });
+    };
+    let (path_file, path) = beam_path(folder, file)?;
+    let contour = if region.contour.is_empty() {
+        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+        Contour::hull(&on)
+    } else {
+        contour
+    };
+    Ok(Drawing {
+        path_file: Some(path_file),
+        paths: vec![path; layers as usize],
+        contour,
+        hatch: None,
     })
 }
 
@@ -371,10 +504,30 @@ fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), Te
     Ok((material, beam, penetration))
 }
 
-fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Window, TextError> {
+fn window(
+    job: &EbmJob,
+    folder: &Path,
+    hatch: Option<&Hatch>,
+    r: &mut Provenance,
+) -> Result<Window, TextError> {
     let w = &job.window;
-    if let Some(good) = &w.good {
-        let (_, path) = beam_path(folder, good)?;
+    let good = match (&w.good, &w.body, hatch) {
+        (Some(file), _, _) => Some((file.get_ref().clone(), beam_path(folder, file)?.1)),
+        (None, Some(body), Some(hatch)) => {
+            let size = body.map(|edge| edge.0.0);
+            let region = Contour::rectangle(size).region();
+            let path = hatch.of_lines().path(&region, 1, &Reporter::new());
+            let path = path.map_err(|e| TextError {
+                span: None,
+                message: format!("window.body: {e}"),
+                help: None,
+            })?;
+            let name = format!("lines of [hatch] over {} x {} mm", size[0], size[1]);
+            Some((name, path))
+        }
+        _ => None,
+    };
+    if let Some((name, path)) = good {
         let width = w.width.as_ref().map(|w| w.get_ref().0);
         let width = r.written_or(
             "window.width (K)",
@@ -382,12 +535,7 @@ fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Window, Tex
             60.0,
             "the thesis' window, 2700 to 2760 °C",
         );
-        r.written_or(
-            "window.good",
-            Some(good.get_ref().clone()),
-            String::new(),
-            "",
-        );
+        r.written_or("window.good", Some(name), String::new(), "");
         return Ok(Window::Good {
             path: Box::new(path),
             width,

@@ -16,6 +16,7 @@ use meltpath_thermal::strategy::{
 };
 use meltpath_thermal::{chart_build, chart_file};
 
+use super::judge::{self, Judged};
 use super::region::Contour;
 use super::run::EbmError;
 use super::settings::{Optimise, Settings, Window};
@@ -56,6 +57,8 @@ pub struct Outcome {
     pub given: Drawn,
     /// The path with better speeds, and the shares of each round.
     pub better: Option<(Drawn, Vec<f64>)>,
+    /// What the reference solver says, where the job asks for it.
+    pub judged: Option<Judged>,
     /// The charts, to be kept.
     pub charts: Vec<ChartSet>,
 }
@@ -114,15 +117,15 @@ fn charts(
     Ok(sets)
 }
 
-/// Voxels round a path, fresh powder on the ground.
-fn start(
+/// Voxels round paths, fresh powder on the ground.
+fn start<'a>(
     settings: &Settings,
-    path: &BeamPath,
+    paths: impl Iterator<Item = &'a BeamPath>,
     sets: Vec<ChartSet>,
 ) -> Result<ChartSimulation, EbmError> {
     let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
     let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    for p in path.points() {
+    for p in paths.flat_map(BeamPath::points) {
         low = low.min(DVec3::new(p.x, p.y, 0.0));
         high = high.max(DVec3::new(p.x, p.y, 0.0));
     }
@@ -143,12 +146,13 @@ fn start(
 /// Draws all layers but the last one: what the last one starts from.
 fn before_last_layer(
     settings: &Settings,
-    path: &BeamPath,
+    lower: &[BeamPath],
+    last: &BeamPath,
     sets: Vec<ChartSet>,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, path, sets)?;
-    for _ in 1..settings.layers {
+    let mut simulation = start(settings, lower.iter().chain([last]), sets)?;
+    for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
     }
@@ -157,16 +161,7 @@ fn before_last_layer(
 
 /// The judged voxels: of the top plane, inside the contour.
 fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
-    let grid = &highest.grid;
-    let top = grid.planes() - 1;
-    let [nx, ny] = grid.cells;
-    let judged: Vec<bool> = (0..nx * ny)
-        .map(|n| {
-            let c = grid.centre(n % nx, n / nx, top);
-            contour.depth([c.x, c.y]) > inside
-        })
-        .collect();
-    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+    judge::tally(highest, classes, contour, inside, None)
 }
 
 fn draw_last(
@@ -222,7 +217,13 @@ fn classes(
             window: *window,
         }),
         Window::Good { path, width } => {
-            let mut simulation = before_last_layer(settings, path, sets.to_vec(), observer)?;
+            let mut simulation = before_last_layer(
+                settings,
+                &vec![path.as_ref().clone(); settings.lower.len()],
+                path,
+                sets.to_vec(),
+                observer,
+            )?;
             simulation.draw(path, &[], &mut |_, _| (), observer)?;
             let highest = simulation.highest_temperature();
             let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
@@ -262,25 +263,58 @@ pub fn simulate(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
-    let mut paths = vec![&settings.path];
+    let mut paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
     if let Window::Good { path, .. } = &settings.window {
         paths.push(path);
     }
     let sets = charts(settings, &paths, observer)?;
     let classes = classes(settings, &sets, observer)?;
-    let ready = before_last_layer(settings, &settings.path, sets.clone(), observer)?;
+    let ready = before_last_layer(
+        settings,
+        &settings.lower,
+        &settings.path,
+        sets.clone(),
+        observer,
+    )?;
     let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
     given.simulation.tell(reporter);
     let better = match &settings.optimise {
         Some(o) => Some(optimise(settings, o, &ready, &given, &classes, observer)?),
         None => None,
     };
+    let judged = match &settings.judge {
+        Some(judging) => {
+            let better = better.as_ref().map(|(drawn, _)| drawn);
+            let found = judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            judge::tell(&found, &settings.material, reporter);
+            Some(found)
+        }
+        None => None,
+    };
     Ok(Outcome {
         classes,
         given,
         better,
+        judged,
         charts: sets,
     })
+}
+
+/// Draws the path again with charts and looks at the last layer at `times` of the path, in order.
+pub(crate) fn look_at(
+    settings: &Settings,
+    times: &[f64],
+    look: &mut dyn FnMut(&ChartSimulation),
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(), EbmError> {
+    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let sets = charts(settings, &paths, observer)?;
+    let mut simulation =
+        before_last_layer(settings, &settings.lower, &settings.path, sets, observer)?;
+    simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
+    simulation.tell(reporter);
+    Ok(())
 }
 
 /// Length of a piece of one speed, mm.

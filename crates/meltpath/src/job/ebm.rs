@@ -1,7 +1,7 @@
 //! The job of an electron-beam simulation: a beam path over powder, and the temperatures wanted.
 
 use meltpath_base::quantity::{NotNegative, Positive};
-use meltpath_base::{Length, Ratio, Temperature, Time};
+use meltpath_base::{Angle, Current, Length, Ratio, Speed, Temperature, Time, Voltage};
 use meltpath_thermal::material_file::{DensityReading, PorosityReading};
 use serde::Deserialize;
 use toml::Spanned;
@@ -12,8 +12,10 @@ use super::{ProcessTable, TextError};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EbmJob {
-    /// The beam path: CSV with the columns `t_s,x_mm,y_mm,U_V,I_A,I_f_A,on`; relative to the job file.
-    pub path: Spanned<String>,
+    /// The beam path: CSV or Parquet with the columns `t_s,x_mm,y_mm,U_V,I_A,I_f_A,on`; relative to the job file. In its
+    /// place `[hatch]` draws the region.
+    #[serde(default)]
+    pub path: Option<Spanned<String>>,
     /// `[process]`.
     pub process: ProcessTable,
     /// `[ebm]`.
@@ -28,12 +30,18 @@ pub struct EbmJob {
     /// `[region]`.
     #[serde(default)]
     pub region: RegionTable,
+    /// `[hatch]`.
+    #[serde(default)]
+    pub hatch: Option<HatchTable>,
     /// `[window]`.
     #[serde(default)]
     pub window: WindowTable,
     /// `[optimise]`.
     #[serde(default)]
     pub optimise: Option<OptimiseTable>,
+    /// `[judge]`.
+    #[serde(default)]
+    pub judge: Option<JudgeTable>,
     /// `[checks]`.
     #[serde(default)]
     pub checks: EbmChecksTable,
@@ -110,8 +118,59 @@ pub struct EbmSimulationTable {
 pub struct RegionTable {
     /// Corners of the contour; default the convex hull of the path.
     pub contour: Vec<[Length; 2]>,
+    /// Corners of each hole.
+    pub holes: Vec<Vec<[Length; 2]>>,
     /// How far inside the contour voxels must lie; default 0.2 mm.
     pub inside: Option<NotNegative<Length>>,
+}
+
+/// `[hatch]`: how the beam fills the region, in place of a file of its path.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HatchTable {
+    /// What is drawn; default `lines`.
+    pub strategy: HatchStrategy,
+    /// Distance between neighbouring lines or spots; default 0.125 mm.
+    pub spacing: Option<Positive<Length>>,
+    /// Angle of the lines in the first layer; default 0°.
+    pub angle: Option<Angle>,
+    /// Turn of the lines from layer to layer; default 90°.
+    pub turn: Option<Angle>,
+    /// Contours before the interior of lines; default none.
+    pub contours: Option<u32>,
+    /// Edge of an island; default 2 mm.
+    pub island: Option<Positive<Length>>,
+    /// Speed of the beam; default 980 mm/s.
+    pub speed: Option<Positive<Speed>>,
+    /// Time on a spot; default what a line spends on the spacing.
+    pub dwell: Option<Positive<Time>>,
+    /// Speed from the end of a line to the start of the next, beam off; default no time at all.
+    pub jump: Option<Positive<Speed>>,
+    /// Accelerating voltage; default 60 kV.
+    pub voltage: Option<Positive<Voltage>>,
+    /// Beam current; default 5 mA.
+    pub current: Option<Positive<Current>>,
+    /// Current of the focus coil; default 4 mA.
+    pub focus: Option<Current>,
+}
+
+/// What a hatch draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HatchStrategy {
+    /// Parallel lines joined at their ends, each against the one before.
+    #[default]
+    Lines,
+    /// Parallel lines, all in the same direction, the beam off between them.
+    OneWay,
+    /// Offsets of the contour, from the outside to the inside.
+    Contours,
+    /// One curve from the contour to the middle.
+    Spiral,
+    /// A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.
+    Islands,
+    /// Spots on a grid, each as far as can be from those before.
+    Spots,
 }
 
 /// `[window]`: highest temperatures that are wanted.
@@ -124,6 +183,8 @@ pub struct WindowTable {
     pub high: Option<Temperature>,
     /// Path of a body known to be good, simulated alike; the window is centred on its middle instead.
     pub good: Option<Spanned<String>>,
+    /// Width and height of a rectangle that `[hatch]` makes well: the body known to be good in place of a path.
+    pub body: Option<[Positive<Length>; 2]>,
     /// Width of that window, in K; default `60 K`.
     pub width: Option<Spanned<Temperature>>,
 }
@@ -152,6 +213,34 @@ pub enum OptimiseMethod {
     Pid,
     /// Draws again and again, and learns from the highest temperatures along the path.
     Learning,
+}
+
+/// `[judge]`: the path, and the one with better speeds, on the solver that charts are made with.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JudgeTable {
+    /// Which solver.
+    pub solver: JudgeSolver,
+    /// Two corners of the rectangle that is judged; default the whole path.
+    #[serde(default)]
+    pub part: Option<Spanned<[[Length; 2]; 2]>>,
+    /// How far beyond that rectangle the path is drawn too, so that its rim is as warm as in the whole; default 0.75 mm.
+    #[serde(default)]
+    pub beyond: Option<NotNegative<Length>>,
+    /// Edge of a cell in the plane; default 62.5 µm.
+    #[serde(default)]
+    pub cell: Option<Positive<Length>>,
+    /// Longest time step; default 4 µs. Shorter where stability asks for it.
+    #[serde(default)]
+    pub step: Option<Positive<Time>>,
+}
+
+/// What a path is judged on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JudgeSolver {
+    /// Finite volumes in enthalpy, explicit in time.
+    Reference,
 }
 
 /// `[checks]`: limits.
@@ -183,7 +272,31 @@ impl EbmJob {
                 "keep one of them",
             );
         }
+        if self.path.is_some() == self.hatch.is_some() {
+            return wrong(
+                "the beam needs either `path` or the table [hatch]",
+                "name a file of the beam's path, or let [hatch] draw the region",
+            );
+        }
+        if self.hatch.is_some() && self.region.contour.is_empty() {
+            return wrong(
+                "[hatch] has nothing to fill",
+                "give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]",
+            );
+        }
         let window = &self.window;
+        if window.body.is_some() && (window.good.is_some() || self.hatch.is_none()) {
+            return wrong(
+                "window.body is drawn by [hatch], and takes the place of window.good",
+                "write [hatch], or name a path as window.good",
+            );
+        }
+        if window.body.is_some() && (window.low.is_some() || window.high.is_some()) {
+            return wrong(
+                "window.body and window.low or window.high both place the window",
+                "keep window.body with window.width, or the two limits",
+            );
+        }
         if window.good.is_some() && (window.low.is_some() || window.high.is_some()) {
             return wrong(
                 "window.good and window.low or window.high both place the window",
@@ -204,9 +317,21 @@ impl EbmJob {
                 help: Some("write it in kelvin: \"60 K\"".to_owned()),
             });
         }
-        if !self.region.contour.is_empty() && self.region.contour.len() < 3 {
+        if let Some(part) = self.judge.as_ref().and_then(|j| j.part.as_ref()) {
+            let [a, b] = part.get_ref();
+            if (0..2).any(|n| a[n].0 >= b[n].0) {
+                return Err(TextError {
+                    span: Some(part.span()),
+                    message: "judge.part has no area".to_owned(),
+                    help: Some("write its lower left corner, then its upper right one".to_owned()),
+                });
+            }
+        }
+        let few = |ring: &Vec<_>| ring.len() < 3;
+        let contour = &self.region.contour;
+        if (!contour.is_empty() && few(contour)) || self.region.holes.iter().any(few) {
             return wrong(
-                "region.contour has fewer than three corners",
+                "region.contour or one of region.holes has fewer than three corners",
                 "give at least three",
             );
         }

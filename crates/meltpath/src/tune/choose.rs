@@ -4,13 +4,12 @@ use std::path::Path;
 
 use meltpath_base::{Origin, Provenance, Resolved};
 use meltpath_machine::scan_head::axis::Axis;
-use meltpath_machine::scan_head::galvanometer::AxisError;
-use meltpath_machine::scan_head::head::{HeadError, ScanHead};
+use meltpath_machine::scan_head::head::{HeadError, ReadyHead, ScanHead};
 use meltpath_machine::scan_head::servo::{Loop, ServoModel};
 use meltpath_machine::scan_head::servo_file::ControllerFile;
 use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
 use meltpath_machine::scan_head::servo_loop::{AngleUnit, Controller};
-use meltpath_machine::scan_head::servo_preview::{Preview, PreviewDesign, preview, synchronise};
+use meltpath_machine::scan_head::servo_preview::{PreviewDesign, preview, synchronise};
 use toml::Spanned;
 
 use crate::job::TextError;
@@ -100,23 +99,52 @@ pub fn apply(
     Ok(others)
 }
 
-/// The filters of the mirrors' set-points that a choice asks for.
+/// Refuses a preview where it is known to make contours worse: behind a cascade, or in front of a pre-filter.
 ///
 /// # Errors
-/// [`HeadError`] for an axis that cannot run.
-pub fn previews(head: &ScanHead, path: PathChoice) -> Result<Option<[Preview; 2]>, HeadError> {
+/// [`TextError`].
+pub fn check_path(head: &ScanHead, path: PathChoice) -> Result<(), TextError> {
+    let refuse = |message: &str, help: &str| {
+        Err(TextError {
+            span: None,
+            message: message.to_owned(),
+            help: Some(help.to_owned()),
+        })
+    };
+    if path != PathChoice::Preview {
+        return Ok(());
+    }
+    for axis in &head.mirrors {
+        if matches!(axis.controller, Controller::Cascade(_)) {
+            return refuse(
+                "a preview makes contours worse behind the cascade",
+                "take lpbf.controller = \"h-infinity\" or one of a tuning, or leave out lpbf.path",
+            );
+        }
+        if axis.prefilter.is_some() {
+            return refuse(
+                "a preview cannot undo the pre-filter",
+                "take lpbf.prefilter = \"off\", or leave out lpbf.path",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A head made ready, with the filters of its mirrors' set-points that a choice asks for.
+///
+/// # Errors
+/// [`HeadError`].
+pub fn ready(head: &ScanHead, path: PathChoice) -> Result<ReadyHead, HeadError> {
     let axes = [&head.mirrors[0], &head.mirrors[1]];
     let design = PreviewDesign::default();
-    let failed = |source: AxisError| HeadError::Axis { axis: 'X', source };
-    match path {
-        PathChoice::AsCommanded => Ok(None),
-        PathChoice::Synchronised => synchronise(axes, head.period, &design)
-            .map(Some)
-            .map_err(failed),
-        PathChoice::Preview => preview(axes, head.period, &design)
-            .map(Some)
-            .map_err(failed),
-    }
+    let previews = match path {
+        PathChoice::AsCommanded => return head.ready(),
+        PathChoice::Synchronised => synchronise(axes, head.period, &design),
+        PathChoice::Preview => preview(axes, head.period, &design),
+    };
+    let named = |source| HeadError::Axis { axis: 'X', source };
+    Ok(head.ready()?.with_previews(previews.map_err(named)?))
 }
 
 /// An H-infinity controller for an axis: the thesis' weights at the bandwidth that its position loop is meant to have, with the

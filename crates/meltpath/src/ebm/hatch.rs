@@ -1,0 +1,468 @@
+//! From a region and a few numbers to the beam's path: planning makes the passes, the beam follows them.
+
+use meltpath_base::{Length, Provenance, Reporter, Speed, Time};
+use meltpath_geometry::boolean::{PlanarError, intersection};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::raster::{Grid, rasterise};
+use meltpath_geometry::{Plane, Region};
+use meltpath_planning::{
+    ContourOrder, FillSettings, Layer, LayerDirection, LineAngle, LineDirection, LineOrder,
+    PassIds, PlanError, Spacing, StartPoints, Strategy, plan_layer,
+};
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::passes::{Defaults, PassesError, beam_path};
+use meltpath_toolpath::{Move, Pass, Profile, Role, Tag, Toolpath};
+
+use crate::job::ebm::{HatchStrategy, HatchTable};
+
+/// Why a region cannot be hatched.
+#[derive(Debug, thiserror::Error)]
+pub enum HatchError {
+    /// Planning.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The region.
+    #[error("the region cannot be cut into islands: {0}")]
+    Region(#[from] PlanarError),
+    /// The beam.
+    #[error(transparent)]
+    Passes(#[from] PassesError),
+    /// A region smaller than a line.
+    #[error("no line fits into the region: it is narrower than the spacing of {spacing} mm")]
+    Nothing {
+        /// The spacing, mm.
+        spacing: f64,
+    },
+    /// More islands or spots than a layer can hold.
+    #[error("{what} of {size} mm are too small for a region of {width:.0} x {height:.0} mm")]
+    TooSmall {
+        /// What.
+        what: &'static str,
+        /// Their size, mm.
+        size: f64,
+        /// The region's width, mm.
+        width: f64,
+        /// The region's height, mm.
+        height: f64,
+    },
+}
+
+/// A hatch with every value resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hatch {
+    /// What is drawn.
+    pub strategy: HatchStrategy,
+    /// Distance between lines or spots, mm.
+    pub spacing: f64,
+    /// Angle of the lines in the first layer, and turn from layer to layer, rad.
+    pub angles: [f64; 2],
+    /// Contours before the interior.
+    pub contours: u32,
+    /// Edge of an island, mm.
+    pub island: f64,
+    /// Speed, mm/s.
+    pub speed: f64,
+    /// Time on a spot, s.
+    pub dwell: f64,
+    /// Power, W.
+    pub power: f64,
+    /// What lies between passes, voltage and focus.
+    pub beam: Defaults,
+}
+
+impl Hatch {
+    /// The hatch of a job's table; every value is recorded with its origin.
+    pub fn resolve(table: &HatchTable, r: &mut Provenance) -> Self {
+        let thesis = "Béraud 2016, table 3.3.2";
+        let mm = |v: f64| Length(v);
+        r.written_or(
+            "hatch.strategy",
+            Some(format!("{:?}", table.strategy).to_lowercase()),
+            String::new(),
+            "",
+        );
+        let spacing = table.spacing.map(|s| s.0);
+        let spacing = r.written_or(
+            "hatch.spacing",
+            spacing,
+            mm(0.125),
+            "49 J/mm³ at the thesis' beam (erratum E22)",
+        );
+        let angle = table.angle;
+        let angle = r.written_or("hatch.angle", angle, meltpath_base::Angle(0.0), "along x");
+        let turn = r.written_or(
+            "hatch.turn",
+            table.turn,
+            meltpath_base::Angle(std::f64::consts::FRAC_PI_2),
+            "crossed layers: what one leaves cold the next one crosses",
+        );
+        let contours = r.written_or("hatch.contours", table.contours, 0, "lines alone");
+        let island = table.island.map(|s| s.0);
+        let island = r.written_or(
+            "hatch.island",
+            island,
+            mm(2.0),
+            "of the order of what stays hot behind the beam",
+        );
+        let speed = table.speed.map(|s| s.0);
+        let speed = r.written_or("hatch.speed", speed, Speed(980.0), thesis).0;
+        let dwell = r.written_or(
+            "hatch.dwell",
+            table.dwell.map(|d| d.0),
+            Time(spacing.0 / speed),
+            "what a line at that speed spends on the spacing",
+        );
+        let jump = table.jump.map(|j| j.0.0);
+        let jump = jump.map_or(f64::INFINITY, |v| {
+            r.written_or("hatch.jump", Some(Speed(v)), Speed(v), "").0
+        });
+        let voltage = table.voltage.map(|v| v.0);
+        let voltage = r.written_or(
+            "hatch.voltage",
+            voltage,
+            meltpath_base::Voltage(60e3),
+            thesis,
+        );
+        let current = table.current.map(|v| v.0);
+        let current = r.written_or(
+            "hatch.current",
+            current,
+            meltpath_base::Current(5e-3),
+            thesis,
+        );
+        let focus = r.written_or(
+            "hatch.focus",
+            table.focus,
+            meltpath_base::Current(4e-3),
+            thesis,
+        );
+        Hatch {
+            strategy: table.strategy,
+            spacing: spacing.0,
+            angles: [angle.0, turn.0],
+            contours,
+            island: island.0,
+            speed,
+            dwell: dwell.0,
+            power: voltage.0 * current.0,
+            beam: Defaults {
+                voltage: voltage.0,
+                focus: focus.0,
+                jump,
+                // far below a voxel
+                chord_error: 2e-3,
+            },
+        }
+    }
+
+    /// The same beam and distances with straight lines.
+    #[must_use]
+    pub fn of_lines(self) -> Self {
+        Hatch {
+            strategy: HatchStrategy::Lines,
+            contours: 0,
+            ..self
+        }
+    }
+
+    /// Passes that fill `region` in layer `number` (from 1).
+    ///
+    /// # Errors
+    /// [`HatchError`].
+    pub fn passes(
+        &self,
+        region: &Region,
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<Toolpath, HatchError> {
+        let angle = self.angles[0] + self.angles[1] * f64::from(number - 1);
+        let passes = match self.strategy {
+            HatchStrategy::Spots => self.spots(region, number, angle)?,
+            HatchStrategy::Islands => self.islands(region, number, angle, reporter)?,
+            _ => {
+                let strategy = self.fill(angle, self.contours);
+                self.plan(std::slice::from_ref(region), strategy, number, reporter)?
+            }
+        };
+        if passes.is_empty() {
+            return Err(HatchError::Nothing {
+                spacing: self.spacing,
+            });
+        }
+        Ok(Toolpath {
+            profiles: vec![Profile {
+                name: "hatch".to_owned(),
+                speed: self.speed,
+                power: self.power,
+                ..Profile::default()
+            }],
+            passes,
+        })
+    }
+
+    /// The beam's path in layer `number`, beginning at time 0.
+    ///
+    /// # Errors
+    /// [`HatchError`].
+    pub fn path(
+        &self,
+        region: &Region,
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<BeamPath, HatchError> {
+        let toolpath = self.passes(region, number, reporter)?;
+        Ok(beam_path(
+            &toolpath.passes,
+            &toolpath.profiles,
+            &self.beam,
+            0.0,
+        )?)
+    }
+
+    fn fill(&self, angle: f64, contours: u32) -> Strategy {
+        let angle = LineAngle::Turning {
+            first: angle,
+            step: 0.0,
+        };
+        let order = ContourOrder::OutsideIn;
+        match self.strategy {
+            HatchStrategy::Contours => Strategy::Contour { order },
+            HatchStrategy::Spiral => Strategy::Spiral { order },
+            HatchStrategy::OneWay => Strategy::Raster {
+                angle,
+                order: LineOrder::Across,
+                direction: LineDirection::OneWay,
+            },
+            HatchStrategy::Lines | HatchStrategy::Islands | HatchStrategy::Spots => {
+                if contours > 0 {
+                    Strategy::Hybrid {
+                        contours,
+                        order,
+                        angle,
+                    }
+                } else {
+                    Strategy::Zigzag { angle }
+                }
+            }
+        }
+    }
+
+    fn plan(
+        &self,
+        regions: &[Region],
+        strategy: Strategy,
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<Vec<Pass>, HatchError> {
+        let plane = Plane::horizontal(0.0);
+        let layer = Layer {
+            number,
+            plane: &plane,
+            regions,
+        };
+        let settings = FillSettings {
+            strategy,
+            spacing: Spacing::Exact,
+            starts: StartPoints::Spread,
+            layers: LayerDirection::Same,
+            shortest_bead: 0.5 * self.spacing,
+            narrowest: 0.2,
+            longest_link: 1.5 * self.spacing,
+            tolerance: 0.02 * self.spacing,
+            ..FillSettings::new(self.spacing, self.spacing)
+        };
+        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.passes)
+    }
+
+    fn islands(
+        &self,
+        region: &Region,
+        number: u32,
+        angle: f64,
+        reporter: &Reporter,
+    ) -> Result<Vec<Pass>, HatchError> {
+        let [low, size] = bounds(region);
+        let counts = (size / self.island).ceil();
+        if counts.x * counts.y > 1e5 {
+            return Err(too_small("islands", self.island, size));
+        }
+        // squares share out what a whole number of them leaves over
+        let edge = size / counts.max(DVec2::ONE);
+        let ids = PassIds { part: 0 };
+        let mut passes = Vec::new();
+        for colour in 0..2_u32 {
+            let mut squares = Vec::new();
+            for j in 0..counts.y as u32 {
+                for i in (0..counts.x as u32).filter(|i| (i + j) % 2 == colour) {
+                    let a = low + edge * DVec2::new(f64::from(i), f64::from(j));
+                    let b = a + edge;
+                    let outer = vec![a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)];
+                    squares.push(Region {
+                        outer,
+                        holes: Vec::new(),
+                    });
+                }
+            }
+            let islands = intersection(std::slice::from_ref(region), &squares)?;
+            let turned = angle + f64::from(colour) * std::f64::consts::FRAC_PI_2;
+            for mut pass in self.plan(&islands, self.fill(turned, 0), number, reporter)? {
+                pass.id = ids.id(number, passes.len())?;
+                pass.neighbours.clear();
+                passes.push(pass);
+            }
+        }
+        Ok(passes)
+    }
+
+    /// One pass of spots, ordered so that each lies far from those just before: of every fourth column and row first, the
+    /// sixteen such grids one after the other in the order of a dispersed dot screen.
+    fn spots(&self, region: &Region, number: u32, angle: f64) -> Result<Vec<Pass>, HatchError> {
+        let back = DVec2::from_angle(-angle);
+        let turned = |ring: &Vec<DVec2>| ring.iter().map(|p| back.rotate(*p)).collect();
+        let flat = Region {
+            outer: turned(&region.outer),
+            holes: region.holes.iter().map(turned).collect(),
+        };
+        let [low, size] = bounds(&flat);
+        let counts = (size / self.spacing).round().max(DVec2::ONE);
+        if counts.x * counts.y > 4e6 {
+            return Err(too_small("spots", self.spacing, size));
+        }
+        let grid = Grid {
+            origin: low + 0.5 * (size - (counts - DVec2::ONE) * self.spacing),
+            cell: self.spacing,
+            nx: counts.x as usize,
+            ny: counts.y as usize,
+        };
+        let mut cells: Vec<(usize, usize)> = rasterise(&[flat], &grid).cells().collect();
+        cells.sort_by_key(|&(i, j)| (DISPERSED[j % 4][i % 4], j, i));
+        let forth = DVec2::from_angle(angle);
+        let mut points: Vec<DVec3> = cells
+            .iter()
+            .map(|&(i, j)| grid.origin + self.spacing * DVec2::new(i as f64, j as f64))
+            .map(|p| forth.rotate(p).extend(0.0))
+            .collect();
+        let Some(first) = points.first().copied() else {
+            return Ok(Vec::new());
+        };
+        let moves = vec![Move::Spot { time: self.dwell }; points.len()];
+        points.insert(0, first);
+        let tag = Tag {
+            part: 0,
+            layer: number,
+            entity: 0,
+        };
+        let id = PassIds { part: 0 }.id(number, 0)?;
+        let mut pass = Pass::polyline(id, Role::Fill, tag, points);
+        pass.moves = moves;
+        Ok(vec![pass])
+    }
+}
+
+fn too_small(what: &'static str, size: f64, region: DVec2) -> HatchError {
+    HatchError::TooSmall {
+        what,
+        size,
+        width: region.x,
+        height: region.y,
+    }
+}
+
+/// Bayer's order of the sixteen cells of a 4 x 4 tile: each far from the one before (public since 1973).
+const DISPERSED: [[u8; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+
+/// Lower corner and size of a region's bounding box, mm.
+fn bounds(region: &Region) -> [DVec2; 2] {
+    let low = region.outer.iter().copied().reduce(DVec2::min);
+    let high = region.outer.iter().copied().reduce(DVec2::max);
+    let low = low.unwrap_or_default();
+    [low, high.unwrap_or_default() - low]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ebm::region::Contour;
+    use meltpath_thermal::beam::BeamPoint;
+
+    fn hatch(strategy: HatchStrategy) -> Hatch {
+        let table = HatchTable {
+            strategy,
+            ..HatchTable::default()
+        };
+        Hatch::resolve(&table, &mut Provenance::new())
+    }
+
+    fn energy(path: &BeamPath) -> f64 {
+        let of = |w: &[BeamPoint]| w[0].voltage * w[0].current * (w[1].time - w[0].time);
+        path.points().windows(2).filter(|w| w[0].on).map(of).sum()
+    }
+
+    /// A frame with a hole: every strategy brings the thesis' energy per volume to it and stays inside.
+    #[test]
+    fn every_strategy_fills_a_region_with_a_hole() {
+        let contour = Contour::rectangle([9.0, 7.0]).with_holes(vec![vec![
+            [-2.0, -1.5],
+            [2.0, -1.5],
+            [2.0, 1.5],
+            [-2.0, 1.5],
+        ]]);
+        let region = contour.region();
+        for strategy in [
+            HatchStrategy::Lines,
+            HatchStrategy::OneWay,
+            HatchStrategy::Contours,
+            HatchStrategy::Spiral,
+            HatchStrategy::Islands,
+            HatchStrategy::Spots,
+        ] {
+            let reporter = Reporter::new();
+            let hatch = hatch(strategy);
+            for layer in 1..=2 {
+                let path = hatch.path(&region, layer, &reporter).unwrap();
+                let density = energy(&path) / (region.area() * 0.05);
+                // lines of islands end half a spacing before each border
+                assert!(
+                    (density / 48.98 - 1.0).abs() < 0.08,
+                    "{strategy:?}, layer {layer}: {density} J/mm³"
+                );
+                for p in path.points().iter().filter(|p| p.on) {
+                    assert!(contour.depth([p.x, p.y]) > -1e-3, "{strategy:?} {p:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn spots_lie_apart_in_time() {
+        let region = Contour::rectangle([4.0, 4.0]).region();
+        let passes = hatch(HatchStrategy::Spots)
+            .passes(&region, 1, &Reporter::new())
+            .unwrap();
+        let points = &passes.passes[0].points[1..];
+        assert_eq!(points.len(), 32 * 32);
+        let near = points
+            .windows(2)
+            .filter(|w| w[0].distance(w[1]) < 0.4)
+            .count();
+        assert_eq!(near, 0);
+    }
+
+    #[test]
+    fn what_cannot_be_filled_is_refused() {
+        let sliver = Contour::rectangle([5.0, 0.01]).region();
+        let refused = hatch(HatchStrategy::OneWay).path(&sliver, 1, &Reporter::new());
+        assert!(
+            matches!(refused, Err(HatchError::Nothing { .. })),
+            "{refused:?}"
+        );
+        let wide = Contour::rectangle([5000.0, 5000.0]).region();
+        let refused = hatch(HatchStrategy::Spots).path(&wide, 1, &Reporter::new());
+        assert!(
+            refused
+                .unwrap_err()
+                .to_string()
+                .starts_with("spots of 0.125 mm")
+        );
+    }
+}
