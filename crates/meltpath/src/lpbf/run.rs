@@ -115,7 +115,10 @@ pub fn run(
     let mut recipes = settings.recipes.clone();
     recipes.extend(best.map(|c| c.recipe.clone()));
     let other_head = match best {
-        Some(c) => Some(ready(&with_filter(&settings.data.head, c.filter_factor), settings.path)?),
+        Some(c) => Some(ready(
+            &with_filter(&settings.data.head, c.filter_factor),
+            settings.path,
+        )?),
         None => None,
     };
     let mut jobs = Vec::with_capacity(recipes.len());
