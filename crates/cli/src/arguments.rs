@@ -84,6 +84,15 @@ pub(crate) enum Command {
         #[arg(long)]
         mapping: PathBuf,
     },
+    /// Design the control of a scan head's axes: cascade step by step, H-infinity, a controller for motors that differ;
+    /// compare them, export one.
+    Tune {
+        /// The tuning file; `head = "two-axis-150"` is enough.
+        file: PathBuf,
+        /// Folder to write, new; default the next free `<file>-runs/NNN` beside the file.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Compare a table of temperatures (x, y, z, t, T) with a run of an electron beam, or with another table.
     Compare {
         /// A run's folder, or a `.csv` or `.parquet` table.

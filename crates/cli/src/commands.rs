@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath::job::JobError;
 use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, compare, fit, health, identify, inspect};
+use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -49,6 +49,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
+        Command::Tune { file, out } => tuned(file, out.as_deref()),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
     match outcome {
@@ -154,6 +155,23 @@ fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     line(&format!(
         "report:  {}",
         outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
+}
+
+fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(file, "-runs");
+    let outcome = tune::tune(file, out, &runs, &progress)?;
+    show_timers(&progress);
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    line(&format!(
+        "controllers for whole jobs:  {}",
+        outcome.folder.join("controllers.json").display()
     ));
     Ok(verdict_code(&outcome.verdict))
 }

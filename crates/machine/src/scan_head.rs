@@ -15,8 +15,9 @@
 //! | direct geometry, optics | [`geometry`], [`focus`], [`beam`] |
 //! | laser gate | [`gate`] |
 //! | the whole head, streaming | [`head`] |
-//! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`] |
-//! | motor from records | [`identification`] |
+//! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`], [`servo_file`] |
+//! | set-points shaped with the path ahead | [`servo_preview`] |
+//! | motor from records | [`identification`], [`identification_modes`] |
 //! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`], [`km0_bench`] |
 //! | the fastest recipe within bounds | [`recipe_search`] |
 //! | heads and recipes as files | [`data`] |
@@ -37,6 +38,7 @@ pub mod gate;
 pub mod geometry;
 pub mod head;
 pub mod identification;
+pub mod identification_modes;
 pub mod interpolation;
 pub mod job;
 pub mod km0;
@@ -48,8 +50,10 @@ pub mod ray;
 pub mod recipe_search;
 pub mod servo;
 pub mod servo_compare;
+pub mod servo_file;
 pub mod servo_hinf;
 pub mod servo_loop;
+pub mod servo_preview;
 pub mod servo_refine;
 pub mod servo_robust;
 pub mod servo_synthesis;

@@ -11,4 +11,5 @@ pub mod inspect;
 pub mod job;
 pub mod lpbf;
 pub mod start;
+pub mod tune;
 pub mod waam;

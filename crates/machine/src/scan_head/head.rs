@@ -16,6 +16,7 @@ use super::gate::Gate;
 use super::geometry::{Geometry, GeometryError};
 use super::interpolation::{CommandBlock, Interpolator, sample_count};
 use super::job::{LaserDelays, ScanJob, ScanJobError};
+use super::servo_preview::Preview;
 
 /// Samples in a block.
 pub const BLOCK: usize = 8192;
@@ -167,6 +168,7 @@ pub struct ReadyHead {
     head: ScanHead,
     focus: Option<Focus>,
     inverse: Inverse,
+    previews: Option<[Preview; 2]>,
 }
 
 #[derive(Debug, Clone)]
@@ -212,6 +214,7 @@ impl ScanHead {
             head: self.clone(),
             focus,
             inverse,
+            previews: None,
         })
     }
 
@@ -256,6 +259,13 @@ impl ReadyHead {
     #[must_use]
     pub fn with_table(mut self, table: CorrectionTable) -> Self {
         self.inverse = Inverse::Table(table);
+        self
+    }
+
+    /// The same head with the set-points of its mirrors shaped, the path ahead being known.
+    #[must_use]
+    pub fn with_previews(mut self, previews: [Preview; 2]) -> Self {
+        self.previews = Some(previews);
         self
     }
 
@@ -388,6 +398,10 @@ impl ReadyHead {
         let mut source = Source {
             head: self,
             path: Interpolator::new(job, period, rest),
+            ahead: self
+                .previews
+                .as_ref()
+                .map(|previews| Ahead::new(previews, Interpolator::new(job, period, rest), start)),
         };
         let mut optics = Optics {
             head: self,
@@ -457,6 +471,65 @@ fn advance(axes: &mut [(char, RunningAxis)], block: &mut HeadBlock) -> Result<()
 struct Source<'a> {
     head: &'a ReadyHead,
     path: Interpolator<'a>,
+    ahead: Option<Ahead<'a>>,
+}
+
+/// The same path once more, run before its time, with the mirrors' set-points about the present.
+struct Ahead<'a> {
+    previews: &'a [Preview; 2],
+    path: Interpolator<'a>,
+    block: CommandBlock,
+    /// Set-points from `past` samples before the present on.
+    angles: Vec<DVec2>,
+    past: usize,
+    future: usize,
+}
+
+impl<'a> Ahead<'a> {
+    fn new(previews: &'a [Preview; 2], path: Interpolator<'a>, start: DVec3) -> Self {
+        let past = previews
+            .iter()
+            .map(|p| p.taps.len().saturating_sub(p.ahead))
+            .fold(1, usize::max);
+        Ahead {
+            previews,
+            path,
+            block: CommandBlock::default(),
+            angles: vec![start.truncate(); past],
+            past,
+            future: previews.iter().map(|p| p.ahead).fold(0, usize::max),
+        }
+    }
+
+    /// Shapes the mirrors' set-points of the next samples.
+    fn shape(&mut self, head: &ReadyHead, set_points: &mut [Vec<f64>; 3]) {
+        let count = set_points[0].len();
+        while self.angles.len() < self.past + count + self.future {
+            let wanted = self.past + count + self.future - self.angles.len();
+            self.path.fill(&mut self.block, wanted);
+            if self.block.position.is_empty() {
+                // the path is over: it stays where it ended
+                let last = self.angles.last().copied().unwrap_or_default();
+                self.angles.extend(std::iter::repeat_n(last, wanted));
+            }
+            for &point in &self.block.position {
+                self.angles.push(head.angles(point).truncate());
+            }
+        }
+        for (axis, (preview, column)) in self.previews.iter().zip(set_points).enumerate() {
+            for (k, out) in column.iter_mut().enumerate() {
+                // the newest set-point that counts
+                let newest = self.past + k + preview.ahead;
+                *out = preview
+                    .taps
+                    .iter()
+                    .enumerate()
+                    .map(|(i, w)| w * self.angles[newest - i][axis])
+                    .sum();
+            }
+        }
+        self.angles.drain(..count);
+    }
 }
 
 impl Source<'_> {
@@ -470,6 +543,9 @@ impl Source<'_> {
             block.set_points[0].push(angles.x);
             block.set_points[1].push(angles.y);
             block.set_points[2].push(angles.z);
+        }
+        if let Some(ahead) = &mut self.ahead {
+            ahead.shape(self.head, &mut block.set_points);
         }
     }
 }

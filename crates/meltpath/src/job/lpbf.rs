@@ -60,8 +60,38 @@ pub struct LpbfTable {
     /// Laser delays; default tuned.
     #[serde(default)]
     pub delays: DelayChoice,
+    /// Controller of the axes: `cascade` (the head's own, default), `h-infinity`, or the `controllers.json` of a tuning.
+    pub controller: Option<Spanned<String>>,
+    /// Pre-filter of the head; default on with the cascade, off otherwise.
+    pub prefilter: Option<PreFilterChoice>,
+    /// What is made of the path being known ahead; default nothing.
+    #[serde(default)]
+    pub path: PathChoice,
     /// Layers to execute instead of a plate: a CLI file (text or binary) or a vector list (`.csv`).
     pub layers: Option<Spanned<String>>,
+}
+
+/// What is made of the path being known ahead.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathChoice {
+    /// Nothing: set-points go out as they come.
+    #[default]
+    AsCommanded,
+    /// The faster mirror's set-points are filtered so that both mirrors respond alike.
+    Synchronised,
+    /// Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag.
+    Preview,
+}
+
+/// Whether set-points go through the head's pre-filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PreFilterChoice {
+    /// The head's.
+    On,
+    /// None.
+    Off,
 }
 
 /// `[layers]`: which layers of `lpbf.layers` are run, and where they lie.
@@ -205,6 +235,12 @@ impl LpbfJob {
             return plain(
                 "the block has no squares",
                 "give columns and rows from 1 on: block = [2, 2]",
+            );
+        }
+        if self.optimise.is_some() && self.lpbf.path != PathChoice::AsCommanded {
+            return plain(
+                "the recipe search runs the path as commanded",
+                "leave out [optimise], or lpbf.path",
             );
         }
         if self.plate.block.is_some() && self.plate.extent == PlateExtent::Whole {

@@ -19,6 +19,7 @@ use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
 use super::{motion, optimise, present};
 use crate::job::LpbfJob;
+use crate::tune::choose::ready;
 use crate::waam::settings::in_file;
 use crate::waam::{Outcome, RunError};
 
@@ -92,7 +93,17 @@ pub fn run(
     let here = path.parent().unwrap_or(Path::new(""));
     let settings = settings::resolve(job, here).map_err(|e| in_file(path, text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    let head = settings.data.head.ready()?;
+    for letter in &settings.foreign {
+        reporter.warn(
+            "controller-other-motor",
+            format!(
+                "the controller of the {} axis was made for another motor than the head's",
+                letter.to_ascii_uppercase()
+            ),
+            "tune on the head's own motor",
+        );
+    }
+    let head = ready(&settings.data.head, settings.path)?;
     let found = match &settings.search {
         Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
         None => None,
@@ -104,7 +115,10 @@ pub fn run(
     let mut recipes = settings.recipes.clone();
     recipes.extend(best.map(|c| c.recipe.clone()));
     let other_head = match best {
-        Some(c) => Some(with_filter(&settings.data.head, c.filter_factor).ready()?),
+        Some(c) => Some(ready(
+            &with_filter(&settings.data.head, c.filter_factor),
+            settings.path,
+        )?),
         None => None,
     };
     let mut jobs = Vec::with_capacity(recipes.len());

@@ -13,7 +13,7 @@ use toml::Spanned;
 use super::work::{self, Work};
 use crate::job::TextError;
 use crate::job::lpbf::{
-    DelayChoice, LpbfChecksTable, LpbfJob, MotionForm, OptimiseTable, PlateExtent,
+    DelayChoice, LpbfChecksTable, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
 };
 
 /// The heads that ship: name and file.
@@ -61,6 +61,10 @@ pub struct Settings {
     pub contour_share: f64,
     /// Least fill rate.
     pub fill_rate: Option<f64>,
+    /// Axes whose controller was made for another motor.
+    pub foreign: Vec<char>,
+    /// What is made of the path being known ahead.
+    pub path: PathChoice,
     /// The recipe search, where the job asks for one.
     pub search: Option<Bounds>,
     /// The form in which whole marked paths are written.
@@ -70,7 +74,7 @@ pub struct Settings {
 }
 
 /// The text of a data file: one that ships, or the user's own.
-fn text(
+pub(crate) fn data_text(
     what: &str,
     name: &Spanned<String>,
     shipped: &[(&str, &str)],
@@ -112,11 +116,12 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         }
     };
     let head_name = &job.lpbf.head;
-    let data = data::parse(&text("scan head", head_name, HEADS, folder)?).map_err(at(head_name))?;
+    let mut data =
+        data::parse(&data_text("scan head", head_name, HEADS, folder)?).map_err(at(head_name))?;
     let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
     for name in &job.lpbf.recipes {
         let recipe =
-            data::parse_recipe(&text("recipe", name, RECIPES, folder)?).map_err(at(name))?;
+            data::parse_recipe(&data_text("recipe", name, RECIPES, folder)?).map_err(at(name))?;
         recipe.check().map_err(|e| TextError {
             span: Some(name.span()),
             message: format!("\"{}\" is not sound: {e}", name.get_ref()),
@@ -125,6 +130,21 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         recipes.push(recipe);
     }
     let mut provenance = Provenance::new();
+    let foreign = crate::tune::choose::apply(
+        &mut data.head,
+        &data.tuning,
+        job.lpbf.controller.as_ref(),
+        job.lpbf.prefilter,
+        folder,
+        &mut provenance,
+    )?;
+    crate::tune::choose::check_path(&data.head, job.lpbf.path)?;
+    let path = provenance.written_or(
+        "lpbf.path",
+        (job.lpbf.path != PathChoice::default()).then_some(job.lpbf.path),
+        PathChoice::default(),
+        "set-points go out as they come",
+    );
     provenance.model(
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
@@ -290,6 +310,8 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         contour_error,
         contour_share,
         fill_rate: c.fill_rate.map(|r| r.0.0),
+        foreign,
+        path,
         motion: job.output.motion,
         provenance,
     })

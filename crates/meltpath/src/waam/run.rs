@@ -81,6 +81,9 @@ pub enum RunError {
     /// The scan head.
     #[error(transparent)]
     ScanHead(HeadError),
+    /// A tuning of axes.
+    #[error(transparent)]
+    Tune(crate::tune::TuneError),
     /// A new job.
     #[error(transparent)]
     Start(#[from] StartError),
