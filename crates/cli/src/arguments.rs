@@ -84,6 +84,24 @@ pub(crate) enum Command {
         #[arg(long)]
         mapping: PathBuf,
     },
+    /// Compare a table of temperatures (x, y, z, t, T) with a run of an electron beam, or with another table.
+    Compare {
+        /// A run's folder, or a `.csv` or `.parquet` table.
+        against: PathBuf,
+        /// The table: `.csv` or `.parquet`, columns x, y, z, t, T.
+        table: PathBuf,
+        /// Folder to write, new; default the next free `<table>-compare/NNN` beside the table.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Correct efficiency and beam diameter from struts, walls and pores that were built and measured.
+    Fit {
+        /// The measurements: a TOML file.
+        measurements: PathBuf,
+        /// Folder to write, new; default the next free `<measurements>-fit/NNN` beside the file.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Test the health of a scan head's axis (KM0): both stages, the history of dated tests, what drifted and what it may mean.
     Health(HealthArguments),
     /// Say what is missing, defaulted or inconsistent in a job, before anything runs.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath::job::JobError;
 use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, health, identify, inspect};
+use meltpath::{chain, compare, fit, health, identify, inspect};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
@@ -41,6 +41,12 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::New {
             process: NewProcess::Ebm { name },
         } => made(start::ebm(name)),
+        Command::Compare {
+            against,
+            table,
+            out,
+        } => compared(against, table, out.as_deref()),
+        Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Identify { record, mapping } => identified(record, mapping),
@@ -209,6 +215,66 @@ fn identified(record: &Path, mapping: &Path) -> Result<u8, RunError> {
         line(&finding);
     }
     show_notes(&reporter);
+    Ok(0)
+}
+
+fn compared(against: &Path, table: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(table, "-compare");
+    let found = compare::compare(against, table, out, &runs, &progress)?;
+    show_timers(&progress);
+    let a = &found.apart;
+    let [half, most, nearly, all] = a.percentiles;
+    line("");
+    line(&format!(
+        "{} samples compared with {}",
+        a.pairs, found.against
+    ));
+    line(&format!(
+        "bias {:.1} K, standard deviation {:.1} K, mean without sign {:.1} K ({:.2} %)",
+        a.bias,
+        a.deviation,
+        a.mean,
+        100.0 * a.relative
+    ));
+    line(&format!(
+        "50, 90, 95, 99 % within {half:.0}, {most:.0}, {nearly:.0}, {all:.0} K"
+    ));
+    let worst = &a.worst.sample;
+    line(&format!(
+        "furthest apart: {:+.0} K at x {:.3}, y {:.3}, z {:.3} mm, {:.6} s",
+        a.worst.difference(),
+        worst.place[0],
+        worst.place[1],
+        worst.place[2],
+        worst.time
+    ));
+    for warning in &found.verdict.warnings {
+        line(&format!("note: {}", warning.message));
+    }
+    line(&format!(
+        "report:  {}",
+        found.folder.join("report.html").display()
+    ));
+    Ok(0)
+}
+
+fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(measurements, "-fit");
+    let found = fit::fit(measurements, out, &runs, &progress)?;
+    show_timers(&progress);
+    line("");
+    for finding in fit::present::lines(&found) {
+        line(&finding);
+    }
+    for warning in &found.verdict.warnings {
+        line(&format!("note: {}", warning.message));
+    }
+    line(&format!(
+        "report:  {}",
+        found.folder.join("report.html").display()
+    ));
     Ok(0)
 }
 

@@ -16,6 +16,7 @@ use meltpath_thermal::strategy::{
 };
 use meltpath_thermal::{chart_build, chart_file};
 
+use super::judge::{self, Judged};
 use super::region::Contour;
 use super::run::EbmError;
 use super::settings::{Optimise, Settings, Window};
@@ -56,6 +57,8 @@ pub struct Outcome {
     pub given: Drawn,
     /// The path with better speeds, and the shares of each round.
     pub better: Option<(Drawn, Vec<f64>)>,
+    /// What the reference solver says, where the job asks for it.
+    pub judged: Option<Judged>,
     /// The charts, to be kept.
     pub charts: Vec<ChartSet>,
 }
@@ -158,16 +161,7 @@ fn before_last_layer(
 
 /// The judged voxels: of the top plane, inside the contour.
 fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
-    let grid = &highest.grid;
-    let top = grid.planes() - 1;
-    let [nx, ny] = grid.cells;
-    let judged: Vec<bool> = (0..nx * ny)
-        .map(|n| {
-            let c = grid.centre(n % nx, n / nx, top);
-            contour.depth([c.x, c.y]) > inside
-        })
-        .collect();
-    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+    judge::tally(highest, classes, contour, inside, None)
 }
 
 fn draw_last(
@@ -288,12 +282,39 @@ pub fn simulate(
         Some(o) => Some(optimise(settings, o, &ready, &given, &classes, observer)?),
         None => None,
     };
+    let judged = match &settings.judge {
+        Some(judging) => {
+            let better = better.as_ref().map(|(drawn, _)| drawn);
+            let found = judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            judge::tell(&found, &settings.material, reporter);
+            Some(found)
+        }
+        None => None,
+    };
     Ok(Outcome {
         classes,
         given,
         better,
+        judged,
         charts: sets,
     })
+}
+
+/// Draws the path again with charts and looks at the last layer at `times` of the path, in order.
+pub(crate) fn look_at(
+    settings: &Settings,
+    times: &[f64],
+    look: &mut dyn FnMut(&ChartSimulation),
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(), EbmError> {
+    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let sets = charts(settings, &paths, observer)?;
+    let mut simulation =
+        before_last_layer(settings, &settings.lower, &settings.path, sets, observer)?;
+    simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
+    simulation.tell(reporter);
+    Ok(())
 }
 
 /// Length of a piece of one speed, mm.

@@ -37,6 +37,12 @@ pub enum RunError {
     /// A bench record.
     #[error(transparent)]
     Identify(#[from] crate::identify::IdentifyError),
+    /// A comparison.
+    #[error(transparent)]
+    Compare(#[from] crate::compare::CompareError),
+    /// A fit.
+    #[error(transparent)]
+    Fit(#[from] crate::fit::FitCommandError),
     /// A health test.
     #[error(transparent)]
     Health(#[from] crate::health::HealthError),
