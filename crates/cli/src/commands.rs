@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use meltpath::job::JobError;
 use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, compare, fit, identify, inspect};
+use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
-use crate::arguments::{Arguments, Command, NewProcess};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
@@ -36,6 +36,9 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             process: NewProcess::Waam { name, shape },
         } => made(start::waam(name, shape)),
         Command::New {
+            process: NewProcess::Lpbf { name },
+        } => made(start::lpbf(name)),
+        Command::New {
             process: NewProcess::Ebm { name },
         } => made(start::ebm(name)),
         Command::Compare {
@@ -44,7 +47,9 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             out,
         } => compared(against, table, out.as_deref()),
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
+        Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
+        Command::Tune { file, out } => tuned(file, out.as_deref()),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
     match outcome {
@@ -150,6 +155,23 @@ fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     line(&format!(
         "report:  {}",
         outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
+}
+
+fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(file, "-runs");
+    let outcome = tune::tune(file, out, &runs, &progress)?;
+    show_timers(&progress);
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    line(&format!(
+        "controllers for whole jobs:  {}",
+        outcome.folder.join("controllers.json").display()
     ));
     Ok(verdict_code(&outcome.verdict))
 }
@@ -272,6 +294,47 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
         found.folder.join("report.html").display()
     ));
     Ok(0)
+}
+
+fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
+    let a = arguments;
+    let subject = health::Subject::find(&a.machine, &a.head, &a.axis)?;
+    if let Some(folder) = &a.signal {
+        let made = subject.write_signal(folder)?;
+        line(&format!("made {}", made.display()));
+        line(
+            "play stage1.csv as motor voltage in open loop, stage2.csv as set-points of the closed loop; record voltage, current, angle and set-point",
+        );
+        return Ok(0);
+    }
+    let bench = match (a.records.as_slice(), &a.mapping) {
+        ([first, second], Some(mapping)) => health::Bench::Records {
+            first: first.clone(),
+            second: second.clone(),
+            mapping: mapping.clone(),
+        },
+        _ => health::Bench::Simulated(a.change.clone()),
+    };
+    let now = || health::iso(std::time::SystemTime::now());
+    let circumstances = health::Circumstances {
+        time: a.time.clone().unwrap_or_else(now),
+        temperature: a.temperature,
+        accept: a.accept,
+    };
+    let reporter = Reporter::new();
+    let outcome = health::test(&subject, &bench, &a.history, &circumstances, &reporter)?;
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "{}: {} (test {})",
+        subject.name(),
+        health::words(outcome.rating),
+        outcome.tests
+    ));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
 }
 
 /// Warnings as notes.

@@ -15,9 +15,11 @@
 //! | direct geometry, optics | [`geometry`], [`focus`], [`beam`] |
 //! | laser gate | [`gate`] |
 //! | the whole head, streaming | [`head`] |
-//! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`] |
-//! | motor from records | [`identification`] |
-//! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`] |
+//! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`], [`servo_file`] |
+//! | set-points shaped with the path ahead | [`servo_preview`] |
+//! | motor from records | [`identification`], [`identification_modes`] |
+//! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`], [`km0_bench`] |
+//! | the fastest recipe within bounds | [`recipe_search`] |
 //! | heads and recipes as files | [`data`] |
 //!
 //! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
@@ -36,17 +38,22 @@ pub mod gate;
 pub mod geometry;
 pub mod head;
 pub mod identification;
+pub mod identification_modes;
 pub mod interpolation;
 pub mod job;
 pub mod km0;
+pub mod km0_bench;
 pub mod plant;
 pub mod plate;
 pub mod prefilter;
 pub mod ray;
+pub mod recipe_search;
 pub mod servo;
 pub mod servo_compare;
+pub mod servo_file;
 pub mod servo_hinf;
 pub mod servo_loop;
+pub mod servo_preview;
 pub mod servo_refine;
 pub mod servo_robust;
 pub mod servo_synthesis;

@@ -32,6 +32,7 @@ fn thesis_targets() -> HinfTargets {
             closeness: 0.2,
         },
         period: SAMPLE,
+        command_unit: 1.0,
     }
 }
 
@@ -47,6 +48,7 @@ fn robust_targets() -> HinfTargets {
         crossover: 3516.0,
         changes: Changes::Balanced { order: 5 },
         period: SAMPLE,
+        command_unit: 1.0,
     }
 }
 
@@ -239,6 +241,7 @@ fn the_search_serves_its_spread() {
         &current,
         AngleUnit::Degree,
         &spread,
+        3000.0,
         changes,
         SAMPLE,
         &swarm,

@@ -197,6 +197,7 @@ fn lpbf_ac20_swarm_refines_the_gains_on_a_record() {
         &set_points,
         &record,
         period,
+        |_| true,
         &swarm,
         &Silent,
     )

@@ -6,6 +6,7 @@ use meltpath_base::Reporter;
 use meltpath_machine::scan_head::identification::{
     self, BenchRecord, Excitation, IdentificationError, Identified, Method, Prediction,
 };
+use meltpath_machine::scan_head::identification_modes::{ModeSearch, identify_modes};
 use meltpath_perception::{Mapping, RecordError, read};
 
 /// Share of the record that is fitted; the rest is predicted.
@@ -86,7 +87,9 @@ pub fn identify(
         path: record_file.to_path_buf(),
         source,
     };
-    let found = identification::identify(&first, excitation, &Method::default()).map_err(wrong)?;
+    let method = Method::at(record.period);
+    let found =
+        identify_modes(&first, excitation, &method, &ModeSearch::default()).map_err(wrong)?;
     let prediction = identification::predict(&found.motor, &whole, fitted).map_err(wrong)?;
     for (what, quality) in [
         ("current", &prediction.current),
@@ -96,7 +99,7 @@ pub fn identify(
             reporter.warn(
                 "prediction-coloured",
                 format!(
-                    "the error of the predicted {what} is more than white noise at {:.0} % of the lags: flexible modes, dry friction or a drift are not in this model",
+                    "the error of the predicted {what} is more than white noise at {:.0} % of the lags: dry friction, a drift or further modes are not in this model",
                     100.0 * quality.coloured
                 ),
                 "",
@@ -137,6 +140,25 @@ impl Identification {
                 "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
                 100.0 * sigma
             ));
+        }
+        let per_inertia = motor.torque_constant / motor.inertia;
+        for (mode, sigma) in motor.modes.iter().zip(&self.found.mode_sigma) {
+            lines.push("[[mode]]".to_owned());
+            for (name, value, unit, sigma) in [
+                (
+                    "frequency",
+                    mode.omega / std::f64::consts::TAU,
+                    "Hz",
+                    sigma[0],
+                ),
+                ("damping", mode.damping, "1", sigma[1]),
+                ("gain_ratio", mode.gain / per_inertia, "1", sigma[2]),
+            ] {
+                lines.push(format!(
+                    "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
+                    100.0 * sigma
+                ));
+            }
         }
         for (what, unit, scale, q) in [
             ("current", "mA", 1e3, &self.prediction.current),

@@ -2,6 +2,16 @@
 
 use meltpath_geometry::math::DVec2;
 
+/// How an axis runs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal steps are equally long.
+    #[default]
+    Linear,
+    /// Equal ratios are equally long; points at or below zero leave gaps.
+    Logarithmic,
+}
+
 /// One axis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Axis {
@@ -11,6 +21,8 @@ pub struct Axis {
     pub unit: String,
     /// Ends; from the marks when absent.
     pub range: Option<[f64; 2]>,
+    /// How it runs.
+    pub scale: Scale,
 }
 
 impl Axis {
@@ -20,6 +32,24 @@ impl Axis {
             label: label.to_owned(),
             unit: unit.to_owned(),
             range: None,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// An axis of equal ratios, such as the frequency of a Bode plot.
+    pub fn logarithmic(label: &str, unit: &str) -> Self {
+        Axis {
+            scale: Scale::Logarithmic,
+            ..Axis::new(label, unit)
+        }
+    }
+
+    /// The same axis between given ends.
+    #[must_use]
+    pub fn between(self, from: f64, to: f64) -> Self {
+        Axis {
+            range: Some([from, to]),
+            ..self
         }
     }
 }

@@ -9,7 +9,7 @@ use meltpath_geometry::math::DVec2;
 
 use crate::escape::escape;
 use crate::number::{fixed, significant, ticks};
-use crate::plot::{Aspect, Axis, Mark, Plot};
+use crate::plot::{Aspect, Axis, Bar, Mark, Plot, Scale};
 
 const WIDTH: f64 = 520.0;
 const HEIGHT: f64 = 300.0;
@@ -97,10 +97,10 @@ impl Frame {
         pad(&mut lo.x, &mut hi.x, plot.x.range, 0.0);
         pad(&mut lo.y, &mut hi.y, plot.y.range, 0.06);
         let [least_left, top, right, bottom] = MARGIN;
-        let (labels, decimals) = ticks(lo.y, hi.y, Y_TICKS);
-        let longest = labels
+        let longest = axis_ticks(plot.y.scale, lo.y, hi.y, Y_TICKS)
             .iter()
-            .map(|&y| tick_label(y, decimals).chars().count())
+            .filter_map(|t| t.label.as_ref())
+            .map(|label| label.chars().count())
             .max();
         let left = (33.0 + DIGIT * longest.unwrap_or(0) as f64).max(least_left);
         let mut frame = Frame {
@@ -199,7 +199,80 @@ fn pad(lo: &mut f64, hi: &mut f64, asked: Option<[f64; 2]>, margin: f64) {
     *hi += grow;
 }
 
+/// The plot in the coordinates of its frame: decimal logarithms along logarithmic axes.
+fn straightened(plot: &Plot) -> Plot {
+    let along = |scale: Scale, v: f64| match scale {
+        Scale::Linear => v,
+        // the logarithm of zero would be drawn at the end of the world
+        Scale::Logarithmic if v > 0.0 => v.log10(),
+        Scale::Logarithmic => f64::NAN,
+    };
+    let (sx, sy) = (plot.x.scale, plot.y.scale);
+    let points = |all: &[DVec2]| -> Vec<DVec2> {
+        all.iter()
+            .map(|p| DVec2::new(along(sx, p.x), along(sy, p.y)))
+            .collect()
+    };
+    let axis = |a: &Axis| Axis {
+        range: a.range.map(|ends| ends.map(|v| along(a.scale, v))),
+        ..a.clone()
+    };
+    let marks = plot
+        .marks
+        .iter()
+        .map(|mark| match mark {
+            Mark::Line { name, points: p } => Mark::Line {
+                name: name.clone(),
+                points: points(p),
+            },
+            Mark::Dots { name, points: p } => Mark::Dots {
+                name: name.clone(),
+                points: points(p),
+            },
+            Mark::Band { name, lower, upper } => Mark::Band {
+                name: name.clone(),
+                lower: points(lower),
+                upper: points(upper),
+            },
+            Mark::Area { name, outline } => Mark::Area {
+                name: name.clone(),
+                outline: points(outline),
+            },
+            Mark::Bars { name, bars } => Mark::Bars {
+                name: name.clone(),
+                bars: bars
+                    .iter()
+                    .map(|b| Bar {
+                        from: along(sx, b.from),
+                        to: along(sx, b.to),
+                        value: along(sy, b.value),
+                    })
+                    .collect(),
+            },
+            Mark::Limit { name, value } => Mark::Limit {
+                name: name.clone(),
+                value: along(sy, *value),
+            },
+        })
+        .collect();
+    Plot {
+        x: axis(&plot.x),
+        y: axis(&plot.y),
+        marks,
+        ..plot.clone()
+    }
+}
+
 fn svg(plot: &Plot) -> String {
+    let curved = plot.x.scale != Scale::Linear || plot.y.scale != Scale::Linear;
+    if curved {
+        drawing(&straightened(plot))
+    } else {
+        drawing(plot)
+    }
+}
+
+fn drawing(plot: &Plot) -> String {
     let frame = Frame::of(plot);
     let mut out = format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">",
@@ -221,30 +294,30 @@ fn svg(plot: &Plot) -> String {
 }
 
 fn axes(out: &mut String, plot: &Plot, f: &Frame) {
-    let (xs, x_decimals) = ticks(f.lo.x, f.hi.x, 6);
-    let (ys, y_decimals) = ticks(f.lo.y, f.hi.y, Y_TICKS);
     let mut grid = String::new();
     let mut labels = String::new();
-    for x in xs {
-        let at = f.x(x);
+    for tick in axis_ticks(plot.x.scale, f.lo.x, f.hi.x, 6) {
+        let at = f.x(tick.at);
         let _ = write!(grid, "M{at:.1} {:.1}V{:.1}", f.top, f.bottom);
-        let _ = write!(
-            labels,
-            "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            f.bottom + 17.0,
-            tick_label(x, x_decimals)
-        );
+        if let Some(label) = tick.label {
+            let _ = write!(
+                labels,
+                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+                f.bottom + 17.0,
+            );
+        }
     }
-    for y in ys {
-        let at = f.y(y);
+    for tick in axis_ticks(plot.y.scale, f.lo.y, f.hi.y, Y_TICKS) {
+        let at = f.y(tick.at);
         let _ = write!(grid, "M{:.1} {at:.1}H{:.1}", f.left, f.right);
-        let _ = write!(
-            labels,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            f.left - 7.0,
-            at + 4.0,
-            tick_label(y, y_decimals)
-        );
+        if let Some(label) = tick.label {
+            let _ = write!(
+                labels,
+                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+                f.left - 7.0,
+                at + 4.0,
+            );
+        }
     }
     let _ = write!(
         out,
@@ -266,6 +339,62 @@ fn axes(out: &mut String, plot: &Plot, f: &Frame) {
         -middle.y,
         axis_label(&plot.y),
     );
+}
+
+/// A line of the grid.
+struct Tick {
+    /// Where, in the coordinates of the frame.
+    at: f64,
+    /// What stands at it.
+    label: Option<String>,
+}
+
+/// Most decades whose parts are drawn too.
+const FINE_DECADES: f64 = 8.0;
+
+/// The grid lines of an axis from `lo` to `hi` in the frame's coordinates, about `count` of them labelled.
+fn axis_ticks(scale: Scale, lo: f64, hi: f64, count: u32) -> Vec<Tick> {
+    let span = hi - lo;
+    // an axis within a third of a decade is as good as linear; one of 300 decades is none
+    if scale == Scale::Linear || !(0.3..300.0).contains(&span) {
+        let (values, decimals) = ticks(lo, hi, count);
+        return values
+            .into_iter()
+            .map(|v| Tick {
+                at: v,
+                label: Some(match scale {
+                    Scale::Linear => tick_label(v, decimals),
+                    Scale::Logarithmic => significant(10f64.powf(v), 3),
+                }),
+            })
+            .collect();
+    }
+    let every = (span / f64::from(count.max(1))).ceil().max(1.0) as i32;
+    let parts: &[i32] = if span <= FINE_DECADES {
+        &[1, 2, 3, 4, 5, 6, 7, 8, 9]
+    } else {
+        &[1]
+    };
+    let mut all = Vec::new();
+    for decade in lo.floor() as i32..=hi.ceil() as i32 {
+        for &part in parts {
+            let at = f64::from(decade) + f64::from(part).log10();
+            if at < lo - 1e-9 || at > hi + 1e-9 {
+                continue;
+            }
+            let labelled = match part {
+                1 => decade.rem_euclid(every) == 0,
+                2 | 5 => span < 1.7,
+                _ => false,
+            };
+            let value = f64::from(part) * 10f64.powi(decade);
+            all.push(Tick {
+                at,
+                label: labelled.then(|| significant(value, 1)),
+            });
+        }
+    }
+    all
 }
 
 fn tick_label(value: f64, decimals: usize) -> String {
@@ -494,6 +623,27 @@ mod tests {
             assert!(text.contains("class=\"grid\""));
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         }
+    }
+
+    #[test]
+    fn a_logarithmic_axis_gives_decades_equal_lengths_and_leaves_out_what_has_no_logarithm() {
+        let mut plot = line(vec![
+            DVec2::new(-1.0, 1.0),
+            DVec2::new(0.0, 1.0),
+            DVec2::new(1.0, 1.0),
+            DVec2::new(100.0, 2.0),
+            DVec2::new(1e4, 1.0),
+        ]);
+        plot.x = Axis::logarithmic("frequency", "Hz");
+        let text = svg(&plot);
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        for label in [">1<", ">10<", ">100<", ">1000<", ">10000<"] {
+            assert!(text.contains(label), "{label} in {text}");
+        }
+        let f = Frame::of(&straightened(&plot));
+        assert!((f.x(2.0) - f.x(0.0) - (f.x(4.0) - f.x(2.0))).abs() < 1e-9);
+        plot.x = plot.x.between(10.0, 20.0);
+        assert!(svg(&plot).contains(">10<"));
     }
 
     #[test]

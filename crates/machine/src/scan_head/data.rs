@@ -176,6 +176,31 @@ struct AxisTable {
     encoder_resolution: Figure,
     encoder_noise: Figure,
     loop_delay: Figure,
+    tuning: Option<TuningTable>,
+}
+
+/// Times of the first maximum of each loop's step response.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TuningTable {
+    current: Figure,
+    speed: Figure,
+    position: Figure,
+}
+
+/// The figures of a motor alone, as an identification prints them; what is missing stays as it was.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MotorFile {
+    resistance: Option<Figure>,
+    inductance: Option<Figure>,
+    torque_constant: Option<Figure>,
+    back_emf: Option<Figure>,
+    inertia: Option<Figure>,
+    viscous: Option<Figure>,
+    coulomb: Option<Figure>,
+    bias: Option<Figure>,
+    mode: Option<Vec<ModeTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -253,6 +278,74 @@ pub struct HeadData {
     pub head: ScanHead,
     /// The plate on which recipes are compared on this head.
     pub plate: SquarePlate,
+    /// How fast the loops of X, Y and Z are tuned, where the file says so: times of the first maximum of current, speed and
+    /// position, s.
+    pub tuning: [Option<[f64; 3]>; 3],
+}
+
+/// Puts the figures of a motor's file, such as `meltpath identify` prints them, in place of those of a motor.
+///
+/// # Errors
+/// [`HeadFileError`] with the place in the file.
+pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, HeadFileError> {
+    let file: MotorFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
+    let r = Reading { table: "motor" };
+    let or = |key: &'static str, figure: &Option<Figure>, units: &[Unit], old: f64| match figure {
+        Some(figure) => r.get(key, figure, units),
+        None => Ok(old),
+    };
+    let mut out = motor.clone();
+    out.resistance = or("resistance", &file.resistance, RESISTANCE, out.resistance)?;
+    out.inductance = or("inductance", &file.inductance, INDUCTANCE, out.inductance)?;
+    out.torque_constant = or(
+        "torque_constant",
+        &file.torque_constant,
+        TORQUE_CONSTANT,
+        out.torque_constant,
+    )?;
+    out.back_emf = or("back_emf", &file.back_emf, BACK_EMF, out.back_emf)?;
+    out.inertia = or("inertia", &file.inertia, INERTIA, out.inertia)?;
+    out.viscous = or("viscous", &file.viscous, VISCOUS, out.viscous)?;
+    if let Friction::Coulomb { coulomb, bias } = &mut out.friction {
+        *coulomb = or("coulomb", &file.coulomb, TORQUE, *coulomb)?;
+        *bias = or("bias", &file.bias, TORQUE, *bias)?;
+    }
+    let rigid = out.torque_constant / out.inertia;
+    if let Some(modes) = &file.mode {
+        out.modes = modes
+            .iter()
+            .map(|m| mode(&r, m, rigid))
+            .collect::<Result<_, _>>()?;
+    } else {
+        let before = motor.torque_constant / motor.inertia;
+        for m in &mut out.modes {
+            m.gain *= rigid / before;
+        }
+    }
+    out.check()
+        .map_err(|e| HeadFileError::Form(e.to_string()))?;
+    Ok(out)
+}
+
+/// A mode whose gain is told over that of the rigid body, `rigid` rad/s² per A.
+fn mode(r: &Reading, m: &ModeTable, rigid: f64) -> Result<Mode, HeadFileError> {
+    Ok(Mode {
+        omega: std::f64::consts::TAU * read!(r, m, frequency, HERTZ),
+        damping: read!(r, m, damping, NONE),
+        gain: read!(r, m, gain_ratio, NONE) * rigid,
+    })
+}
+
+fn tuning(name: &str, axis: &AxisTable) -> Result<Option<[f64; 3]>, HeadFileError> {
+    let Some(t) = &axis.tuning else {
+        return Ok(None);
+    };
+    let r = Reading { table: name };
+    Ok(Some([
+        read!(r, t, current, TIME),
+        read!(r, t, speed, TIME),
+        read!(r, t, position, TIME),
+    ]))
 }
 
 /// Reads a head's TOML text.
@@ -307,7 +400,18 @@ pub fn parse(text: &str) -> Result<HeadData, HeadFileError> {
         hatch: read!(p, file.plate, hatch, LENGTH),
         inset: read!(p, file.plate, inset, LENGTH),
     };
-    Ok(HeadData { head, plate })
+    let tuning = [
+        tuning("x.tuning", &file.x)?,
+        tuning("y.tuning", &file.y)?,
+        file.z
+            .as_ref()
+            .map_or(Ok(None), |z| tuning("z.tuning", z))?,
+    ];
+    Ok(HeadData {
+        head,
+        plate,
+        tuning,
+    })
 }
 
 /// Reads a recipe's TOML text.
@@ -396,11 +500,7 @@ fn read_axis(name: &str, t: &AxisTable) -> Result<Axis, HeadFileError> {
     let inertia = read!(r, t, inertia, INERTIA);
     let mut modes = Vec::with_capacity(t.mode.len());
     for m in &t.mode {
-        modes.push(Mode {
-            omega: std::f64::consts::TAU * read!(r, m, frequency, HERTZ),
-            damping: read!(r, m, damping, NONE),
-            gain: read!(r, m, gain_ratio, NONE) * kc / inertia,
-        });
+        modes.push(mode(&r, m, kc / inertia)?);
     }
     let speed = match &t.speed_filter {
         None => SpeedSource::Rotor,

@@ -16,6 +16,7 @@ use super::gate::Gate;
 use super::geometry::{Geometry, GeometryError};
 use super::interpolation::{CommandBlock, Interpolator, sample_count};
 use super::job::{LaserDelays, ScanJob, ScanJobError};
+use super::servo_preview::Preview;
 
 /// Samples in a block.
 pub const BLOCK: usize = 8192;
@@ -50,7 +51,7 @@ pub enum HeadError {
     },
     /// The axes' sampling does not suit the job.
     #[error(
-        "at {frequency:.0} Hz a vector of {length:.3} mm at {speed:.0} mm/s (number {index}) has no sample: use shorter periods or slower jumps"
+        "at {frequency:.0} Hz a mark of {length:.4} mm at {speed:.0} mm/s (up to vector {index}) is over before one sample: mark slower, or leave it out"
     )]
     Sampling {
         /// Position in the job, from 0.
@@ -131,6 +132,14 @@ impl<S: HeadSink + ?Sized> HeadSink for &mut S {
     }
 }
 
+impl<S: HeadSink> HeadSink for Option<S> {
+    fn block(&mut self, block: &HeadBlock) {
+        if let Some(sink) = self {
+            sink.block(block);
+        }
+    }
+}
+
 impl HeadSink for Vec<HeadBlock> {
     fn block(&mut self, block: &HeadBlock) {
         self.push(block.clone());
@@ -159,6 +168,7 @@ pub struct ReadyHead {
     head: ScanHead,
     focus: Option<Focus>,
     inverse: Inverse,
+    previews: Option<[Preview; 2]>,
 }
 
 #[derive(Debug, Clone)]
@@ -204,6 +214,7 @@ impl ScanHead {
             head: self.clone(),
             focus,
             inverse,
+            previews: None,
         })
     }
 
@@ -251,6 +262,13 @@ impl ReadyHead {
         self
     }
 
+    /// The same head with the set-points of its mirrors shaped, the path ahead being known.
+    #[must_use]
+    pub fn with_previews(mut self, previews: [Preview; 2]) -> Self {
+        self.previews = Some(previews);
+        self
+    }
+
     /// Refuses a job that leaves the field or has vectors without samples.
     ///
     /// # Errors
@@ -280,10 +298,18 @@ impl ReadyHead {
             error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
         };
         inside(0, job.start.truncate())?;
+        // short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed
+        let (mut length, mut samples) = (0.0, 0.0);
         for (index, v) in job.vectors.iter().enumerate() {
             inside(index, v.end.truncate())?;
-            let length = job.length_of(index);
-            if v.kind.is_mark() && length > 0.0 && length < v.speed * self.head.period {
+            if !v.kind.is_mark() {
+                (length, samples) = (0.0, 0.0);
+                continue;
+            }
+            length += job.length_of(index);
+            samples += job.length_of(index) / (v.speed * self.head.period);
+            let last = job.vectors.get(index + 1).is_none_or(|n| !n.kind.is_mark());
+            if last && length > 0.0 && samples < 1.0 {
                 return Err(HeadError::Sampling {
                     index,
                     length,
@@ -293,6 +319,16 @@ impl ReadyHead {
             }
         }
         Ok(())
+    }
+
+    /// Marks that are shorter than a sample at their speed, and by how much they lengthen the job, s: each takes a whole one.
+    pub fn short_marks(&self, job: &ScanJob) -> (u64, f64) {
+        let period = self.head.period;
+        (0..job.vectors.len())
+            .filter(|&i| job.vectors[i].kind.is_mark())
+            .map(|i| job.length_of(i) / job.vectors[i].speed)
+            .filter(|&t| t > 0.0 && t < period)
+            .fold((0, 0.0), |(n, sum), t| (n + 1, sum + period - t))
     }
 
     /// The angle set-points (θx, θy, θz), rad, for a commanded point, mm.
@@ -362,6 +398,10 @@ impl ReadyHead {
         let mut source = Source {
             head: self,
             path: Interpolator::new(job, period, rest),
+            ahead: self
+                .previews
+                .as_ref()
+                .map(|previews| Ahead::new(previews, Interpolator::new(job, period, rest), start)),
         };
         let mut optics = Optics {
             head: self,
@@ -431,6 +471,65 @@ fn advance(axes: &mut [(char, RunningAxis)], block: &mut HeadBlock) -> Result<()
 struct Source<'a> {
     head: &'a ReadyHead,
     path: Interpolator<'a>,
+    ahead: Option<Ahead<'a>>,
+}
+
+/// The same path once more, run before its time, with the mirrors' set-points about the present.
+struct Ahead<'a> {
+    previews: &'a [Preview; 2],
+    path: Interpolator<'a>,
+    block: CommandBlock,
+    /// Set-points from `past` samples before the present on.
+    angles: Vec<DVec2>,
+    past: usize,
+    future: usize,
+}
+
+impl<'a> Ahead<'a> {
+    fn new(previews: &'a [Preview; 2], path: Interpolator<'a>, start: DVec3) -> Self {
+        let past = previews
+            .iter()
+            .map(|p| p.taps.len().saturating_sub(p.ahead))
+            .fold(1, usize::max);
+        Ahead {
+            previews,
+            path,
+            block: CommandBlock::default(),
+            angles: vec![start.truncate(); past],
+            past,
+            future: previews.iter().map(|p| p.ahead).fold(0, usize::max),
+        }
+    }
+
+    /// Shapes the mirrors' set-points of the next samples.
+    fn shape(&mut self, head: &ReadyHead, set_points: &mut [Vec<f64>; 3]) {
+        let count = set_points[0].len();
+        while self.angles.len() < self.past + count + self.future {
+            let wanted = self.past + count + self.future - self.angles.len();
+            self.path.fill(&mut self.block, wanted);
+            if self.block.position.is_empty() {
+                // the path is over: it stays where it ended
+                let last = self.angles.last().copied().unwrap_or_default();
+                self.angles.extend(std::iter::repeat_n(last, wanted));
+            }
+            for &point in &self.block.position {
+                self.angles.push(head.angles(point).truncate());
+            }
+        }
+        for (axis, (preview, column)) in self.previews.iter().zip(set_points).enumerate() {
+            for (k, out) in column.iter_mut().enumerate() {
+                // the newest set-point that counts
+                let newest = self.past + k + preview.ahead;
+                *out = preview
+                    .taps
+                    .iter()
+                    .enumerate()
+                    .map(|(i, w)| w * self.angles[newest - i][axis])
+                    .sum();
+            }
+        }
+        self.angles.drain(..count);
+    }
 }
 
 impl Source<'_> {
@@ -444,6 +543,9 @@ impl Source<'_> {
             block.set_points[0].push(angles.x);
             block.set_points[1].push(angles.y);
             block.set_points[2].push(angles.z);
+        }
+        if let Some(ahead) = &mut self.ahead {
+            ahead.shape(self.head, &mut block.set_points);
         }
     }
 }
@@ -482,24 +584,33 @@ impl Optics<'_> {
 }
 
 /// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
-/// commanded height of the job's layer.
+/// height of its layer.
 pub struct AsMotion<'a> {
     job: &'a ScanJob,
-    height: f64,
+    /// The first vector of each layer, and its height, mm.
+    layers: &'a [(u32, f64)],
     sink: &'a mut (dyn MotionSink + Send),
     block: MotionBlock,
     last: Option<DVec3>,
+    /// Of the last mark, W.
+    power: f64,
 }
 
 impl<'a> AsMotion<'a> {
-    /// Into `sink`, in the plane z = `height` mm of the part.
-    pub fn new(job: &'a ScanJob, height: f64, sink: &'a mut (dyn MotionSink + Send)) -> Self {
+    /// Into `sink`. `layers` are the first vector of each layer and its height over the part's z = 0, mm, in order; what comes
+    /// before the first lies at its height, and at 0 without any.
+    pub fn new(
+        job: &'a ScanJob,
+        layers: &'a [(u32, f64)],
+        sink: &'a mut (dyn MotionSink + Send),
+    ) -> Self {
         AsMotion {
             job,
-            height,
+            layers,
             sink,
             block: MotionBlock::default(),
             last: None,
+            power: 0.0,
         }
     }
 }
@@ -513,12 +624,19 @@ impl HeadSink for AsMotion<'_> {
         out.speed.clear();
         out.power.clear();
         for (k, hit) in block.hit.iter().enumerate() {
-            let at = hit.extend(self.height);
+            let vector = block.command.vector[k];
+            let layer = self.layers.partition_point(|&(first, _)| first <= vector);
+            let height = self.layers.get(layer.saturating_sub(1));
+            let at = hit.extend(height.map_or(0.0, |&(_, h)| h));
             out.position.push(at);
             out.speed
                 .push(self.last.map_or(0.0, |l| l.distance(at) / block.period));
-            let power = self.job.vectors[block.command.vector[k] as usize].power;
-            out.power.push(power * block.lit[k]);
+            let v = &self.job.vectors[vector as usize];
+            if v.kind.is_mark() {
+                self.power = v.power;
+            }
+            // after the end of a mark the off-delay goes on at its power
+            out.power.push(self.power * block.lit[k]);
             self.last = Some(at);
         }
         out.wire.clear();

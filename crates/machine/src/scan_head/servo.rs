@@ -181,6 +181,25 @@ impl<'a> ServoModel<'a> {
     /// # Errors
     /// [`SystemError`] where a parameter is not finite.
     pub fn closed_loop(&self) -> Result<StateSpace, SystemError> {
+        self.system(Loop::Position)?.select(&[0, 1, 2], &[0])
+    }
+
+    /// One loop closed with those inside it, as a linear system: its set-point to what it controls, current (A), speed or angle
+    /// (in the gains' unit). The position loop has its feed-forward.
+    ///
+    /// # Errors
+    /// [`SystemError`] where a parameter is not finite.
+    pub fn loop_system(&self, which: Loop) -> Result<StateSpace, SystemError> {
+        let output = match which {
+            Loop::Current => 1,
+            Loop::Speed => 3,
+            Loop::Position => 0,
+        };
+        self.system(which)?.select(&[output], &[0])
+    }
+
+    /// Set-point of a loop to angle, current, voltage, speed.
+    fn system(&self, entry: Loop) -> Result<StateSpace, SystemError> {
         let plant = self.motor.linear()?;
         let n = plant.order();
         let g = self.gains;
@@ -189,45 +208,52 @@ impl<'a> ServoModel<'a> {
         let tau = ff.filter;
         let lead_filter = g.position_derivative_time / 100.0;
         let inertia = ff.inertia_over_torque / unit;
+        let through = |filter: f64, change: f64| if filter > 0.0 { change / filter } else { 0.0 };
         // states after the motor's: current integral, speed integral, lead filter, two feed-forward filters
-        let law = |x: &[f64], reference: f64| -> (Vec<f64>, [f64; 3]) {
+        let regulators = match entry {
+            Loop::Current => 1,
+            Loop::Speed => 2,
+            Loop::Position => 5,
+        };
+        let law = |x: &[f64], reference: f64| -> (Vec<f64>, [f64; 4]) {
             let dot = |row: usize| -> f64 { (0..n).map(|k| plant.c[(row, k)] * x[k]).sum() };
+            let own = |k: usize| x.get(n + k).copied().unwrap_or(0.0);
             let (current, angle, speed) = (dot(0), dot(1) * unit, dot(2) * unit);
             let error = reference - angle;
-            let error_slope = if lead_filter > 0.0 {
-                (error - x[n + 2]) / lead_filter
-            } else {
-                0.0
+            let error_slope = through(lead_filter, error - own(2));
+            let slope = through(tau, reference - own(3));
+            let bend = through(tau, slope - own(4));
+            let wanted_speed = match entry {
+                Loop::Position => {
+                    g.position_gain * (error + g.position_derivative_time * error_slope)
+                        + ff.speed * slope
+                }
+                _ => reference,
             };
-            let slope = if tau > 0.0 {
-                (reference - x[n + 3]) / tau
-            } else {
-                0.0
-            };
-            let bend = if tau > 0.0 {
-                (slope - x[n + 4]) / tau
-            } else {
-                0.0
-            };
-            let wanted_speed = g.position_gain * (error + g.position_derivative_time * error_slope)
-                + ff.speed * slope;
             let speed_error = wanted_speed - speed;
-            let wanted_current = g.speed_gain * (speed_error + x[n + 1] / g.speed_integral_time)
-                + ff.current * inertia * bend;
+            let fed = match entry {
+                Loop::Position => ff.current * inertia * bend,
+                _ => 0.0,
+            };
+            let wanted_current = match entry {
+                Loop::Current => reference,
+                _ => g.speed_gain * (speed_error + own(1) / g.speed_integral_time) + fed,
+            };
             let current_error = wanted_current - current;
-            let voltage = g.current.gain * (current_error + x[n] / g.current.integral_time);
+            let voltage = g.current.gain * (current_error + own(0) / g.current.integral_time);
             let mut rate: Vec<f64> = (0..n)
                 .map(|i| {
                     let own: f64 = (0..n).map(|k| plant.a[(i, k)] * x[k]).sum();
                     own + plant.b[(i, 0)] * voltage
                 })
                 .collect();
-            rate.extend([current_error, speed_error, error_slope, slope, bend]);
-            (rate, [angle, current, voltage])
+            let rates = [current_error, speed_error, error_slope, slope, bend];
+            rate.extend(&rates[..regulators]);
+            (rate, [angle, current, voltage, speed])
         };
         // a linear law is known by what it does to the unit vectors
-        let size = n + 5;
-        let columns: Vec<(Vec<f64>, [f64; 3])> = (0..=size)
+        let size = n + regulators;
+        let columns: Vec<(Vec<f64>, [f64; 4])> = (0..=size)
             .map(|j| {
                 let x: Vec<f64> = (0..size).map(|i| f64::from(u8::from(i == j))).collect();
                 law(&x, f64::from(u8::from(j == size)))
@@ -236,8 +262,8 @@ impl<'a> ServoModel<'a> {
         StateSpace::continuous(
             Matrix::from_fn(size, size, |i, j| columns[j].0[i]),
             Matrix::from_fn(size, 1, |i, _| columns[size].0[i]),
-            Matrix::from_fn(3, size, |i, j| columns[j].1[i]),
-            Matrix::from_fn(3, 1, |i, _| columns[size].1[i]),
+            Matrix::from_fn(4, size, |i, j| columns[j].1[i]),
+            Matrix::from_fn(4, 1, |i, _| columns[size].1[i]),
         )
     }
 }

@@ -88,6 +88,58 @@ pub struct HinfTargets {
     pub changes: Changes,
     /// Sample time of the controller, s.
     pub period: f64,
+    /// Amperes in the unit in which the weights count the command; 1 where they count amperes.
+    #[serde(default = "one")]
+    pub command_unit: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Bandwidth of the thesis' weights, rad/s.
+const THESIS_BANDWIDTH: f64 = 3000.0;
+
+/// (J/Kc) ω² of the reference motor (J/Kc = 1.2817·10⁻⁷ A·s²/deg from the printed speed gains) at that bandwidth, A/deg: what
+/// a command of the thesis' weights is worth.
+const THESIS_COMMAND: f64 = 1.2817e-7 * THESIS_BANDWIDTH * THESIS_BANDWIDTH;
+
+impl HinfTargets {
+    /// The thesis' weights moved to another motor and bandwidth (rad/s): frequencies in proportion to the bandwidth, commands
+    /// in proportion to the current that accelerates the motor at it. For the reference motor and 3000 rad/s they are the printed
+    /// ones to 10⁻⁴.
+    ///
+    /// # Errors
+    /// [`WeightError`] for a bandwidth that is not positive.
+    pub fn thesis_like(
+        motor: &Galvanometer,
+        unit: AngleUnit,
+        bandwidth: f64,
+        period: f64,
+    ) -> Result<Self, WeightError> {
+        let pace = bandwidth / THESIS_BANDWIDTH;
+        Ok(HinfTargets {
+            weights: Weights {
+                sensitivity: Template::new(0.001, 1.001, 3000.0 * pace)?,
+                command: Template::new(55.0, 0.1, 5e5 * pace)?,
+                disturbance: Template::new(15.0, 0.9, 300.0 * pace)?,
+            },
+            least_damping: 0.0,
+            crossover: bandwidth,
+            changes: Changes::Pairs {
+                pairs: 1,
+                closeness: 0.2,
+            },
+            period,
+            command_unit: command_unit(motor, unit, bandwidth),
+        })
+    }
+}
+
+/// Amperes that a command of the thesis' weights means for a motor at a bandwidth (rad/s).
+pub(super) fn command_unit(motor: &Galvanometer, unit: AngleUnit, bandwidth: f64) -> f64 {
+    motor.inertia / motor.torque_constant / unit.per_radian() * bandwidth * bandwidth
+        / THESIS_COMMAND
 }
 
 /// How the controller of full order is made smaller.
@@ -223,18 +275,22 @@ pub fn design(
     motor.check()?;
     positive("the wanted crossover", targets.crossover)?;
     positive("the sample period of the controller", targets.period)?;
+    positive("the unit of the command", targets.command_unit)?;
     let mut broad = motor.clone();
     for mode in &mut broad.modes {
         broaden(mode, targets.least_damping);
     }
     let weights = &targets.weights;
-    let problem = MixedSensitivity::new(current_plant(&broad, current, unit)?)
+    let mut scaled = current_plant(&broad, current, unit)?;
+    scaled.b = scaled.b.scaled(targets.command_unit);
+    let problem = MixedSensitivity::new(scaled)
         .sensitivity(weights.sensitivity)
         .command(weights.command)
         .disturbance(weights.disturbance)
         .assemble()?;
     let found = synthesise(&problem, &SynthesisOptions::default())?;
-    let full = ZeroPoleGain::from_state_space(&found.controller, 0, 0)?;
+    let mut full = ZeroPoleGain::from_state_space(&found.controller, 0, 0)?;
+    full.gain *= targets.command_unit;
     let order = full.poles.len();
     let simplified = match targets.changes {
         Changes::Pairs { pairs, closeness } => {

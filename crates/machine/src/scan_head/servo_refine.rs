@@ -83,16 +83,22 @@ fn gains(x: &[f64], start: &CascadeGains) -> CascadeGains {
 }
 
 /// Refines the gains of a cascade on a record: set-points before the pre-filter and angles (rad), one of each every
-/// `period` s, from rest. `axis` tells motor, drive, pre-filter and sensor; its controller is replaced.
+/// `period` s, from rest. `axis` tells motor, drive, pre-filter and sensor; its controller is replaced. Gains that are not
+/// `admissible` are no candidates: the swarm sees one motor and one signal, and would buy the last bit of error with margins.
 ///
 /// # Errors
 /// [`RefineError`].
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what is refined, on what, and how it is searched"
+)]
 pub fn refine(
     axis: &Axis,
     start: &CascadeGains,
     set_points: &[f64],
     record: &[f64],
     period: f64,
+    admissible: impl Fn(&CascadeGains) -> bool + Sync,
     swarm: &Swarm,
     observer: &dyn Observer,
 ) -> Result<Refined, RefineError> {
@@ -124,7 +130,13 @@ pub fn refine(
         })
         .collect();
     // gains that run away are no candidates
-    let cost = |x: &[f64]| difference(gains(x, start)).map_or(f64::INFINITY, |e| e.rms().powi(2));
+    let cost = |x: &[f64]| {
+        let trial = gains(x, start);
+        if !admissible(&trial) {
+            return f64::INFINITY;
+        }
+        difference(trial).map_or(f64::INFINITY, |e| e.rms().powi(2))
+    };
     let search = minimise(cost, &ranges, Some(&first), swarm, observer)?;
     let gains = gains(&search.values, start);
     Ok(Refined {

@@ -9,9 +9,10 @@ use meltpath_control::hinf::Template;
 use meltpath_control::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
-use super::galvanometer::{AxisError, Galvanometer};
+use super::galvanometer::{AxisError, Galvanometer, positive};
 use super::servo_hinf::{
-    Changes, Form, HinfError, HinfServo, HinfTargets, LoopQuality, Weights, design, quality,
+    Changes, Form, HinfError, HinfServo, HinfTargets, LoopQuality, Weights, command_unit, design,
+    quality,
 };
 use super::servo_loop::{AngleUnit, CurrentGains};
 
@@ -78,7 +79,7 @@ pub enum RobustError {
 }
 
 /// Bounds of the unknowns: crossover of W1 (rad/s) and its high gain, low and high gain and crossover of W2, low gain and
-/// crossover of W3, least damping.
+/// crossover of W3, least damping; for the thesis' bandwidth of 3000 rad/s.
 const BOUNDS: [(f64, f64); 8] = [
     (500.0, 8000.0),
     (1.001, 2.5),
@@ -90,7 +91,10 @@ const BOUNDS: [(f64, f64); 8] = [
     (0.005, 0.5),
 ];
 
-fn targets(x: &[f64], changes: Changes, period: f64) -> Option<HinfTargets> {
+/// Which of them are frequencies and grow with the bandwidth.
+const FREQUENCIES: [bool; 8] = [true, false, false, false, true, false, true, false];
+
+fn targets(x: &[f64], changes: Changes, period: f64, command_unit: f64) -> Option<HinfTargets> {
     Some(HinfTargets {
         weights: Weights {
             sensitivity: Template::new(0.001, x[1], x[0]).ok()?,
@@ -101,10 +105,12 @@ fn targets(x: &[f64], changes: Changes, period: f64) -> Option<HinfTargets> {
         crossover: x[0],
         changes,
         period,
+        command_unit,
     })
 }
 
-/// Searches weights for a motor and its spread, from the thesis' weights on.
+/// Searches weights for a motor and its spread, from the thesis' weights for a `bandwidth` (rad/s) on; frequencies are searched
+/// from a sixth to 2.7 times those of the thesis at that bandwidth.
 ///
 /// # Errors
 /// [`RobustError`].
@@ -117,6 +123,7 @@ pub fn search(
     current: &CurrentGains,
     unit: AngleUnit,
     spread: &Spread,
+    bandwidth: f64,
     changes: Changes,
     period: f64,
     swarm: &Swarm,
@@ -128,8 +135,11 @@ pub fn search(
             delays: spread.delays.len(),
         });
     }
+    positive("the bandwidth", bandwidth).map_err(HinfError::Axis)?;
+    let pace = bandwidth / 3000.0;
+    let worth = command_unit(motor, unit, bandwidth);
     let cost = |x: &[f64]| -> f64 {
-        let Some(targets) = targets(x, changes, period) else {
+        let Some(targets) = targets(x, changes, period, worth) else {
             return f64::INFINITY;
         };
         let Ok(servo) = design(motor, current, unit, &targets) else {
@@ -139,11 +149,18 @@ pub fn search(
     };
     let ranges: Vec<Range> = BOUNDS
         .iter()
-        .map(|b| Range::logarithmic(b.0, b.1))
+        .zip(FREQUENCIES)
+        .map(|(b, frequency)| {
+            let factor = if frequency { pace } else { 1.0 };
+            Range::logarithmic(factor * b.0, factor * b.1)
+        })
         .collect();
-    let start = [3000.0, 1.001, 55.0, 0.1, 5e5, 15.0, 300.0, 0.05];
+    let mut start = [3000.0, 1.001, 55.0, 0.1, 5e5, 15.0, 300.0, 0.05];
+    for (value, frequency) in start.iter_mut().zip(FREQUENCIES) {
+        *value *= if frequency { pace } else { 1.0 };
+    }
     let found = minimise(cost, &ranges, Some(&start), swarm, observer)?;
-    let targets = targets(&found.values, changes, period).ok_or(SwarmError::NoFiniteCost)?;
+    let targets = targets(&found.values, changes, period, worth).ok_or(SwarmError::NoFiniteCost)?;
     let servo = design(motor, current, unit, &targets)?;
     let loops = loops(motor, current, unit, &servo, spread).map_err(HinfError::Axis)?;
     if let Some(bad) = loops.iter().find(|l| !serves(l, spread)) {

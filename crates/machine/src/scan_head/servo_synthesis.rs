@@ -1,7 +1,7 @@
 //! Tuning of the cascade in frequency, loop after loop, each step kept so that it can be shown.
 //!
 //! Source: Rasoanarivo 2020, § 2.2.2.2, fig. 2.34-2.40. The thesis turns the knobs by hand; the rules here find the same
-//! settings: the integral of the current loop is a share of its crossover, that of the speed loop the shortest that leaves
+//! settings: the integral of the current loop is a share of its crossover (or the shortest that leaves the margin), that of the speed loop the shortest that leaves
 //! the margin, the derivative of the position loop the longest that does.
 
 use std::f64::consts::PI;
@@ -91,7 +91,7 @@ pub struct Targets {
     pub speed: Target,
     /// Position loop.
     pub position: Target,
-    /// T_ii in units of 1/ω_c of the current loop; 0.7 gives the thesis' value.
+    /// T_ii in units of 1/ω_c of the current loop; 0.7 gives the thesis' value. Longer where the margin asks for it.
     pub integral_share: f64,
     /// T_iω (s) where the speed loop has no phase to spare for an integral.
     pub spare_integral_time: f64,
@@ -269,16 +269,26 @@ impl Bench<'_> {
     fn current(&mut self, targets: &Targets) -> Result<(), ServoError> {
         let Target { crossover, margin } = targets.current;
         self.note(Loop::Current, Stage::Uncorrected, crossover);
-        let time = targets.integral_share / crossover;
+        let s = Complex64::new(0.0, crossover);
+        let mut time = targets.integral_share / crossover;
+        let margin_with = |time: f64| {
+            (-(proportional_integral(1.0, time, s) * self.motor.current_over_voltage(s))).arg()
+        };
+        if margin_with(time) < margin {
+            // the share takes too much phase from this coil: the shortest time that does not, as in the speed loop
+            let spare = (-self.motor.current_over_voltage(s)).arg() - margin;
+            if spare > 0.0 {
+                time = 1.0 / (crossover * spare.tan()) * (1.0 + 1e-9);
+            }
+        }
         for factor in [100.0, 10.0, 3.0] {
             self.gains.current.integral_time = factor * time;
             self.note(Loop::Current, Stage::Trial, crossover);
         }
         self.gains.current.integral_time = time;
         self.note(Loop::Current, Stage::Time, crossover);
-        let s = Complex64::new(0.0, crossover);
-        let corrected = proportional_integral(1.0, time, s) * self.motor.current_over_voltage(s);
-        reached(Loop::Current, (-corrected).arg(), margin, crossover)?;
+        let left = self.steps.last().map_or(0.0, |step| step.margin_there);
+        reached(Loop::Current, left, margin, crossover)?;
         self.gains.current.gain = 1.0 / self.gain_there(Loop::Current, crossover);
         self.note(Loop::Current, Stage::Gain, crossover);
         Ok(())

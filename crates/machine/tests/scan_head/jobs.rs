@@ -408,6 +408,92 @@ fn lpbf_ac41_ac43_ac44_ac46_recipes_on_one_square() {
     );
 }
 
+/// AC-41 (T): where the fill goes. Cells with a lit sample, % of recipes 1 to 3, one square: the commanded path, the path with
+/// delays equal to the steady lag, with tuned delays, without friction; at 93.75 and 187.5 kHz.
+#[test]
+fn lpbf_ac41_where_the_fill_goes() {
+    let data = three_axis_data();
+    let plate = one(data.plate);
+    let modes = [FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot];
+    let mut smooth = data.head.clone();
+    for axis in &mut smooth.mirrors {
+        axis.motor.friction = Friction::None;
+    }
+    // X and Y with the same filters: equal lags
+    let mut together = smooth.clone();
+    together.mirrors[1].prefilter = together.mirrors[0].prefilter;
+    let mirror_lag = |head: &ScanHead| {
+        head.mirrors[0]
+            .prefilter
+            .as_ref()
+            .map_or(0.0, |p| p.lag() + 15e-6)
+    };
+    let mut found = Vec::new();
+    for frequency in [93_750.0, 187_500.0] {
+        let at = |head: &ScanHead| ScanHead {
+            period: 1.0 / frequency,
+            ..head.clone()
+        };
+        let (head, smooth, together) = (at(&data.head), at(&smooth), at(&together));
+        let mut rates = Vec::new();
+        for recipe in &recipes() {
+            let rate = |head: &ScanHead, delays: LaserDelays| {
+                let recipe = Recipe {
+                    delays,
+                    ..recipe.clone()
+                };
+                let job = plate.job(&recipe).unwrap();
+                let mut fill = FillRate::new(&job, &plate, 0.07, &modes);
+                let ready = head.ready().unwrap();
+                ready.run(&job, delays, 1, &Silent, &mut fill).unwrap();
+                100.0 * fill.finish()[0][0]
+            };
+            let ideal = 100.0 * ideal(plate, recipe.fill_speed, head.period, &modes)[0];
+            let lag = mirror_lag(&head);
+            let late = LaserDelays { on: lag, off: lag };
+            let own = tuned(&head, &plate, recipe);
+            let long = LaserDelays {
+                on: lag,
+                off: own.off,
+            };
+            let row = [
+                ideal,
+                rate(&head, late),
+                rate(&head, long),
+                rate(&head, own),
+                rate(&smooth, late),
+                rate(&together, late),
+            ];
+            println!(
+                "{frequency} Hz, {}: commanded {:.1}, delays of the lag ({:.0} µs) {:.1}, tuned off-delay {:.1}, tuned ({:.0}/{:.0} µs) {:.1}, delays of the lag without friction {:.1}, and X and Y filtered alike {:.1} %",
+                recipe.name,
+                row[0],
+                1e6 * lag,
+                row[1],
+                row[2],
+                1e6 * own.on,
+                1e6 * own.off,
+                row[3],
+                row[4],
+                row[5]
+            );
+            rates.push(row);
+        }
+        found.push(rates);
+    }
+    for rates in &found {
+        // the rate falls when the speed rises, whatever the delays
+        for k in [0, 3] {
+            assert!(rates[0][k] > rates[1][k] && rates[1][k] > rates[2][k]);
+        }
+        // what X and Y out of step cost, and that friction does not
+        for row in rates {
+            assert!(row[5] > row[4] + 2.0 && row[5] < row[0] + 0.5, "{row:?}");
+            assert!((row[4] - row[1]).abs() < 2.0, "{row:?}");
+        }
+    }
+}
+
 /// Contour shares of the conventional structure, three axes, recipe 1 (table 3.1: 93.51, 98.3, 99.32 % below 10, 20, 30 µm).
 /// Not reproduced with the reference friction, which leaves the axis at rest beside its set-point; near it without friction.
 #[test]
@@ -429,24 +515,9 @@ fn lpbf_table_3_1_contour_shares_hang_on_friction() {
     );
 }
 
-/// AC-38 (T): the shipped two-axis head against a richer one (another mode, bristle friction, offset parameters, noise and
-/// quantisation): angles within 0.03 deg, points within 300 µm.
-#[test]
-fn lpbf_ac38_simulator_against_a_richer_one() {
-    let data = two_axis_data();
-    let plate = one(data.plate);
-    let recipe = &recipes()[0];
-    let job = plate.job(recipe).unwrap();
-    let record = |head: &ScanHead| {
-        let mut blocks: Vec<HeadBlock> = Vec::new();
-        head.ready()
-            .unwrap()
-            .run(&job, recipe.delays, 5, &Silent, &mut blocks)
-            .unwrap();
-        blocks
-    };
-    let plain = record(&data.head);
-    let mut rich = data.head.clone();
+/// A head with richer physics: another mode on each mirror, bristle friction, offset parameters, noise and quantisation.
+fn richer(head: &ScanHead, coulomb: f64, step: f64) -> ScanHead {
+    let mut rich = head.clone();
     for axis in &mut rich.mirrors {
         let first = axis.motor.modes[0];
         axis.motor.modes.push(Mode {
@@ -457,30 +528,106 @@ fn lpbf_ac38_simulator_against_a_richer_one() {
         axis.motor.inertia *= 1.02;
         axis.motor.resistance *= 1.03;
         axis.motor.friction = Friction::LuGre {
-            coulomb: 3e-5,
-            stiction: 3.9e-5,
+            coulomb,
+            stiction: 1.3 * coulomb,
             stribeck: 0.5,
             stiffness: 0.02,
             damping: 2e-6,
         };
-        axis.encoder.resolution = 1e-5;
-        axis.encoder.noise = 5e-6;
+        axis.encoder.resolution = step;
+        axis.encoder.noise = 0.5 * step;
     }
-    let richer = record(&rich);
-    let (mut angle, mut point) = (0.0f64, 0.0f64);
-    for (a, b) in plain.iter().zip(&richer) {
-        for axis in [0, 1] {
-            for (x, y) in a.axes[axis].angle.iter().zip(&b.axes[axis].angle) {
-                angle = angle.max((x - y).abs().to_degrees());
+    rich
+}
+
+/// What two heads do differently on one square: angles while marks and while jumps are commanded, deg, and the plane, mm.
+struct Differences {
+    marks: Vec<f64>,
+    jumps: Vec<f64>,
+    plane: Vec<f64>,
+}
+
+impl Differences {
+    fn of(plain: &ScanHead, rich: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Self {
+        let job = plate.job(recipe).unwrap();
+        let record = |head: &ScanHead| {
+            let mut blocks: Vec<HeadBlock> = Vec::new();
+            head.ready()
+                .unwrap()
+                .run(&job, recipe.delays, 5, &Silent, &mut blocks)
+                .unwrap();
+            blocks
+        };
+        let mut found = Differences {
+            marks: Vec::new(),
+            jumps: Vec::new(),
+            plane: Vec::new(),
+        };
+        for (a, b) in record(plain).iter().zip(&record(rich)) {
+            for axis in [0, 1] {
+                let pairs = a.axes[axis].angle.iter().zip(&b.axes[axis].angle);
+                for (k, (x, y)) in pairs.enumerate() {
+                    let mark = job.vectors[a.command.vector[k] as usize].kind.is_mark();
+                    let out = if mark {
+                        &mut found.marks
+                    } else {
+                        &mut found.jumps
+                    };
+                    out.push((x - y).abs().to_degrees());
+                }
             }
+            found.plane.extend(contour_errors(&a.hit, &b.hit, Some(40)));
         }
-        for e in contour_errors(&a.hit, &b.hit, Some(40)) {
-            point = point.max(e);
+        for column in [&mut found.marks, &mut found.jumps, &mut found.plane] {
+            column.sort_by(f64::total_cmp);
         }
+        found
     }
+
+    fn largest(values: &[f64]) -> f64 {
+        values.last().copied().unwrap_or(0.0)
+    }
+
+    fn within(values: &[f64], limit: f64) -> f64 {
+        values.partition_point(|v| *v < limit) as f64 / values.len() as f64
+    }
+}
+
+/// AC-38 (T), two axes: the shipped head against a richer one: angles within 0.03 deg, points within 300 µm.
+#[test]
+fn lpbf_ac38_simulator_against_a_richer_one() {
+    let data = two_axis_data();
+    let rich = richer(&data.head, 3e-5, 1e-5);
+    let found = Differences::of(&data.head, &rich, &one(data.plate), &recipes()[0]);
+    let angle = Differences::largest(&found.marks).max(Differences::largest(&found.jumps));
+    let point = Differences::largest(&found.plane);
     println!("largest difference {angle:.4} deg, {:.0} µm", 1e3 * point);
     assert!(angle < 0.03, "{angle}");
     assert!(point < 0.3, "{point}");
+}
+
+/// AC-38 (T), three axes: 0.003 deg and 30 µm, ten times tighter. How much of it holds with the same kind of richer head.
+#[test]
+fn lpbf_ac38_three_axes_against_a_richer_head() {
+    let data = three_axis_data();
+    let rich = richer(&data.head, 1e-4, 1e-6);
+    let found = Differences::of(&data.head, &rich, &one(data.plate), &recipes()[0]);
+    let share = |v: &[f64]| 100.0 * Differences::within(v, 0.003);
+    let plane = 100.0 * Differences::within(&found.plane, 0.03);
+    println!(
+        "within 0.003 deg: marks {:.2} %, jumps {:.2} %; largest {:.4} and {:.4} deg; plane within 30 µm {plane:.2} %, largest {:.0} µm; medians {:.5} and {:.5} deg",
+        share(&found.marks),
+        share(&found.jumps),
+        Differences::largest(&found.marks),
+        Differences::largest(&found.jumps),
+        1e3 * Differences::largest(&found.plane),
+        found.marks[found.marks.len() / 2],
+        found.jumps[found.jumps.len() / 2]
+    );
+    // recorded: twice the angle asked for, and not all of the points
+    assert!(share(&found.marks) > 85.0 && plane > 80.0);
+    assert!(Differences::largest(&found.marks).max(Differences::largest(&found.jumps)) < 0.006);
+    assert!(found.jumps[found.jumps.len() / 2] > found.marks[found.marks.len() / 2]);
 }
 
 #[test]

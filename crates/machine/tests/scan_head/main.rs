@@ -7,6 +7,7 @@
     reason = "helpers of tests fail the test, and the figures found are told"
 )]
 
+mod controllers;
 mod geometry;
 mod identification;
 mod jobs;

@@ -43,6 +43,9 @@ pub enum RunError {
     /// A fit.
     #[error(transparent)]
     Fit(#[from] crate::fit::FitCommandError),
+    /// A health test.
+    #[error(transparent)]
+    Health(#[from] crate::health::HealthError),
     /// An electron-beam job.
     #[error(transparent)]
     Ebm(#[from] crate::ebm::EbmError),
@@ -78,6 +81,9 @@ pub enum RunError {
     /// The scan head.
     #[error(transparent)]
     ScanHead(HeadError),
+    /// A tuning of axes.
+    #[error(transparent)]
+    Tune(crate::tune::TuneError),
     /// A new job.
     #[error(transparent)]
     Start(#[from] StartError),

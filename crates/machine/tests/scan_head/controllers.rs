@@ -1,0 +1,359 @@
+//! § 17.6, H-infinity in whole jobs: controller and pre-filter two by two on one square of each head.
+
+use meltpath_base::Silent;
+use meltpath_machine::scan_head::contour_error::{Histogram, PathErrors};
+use meltpath_machine::scan_head::data::HeadData;
+use meltpath_machine::scan_head::delays::{DelayTuning, HitRecord};
+use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate};
+use meltpath_machine::scan_head::friction::Friction;
+use meltpath_machine::scan_head::head::ScanHead;
+use meltpath_machine::scan_head::job::{JobBuilder, Jump, LaserDelays, Recipe, ScanJob};
+use meltpath_machine::scan_head::plate::SquarePlate;
+use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
+use meltpath_machine::scan_head::servo_loop::{AngleUnit, Controller};
+
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_machine::scan_head::servo_preview::{Preview, PreviewDesign, preview, synchronise};
+
+use super::reference::{recipes, three_axis_data, two_axis_data};
+
+/// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
+fn with_hinf(data: &HeadData) -> ScanHead {
+    let mut head = data.head.clone();
+    for (axis, times) in head.mirrors.iter_mut().zip(data.tuning) {
+        let Controller::Cascade(gains) = axis.controller.clone() else {
+            panic!("the heads ship with cascades")
+        };
+        let bandwidth = 3.0 / times.unwrap()[2];
+        let unit = AngleUnit::Degree;
+        let targets =
+            HinfTargets::thesis_like(&axis.motor, unit, bandwidth, data.head.period).unwrap();
+        let servo = design(&axis.motor, &gains.current, unit, &targets).unwrap();
+        axis.controller = Controller::StateSpace {
+            system: servo.sampled,
+            unit,
+            every: 1,
+            current: gains.current,
+            feed_forward: gains.feed_forward,
+        };
+    }
+    head
+}
+
+fn without_prefilter(mut head: ScanHead) -> ScanHead {
+    for axis in &mut head.mirrors {
+        axis.prefilter = None;
+    }
+    if let Some((axis, _)) = &mut head.focus {
+        axis.prefilter = None;
+    }
+    head
+}
+
+/// What a head does on one square.
+#[derive(Debug, Clone)]
+struct Told {
+    /// Lower end of the 0.002° wide interval that holds most tracking errors on marks, X and Y, deg.
+    majority: [f64; 2],
+    /// Median on marks, X and Y, deg.
+    median: [f64; 2],
+    /// 99 % on marks, X, deg.
+    p99: f64,
+    /// Shares of contour points below 10, 20, 30, 100, 200, 300 µm.
+    contour: [f64; 6],
+    /// Largest contour error, mm.
+    largest: f64,
+    /// Fill rate, sampled and swept.
+    fill: [f64; 2],
+}
+
+fn majority(h: &Histogram) -> f64 {
+    let per = (0.002 / h.bin).round().max(1.0) as usize;
+    let best = h
+        .counts
+        .chunks(per)
+        .enumerate()
+        .max_by_key(|(_, c)| c.iter().sum::<u64>());
+    best.map_or(0.0, |(k, _)| k as f64 * per as f64 * h.bin)
+}
+
+fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
+    let ready = head.ready().unwrap();
+    let mut recipe = recipe.clone();
+    let two = SquarePlate {
+        columns: 2,
+        rows: 1,
+        ..*plate
+    };
+    let job = two.job(&recipe).unwrap();
+    let mut record = HitRecord::default();
+    ready
+        .run(&job, recipe.delays, 1, &Silent, &mut record)
+        .unwrap();
+    recipe.delays = DelayTuning::new(&job, &record.hits, head.period, 800e-6, 0.035)
+        .tune()
+        .best
+        .delays;
+    let one = SquarePlate {
+        columns: 1,
+        rows: 1,
+        ..*plate
+    };
+    let job = one.job(&recipe).unwrap();
+    let mut sinks = (
+        PathErrors::new(&job, 2e-3, head.period),
+        FillRate::new(
+            &job,
+            &one,
+            0.07,
+            &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
+        ),
+    );
+    ready
+        .run(&job, recipe.delays, 1, &Silent, &mut sinks)
+        .unwrap();
+    let (path, fill) = sinks;
+    let fill = fill.finish();
+    let h = &path.tracking;
+    Told {
+        majority: [majority(&h[0]), majority(&h[1])],
+        median: [h[0].quantile(0.5), h[1].quantile(0.5)],
+        p99: h[0].quantile(0.99),
+        contour: [0.01, 0.02, 0.03, 0.1, 0.2, 0.3].map(|t| path.contour.share_below(t)),
+        largest: path.contour.largest,
+        fill: [fill[0][0], fill[0][1]],
+    }
+}
+
+/// Conventional and H-infinity, with pre-filter and without.
+struct Square {
+    conventional: [Told; 2],
+    robust: [Told; 2],
+}
+
+fn square(data: &HeadData, recipe: &Recipe) -> Square {
+    let robust = with_hinf(data);
+    let run = |head: &ScanHead| told(head, &data.plate, recipe);
+    let both = |head: ScanHead| [run(&head), run(&without_prefilter(head))];
+    let found = Square {
+        conventional: both(data.head.clone()),
+        robust: both(robust),
+    };
+    for (name, t) in [
+        ("conventional, pre-filter", &found.conventional[0]),
+        ("conventional, none", &found.conventional[1]),
+        ("H-infinity, pre-filter", &found.robust[0]),
+        ("H-infinity, none", &found.robust[1]),
+    ] {
+        println!(
+            "{}, {}: {name}: majority {:.4?} median {:.4?} p99 {:.4} contour {:.4?} largest {:.4} fill {:.4?}",
+            data.head.name, recipe.name, t.majority, t.median, t.p99, t.contour, t.largest, t.fill
+        );
+    }
+    found
+}
+
+/// AC-44, AC-45 (T, R), AC-48, AC-48b (T, R), two axes: the thesis compares the first of the conventional with the second of the
+/// H-infinity runs.
+#[test]
+fn lpbf_ac44_ac45_ac48_h_infinity_on_two_axes() {
+    let data = two_axis_data();
+    let [one, two, _] = recipes();
+    let first = square(&data, &one);
+    let second = square(&data, &two);
+    for axis in [0, 1] {
+        // AC-44: 0.020 to 0.030 deg conventional with pre-filter, 0 to 0.010 deg H-infinity without, ± 0.005 deg
+        assert!((0.015..0.035).contains(&first.conventional[0].median[axis]));
+        assert!(first.robust[1].median[axis] < 0.010);
+    }
+    // AC-45: 99 % of the errors below 0.04 deg; conventional clearly worse
+    assert!(second.robust[1].p99 < 0.04);
+    assert!(second.conventional[0].median[0] > 4.0 * second.robust[1].median[0]);
+    for found in [&first, &second] {
+        // AC-48b: the pre-filter sets the tracking error, whatever the controller
+        let ratio = found.robust[0].median[0] / found.conventional[0].median[0];
+        assert!((0.9..1.1).contains(&ratio), "{ratio}");
+        let ratio = found.robust[1].median[0] / found.conventional[1].median[0];
+        assert!((0.85..1.15).contains(&ratio), "{ratio}");
+        // and what H-infinity brings is the fine end of the contours
+        assert!(found.robust[1].contour[0] > 4.0 * found.conventional[1].contour[0]);
+        assert!(found.robust[1].contour[2] > 0.9 && found.conventional[0].contour[2] < 0.2);
+        // AC-48 is not reproduced with the reference friction: 99.9 % conventional below 100 µm against 97.7 %
+        assert!(found.conventional[0].contour[3] > found.robust[1].contour[3]);
+    }
+}
+
+/// AC-48 (T): the conventional share of contour points below 100 µm, 37.85 % in the thesis, hangs on how far friction leaves the
+/// resting axis beside its set-point.
+#[test]
+fn lpbf_ac48_more_friction_takes_the_conventional_share() {
+    let recipe = &recipes()[0];
+    let mut shares = Vec::new();
+    for factor in [1.0, 1.5, 2.0, 3.0] {
+        let mut data = two_axis_data();
+        for axis in &mut data.head.mirrors {
+            axis.motor.friction = scaled(axis.motor.friction, factor);
+        }
+        let conventional = told(&data.head, &data.plate, recipe);
+        let robust = told(&without_prefilter(with_hinf(&data)), &data.plate, recipe);
+        println!(
+            "friction × {factor}: below 100, 200, 300 µm conventional {:.3?}, H-infinity {:.3?}",
+            &conventional.contour[3..],
+            &robust.contour[3..]
+        );
+        shares.push((conventional.contour[3], robust.contour[3]));
+    }
+    // twice the reference friction and more: the order of the thesis
+    assert!(shares[3].0 < 0.5 && shares[3].1 > 0.8, "{shares:?}");
+}
+
+fn scaled(friction: Friction, factor: f64) -> Friction {
+    match friction {
+        Friction::Coulomb { coulomb, bias } => Friction::Coulomb {
+            coulomb: factor * coulomb,
+            bias: factor * bias,
+        },
+        other => other,
+    }
+}
+
+/// AC-47, AC-49 (T), three axes.
+#[test]
+fn lpbf_ac47_ac49_h_infinity_on_three_axes() {
+    let data = three_axis_data();
+    let found: Vec<Square> = recipes().iter().map(|r| square(&data, r)).collect();
+    for f in &found {
+        // AC-49: in the thesis' configuration H-infinity has more points below 10 µm and fills more, at every recipe
+        assert!(f.robust[1].contour[0] > f.conventional[0].contour[0]);
+        assert!(f.robust[1].fill[0] > f.conventional[0].fill[0]);
+        // AC-47: the thesis tells a reduction of 25 to 50 %; here it is 80 % and more, and all of it is the pre-filter's
+        let less = 1.0 - f.robust[1].median[0] / f.conventional[0].median[0];
+        assert!(less > 0.8, "{less}");
+        let same = f.robust[0].median[0] / f.conventional[0].median[0];
+        assert!((0.95..1.15).contains(&same), "{same}");
+    }
+    // H-infinity loses 3.5 points below 10 µm from recipe 1 to 3; the thesis 2
+    let lost = found[0].robust[1].contour[0] - found[2].robust[1].contour[0];
+    assert!((0.02..0.05).contains(&lost), "{lost}");
+}
+
+/// AC-50 (M): the statements derived from table 3.1.
+#[test]
+fn lpbf_ac50_derived_statements() {
+    let near =
+        |value: f64, printed: f64| assert!((value - printed).abs() <= 0.01, "{value} {printed}");
+    let gain = |before: f64, after: f64| 100.0 * (after / before - 1.0);
+    near(gain(354.326, 131.928), -62.77);
+    near(gain(118.014, 87.714), -25.67);
+    near(gain(354.326, 263.441), -25.65);
+    near(87.58 - 93.51, -5.93);
+    near(91.67 - 93.67, -2.0);
+    near(94.67 - 99.32, -4.65);
+    near(95.38 - 99.68, -4.3);
+    near(91.33 - 97.16, -5.83);
+    near(91.55 - 98.06, -6.51);
+    near(70.11 - 68.47, 1.64);
+    near(56.41 - 54.28, 2.13);
+    near(85.65 - 37.85, 47.8);
+    near(84.2 - 47.56, 36.64);
+}
+
+/// Table 3.1, contour shares of the conventional structure on three axes: 93.51, 98.3, 99.32 % below 10, 20, 30 µm. Which friction
+/// and which integral time of the speed loop bring them?
+#[test]
+#[ignore = "a table for the book, half a minute"]
+fn lpbf_table_3_1_contour_shares_over_friction_and_integral() {
+    let recipe = &recipes()[0];
+    for integral in [0.04, 0.02, 0.01, 0.005] {
+        for factor in [0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0] {
+            let mut data = three_axis_data();
+            for axis in &mut data.head.mirrors {
+                axis.motor.friction = scaled(axis.motor.friction, factor);
+                if let Controller::Cascade(gains) = &mut axis.controller {
+                    gains.speed_integral_time = integral;
+                }
+            }
+            let t = told(&data.head, &data.plate, recipe);
+            println!(
+                "T_iω {integral} s, friction × {factor}: below 10, 20, 30 µm {:.2?} %, largest {:.1} µm",
+                [0, 1, 2].map(|k| 100.0 * t.contour[k]),
+                1e3 * t.largest
+            );
+        }
+    }
+}
+
+/// A closed path through points, marked at the contour speed.
+fn path(recipe: &Recipe, points: &[DVec2]) -> ScanJob {
+    let mut builder = JobBuilder::new(recipe, DVec3::ZERO);
+    builder.jump(points[0].extend(0.0), Jump::ToFill);
+    for p in points.iter().skip(1).chain(points.first()) {
+        builder.contour(p.extend(0.0));
+    }
+    builder.finish().unwrap()
+}
+
+/// Mean contour error of lit points and the one that 99 % of them do not exceed, µm.
+fn contour_of(
+    head: &ScanHead,
+    previews: Option<[Preview; 2]>,
+    job: &ScanJob,
+    recipe: &Recipe,
+) -> [f64; 2] {
+    let mut ready = head.ready().unwrap();
+    if let Some(p) = previews {
+        ready = ready.with_previews(p);
+    }
+    let mut errors = PathErrors::new(job, 2e-3, head.period);
+    ready
+        .run(job, recipe.delays, 1, &Silent, &mut errors)
+        .unwrap();
+    [
+        1e3 * errors.contour.sum / errors.contour.total() as f64,
+        1e3 * errors.contour.quantile(0.99),
+    ]
+}
+
+/// X and Y made alike, and the path known ahead, on a square turned by 30° and a circle at 3000 mm/s (three axes, pre-filter off).
+#[test]
+fn preview_lowers_contour_errors_under_h_infinity() {
+    let data = three_axis_data();
+    let mut recipe = recipes()[2].clone();
+    // no pre-filter, no lag: the recipe's delays are those of one
+    recipe.delays = LaserDelays {
+        on: 300e-6,
+        off: 0.0,
+    };
+    let square: Vec<DVec2> = (0..4)
+        .map(|k| 7.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::FRAC_PI_2 + 1.3))
+        .collect();
+    let circle: Vec<DVec2> = (0..180)
+        .map(|k| 2.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 180.0))
+        .collect();
+    let design = PreviewDesign::default();
+    for (controller, head) in [
+        ("cascade", without_prefilter(data.head.clone())),
+        ("H-infinity", without_prefilter(with_hinf(&data))),
+    ] {
+        let axes = [&head.mirrors[0], &head.mirrors[1]];
+        let alike = synchronise(axes, head.period, &design).unwrap();
+        let ahead = preview(axes, head.period, &design).unwrap();
+        for (shape, points) in [("square", &square), ("circle", &circle)] {
+            let job = path(&recipe, points);
+            let plain = contour_of(&head, None, &job, &recipe);
+            let synchronised = contour_of(&head, Some(alike.clone()), &job, &recipe);
+            let previewed = contour_of(&head, Some(ahead.clone()), &job, &recipe);
+            println!(
+                "{controller}, {shape}: mean and 99 % contour error, µm: as commanded {plain:.1?}, synchronised {synchronised:.1?}, preview {previewed:.1?}"
+            );
+            if controller == "H-infinity" {
+                // preview: square 17.9 to 10.2 µm in the mean, 146 to 45 µm at 99 %; circle 7.2 to 6.4 and 29 to 21 µm
+                assert!(previewed[0] < plain[0] && previewed[1] < 0.8 * plain[1]);
+                assert!(synchronised[0] < plain[0]);
+            } else {
+                // recorded: behind the cascade preview is no help
+                assert!(previewed[0] > plain[0]);
+            }
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Whole jobs with another controller than the head's own: H-infinity for its motors, or a file that a tuning exported.
+
+use std::path::Path;
+
+use meltpath_base::{Origin, Provenance, Resolved};
+use meltpath_machine::scan_head::axis::Axis;
+use meltpath_machine::scan_head::head::{HeadError, ReadyHead, ScanHead};
+use meltpath_machine::scan_head::servo::{Loop, ServoModel};
+use meltpath_machine::scan_head::servo_file::ControllerFile;
+use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
+use meltpath_machine::scan_head::servo_loop::{AngleUnit, Controller};
+use meltpath_machine::scan_head::servo_preview::{PreviewDesign, preview, synchronise};
+use toml::Spanned;
+
+use crate::job::TextError;
+use crate::job::lpbf::{PathChoice, PreFilterChoice};
+
+/// The controller of the head's own file.
+const OWN: &str = "cascade";
+/// H-infinity with the thesis' weights moved to each motor.
+const HINF: &str = "h-infinity";
+
+/// Puts the wanted controllers into a head. `tuning` tells how fast its loops are meant to be. Returns the axes whose controller was
+/// made for another motor.
+///
+/// # Errors
+/// [`TextError`] with the place in the job.
+pub fn apply(
+    head: &mut ScanHead,
+    tuning: &[Option<[f64; 3]>; 3],
+    wanted: Option<&Spanned<String>>,
+    prefilter: Option<PreFilterChoice>,
+    folder: &Path,
+    provenance: &mut Provenance,
+) -> Result<Vec<char>, TextError> {
+    let name = wanted.map_or(OWN, |w| w.get_ref().as_str());
+    let failed = |message: String| TextError {
+        span: wanted.map(Spanned::span),
+        message,
+        help: None,
+    };
+    let path = Path::new(name);
+    let is_file = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let others = match name {
+        OWN => Vec::new(),
+        HINF => {
+            let period = head.period;
+            for (axis, (letter, times)) in
+                head.mirrors.iter_mut().zip(['X', 'Y'].iter().zip(tuning))
+            {
+                axis.controller = hinf(axis, *times, period)
+                    .map_err(|e| failed(format!("{letter} axis: no H-infinity controller: {e}")))?;
+            }
+            Vec::new()
+        }
+        _ if is_file => {
+            let shown = path.display();
+            let text = std::fs::read_to_string(folder.join(path))
+                .map_err(|e| failed(format!("cannot read the controllers {shown}: {e}")))?;
+            let file: ControllerFile = serde_json::from_str(&text)
+                .map_err(|e| failed(format!("{shown} is no file of axis controllers: {e}")))?;
+            file.apply(head)
+                .map_err(|e| failed(format!("{shown}: {e}")))?
+        }
+        _ => {
+            return Err(failed(format!(
+                "there is no controller \"{name}\"; known are \"{OWN}\", \"{HINF}\"; or name the controllers.json of a tuning"
+            )));
+        }
+    };
+    provenance.written_or(
+        "lpbf.controller",
+        wanted.map(|w| w.get_ref().clone()),
+        OWN.to_owned(),
+        "the head's own",
+    );
+    let (choice, origin) = match (prefilter, name) {
+        (Some(choice), _) => (choice, Origin::Job),
+        (None, OWN) => (
+            PreFilterChoice::On,
+            Origin::Default("the cascade runs behind the head's pre-filter".to_owned()),
+        ),
+        (None, _) => (
+            PreFilterChoice::Off,
+            Origin::Default("the source runs its H-infinity controllers without".to_owned()),
+        ),
+    };
+    provenance.parameter("lpbf.prefilter", &Resolved::new(choice, origin));
+    if choice == PreFilterChoice::Off {
+        for axis in &mut head.mirrors {
+            axis.prefilter = None;
+        }
+        if let Some((axis, _)) = &mut head.focus {
+            axis.prefilter = None;
+        }
+    }
+    Ok(others)
+}
+
+/// Refuses a preview where it is known to make contours worse: behind a cascade, or in front of a pre-filter.
+///
+/// # Errors
+/// [`TextError`].
+pub fn check_path(head: &ScanHead, path: PathChoice) -> Result<(), TextError> {
+    let refuse = |message: &str, help: &str| {
+        Err(TextError {
+            span: None,
+            message: message.to_owned(),
+            help: Some(help.to_owned()),
+        })
+    };
+    if path != PathChoice::Preview {
+        return Ok(());
+    }
+    for axis in &head.mirrors {
+        if matches!(axis.controller, Controller::Cascade(_)) {
+            return refuse(
+                "a preview makes contours worse behind the cascade",
+                "take lpbf.controller = \"h-infinity\" or one of a tuning, or leave out lpbf.path",
+            );
+        }
+        if axis.prefilter.is_some() {
+            return refuse(
+                "a preview cannot undo the pre-filter",
+                "take lpbf.prefilter = \"off\", or leave out lpbf.path",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A head made ready, with the filters of its mirrors' set-points that a choice asks for.
+///
+/// # Errors
+/// [`HeadError`].
+pub fn ready(head: &ScanHead, path: PathChoice) -> Result<ReadyHead, HeadError> {
+    let axes = [&head.mirrors[0], &head.mirrors[1]];
+    let design = PreviewDesign::default();
+    let previews = match path {
+        PathChoice::AsCommanded => return head.ready(),
+        PathChoice::Synchronised => synchronise(axes, head.period, &design),
+        PathChoice::Preview => preview(axes, head.period, &design),
+    };
+    let named = |source| HeadError::Axis { axis: 'X', source };
+    Ok(head.ready()?.with_previews(previews.map_err(named)?))
+}
+
+/// An H-infinity controller for an axis: the thesis' weights at the bandwidth that its position loop is meant to have, with the
+/// current regulator and the feed-forward of its cascade.
+fn hinf(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Controller, String> {
+    let Controller::Cascade(gains) = &axis.controller else {
+        return Err("the head's file has no cascade to take the current regulator from".to_owned());
+    };
+    let unit = AngleUnit::Degree;
+    let own = || {
+        ServoModel::new(&axis.motor, gains)
+            .figures(Loop::Position)
+            .map(|f| f.crossover.omega)
+    };
+    let bandwidth = times
+        .map(|t| 3.0 / t[2])
+        .or_else(own)
+        .ok_or("its position loop has no crossover")?;
+    let targets = HinfTargets::thesis_like(&axis.motor, unit, bandwidth, period)
+        .map_err(|e| e.to_string())?;
+    let servo = design(&axis.motor, &gains.current, unit, &targets).map_err(|e| e.to_string())?;
+    Ok(Controller::StateSpace {
+        system: servo.sampled,
+        unit,
+        every: 1,
+        current: gains.current,
+        feed_forward: gains.feed_forward,
+    })
+}

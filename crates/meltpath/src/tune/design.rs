@@ -1,0 +1,534 @@
+//! One axis designed in every way asked for, and each way tried on the same signal and the same scattered motors.
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_control::export::Exported;
+use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
+use meltpath_machine::scan_head::galvanometer::AxisError;
+use meltpath_machine::scan_head::servo::{Loop, LoopFigures, ServoModel};
+use meltpath_machine::scan_head::servo_compare::{
+    Draw, MultiStep, TrackingError, monte_carlo, run,
+};
+use meltpath_machine::scan_head::servo_hinf::{
+    Form, HinfServo, LoopQuality, design as synthesise, quality, with_modes,
+};
+use meltpath_machine::scan_head::servo_loop::{
+    AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward,
+};
+use meltpath_machine::scan_head::servo_refine::{Refined, refine};
+use meltpath_machine::scan_head::servo_robust::{RobustDesign, RobustError, search};
+use meltpath_machine::scan_head::servo_synthesis::{Tuned, tune};
+use meltpath_perception::{Mapping, read};
+use rayon::prelude::*;
+
+use super::settings::{AxisTask, Choice, ExportForm, RefineOn, Settings};
+use super::{StepError, TuneError, step};
+
+/// Time at each step in the signal of the refinement, s: the longer hold of the comparison tells a swarm nothing more.
+const REFINE_HOLD: f64 = 15e-3;
+/// How much faster than asked a refined loop may be.
+const FASTER: f64 = 1.25;
+/// What a refined loop may lack of its margin, rad: 2°, as in the synthesis.
+const SLACK: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Below this modulus margin refined gains are warned about.
+const THIN: f64 = 0.4;
+/// An error beyond this share of the first amplitude is a lost axis, even where it does not run away.
+const LOST: f64 = 0.05;
+/// Factors on the modes for which the distance to the critical point is drawn.
+const SWEEP: usize = 25;
+
+/// One run of the comparison signal.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    pub(super) error: TrackingError,
+    pub(super) record: AxisRecord,
+    pub(super) peak_current: f64,
+}
+
+/// A controller and what became of it.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub(super) choice: Choice,
+    pub(super) name: &'static str,
+    pub(super) controller: Controller,
+    /// Without the pre-filter, and with it where the head has one.
+    pub(super) bare: Trial,
+    pub(super) filtered: Option<Trial>,
+    pub(super) draws: Vec<Draw>,
+    /// First amplitude of the signal, rad.
+    pub(super) amplitude: f64,
+    /// Factor on the modes, distance to the critical point (0 where unstable).
+    pub(super) sweep: Vec<(f64, f64)>,
+    /// The smallest of them within the spread.
+    pub(super) least_distance: Option<f64>,
+}
+
+impl Candidate {
+    /// Scattered motors that ran away or ring.
+    pub(super) fn lost(&self) -> usize {
+        let gone = |d: &&Draw| {
+            d.error
+                .is_none_or(|(_, largest)| largest > LOST * self.amplitude)
+        };
+        self.draws.iter().filter(gone).count()
+    }
+}
+
+/// All that was designed for an axis.
+#[derive(Debug, Clone)]
+pub(super) struct AxisResult {
+    pub(super) task: AxisTask,
+    pub(super) tuned: Tuned,
+    /// The position loop after the synthesis.
+    pub(super) position: Option<LoopFigures>,
+    pub(super) refined: Option<Refined>,
+    /// The gains that the comparison uses: refined where they were.
+    pub(super) gains: CascadeGains,
+    pub(super) hinf: HinfServo,
+    /// Its loop on its own motor, continuous and sampled.
+    pub(super) quality: [LoopQuality; 2],
+    pub(super) robust: Option<RobustDesign>,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) choice: Choice,
+    pub(super) set_points: Vec<f64>,
+    pub(super) export: Option<Exported>,
+    pub(super) as_exported: Option<Trial>,
+}
+
+impl AxisResult {
+    /// The candidate that leaves.
+    pub(super) fn chosen(&self) -> &Candidate {
+        let found = self.candidates.iter().find(|c| c.choice == self.choice);
+        // the cascade is always first
+        found.unwrap_or(&self.candidates[0])
+    }
+
+    /// The feed-forward of the H-infinity structure.
+    pub(super) fn feed_forward(&self) -> FeedForward {
+        self.tuned.gains.feed_forward
+    }
+}
+
+/// The record that gains are refined on: set-points and angles, rad.
+pub(super) fn record(
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<Option<Vec<[f64; 2]>>, TuneError> {
+    let Some([record, mapping]) = &settings.record else {
+        return Ok(None);
+    };
+    let text = std::fs::read_to_string(mapping).map_err(|source| TuneError::Open {
+        path: mapping.clone(),
+        source,
+    })?;
+    let map = Mapping::parse(&mapping.display().to_string(), &text)?;
+    let found = read(record, &map, reporter)?;
+    let period = settings.data.head.period;
+    if (found.period / period - 1.0).abs() > 1e-3 {
+        return Err(TuneError::Sampling {
+            found: 1e6 * found.period,
+            wanted: 1e6 * period,
+        });
+    }
+    let set_points = found.channel("set-point")?;
+    let angles = found.channel("angle")?;
+    Ok(Some(
+        set_points
+            .iter()
+            .zip(angles)
+            .map(|(&s, &a)| [s, a])
+            .collect(),
+    ))
+}
+
+/// Designs and compares.
+pub(super) fn design(
+    task: &AxisTask,
+    settings: &Settings,
+    record: Option<&[[f64; 2]]>,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<AxisResult, TuneError> {
+    let letter = task.name.letter();
+    let motor = &task.axis.motor;
+    let period = settings.data.head.period;
+    let filter = task.own.map_or(period, |g| g.feed_forward.filter);
+    observer.stage("synthesis in frequency", 0);
+    let tuned =
+        tune(motor, &task.targets, filter).map_err(step(letter, "synthesis in frequency"))?;
+    let position = ServoModel::new(motor, &tuned.gains).figures(Loop::Position);
+    let refined = refined(task, settings, &tuned, record, observer)?;
+    let mut gains = tuned.gains;
+    if let Some(found) = &refined {
+        gains = judged(task, &found.gains, &tuned.gains, reporter)?;
+    }
+    observer.stage("H-infinity", 0);
+    let current = tuned.gains.current;
+    let unit = AngleUnit::Degree;
+    let hinf = synthesise(motor, &current, unit, &task.hinf).map_err(step(letter, "H-infinity"))?;
+    let loop_of = |form| quality(motor, &current, unit, &hinf, form, 1.0, task.axis.delay);
+    let quality = [
+        loop_of(Form::Continuous).map_err(step(letter, "H-infinity"))?,
+        loop_of(Form::Sampled).map_err(step(letter, "H-infinity"))?,
+    ];
+    let robust = robust(task, settings, &tuned, reporter, observer)?;
+    let set_points = task
+        .signal
+        .samples(period)
+        .map_err(step(letter, "comparison"))?;
+    let every = (settings.period / period).round() as u32;
+    let state_space = |servo: &HinfServo| Controller::StateSpace {
+        system: servo.sampled.clone(),
+        unit,
+        every,
+        current,
+        feed_forward: tuned.gains.feed_forward,
+    };
+    let mut ways: Vec<(Choice, &'static str, Controller, Option<&HinfServo>)> = vec![
+        (Choice::Cascade, "cascade", Controller::Cascade(gains), None),
+        (
+            Choice::HInfinity,
+            "H-infinity",
+            state_space(&hinf),
+            Some(&hinf),
+        ),
+    ];
+    if let Some(found) = &robust {
+        let law = state_space(&found.servo);
+        ways.push((Choice::Robust, "robust", law, Some(&found.servo)));
+    }
+    let mut candidates = Vec::new();
+    for (choice, name, controller, servo) in ways {
+        let sweep =
+            sweep(task, settings, &gains, &current, servo).map_err(step(letter, "comparison"))?;
+        let mut found = candidate(task, settings, &set_points, controller, observer)?;
+        found.choice = choice;
+        found.name = name;
+        found.least_distance = sweep.iter().map(|p| p.1).reduce(f64::min);
+        found.sweep = sweep;
+        candidates.push(found);
+    }
+    let fallback = if robust.is_some() {
+        Choice::Robust
+    } else {
+        Choice::HInfinity
+    };
+    let choice = settings.choice.unwrap_or(fallback);
+    let mut result = AxisResult {
+        task: task.clone(),
+        tuned,
+        position,
+        refined,
+        gains,
+        hinf,
+        quality,
+        robust,
+        candidates,
+        choice,
+        set_points,
+        export: None,
+        as_exported: None,
+    };
+    if choice == Choice::Robust && result.robust.is_none() {
+        result.choice = Choice::HInfinity;
+    }
+    leave(&mut result, settings)?;
+    Ok(result)
+}
+
+/// Exports the chosen controller and runs the signal with it as exported.
+fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> {
+    let letter = result.task.name.letter();
+    let Controller::StateSpace {
+        system,
+        unit,
+        every,
+        current,
+        feed_forward,
+    } = &result.chosen().controller
+    else {
+        return Ok(());
+    };
+    let limit = Some(settings.limit.unwrap_or(result.task.axis.limits.current));
+    let name = format!("controller_{letter}");
+    let export = match settings.form {
+        ExportForm::Sections => {
+            Exported::sections(&name, system, settings.word, limit, settings.anti_windup)
+        }
+        ExportForm::StateSpace => {
+            Exported::state_space(&name, system, settings.word, limit, settings.anti_windup)
+        }
+    }
+    .map_err(step(letter, "export"))?;
+    let controller = Controller::Exported {
+        export: export.clone(),
+        unit: *unit,
+        every: *every,
+        current: *current,
+        feed_forward: *feed_forward,
+    };
+    let axis = Axis {
+        controller,
+        prefilter: None,
+        ..result.task.axis.clone()
+    };
+    let trial = trial(&axis, &result.set_points, settings)
+        .map_err(step(letter, "export, simulated as exported"))?;
+    result.as_exported = Some(trial);
+    result.export = Some(export);
+    Ok(())
+}
+
+fn refined(
+    task: &AxisTask,
+    settings: &Settings,
+    tuned: &Tuned,
+    record: Option<&[[f64; 2]]>,
+    observer: &dyn Observer,
+) -> Result<Option<Refined>, TuneError> {
+    let letter = task.name.letter();
+    let period = settings.data.head.period;
+    let (set_points, wanted, axis) = match settings.refine {
+        RefineOn::Nothing => return Ok(None),
+        RefineOn::Record => {
+            let rows = record.unwrap_or_default();
+            let column = |k: usize| rows.iter().map(|r| r[k]).collect::<Vec<f64>>();
+            (column(0), column(1), task.axis.clone())
+        }
+        RefineOn::Tracking => {
+            let signal = MultiStep {
+                hold: REFINE_HOLD.min(task.signal.hold),
+                ..task.signal
+            };
+            let samples = signal.samples(period).map_err(step(letter, "refinement"))?;
+            // with the longest delay that motors are scattered with: a swarm on the nominal one would spend it
+            let bare = Axis {
+                prefilter: None,
+                delay: task.axis.delay + settings.scatter.delay,
+                ..task.axis.clone()
+            };
+            (samples.clone(), samples, bare)
+        }
+    };
+    refine(
+        &axis,
+        &tuned.gains,
+        &set_points,
+        &wanted,
+        period,
+        |gains| within(task, gains, settings.refine),
+        &settings.refine_swarm,
+        observer,
+    )
+    .map(Some)
+    .map_err(step(letter, "refinement"))
+}
+
+/// Whether gains may be tried: on a record any, as the drive has what it has; else those whose loops keep their margins and are not
+/// much faster than asked.
+fn within(task: &AxisTask, gains: &CascadeGains, on: RefineOn) -> bool {
+    if on == RefineOn::Record {
+        return true;
+    }
+    let model = ServoModel::new(&task.axis.motor, gains);
+    [
+        (Loop::Current, task.targets.current),
+        (Loop::Speed, task.targets.speed),
+        (Loop::Position, task.targets.position),
+    ]
+    .into_iter()
+    .all(|(which, target)| {
+        model.figures(which).is_some_and(|f| {
+            f.crossover.omega <= FASTER * target.crossover
+                && f.crossover.value >= target.margin - SLACK
+        })
+    })
+}
+
+/// Refined gains, unless the linear loop that they make is unstable.
+fn judged(
+    task: &AxisTask,
+    refined: &CascadeGains,
+    tuned: &CascadeGains,
+    reporter: &Reporter,
+) -> Result<CascadeGains, TuneError> {
+    let letter = task.name.letter();
+    let upper = letter.to_ascii_uppercase();
+    let model = ServoModel::new(&task.axis.motor, refined);
+    let failed = |e: meltpath_control::SystemError| step(letter, "refinement")(StepError::from(e));
+    let stable = model
+        .closed_loop()
+        .and_then(|l| l.is_stable().map_err(Into::into))
+        .map_err(failed)?;
+    if !stable {
+        reporter.warn(
+            "refined-unstable",
+            format!("{upper}: the refined gains make an unstable linear loop; those of the synthesis are kept"),
+            "refine with more particles, or on a signal with less noise",
+        );
+        return Ok(*tuned);
+    }
+    let thin = [Loop::Current, Loop::Speed, Loop::Position]
+        .into_iter()
+        .filter_map(|l| model.figures(l))
+        .map(|f| f.margins.modulus.value)
+        .fold(f64::INFINITY, f64::min);
+    if thin < THIN {
+        reporter.warn(
+            "refined-thin",
+            format!("{upper}: a loop of the refined gains comes within {thin:.2} of the critical point; the swarm sees one motor only"),
+            "keep the gains of the synthesis where motors differ",
+        );
+    }
+    Ok(*refined)
+}
+
+fn robust(
+    task: &AxisTask,
+    settings: &Settings,
+    tuned: &Tuned,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Option<RobustDesign>, TuneError> {
+    let Some(spread) = &settings.spread else {
+        return Ok(None);
+    };
+    let letter = task.name.letter();
+    match search(
+        &task.axis.motor,
+        &tuned.gains.current,
+        AngleUnit::Degree,
+        spread,
+        task.hinf.crossover,
+        settings.robust_changes,
+        settings.period,
+        &settings.robust_swarm,
+        observer,
+    ) {
+        Ok(found) => Ok(Some(found)),
+        Err(e @ RobustError::OutOfReach { .. }) => {
+            reporter.warn(
+                "robust-out-of-reach",
+                format!("{}: {e}", letter.to_ascii_uppercase()),
+                "more iterations, a smaller robust.mode_shift, or a lower bandwidth",
+            );
+            Ok(None)
+        }
+        Err(e) => Err(step(letter, "search for a spread of motors")(e)),
+    }
+}
+
+fn trial(axis: &Axis, set_points: &[f64], settings: &Settings) -> Result<Trial, AxisError> {
+    let record = run(axis, set_points, settings.data.head.period, settings.seed)?;
+    Ok(Trial {
+        error: TrackingError::of(set_points, &record.angle),
+        peak_current: record.current.iter().fold(0.0, |m, i| f64::max(m, i.abs())),
+        record,
+    })
+}
+
+fn candidate(
+    task: &AxisTask,
+    settings: &Settings,
+    set_points: &[f64],
+    controller: Controller,
+    observer: &dyn Observer,
+) -> Result<Candidate, TuneError> {
+    let letter = task.name.letter();
+    let bare = Axis {
+        controller: controller.clone(),
+        prefilter: None,
+        ..task.axis.clone()
+    };
+    let with = task.axis.prefilter.map(|filter| Axis {
+        prefilter: Some(filter),
+        ..bare.clone()
+    });
+    let failed = "comparison on the multi-step";
+    let (one, two) = rayon::join(
+        || trial(&bare, set_points, settings),
+        || {
+            with.as_ref()
+                .map(|axis| trial(axis, set_points, settings))
+                .transpose()
+        },
+    );
+    let draws = if settings.draws == 0 {
+        Vec::new()
+    } else {
+        // a shorter hold: what scatters is how the axis arrives
+        let signal = MultiStep {
+            hold: REFINE_HOLD.min(task.signal.hold),
+            ..task.signal
+        };
+        let period = settings.data.head.period;
+        let samples = signal.samples(period).map_err(step(letter, failed))?;
+        monte_carlo(
+            &bare,
+            &samples,
+            period,
+            &settings.scatter,
+            settings.draws,
+            settings.seed,
+            observer,
+        )
+        .map_err(step(letter, "scattered motors"))?
+    };
+    Ok(Candidate {
+        choice: Choice::Cascade,
+        name: "",
+        controller,
+        bare: one.map_err(step(letter, failed))?,
+        filtered: two.map_err(step(letter, failed))?,
+        draws,
+        amplitude: task.signal.amplitude,
+        sweep: Vec::new(),
+        least_distance: None,
+    })
+}
+
+/// Distance to the critical point over moved modes: of the sampled loop, or of the cascade's continuous outer loop.
+fn sweep(
+    task: &AxisTask,
+    settings: &Settings,
+    gains: &CascadeGains,
+    current: &CurrentGains,
+    servo: Option<&HinfServo>,
+) -> Result<Vec<(f64, f64)>, StepError> {
+    let Some(spread) = &settings.spread else {
+        return Ok(Vec::new());
+    };
+    let (low, high) = (
+        spread.mode_shifts.first().copied().unwrap_or(1.0),
+        spread.mode_shifts.last().copied().unwrap_or(1.0),
+    );
+    (0..SWEEP)
+        .into_par_iter()
+        .map(|k| {
+            let shift = low + (high - low) * k as f64 / (SWEEP - 1) as f64;
+            let distance = if let Some(servo) = servo {
+                let found = quality(
+                    &task.axis.motor,
+                    current,
+                    AngleUnit::Degree,
+                    servo,
+                    Form::Sampled,
+                    shift,
+                    task.axis.delay,
+                )?;
+                (found.stable, found.modulus_margin)
+            } else {
+                let moved = with_modes(&task.axis.motor, shift);
+                let model = ServoModel::new(&moved, gains);
+                let closed = model.closed_loop()?;
+                let stable = closed
+                    .is_stable()
+                    .map_err(meltpath_control::SystemError::from)?;
+                let modulus = model
+                    .figures(Loop::Position)
+                    .map_or(1.0, |f| f.margins.modulus.value);
+                (stable, modulus)
+            };
+            Ok((shift, if distance.0 { distance.1 } else { 0.0 }))
+        })
+        .collect()
+}

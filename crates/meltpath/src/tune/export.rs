@@ -1,0 +1,138 @@
+//! What leaves: the chosen controllers for drives and for whole jobs, and the responses as tables.
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_machine::scan_head::servo_file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
+use meltpath_machine::scan_head::servo_loop::AngleUnit;
+use serde_json::json;
+
+use super::design::AxisResult;
+use super::settings::Settings;
+use crate::waam::run::json as write_json;
+
+/// Most rows of a table of responses.
+const ROWS: usize = 40_000;
+
+pub(super) fn write(
+    folder: &OutputFolder,
+    settings: &Settings,
+    results: &[AxisResult],
+) -> Result<(), OutputError> {
+    let file = ControllerFile {
+        schema: SCHEMA.to_owned(),
+        head: settings.data.head.name.clone(),
+        axes: results.iter().map(stored).collect(),
+    };
+    // plain structs of numbers and strings: their JSON exists
+    let value = serde_json::to_value(&file).unwrap_or_default();
+    write_json(folder, "controllers.json", &value)?;
+    for result in results {
+        let letter = result.task.name.letter();
+        if let Some(export) = &result.export {
+            let value = serde_json::to_value(export).unwrap_or_default();
+            write_json(folder, &format!("controller-{letter}.json"), &value)?;
+            folder.write(&format!("controller-{letter}.c"), |w| {
+                w.write_all(export.to_c().as_bytes())
+            })?;
+            folder.write(&format!("controller-{letter}.mat"), |w| {
+                w.write_all(&export.to_mat())
+            })?;
+        }
+        responses(folder, settings, result)?;
+    }
+    let value = serde_json::to_value(results.iter().map(summary).collect::<Vec<_>>());
+    write_json(folder, "tuning.json", &value.unwrap_or_default())
+}
+
+fn stored(result: &AxisResult) -> AxisController {
+    let law = match &result.export {
+        Some(export) => StoredLaw::Exported {
+            export: export.clone(),
+            unit: AngleUnit::Degree,
+            current: result.tuned.gains.current,
+            feed_forward: result.feed_forward(),
+        },
+        None => StoredLaw::Cascade {
+            gains: result.gains,
+        },
+    };
+    AxisController {
+        axis: result.task.name.letter(),
+        design: result.chosen().name.to_owned(),
+        motor: result.task.axis.motor.clone(),
+        law,
+    }
+}
+
+/// The figures of an axis for other programs.
+fn summary(result: &AxisResult) -> serde_json::Value {
+    let candidates: Vec<_> = result
+        .candidates
+        .iter()
+        .map(|c| {
+            json!({
+                "controller": c.choice,
+                "rms_deg": c.bare.error.rms().to_degrees(),
+                "largest_deg": c.bare.error.largest().to_degrees(),
+                "rms_with_prefilter_deg": c.filtered.as_ref().map(|t| t.error.rms().to_degrees()),
+                "least_distance": c.least_distance,
+                "lost": c.lost(),
+                "draws": c.draws,
+            })
+        })
+        .collect();
+    json!({
+        "axis": result.task.name,
+        "exported": result.choice,
+        "targets": result.task.targets,
+        "synthesis": result.tuned.gains,
+        "refined": result.refined.as_ref().map(|r| r.gains),
+        "h_infinity": {
+            "targets": result.task.hinf,
+            "level": result.hinf.level,
+            "controller": result.hinf.simplified,
+            "loops": result.quality,
+        },
+        "robust": result.robust.as_ref().map(|r| json!({
+            "targets": r.targets,
+            "controller": r.servo.simplified,
+            "loops": r.loops,
+        })),
+        "candidates": candidates,
+    })
+}
+
+/// Set-points and angles of the comparison.
+fn responses(
+    folder: &OutputFolder,
+    settings: &Settings,
+    result: &AxisResult,
+) -> Result<(), OutputError> {
+    let name = format!("multi-step-{}.csv", result.task.name.letter());
+    let every = result.set_points.len().div_ceil(ROWS).max(1);
+    folder.write(&name, |w| {
+        write!(w, "time [s],set-point [deg]")?;
+        for c in &result.candidates {
+            write!(w, ",{} [deg]", c.name)?;
+            if c.filtered.is_some() {
+                write!(w, ",{} with pre-filter [deg]", c.name)?;
+            }
+        }
+        writeln!(w)?;
+        for (k, s) in result.set_points.iter().enumerate().step_by(every) {
+            write!(
+                w,
+                "{:.7},{:.6}",
+                k as f64 * settings.data.head.period,
+                s.to_degrees()
+            )?;
+            for c in &result.candidates {
+                write!(w, ",{:.6}", c.bare.record.angle[k].to_degrees())?;
+                if let Some(t) = &c.filtered {
+                    write!(w, ",{:.6}", t.record.angle[k].to_degrees())?;
+                }
+            }
+            writeln!(w)?;
+        }
+        Ok(())
+    })
+}

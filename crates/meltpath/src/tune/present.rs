@@ -1,0 +1,178 @@
+//! What a person sees of a tuning.
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Provenance, Verdict};
+use meltpath_machine::scan_head::servo::Loop;
+use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+
+use super::design::AxisResult;
+use super::settings::Settings;
+use super::{TuneError, bode, step, tables};
+use crate::waam::RunError;
+
+/// Writes the report, the verdict and the provenance.
+pub(super) fn write(
+    folder: &OutputFolder,
+    title: &str,
+    settings: &Settings,
+    results: &[AxisResult],
+    verdict: &Verdict,
+    provenance: &Provenance,
+) -> Result<(), RunError> {
+    let mut all = Vec::new();
+    for (k, result) in results.iter().enumerate() {
+        let twin = results[..k]
+            .iter()
+            .find(|r| r.tuned == result.tuned && r.set_points == result.set_points);
+        match twin {
+            Some(first) => all.push(Section {
+                title: format!("{} axis", upper(result)),
+                intro: format!(
+                    "The same motor, drive and targets as the {} axis: the same controllers.",
+                    upper(first)
+                ),
+                ..Section::default()
+            }),
+            None => all.extend(sections(result, settings)?),
+        }
+    }
+    let report = Report {
+        title: title.to_owned(),
+        subtitle: format!(
+            "{} · axes {} · controllers every {:.2} µs",
+            settings.data.head.name,
+            results
+                .iter()
+                .map(|r| upper(r).to_string())
+                .collect::<Vec<_>>()
+                .join(", "),
+            1e6 * settings.period
+        ),
+        verdict: verdict.clone(),
+        facts: facts(results),
+        scene: None,
+        sections: all,
+        sheet: None,
+        provenance: provenance.clone(),
+    };
+    folder
+        .write("report.html", |w| {
+            write_html(w, &report).map_err(|e| match e {
+                ReportError::Io(e) => e,
+                ReportError::Scene(e) => std::io::Error::other(e),
+            })
+        })
+        .map_err(|e: OutputError| RunError::from(e))?;
+    crate::waam::run::json(folder, "verdict.json", &verdict.to_json())?;
+    // plain structs of numbers and strings: their JSON exists
+    let provenance = serde_json::to_value(provenance).unwrap_or_default();
+    crate::waam::run::json(folder, "provenance.json", &provenance)?;
+    Ok(())
+}
+
+fn upper(result: &AxisResult) -> char {
+    result.task.name.letter().to_ascii_uppercase()
+}
+
+fn facts(results: &[AxisResult]) -> Vec<Fact> {
+    results
+        .iter()
+        .flat_map(|r| {
+            let chosen = r.chosen();
+            [
+                Fact::new(
+                    &format!("{}, exported", upper(r)),
+                    &format!("{}, order {}", chosen.name, order(r)),
+                ),
+                Fact::new(
+                    &format!("{}, error of the multi-step", upper(r)),
+                    &format!("{:.4}° rms", chosen.bare.error.rms().to_degrees()),
+                ),
+            ]
+        })
+        .collect()
+}
+
+fn order(result: &AxisResult) -> String {
+    use meltpath_machine::scan_head::servo_loop::Controller;
+    match &result.chosen().controller {
+        Controller::StateSpace { system, .. } => system.order().to_string(),
+        _ => "of three loops".to_owned(),
+    }
+}
+
+fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, TuneError> {
+    let letter = result.task.name.letter();
+    let name = upper(result);
+    let head = &settings.data.head.name;
+    let drawn = "plots";
+    let mut by_loop = Vec::new();
+    for which in [Loop::Current, Loop::Speed, Loop::Position] {
+        by_loop.extend(bode::synthesis(result, which));
+    }
+    by_loop.extend(bode::steps(result).map_err(step(letter, drawn))?);
+    by_loop.push(bode::actions(result));
+    let refinement = match &result.refined {
+        Some(r) => format!(
+            " The swarm then changed all eight parameters: root mean square of what it minimises {:.4}° before, {:.4}° after ({} simulations).",
+            r.before.rms().to_degrees(),
+            r.after.rms().to_degrees(),
+            r.search.evaluations
+        ),
+        None => String::new(),
+    };
+    let mut out = vec![
+        Section {
+            title: format!("{name} axis: cascade, loop by loop"),
+            intro: format!(
+                "From the inside out: first the integral (or derivative) time, bounded by the phase margin, then the gain for the crossover.{refinement}"
+            ),
+            plots: by_loop,
+            tables: vec![
+                tables::gains(result, head),
+                tables::loops(result),
+                tables::steps(result),
+            ],
+        },
+        Section {
+            title: format!("{name} axis: H-infinity"),
+            intro: "Three templates bound sensitivity, command and the response to disturbances; the controller replaces the speed and position regulators.".to_owned(),
+            plots: bode::hinf(result).map_err(step(letter, drawn))?,
+            tables: vec![tables::hinf(result)],
+        },
+        Section {
+            title: format!("{name} axis: what brings what"),
+            intro: format!(
+                "Every controller with and without the pre-filter, friction and limits included, on steps of ±{:.3}° and so on, halved {} times, at {:.0} °/s.",
+                result.task.signal.amplitude.to_degrees(),
+                result.task.signal.levels.saturating_sub(1),
+                result.task.signal.slope.to_degrees()
+            ),
+            plots: bode::responses(result, settings.data.head.period),
+            tables: vec![tables::two_by_two(result, head)],
+        },
+    ];
+    let mut spread = Section {
+        title: format!("{name} axis: motors that differ"),
+        intro: format!(
+            "Scatter: resistance ±{:.0} %, inertia ±{:.0} %, modes ±{:.0} %, delay up to {:.1} µs, noise up to {:.5}°.",
+            100.0 * settings.scatter.resistance,
+            100.0 * settings.scatter.inertia,
+            100.0 * settings.scatter.modes,
+            1e6 * settings.scatter.delay,
+            settings.scatter.noise.to_degrees()
+        ),
+        ..Section::default()
+    };
+    if let Some(s) = &settings.spread {
+        spread.plots.push(bode::sweep(result, s.modulus_margin));
+    }
+    if settings.draws > 0 {
+        spread.plots.push(bode::scattered(&result.candidates));
+        spread.tables.push(tables::scattered(result));
+    }
+    if !spread.plots.is_empty() {
+        out.push(spread);
+    }
+    Ok(out)
+}

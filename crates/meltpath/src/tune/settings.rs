@@ -1,0 +1,756 @@
+//! The tuning file, and what it means: every value with its origin.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::quantity::{NotNegative, Positive, Unit, parse};
+use meltpath_base::{Angle, Origin, Provenance, Ratio, Resolved, Time};
+use meltpath_control::export::{AntiWindup, Word};
+use meltpath_control::hinf::Template;
+use meltpath_control::swarm::Swarm;
+use meltpath_machine::scan_head::axis::Axis;
+use meltpath_machine::scan_head::data::{self, HeadData};
+use meltpath_machine::scan_head::servo::{Loop, ServoModel};
+use meltpath_machine::scan_head::servo_compare::{MultiStep, Scatter};
+use meltpath_machine::scan_head::servo_hinf::{Changes, HinfTargets, Weights};
+use meltpath_machine::scan_head::servo_loop::{AngleUnit, CascadeGains, Controller};
+use meltpath_machine::scan_head::servo_robust::Spread;
+use meltpath_machine::scan_head::servo_synthesis::{Target, Targets};
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
+
+use crate::job::TextError;
+use crate::lpbf::settings::{HEADS, data_text};
+
+/// A tuning file, as written.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TuneFile {
+    /// Head: a name in `data/scan-heads`, or a TOML file of your own.
+    pub head: Spanned<String>,
+    /// The axes that are tuned; default X and Y.
+    pub axes: Option<Spanned<Vec<AxisName>>>,
+    /// Motors in place of the head's, by axis: files with the lines that `meltpath identify` prints.
+    #[serde(default)]
+    pub motor: Motors,
+    /// `[cascade]`.
+    #[serde(default)]
+    pub cascade: CascadeTable,
+    /// `[h-infinity]`.
+    #[serde(default, rename = "h-infinity")]
+    pub hinf: HinfTable,
+    /// `[robust]`.
+    #[serde(default)]
+    pub robust: RobustTable,
+    /// `[compare]`.
+    #[serde(default)]
+    pub compare: CompareTable,
+    /// `[export]`.
+    #[serde(default)]
+    pub export: ExportTable,
+}
+
+/// An axis of the head.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AxisName {
+    /// The first mirror.
+    X,
+    /// The second mirror.
+    Y,
+    /// The dynamic focus.
+    Z,
+}
+
+impl AxisName {
+    /// Its letter in files.
+    pub fn letter(self) -> char {
+        match self {
+            AxisName::X => 'x',
+            AxisName::Y => 'y',
+            AxisName::Z => 'z',
+        }
+    }
+}
+
+/// `[motor]`: files of identified motors.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motors {
+    /// Of X.
+    pub x: Option<Spanned<PathBuf>>,
+    /// Of Y.
+    pub y: Option<Spanned<PathBuf>>,
+    /// Of Z.
+    pub z: Option<Spanned<PathBuf>>,
+}
+
+/// `[cascade]`: the step-by-step synthesis and its refinement.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CascadeTable {
+    /// Times of the first maximum of the step responses of current, speed and position.
+    pub first_maximum: Option<[Positive<Time>; 3]>,
+    /// Phase margins of current, speed and position; default 65, 65, 75 deg.
+    pub margin: Option<[Positive<Angle>; 3]>,
+    /// Whether and how a swarm refines the gains; default on the simulated axis.
+    pub refine: RefineTable,
+}
+
+/// `[cascade.refine]`.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RefineTable {
+    /// What the gains are refined for.
+    pub on: RefineOn,
+    /// The record (`.csv`, `.parquet`, `.mat`) of a multi-step: channels `set-point` and `angle`.
+    pub record: Option<Spanned<PathBuf>>,
+    /// Its mapping.
+    pub mapping: Option<Spanned<PathBuf>>,
+    /// Particles; default 20.
+    pub particles: Option<usize>,
+    /// Moves of each; default 40.
+    pub iterations: Option<usize>,
+}
+
+/// What gains are refined for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RefineOn {
+    /// Least error of the simulated axis, friction and limits included, on the multi-step without pre-filter.
+    #[default]
+    Tracking,
+    /// Least difference to a recorded angle: the model's gains become those of the real drive.
+    Record,
+    /// Not at all.
+    Nothing,
+}
+
+/// `[h-infinity]`: three weights, by their templates, or a bandwidth.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HinfTable {
+    /// Moves the thesis' weights to this bandwidth, such as `"3000 rad/s"`; default that of the position loop.
+    pub bandwidth: Option<Spanned<String>>,
+    /// Template of the sensitivity (W1).
+    pub sensitivity: Option<Spanned<TemplateTable>>,
+    /// Template from set-point to current, in A per degree (W2).
+    pub command: Option<Spanned<TemplateTable>>,
+    /// Template, with the first, of the response to a disturbance (W3).
+    pub disturbance: Option<Spanned<TemplateTable>>,
+    /// Most nearly cancelling pairs that are removed; default 1.
+    pub pairs: Option<usize>,
+}
+
+/// A template: gain at rest, gain far above, and where it crosses one.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TemplateTable {
+    /// Gain at rest.
+    pub low: f64,
+    /// Gain far above.
+    pub high: f64,
+    /// Where it is one, such as `"3000 rad/s"`.
+    pub crossover: String,
+}
+
+/// `[robust]`: the search for a controller that serves a spread of motors.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobustTable {
+    /// How far the modes may move to either side; default 10 %, `"0 %"` for no search.
+    pub mode_shift: Option<NotNegative<Ratio>>,
+    /// The longest loop delay that is served; default half a sample.
+    pub delay: Option<NotNegative<Time>>,
+    /// Distance to the critical point kept everywhere; default 0.5.
+    pub modulus_margin: Option<f64>,
+    /// Largest gain of the closed loop; default 1.5.
+    pub resonance: Option<f64>,
+    /// States of the controller; default 5.
+    pub order: Option<usize>,
+    /// Particles; default 16.
+    pub particles: Option<usize>,
+    /// Moves of each; default 20.
+    pub iterations: Option<usize>,
+}
+
+/// `[compare]`: the signal on which controllers are compared, and how far motors scatter.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CompareTable {
+    /// First amplitude of the multi-step; default 90 % of the travel.
+    pub amplitude: Option<Positive<Angle>>,
+    /// Number of amplitudes, each half of the one before; default 10.
+    pub levels: Option<u32>,
+    /// Speed between steps; default `"1150 deg/s"`.
+    pub slope: Option<Spanned<String>>,
+    /// Time at each step; default 60 ms.
+    pub hold: Option<Positive<Time>>,
+    /// Scattered motors; default 40, 0 for none.
+    pub draws: Option<usize>,
+    /// Scatter of the resistance; default 20 %.
+    pub resistance: Option<NotNegative<Ratio>>,
+    /// Scatter of the inertia; default 5 %.
+    pub inertia: Option<NotNegative<Ratio>>,
+    /// Scatter of the modes' frequencies; default 5 %.
+    pub modes: Option<NotNegative<Ratio>>,
+    /// Longest additional delay; default half a sample.
+    pub delay: Option<NotNegative<Time>>,
+    /// Largest standard deviation of the sensor's noise; default 0.0005 deg.
+    pub noise: Option<NotNegative<Angle>>,
+    /// Seed; default 1.
+    pub seed: Option<u64>,
+}
+
+/// Which controller leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Choice {
+    /// The gains of the cascade, refined where they were.
+    Cascade,
+    /// The H-infinity controller of the three weights.
+    HInfinity,
+    /// The one found for the spread of motors.
+    Robust,
+}
+
+/// In which form.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExportForm {
+    /// Second-order sections.
+    #[default]
+    Sections,
+    /// State space.
+    StateSpace,
+}
+
+/// How numbers are held on the drive.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WordName {
+    /// Double precision.
+    Double,
+    /// Single precision.
+    #[default]
+    Single,
+    /// 32-bit integers.
+    Fixed,
+}
+
+/// `[export]`.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ExportTable {
+    /// Which controller; default the robust one where it was found, else H-infinity.
+    pub controller: Option<Choice>,
+    /// The form; default sections.
+    pub form: ExportForm,
+    /// The word; default single precision.
+    pub word: WordName,
+    /// Bits after the point of coefficients and of signals, for fixed words; default 22 and 22.
+    pub bits: Option<[u32; 2]>,
+    /// Current at which the output is cut, such as `"5 A"`; default the drive's peak current.
+    pub limit: Option<Spanned<String>>,
+    /// What the states do meanwhile; default they follow.
+    pub anti_windup: AntiWindup,
+    /// The controller acts once in so many samples of the head; default 1.
+    pub every: Option<u32>,
+}
+
+/// What is asked of one axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisTask {
+    /// Which axis.
+    pub name: AxisName,
+    /// The axis as the head has it, with the motor that is tuned for.
+    pub axis: Axis,
+    /// Its own gains, where it has a cascade.
+    pub own: Option<CascadeGains>,
+    /// What the loops are to reach.
+    pub targets: Targets,
+    /// What the H-infinity controller is to reach.
+    pub hinf: HinfTargets,
+    /// The signal of the comparison.
+    pub signal: MultiStep,
+}
+
+/// A resolved tuning file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// The head.
+    pub data: HeadData,
+    /// What is asked, one entry an axis.
+    pub tasks: Vec<AxisTask>,
+    /// What gains are refined for, by which swarm, on which record and mapping.
+    pub refine: RefineOn,
+    /// The swarm of the refinement.
+    pub refine_swarm: Swarm,
+    /// Record and mapping.
+    pub record: Option<[PathBuf; 2]>,
+    /// The motors that the robust controller serves; none for no search.
+    pub spread: Option<Spread>,
+    /// How the robust controller is made smaller.
+    pub robust_changes: Changes,
+    /// The swarm of the search.
+    pub robust_swarm: Swarm,
+    /// Scatter of motors.
+    pub scatter: Scatter,
+    /// Number of scattered motors.
+    pub draws: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Which controller leaves.
+    pub choice: Option<Choice>,
+    /// Form, word, what is done while cut.
+    pub form: ExportForm,
+    /// Word.
+    pub word: Word,
+    /// The cut, A.
+    pub limit: Option<f64>,
+    /// What the states do while cut.
+    pub anti_windup: AntiWindup,
+    /// Sample time of the controllers, s.
+    pub period: f64,
+    /// Every value with its origin.
+    pub provenance: Provenance,
+}
+
+const fn unit(symbol: &'static str, factor: f64) -> Unit {
+    Unit {
+        symbol,
+        factor,
+        offset: 0.0,
+    }
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const PULSATION: &[Unit] = &[
+    unit("rad/s", 1.0),
+    unit("Hz", std::f64::consts::TAU),
+    unit("kHz", 1e3 * std::f64::consts::TAU),
+];
+const ANGULAR_SPEED: &[Unit] = &[unit("deg/s", DEGREE), unit("rad/s", 1.0)];
+const CURRENT: &[Unit] = &[unit("A", 1.0), unit("mA", 1e-3)];
+
+fn at(span: std::ops::Range<usize>, message: String) -> TextError {
+    TextError {
+        span: Some(span),
+        message,
+        help: None,
+    }
+}
+
+fn quantity(text: &Spanned<String>, what: &'static str, units: &[Unit]) -> Result<f64, TextError> {
+    let value = parse(text.get_ref(), what, units).map_err(|e| at(text.span(), e.to_string()))?;
+    if value > 0.0 {
+        Ok(value)
+    } else {
+        Err(at(text.span(), format!("the {what} must be above zero")))
+    }
+}
+
+/// Reads a tuning file's text.
+///
+/// # Errors
+/// [`TextError`] with the place.
+pub fn read(text: &str) -> Result<TuneFile, TextError> {
+    toml::from_str(text).map_err(|e| TextError {
+        span: e.span(),
+        message: e.message().to_owned(),
+        help: None,
+    })
+}
+
+/// Resolves a tuning file that lies in `folder`.
+///
+/// # Errors
+/// [`TextError`] with the place in the file.
+pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
+    let mut told = Provenance::new();
+    told.model(
+        "synthesis in frequency, weights, refinement, comparison",
+        "Rasoanarivo 2020, § 2.2.2, § 2.2.3, chapter 3",
+    );
+    told.model(
+        "search for a spread of motors, transfer of the weights to other motors",
+        "this program",
+    );
+    let head = &file.head;
+    let data = data::parse(&data_text("scan head", head, HEADS, folder)?).map_err(|e| {
+        at(
+            head.span(),
+            format!("\"{}\" is not sound: {e}", head.get_ref()),
+        )
+    })?;
+    told.parameter("head", &Resolved::new(data.head.name.clone(), Origin::Job));
+    let every = told.written_or(
+        "export.every",
+        file.export.every,
+        1,
+        "every sample of the head",
+    );
+    if every == 0 {
+        return Err(plain(
+            "export.every is 0: the controller acts once in 1, 2, … samples",
+        ));
+    }
+    let period = f64::from(every) * data.head.period;
+    let names = match &file.axes {
+        Some(axes) if axes.get_ref().is_empty() => {
+            return Err(at(
+                axes.span(),
+                "no axis is named: [\"x\", \"y\"]".to_owned(),
+            ));
+        }
+        Some(axes) => axes.get_ref().clone(),
+        None => vec![AxisName::X, AxisName::Y],
+    };
+    let mut tasks = Vec::new();
+    for name in names {
+        tasks.push(task(name, file, &data, folder, period, &mut told)?);
+    }
+    let refine = told.written_or(
+        "cascade.refine.on",
+        (file.cascade.refine.on != RefineOn::default()).then_some(file.cascade.refine.on),
+        RefineOn::Tracking,
+        "least error of the simulated axis",
+    );
+    let record = match (
+        refine,
+        &file.cascade.refine.record,
+        &file.cascade.refine.mapping,
+    ) {
+        (RefineOn::Record, Some(record), Some(mapping)) => Some([
+            folder.join(record.get_ref()),
+            folder.join(mapping.get_ref()),
+        ]),
+        (RefineOn::Record, ..) => {
+            return Err(plain(
+                "cascade.refine.on = \"record\" needs cascade.refine.record and cascade.refine.mapping",
+            ));
+        }
+        (_, Some(one), _) | (_, _, Some(one)) => {
+            return Err(at(
+                one.span(),
+                "a record is refined on with on = \"record\"".to_owned(),
+            ));
+        }
+        _ => None,
+    };
+    let refine_swarm = Swarm {
+        particles: told.written_or(
+            "cascade.refine.particles",
+            file.cascade.refine.particles,
+            20,
+            "twice the unknowns and more",
+        ),
+        iterations: told.written_or(
+            "cascade.refine.iterations",
+            file.cascade.refine.iterations,
+            40,
+            "a few seconds",
+        ),
+        ..Swarm::default()
+    };
+    let half = 0.5 * data.head.period;
+    let (spread, robust_changes, robust_swarm) = robust(&file.robust, half, &mut told);
+    let c = &file.compare;
+    let share = |told: &mut Provenance, key: &str, written: &Option<NotNegative<Ratio>>, d: f64| {
+        told.written_or(
+            key,
+            written.map(|r| r.0.0),
+            d,
+            "a production's spread, a guess",
+        )
+    };
+    let scatter = Scatter {
+        resistance: share(&mut told, "compare.resistance", &c.resistance, 0.2),
+        inertia: share(&mut told, "compare.inertia", &c.inertia, 0.05),
+        modes: share(&mut told, "compare.modes", &c.modes, 0.05),
+        delay: told.written_or(
+            "compare.delay",
+            c.delay.map(|t| t.0.0),
+            half,
+            "half a sample",
+        ),
+        noise: told.written_or(
+            "compare.noise",
+            c.noise.map(|a| a.0.0),
+            0.0005 * DEGREE,
+            "a fiftieth of the accuracy of a laboratory head",
+        ),
+    };
+    let e = &file.export;
+    let [coefficient, signal] = e.bits.unwrap_or([22, 22]);
+    let word = match e.word {
+        WordName::Double => Word::Double,
+        WordName::Single => Word::Single,
+        WordName::Fixed => Word::Fixed {
+            coefficient,
+            signal,
+        },
+    };
+    if e.bits.is_some() && e.word != WordName::Fixed {
+        return Err(plain(
+            "export.bits are those of a fixed word: word = \"fixed\"",
+        ));
+    }
+    if e.controller == Some(Choice::Robust) && spread.is_none() {
+        return Err(plain(
+            "export.controller = \"robust\", but robust.mode_shift = \"0 %\" asks for no search",
+        ));
+    }
+    let limit = e
+        .limit
+        .as_ref()
+        .map(|l| quantity(l, "current", CURRENT))
+        .transpose()?;
+    Ok(Settings {
+        tasks,
+        refine,
+        refine_swarm,
+        record,
+        spread,
+        robust_changes,
+        robust_swarm,
+        scatter,
+        draws: told.written_or("compare.draws", c.draws, 40, "a few seconds"),
+        seed: told.written_or("compare.seed", c.seed, 1, "any"),
+        choice: e.controller,
+        form: e.form,
+        word,
+        limit,
+        anti_windup: e.anti_windup,
+        period,
+        provenance: told,
+        data,
+    })
+}
+
+fn plain(message: &str) -> TextError {
+    TextError {
+        span: None,
+        message: message.to_owned(),
+        help: None,
+    }
+}
+
+fn robust(
+    table: &RobustTable,
+    half: f64,
+    told: &mut Provenance,
+) -> (Option<Spread>, Changes, Swarm) {
+    let shift = told.written_or(
+        "robust.mode_shift",
+        table.mode_shift.map(|r| r.0.0),
+        0.1,
+        "a mode moves by some percent with temperature, mounting and mirror",
+    );
+    let delay = told.written_or(
+        "robust.delay",
+        table.delay.map(|t| t.0.0),
+        half,
+        "half a sample",
+    );
+    let spread = Spread {
+        mode_shifts: vec![
+            1.0 - shift,
+            1.0 - 0.5 * shift,
+            1.0,
+            1.0 + 0.5 * shift,
+            1.0 + shift,
+        ],
+        delays: if delay > 0.0 {
+            vec![0.0, delay]
+        } else {
+            vec![0.0]
+        },
+        modulus_margin: told.written_or(
+            "robust.modulus_margin",
+            table.modulus_margin,
+            0.5,
+            "the usual distance",
+        ),
+        resonance: told.written_or("robust.resonance", table.resonance, 1.5, "3.5 dB"),
+    };
+    let order = told.written_or(
+        "robust.order",
+        table.order,
+        5,
+        "integrator, lead and a broad notch",
+    );
+    let swarm = Swarm {
+        particles: told.written_or(
+            "robust.particles",
+            table.particles,
+            16,
+            "twice the unknowns",
+        ),
+        iterations: told.written_or("robust.iterations", table.iterations, 20, "some seconds"),
+        ..Swarm::default()
+    };
+    let wanted = (shift > 0.0).then_some(spread);
+    (wanted, Changes::Balanced { order }, swarm)
+}
+
+fn task(
+    name: AxisName,
+    file: &TuneFile,
+    data: &HeadData,
+    folder: &Path,
+    period: f64,
+    told: &mut Provenance,
+) -> Result<AxisTask, TextError> {
+    let letter = name.letter();
+    let (found, written, place) = match name {
+        AxisName::X => (Some(&data.head.mirrors[0]), &file.motor.x, 0),
+        AxisName::Y => (Some(&data.head.mirrors[1]), &file.motor.y, 1),
+        AxisName::Z => (data.head.focus.as_ref().map(|f| &f.0), &file.motor.z, 2),
+    };
+    let span = file.axes.as_ref().map(Spanned::span);
+    let mut axis = found.cloned().ok_or_else(|| TextError {
+        span,
+        message: format!("the head \"{}\" has no {letter} axis", data.head.name),
+        help: None,
+    })?;
+    if let Some(path) = written {
+        let shown = path.get_ref().display();
+        let text = std::fs::read_to_string(folder.join(path.get_ref()))
+            .map_err(|e| at(path.span(), format!("cannot read the motor {shown}: {e}")))?;
+        axis.motor = data::parse_motor(&text, &axis.motor)
+            .map_err(|e| at(path.span(), format!("the motor {shown} is not sound: {e}")))?;
+    }
+    let own = match &axis.controller {
+        Controller::Cascade(gains) => Some(*gains),
+        _ => None,
+    };
+    let targets = loops(letter, file, data.tuning[place], &axis, own, told)?;
+    let h = &file.hinf;
+    let bandwidth = match &h.bandwidth {
+        Some(text) => quantity(text, "bandwidth", PULSATION)?,
+        None => targets.position.crossover,
+    };
+    told.parameter(
+        &format!("{letter}.h-infinity.bandwidth"),
+        &Resolved::new(
+            bandwidth,
+            if h.bandwidth.is_some() {
+                Origin::Job
+            } else {
+                Origin::Default("that of the position loop".to_owned())
+            },
+        ),
+    );
+    let unit = AngleUnit::Degree;
+    let mut hinf = HinfTargets::thesis_like(&axis.motor, unit, bandwidth, period)
+        .map_err(|e| plain(&e.to_string()))?;
+    let template = |t: &Spanned<TemplateTable>| -> Result<Template, TextError> {
+        let table = t.get_ref();
+        let crossover = parse(&table.crossover, "crossover", PULSATION)
+            .map_err(|e| at(t.span(), e.to_string()))?;
+        Template::new(table.low, table.high, crossover).map_err(|e| at(t.span(), e.to_string()))
+    };
+    match (&h.sensitivity, &h.command, &h.disturbance) {
+        (None, None, None) => {}
+        (Some(s), Some(c), Some(d)) => {
+            hinf.weights = Weights {
+                sensitivity: template(s)?,
+                command: template(c)?,
+                disturbance: template(d)?,
+            };
+            hinf.command_unit = 1.0;
+        }
+        _ => {
+            return Err(plain(
+                "give all three templates of [h-infinity], sensitivity, command and disturbance, or a bandwidth",
+            ));
+        }
+    }
+    if let Some(pairs) = h.pairs {
+        hinf.changes = Changes::Pairs {
+            pairs,
+            closeness: 0.2,
+        };
+    }
+    let c = &file.compare;
+    let slope = match &c.slope {
+        Some(text) => quantity(text, "speed between steps", ANGULAR_SPEED)?,
+        None => 1150.0 * DEGREE,
+    };
+    let signal = MultiStep {
+        amplitude: c.amplitude.map_or(0.9 * axis.travel, |a| a.0.0),
+        levels: c.levels.unwrap_or(10),
+        slope,
+        hold: c.hold.map_or(60e-3, |t| t.0.0),
+    };
+    if signal.amplitude > axis.travel {
+        return Err(plain(&format!(
+            "compare.amplitude is {:.2} deg, the {letter} axis travels ±{:.2} deg",
+            signal.amplitude.to_degrees(),
+            axis.travel.to_degrees()
+        )));
+    }
+    Ok(AxisTask {
+        name,
+        axis,
+        own,
+        targets,
+        hinf,
+        signal,
+    })
+}
+
+/// What the loops of an axis are to reach.
+fn loops(
+    letter: char,
+    file: &TuneFile,
+    shipped: Option<[f64; 3]>,
+    axis: &Axis,
+    own: Option<CascadeGains>,
+    told: &mut Provenance,
+) -> Result<Targets, TextError> {
+    let written = file.cascade.first_maximum.map(|t| t.map(|t| t.0.0));
+    let (times, origin) = match (written, shipped, own) {
+        (Some(times), ..) => (times, Origin::Job),
+        (None, Some(times), _) => (times, Origin::Data("the head's file".to_owned())),
+        (None, None, Some(gains)) => {
+            let model = ServoModel::new(&axis.motor, &gains);
+            let time = |which| model.figures(which).map(|f| 3.0 / f.crossover.omega);
+            match (time(Loop::Current), time(Loop::Speed), time(Loop::Position)) {
+                (Some(i), Some(w), Some(p)) => (
+                    [i, w, p],
+                    Origin::Computed("as fast as the head's own loops".to_owned()),
+                ),
+                _ => {
+                    return Err(plain(&format!(
+                        "the loops of the {letter} axis have no crossover: give cascade.first_maximum"
+                    )));
+                }
+            }
+        }
+        (None, None, None) => {
+            return Err(plain(&format!(
+                "the file of the head does not say how fast the {letter} axis is to be: give cascade.first_maximum, the times of current, speed and position"
+            )));
+        }
+    };
+    told.parameter(
+        &format!("{letter}.cascade.first_maximum"),
+        &Resolved::new(times.to_vec(), origin),
+    );
+    let margins = told.written_or(
+        &format!("{letter}.cascade.margin"),
+        file.cascade
+            .margin
+            .map(|m| m.map(|a| a.0.0.to_degrees()).to_vec()),
+        vec![65.0, 65.0, 75.0],
+        "deg; Rasoanarivo 2020, § 2.2.2.2",
+    );
+    let target = |k: usize| Target::from_first_maximum(times[k], margins[k]);
+    Ok(Targets {
+        current: target(0),
+        speed: target(1),
+        position: target(2),
+        ..Targets::default()
+    })
+}

@@ -1,0 +1,345 @@
+//! Tables of a tuning: gains as the thesis tells them, loops, combinations, scattered motors.
+
+use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
+use meltpath_machine::scan_head::servo_hinf::LoopQuality;
+use meltpath_machine::scan_head::servo_loop::CascadeGains;
+use meltpath_machine::scan_head::servo_synthesis::Stage;
+use meltpath_report::table::{Cell, Table};
+
+use super::bode::loop_name;
+use super::design::{AxisResult, Trial};
+
+/// Rasoanarivo 2020, table 2.1: K_ii, T_ii, K_iω, T_iω, K_θ, T_dθ, K1, K2 after the synthesis and after the swarm.
+const THESIS: [(&str, [f64; 8]); 2] = [
+    (
+        "thesis, after the synthesis",
+        [1.91, 7e-5, 7.48e-4, 0.04, 32.0, 0.1, 1.0, 1.0],
+    ),
+    (
+        "thesis, after the swarm",
+        [2.15, 8e-5, 7.08e-4, 0.005, 24.0, 0.09, 1.0, 1.0],
+    ),
+];
+
+/// The head whose Y axis the thesis' table is about.
+const THESIS_HEAD: &str = "two-axis head, 150 mm";
+
+fn row(name: &str, g: &CascadeGains) -> Vec<Cell> {
+    let values = [
+        g.current.gain,
+        g.current.integral_time,
+        g.speed_gain,
+        g.speed_integral_time,
+        g.position_gain,
+        g.position_derivative_time,
+        g.feed_forward.speed,
+        g.feed_forward.current,
+    ];
+    named(name, values)
+}
+
+fn named(name: &str, values: [f64; 8]) -> Vec<Cell> {
+    let mut cells = vec![Cell::text(name)];
+    cells.extend(values.map(Cell::Number));
+    cells
+}
+
+/// The table of gains, with the thesis' rows where its head is tuned.
+pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
+    let mut table = Table::new(
+        "Gains of the cascade",
+        &[
+            "",
+            "K_ii (V/A)",
+            "T_ii (s)",
+            "K_iω (A·s/deg)",
+            "T_iω (s)",
+            "K_θ (1/s)",
+            "T_dθ (s)",
+            "K1",
+            "K2",
+        ],
+    );
+    let own = result.task.own.as_ref();
+    let with_thesis = head == THESIS_HEAD;
+    table
+        .rows
+        .push(row("after the synthesis", &result.tuned.gains));
+    if with_thesis {
+        table.rows.push(named(THESIS[0].0, THESIS[0].1));
+    }
+    if let Some(refined) = &result.refined {
+        table.rows.push(row("after the swarm", &refined.gains));
+    }
+    if with_thesis {
+        table.rows.push(named(THESIS[1].0, THESIS[1].1));
+    } else if let Some(gains) = own {
+        table.rows.push(row("those of the head's file", gains));
+    }
+    table.note = if with_thesis {
+        "Thesis: Rasoanarivo 2020, table 2.1, Y axis of the two-axis head. Its motor is not printed: inertia and coil of the head's file \
+         were chosen so that its current and speed loops cross where it says; position loop and margins were not fitted. Its swarm follows a record of \
+         the real drive, which is not printed either."
+            .to_owned()
+    } else {
+        String::new()
+    };
+    table
+}
+
+/// Every step of the synthesis.
+pub(super) fn steps(result: &AxisResult) -> Table {
+    let mut table = Table::new(
+        "Step by step",
+        &[
+            "loop",
+            "step",
+            "gain",
+            "time (s)",
+            "|open loop| at the wanted crossover",
+            "margin there (deg)",
+        ],
+    );
+    for s in &result.tuned.steps {
+        let (gain, time) = match s.which {
+            Loop::Current => (s.gains.current.gain, s.gains.current.integral_time),
+            Loop::Speed => (s.gains.speed_gain, s.gains.speed_integral_time),
+            Loop::Position => (s.gains.position_gain, s.gains.position_derivative_time),
+        };
+        let what = match (s.stage, s.which) {
+            (Stage::Uncorrected, _) => "uncorrected",
+            (Stage::Trial, _) => "a time tried",
+            (Stage::Time, Loop::Position) => "longest derivative that leaves the margin",
+            (Stage::Time, _) => "shortest integral that leaves the margin",
+            (Stage::Gain, _) => "gain for the crossover",
+        };
+        table.rows.push(vec![
+            Cell::text(loop_name(s.which)),
+            Cell::text(what),
+            Cell::Number(gain),
+            if time.is_finite() {
+                Cell::Number(time)
+            } else {
+                Cell::text("∞")
+            },
+            Cell::Number(s.gain_there),
+            Cell::Fixed(s.margin_there.to_degrees(), 1),
+        ]);
+    }
+    table
+}
+
+/// Crossovers and margins of the loops.
+pub(super) fn loops(result: &AxisResult) -> Table {
+    let mut table = Table::new(
+        "Loops",
+        &[
+            "gains",
+            "loop",
+            "crossover (rad/s)",
+            "phase margin (deg)",
+            "distance to the critical point",
+        ],
+    );
+    let mut ways = vec![("synthesis", result.tuned.gains)];
+    if result.refined.is_some() {
+        ways.push(("refined", result.gains));
+    }
+    let motor = &result.task.axis.motor;
+    let mut notes = Vec::new();
+    for (name, gains) in ways {
+        let model = ServoModel::new(motor, &gains);
+        for which in [Loop::Current, Loop::Speed, Loop::Position] {
+            let Some(f) = model.figures(which) else {
+                continue;
+            };
+            table.rows.push(vec![
+                Cell::text(name),
+                Cell::text(loop_name(which)),
+                Cell::Fixed(f.crossover.omega, 0),
+                Cell::Fixed(f.crossover.value.to_degrees(), 1),
+                Cell::Fixed(f.margins.modulus.value, 3),
+            ]);
+        }
+        let hertz = |actions| {
+            model.bandwidth(actions).map_or("none".to_owned(), |w| {
+                format!("{:.0} Hz", w / std::f64::consts::TAU)
+            })
+        };
+        notes.push(format!(
+            "{name}: −3 dB at {} with feedback alone, {} with feed-forward",
+            hertz(Actions::Feedback),
+            hertz(Actions::FeedForward)
+        ));
+    }
+    table.note = format!("{}.", notes.join("; "));
+    table
+}
+
+/// The H-infinity loops: as designed, sampled, and of the robust controller.
+pub(super) fn hinf(result: &AxisResult) -> Table {
+    let mut table = Table::new(
+        "H-infinity loops on their own motor",
+        &[
+            "controller",
+            "order",
+            "crossover (rad/s)",
+            "phase margin (deg)",
+            "distance to the critical point",
+            "|S| = 1 at (rad/s)",
+            "|S| at 100 Hz",
+            "−3 dB (Hz)",
+            "largest |T|",
+        ],
+    );
+    let mut push = |name: &str, order: usize, q: &LoopQuality| {
+        table.rows.push(vec![
+            Cell::text(name),
+            Cell::Fixed(order as f64, 0),
+            Cell::Fixed(q.crossover, 0),
+            Cell::Fixed(q.phase_margin.to_degrees(), 1),
+            Cell::Fixed(q.modulus_margin, 3),
+            Cell::Fixed(q.error_band, 0),
+            Cell::Fixed(q.slow_error, 3),
+            Cell::Fixed(q.bandwidth / std::f64::consts::TAU, 0),
+            Cell::Fixed(q.resonance, 2),
+        ]);
+    };
+    let order = result.hinf.simplified.controller.poles.len();
+    push("three weights, continuous", order, &result.quality[0]);
+    push("three weights, sampled", order, &result.quality[1]);
+    if let Some(robust) = &result.robust
+        && let Some(q) = robust
+            .loops
+            .iter()
+            .find(|l| l.mode_shift == 1.0 && l.delay == 0.0)
+    {
+        push("robust, sampled", robust.servo.sampled.order(), q);
+    }
+    let removed = &result.hinf.simplified.removed;
+    table.note = format!(
+        "Best level γ* = {:.4}, controller of order {}; {} pair(s) removed, slowest pole {:.3} rad/s made an integrator, gain changed by at most {:.2} dB from a tenth to a hundred times the crossover.",
+        result.hinf.level,
+        result.hinf.full.poles.len(),
+        removed.len(),
+        result.hinf.simplified.integrated,
+        20.0 * result.hinf.simplified.change.log10()
+    );
+    table
+}
+
+/// Controller and pre-filter, all combinations.
+pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
+    let mut table = Table::new(
+        "Controller and pre-filter, each with each",
+        &[
+            "controller",
+            "pre-filter",
+            "rms (deg)",
+            "largest (deg)",
+            "99 % (deg)",
+            "below 0.05° (%)",
+            "below 0.1° (%)",
+            "below 0.2° (%)",
+            "peak current (A)",
+        ],
+    );
+    let mut push = |name: &str, filter: &str, t: &Trial| {
+        let below = |d: f64| Cell::Fixed(100.0 * t.error.share_below(d.to_radians()), 2);
+        table.rows.push(vec![
+            Cell::text(name),
+            Cell::text(filter),
+            Cell::Fixed(t.error.rms().to_degrees(), 4),
+            Cell::Fixed(t.error.largest().to_degrees(), 3),
+            Cell::Fixed(t.error.quantile(0.99).to_degrees(), 4),
+            below(0.05),
+            below(0.1),
+            below(0.2),
+            Cell::Fixed(t.peak_current, 2),
+        ]);
+    };
+    for c in &result.candidates {
+        push(c.name, "no", &c.bare);
+    }
+    for c in &result.candidates {
+        if let Some(t) = &c.filtered {
+            push(c.name, "yes", t);
+        }
+    }
+    if let Some(t) = &result.as_exported {
+        push(&format!("{}, as exported", result.chosen().name), "no", t);
+    }
+    if head == THESIS_HEAD {
+        let shares = [
+            (
+                "thesis, conventional",
+                "yes",
+                "up to 0.5",
+                90.84,
+                Cell::Empty,
+            ),
+            (
+                "thesis, H-infinity",
+                "not said",
+                "below 0.2",
+                99.44,
+                Cell::Fixed(100.0, 2),
+            ),
+        ];
+        for (name, filter, largest, tenth, fifth) in shares {
+            table.rows.push(vec![
+                Cell::text(name),
+                Cell::text(filter),
+                Cell::Empty,
+                Cell::text(largest),
+                Cell::Empty,
+                Cell::Empty,
+                Cell::Fixed(tenth, 2),
+                fifth,
+                Cell::Empty,
+            ]);
+        }
+        "Thesis: Rasoanarivo 2020, fig. 3.8. Slope and hold of the signal were fitted to that figure, so that agreement of the shares is no evidence. \
+            The thesis compares the first of its rows with the second: controller and pre-filter change together."
+            .clone_into(&mut table.note);
+    } else {
+        "Against the set-point before the pre-filter.".clone_into(&mut table.note);
+    }
+    table
+}
+
+/// What became of the scattered motors.
+pub(super) fn scattered(result: &AxisResult) -> Table {
+    let mut table = Table::new(
+        "Scattered motors",
+        &[
+            "controller",
+            "motors",
+            "lost",
+            "rms, median (deg)",
+            "rms, worst of those kept (deg)",
+            "largest error of those kept (deg)",
+        ],
+    );
+    for c in &result.candidates {
+        let mut kept: Vec<(f64, f64)> = c
+            .draws
+            .iter()
+            .filter_map(|d| d.error)
+            .filter(|e| e.1 <= 0.05 * c.amplitude)
+            .collect();
+        kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let degrees = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::Fixed(v.to_degrees(), 4));
+        table.rows.push(vec![
+            Cell::text(c.name),
+            Cell::Fixed(c.draws.len() as f64, 0),
+            Cell::Fixed(c.lost() as f64, 0),
+            degrees(kept.get(kept.len() / 2).map(|e| e.0)),
+            degrees(kept.last().map(|e| e.0)),
+            degrees(kept.iter().map(|e| e.1).reduce(f64::max)),
+        ]);
+    }
+    "Lost: ran away, or an error beyond a twentieth of the first amplitude."
+        .clone_into(&mut table.note);
+    table
+}

@@ -1,0 +1,181 @@
+//! From a tuning file to controllers, and from controllers to a whole job.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::Path;
+
+use meltpath::{chain, tune};
+use meltpath_base::{Silent, Status};
+use meltpath_machine::scan_head::servo_file::ControllerFile;
+
+/// A tuning that takes a second.
+const SHORT: &str = "head = \"two-axis-150\"
+[cascade.refine]
+on = \"nothing\"
+[robust]
+mode_shift = \"5 %\"
+delay = \"0 us\"
+particles = 6
+iterations = 3
+[compare]
+hold = \"10 ms\"
+levels = 4
+draws = 4
+";
+
+fn tuned(folder: &Path, text: &str) -> Result<meltpath::waam::Outcome, String> {
+    fs::write(folder.join("tune.toml"), text).unwrap();
+    tune::tune(
+        &folder.join("tune.toml"),
+        None,
+        &folder.join("runs"),
+        &Silent,
+    )
+    .map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
+    let place = tempfile::tempdir().unwrap();
+    let outcome = tuned(place.path(), SHORT).unwrap();
+    assert_ne!(
+        outcome.verdict.status(),
+        Status::Fail,
+        "{:?}",
+        outcome.verdict
+    );
+    for name in [
+        "report.html",
+        "verdict.json",
+        "provenance.json",
+        "tuning.json",
+        "tune.toml",
+        "controllers.json",
+        "controller-x.c",
+        "controller-x.json",
+        "controller-y.mat",
+        "multi-step-y.csv",
+    ] {
+        assert!(outcome.folder.join(name).is_file(), "{name}");
+    }
+    let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
+    // the thesis' gains stand beside ours, and frequencies on decades
+    for words in [
+        "thesis, after the swarm",
+        "Current loop, open: phase",
+        "10000",
+        "Scattered motors",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let text = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&text).unwrap();
+    assert_eq!(file.axes.len(), 2);
+
+    let job = |controller: &str| {
+        format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ncontroller = \"{controller}\"\n[plate]\nblock = [1, 1]\n[checks]\ncontour_error = \"300 µm\"\n"
+        )
+    };
+    let run = |controller: &str| {
+        let path = place.path().join("job.toml");
+        fs::write(&path, job(controller)).unwrap();
+        chain::run(&path, None, &place.path().join("jobs"), &Silent).map_err(|e| e.to_string())
+    };
+    // a preview belongs to a fast integral without pre-filter
+    let error = run("cascade\"\npath = \"preview").unwrap_err();
+    assert!(error.contains("worse behind the cascade"), "{error}");
+    let previewed = run("h-infinity\"\npath = \"preview").unwrap();
+    assert_eq!(previewed.verdict.status(), Status::Pass);
+    for controller in ["runs/001/controllers.json", "h-infinity"] {
+        let done = run(controller).unwrap();
+        assert_eq!(done.verdict.status(), Status::Pass, "{:?}", done.verdict);
+        let told = fs::read_to_string(done.folder.join("provenance.json")).unwrap();
+        assert!(told.contains(controller) && told.contains("lpbf.prefilter"));
+    }
+    let error = run("pid").unwrap_err();
+    assert!(error.contains("h-infinity"), "{error}");
+    // a file that holds another axis only
+    let only = ControllerFile {
+        axes: file.axes[1..].to_vec(),
+        ..file
+    };
+    fs::write(
+        place.path().join("only.json"),
+        serde_json::to_string(&only).unwrap(),
+    )
+    .unwrap();
+    let error = run("only.json").unwrap_err();
+    assert!(error.contains("no controller for the x axis"), "{error}");
+}
+
+#[test]
+fn an_identified_motor_takes_the_place_of_the_heads() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(
+        place.path().join("motor.toml"),
+        "inertia = { value = \"6e-8 kg·m²\", source = \"bench\" }\n",
+    )
+    .unwrap();
+    let text = SHORT
+        .replace(
+            "[cascade",
+            "axes = [\"y\"]\nmotor.y = \"motor.toml\"\n[cascade",
+        )
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"cascade\"\n";
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&json).unwrap();
+    assert!((file.axes[0].motor.inertia - 6e-8).abs() < 1e-15);
+    assert!(json.contains("\"cascade\""));
+}
+
+#[test]
+fn mistakes_are_named() {
+    let place = tempfile::tempdir().unwrap();
+    for (wrong, right, expected) in [
+        ("two-axis-150", "four-axis", "three-axis-350"),
+        ("[cascade", "axes = [\"z\"]\n[cascade", "no z axis"),
+        ("[cascade", "axes = []\n[cascade", "no axis"),
+        ("draws = 4", "draw = 4", "draw"),
+        (
+            "levels = 4",
+            "levels = 4\namplitude = \"25 deg\"",
+            "travels",
+        ),
+        ("\"nothing\"", "\"record\"", "mapping"),
+        (
+            "[cascade",
+            "[h-infinity]\nsensitivity = { low = 0.001, high = 0.9, crossover = \"3000 rad/s\" }\n[cascade",
+            "three templates",
+        ),
+        (
+            "[cascade",
+            "[h-infinity]\nsensitivity = { low = 0.001, high = 0.9, crossover = \"3000 rad/s\" }\ncommand = { low = 55.0, high = 0.1, crossover = \"5e5 rad/s\" }\ndisturbance = { low = 15.0, high = 0.9, crossover = \"300 rad/s\" }\n[cascade",
+            "never crosses 1",
+        ),
+        (
+            "[cascade",
+            "[h-infinity]\nbandwidth = \"3000\"\n[cascade",
+            "rad/s",
+        ),
+        (
+            "[cascade.refine]",
+            "[cascade]\nfirst_maximum = [\"600 us\", \"300 us\", \"1 ms\"]\n[cascade.refine]",
+            "not below",
+        ),
+        (
+            "draws = 4",
+            "draws = 4\n[export]\nword = \"fixed\"\nbits = [30, 22]",
+            "fit",
+        ),
+    ] {
+        let error = tuned(place.path(), &SHORT.replace(wrong, right)).unwrap_err();
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+    assert!(
+        !place.path().join("runs").exists(),
+        "nothing is left behind"
+    );
+}
