@@ -24,6 +24,8 @@ const DOTS: usize = 3000;
 const INTERVALS: usize = 40;
 /// Cells of the map, at most.
 const CELLS: f64 = 1e6;
+/// Samples in a cell of the map, in the mean and at least.
+const PER_CELL: f64 = 4.0;
 
 /// Differences by place of the plan.
 struct Map {
@@ -41,7 +43,9 @@ fn map(comparison: &Comparison) -> Option<Map> {
         (low, high) = (low.min(at), high.max(at));
     }
     let size = high - low;
-    let least = (size.x * size.y / CELLS).sqrt();
+    // some samples in each cell, so that a sparse table still gives a map
+    let cells = (comparison.pairs.len() as f64 / PER_CELL).clamp(1.0, CELLS);
+    let least = (size.x * size.y / cells).sqrt();
     let cell = comparison.cell.max(least);
     let count = |length: f64| (length / cell).round() as usize + 1;
     let grid = Grid {

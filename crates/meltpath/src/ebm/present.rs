@@ -249,22 +249,20 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
     let mut table = Table::new(
         "Judged on the reference solver",
         &[
-            "path",
             "run",
             "cell (µm)",
-            "plane (µm)",
             "step (µs)",
-            "power (%)",
             "voxels",
             "unmelted (%)",
-            "in the window (%)",
+            "in window (%)",
             "change (points)",
             "mean (°C)",
             "heat lost (%)",
-            "",
         ],
     );
     let height = outcome.given.simulation.grid().heights[0];
+    let cell =
+        |edge: f64, height: f64| Cell::text(&format!("{:.1} x {:.1}", 1e3 * edge, 1e3 * height));
     let paths = [
         ("as given", Some(&judged.given)),
         ("better speeds", judged.better.as_ref()),
@@ -272,38 +270,34 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
     for (name, path) in paths.into_iter().filter_map(|(n, p)| Some((n, p?))) {
         for (n, run) in path.runs.iter().enumerate() {
             let change = n.checked_sub(1).map(|n| 100.0 * path.share.changes[n].1);
-            let mark = match (n, path.share.converged()) {
-                (0, true) => "converged",
-                (0, false) => "NOT CONVERGED",
-                _ => "",
+            let words = match (n, path.share.converged()) {
+                (0, true) => format!("{name}, converged"),
+                (0, false) => format!("{name}, NOT CONVERGED"),
+                _ => run.variant.words().to_owned(),
             };
             let t = &run.tally;
             table.rows.push(vec![
-                Cell::text(if n == 0 { name } else { "" }),
-                Cell::text(run.variant.words()),
-                Cell::Fixed(1e3 * run.resolution.cell, 2),
-                Cell::Fixed(1e3 * height / f64::from(run.resolution.planes), 1),
-                Cell::Fixed(1e6 * run.resolution.step, 3),
-                Cell::Fixed(100.0 * run.resolution.power, 0),
+                Cell::Text(words),
+                cell(
+                    run.resolution.cell,
+                    height / f64::from(run.resolution.planes),
+                ),
+                Cell::Fixed(1e6 * run.resolution.step, 2),
                 Cell::Fixed(t.voxels as f64, 0),
-                Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
+                Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
                 Cell::Fixed(100.0 * t.share(Class::Good), 1),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(t.mean - CELSIUS, 0),
                 Cell::Fixed(100.0 * run.residual, 4),
-                Cell::text(mark),
             ]);
         }
         let t = &path.on_charts;
         table.rows.push(vec![
-            Cell::Empty,
-            Cell::text("same voxels on charts, in their window"),
-            Cell::Fixed(1e3 * outcome.given.simulation.grid().edge[0], 2),
-            Cell::Fixed(1e3 * height, 1),
-            Cell::Fixed(1e6 * outcome.given.simulation.settings().step, 3),
-            Cell::Fixed(100.0, 0),
+            Cell::text("same voxels on charts"),
+            cell(outcome.given.simulation.grid().edge[0], height),
+            Cell::Fixed(1e6 * outcome.given.simulation.settings().step, 2),
             Cell::Fixed(t.voxels as f64, 0),
-            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
+            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
             Cell::Fixed(100.0 * t.share(Class::Good), 1),
             Cell::Empty,
             Cell::Fixed(t.mean - CELSIUS, 0),

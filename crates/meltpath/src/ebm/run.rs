@@ -229,6 +229,7 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         Some(judged) => vec![
             on_reference(
                 judged.better.as_ref().unwrap_or(&judged.given),
+                judged.classes.window,
                 settings,
                 title,
             )
@@ -268,7 +269,8 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
 }
 
 /// The share on the reference solver; one that is not converged never passes without a remark.
-fn on_reference(judged: &JudgedPath, settings: &Settings, title: &str) -> Check {
+fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, title: &str) -> Check {
+    let celsius = |kelvin: f64| kelvin - meltpath_thermal::material::CELSIUS;
     let share = &judged.share;
     let check = Check::judge(
         "in-window",
@@ -294,8 +296,11 @@ fn on_reference(judged: &JudgedPath, settings: &Settings, title: &str) -> Check 
             check.status.max(Status::Warn)
         },
         reason: format!(
-            "{}; cells of {:.1} µm, steps of {:.2} µs; {marked} ({})",
+            "{}; the mean is {:.0} °C, the window {:.0} to {:.0} °C; cells of {:.1} µm, steps of {:.2} µs; {marked} ({})",
             check.reason,
+            celsius(judged.runs[0].tally.mean),
+            celsius(window[0]),
+            celsius(window[1]),
             1e3 * run.cell,
             1e6 * run.step,
             changes.join(", ")
