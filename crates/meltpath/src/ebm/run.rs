@@ -169,13 +169,13 @@ fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
 
 /// What is judged: of the path with better speeds where there is one.
 fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
-    let drawn = outcome
-        .better
-        .as_ref()
-        .map_or(&outcome.given, |(better, _)| better);
-    let tally = &drawn.tally;
+    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
+    let on_reference = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
+    let (highest, tally) = on_reference.map_or((&drawn.highest, &drawn.tally), |r| {
+        (&r.better.0, &r.better.1)
+    });
     let (hottest, [i, j, k]) = tally.hottest;
-    let grid = &drawn.highest.grid;
+    let grid = &highest.grid;
     let place = if hottest.is_finite() {
         Place::at(grid.centre(i, j, k).to_array())
     } else {
