@@ -1,8 +1,8 @@
 //! Checks and verdicts: what was asked, what was found, how sure we are, where, and what to do.
 //!
 //! The decision rule keeps one standard uncertainty on either side of the limit, after the guard bands of ISO 14253-1:
-//! a value clearly beyond the limit fails; a value clearly within passes; between the two, a warning. Where the
-//! uncertainty alone exceeds the limit and the value is not clearly beyond it, the honest answer is "cannot say".
+//! a value clearly beyond the limit fails; a value clearly within passes; between the two, a warning, or, where the
+//! uncertainty alone exceeds the limit, the honest answer: "cannot say".
 
 use serde::{Deserialize, Serialize};
 
@@ -183,10 +183,10 @@ impl Check {
             Status::CannotSay
         } else if beyond > sigma {
             Status::Fail
-        } else if sigma > bound.abs() && sigma > 0.0 {
-            Status::CannotSay
         } else if beyond <= -sigma {
             Status::Pass
+        } else if sigma > bound.abs() {
+            Status::CannotSay
         } else {
             Status::Warn
         };

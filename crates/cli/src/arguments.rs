@@ -84,6 +84,26 @@ pub(crate) enum Command {
         #[arg(long)]
         mapping: PathBuf,
     },
+    /// Compare a table of temperatures (x, y, z, t, T) with a run of an electron beam, or with another table.
+    Compare {
+        /// A run's folder, or a `.csv` or `.parquet` table.
+        against: PathBuf,
+        /// The table: `.csv` or `.parquet`, columns x, y, z, t, T.
+        table: PathBuf,
+        /// Folder to write, new; default the next free `<table>-compare/NNN` beside the table.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Correct efficiency and beam diameter from struts, walls and pores that were built and measured.
+    Fit {
+        /// The measurements: a TOML file.
+        measurements: PathBuf,
+        /// Folder to write, new; default the next free `<measurements>-fit/NNN` beside the file.
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// Test the health of a scan head's axis (KM0): both stages, the history of dated tests, what drifted and what it may mean.
+    Health(HealthArguments),
     /// Say what is missing, defaulted or inconsistent in a job, before anything runs.
     Doctor {
         /// The job file.
@@ -91,9 +111,56 @@ pub(crate) enum Command {
     },
 }
 
+/// The arguments of `meltpath health`.
+#[derive(Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("bench").required(true).args(["records", "simulate", "signal"])))]
+pub(crate) struct HealthArguments {
+    /// Records of the first and the second stage: `.csv`, `.parquet` or `.mat` (level 5).
+    #[arg(num_args = 2, requires = "mapping", value_names = ["STAGE1", "STAGE2"])]
+    pub(crate) records: Vec<PathBuf>,
+    /// Test the head's own data instead of records.
+    #[arg(long)]
+    pub(crate) simulate: bool,
+    /// Write the signals of both stages into this new folder, to be played by the machine, and test nothing.
+    #[arg(long)]
+    pub(crate) signal: Option<PathBuf>,
+    /// The scan head: a name in data/scan-heads, or a file.
+    #[arg(long)]
+    pub(crate) head: String,
+    /// The axis: x, y or z.
+    #[arg(long)]
+    pub(crate) axis: String,
+    /// The machine, as you name it in the history.
+    #[arg(long, default_value = "machine")]
+    pub(crate) machine: String,
+    /// The mapping of both records: which column is "voltage", "current", "angle", "set-point", in which unit.
+    #[arg(long)]
+    pub(crate) mapping: Option<PathBuf>,
+    /// Folder of the history; reports go into it too.
+    #[arg(long, default_value = "health")]
+    pub(crate) history: PathBuf,
+    /// Change the simulated axis: NAME=FACTOR, as often as wanted (coulomb=2, resistance=1.3, mode=0.9, …).
+    #[arg(long, requires = "simulate", value_name = "NAME=FACTOR")]
+    pub(crate) change: Vec<String>,
+    /// Temperature at the test, °C.
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) temperature: Option<f64>,
+    /// When the test was made, ISO 8601; default now.
+    #[arg(long)]
+    pub(crate) time: Option<String>,
+    /// Compare later tests with this one: after an intervention.
+    #[arg(long)]
+    pub(crate) accept: bool,
+}
+
 /// The processes of `meltpath new`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum NewProcess {
+    /// Laser powder bed: recipes of a scan head.
+    Lpbf {
+        /// Name of the folder to make.
+        name: PathBuf,
+    },
     /// Wire and arc by robot.
     Waam {
         /// Name of the folder to make.

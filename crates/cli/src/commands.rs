@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use meltpath::job::JobError;
 use meltpath::start::{self, StartError};
 use meltpath::waam::{self, RunError};
-use meltpath::{chain, identify, inspect};
+use meltpath::{chain, compare, fit, health, identify, inspect};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
-use crate::arguments::{Arguments, Command, NewProcess};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
@@ -36,8 +36,18 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             process: NewProcess::Waam { name, shape },
         } => made(start::waam(name, shape)),
         Command::New {
+            process: NewProcess::Lpbf { name },
+        } => made(start::lpbf(name)),
+        Command::New {
             process: NewProcess::Ebm { name },
         } => made(start::ebm(name)),
+        Command::Compare {
+            against,
+            table,
+            out,
+        } => compared(against, table, out.as_deref()),
+        Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
+        Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Identify { record, mapping } => identified(record, mapping),
     };
@@ -206,6 +216,107 @@ fn identified(record: &Path, mapping: &Path) -> Result<u8, RunError> {
     }
     show_notes(&reporter);
     Ok(0)
+}
+
+fn compared(against: &Path, table: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(table, "-compare");
+    let found = compare::compare(against, table, out, &runs, &progress)?;
+    show_timers(&progress);
+    let a = &found.apart;
+    let [half, most, nearly, all] = a.percentiles;
+    line("");
+    line(&format!(
+        "{} samples compared with {}",
+        a.pairs, found.against
+    ));
+    line(&format!(
+        "bias {:.1} K, standard deviation {:.1} K, mean without sign {:.1} K ({:.2} %)",
+        a.bias,
+        a.deviation,
+        a.mean,
+        100.0 * a.relative
+    ));
+    line(&format!(
+        "50, 90, 95, 99 % within {half:.0}, {most:.0}, {nearly:.0}, {all:.0} K"
+    ));
+    let worst = &a.worst.sample;
+    line(&format!(
+        "furthest apart: {:+.0} K at x {:.3}, y {:.3}, z {:.3} mm, {:.6} s",
+        a.worst.difference(),
+        worst.place[0],
+        worst.place[1],
+        worst.place[2],
+        worst.time
+    ));
+    for warning in &found.verdict.warnings {
+        line(&format!("note: {}", warning.message));
+    }
+    line(&format!(
+        "report:  {}",
+        found.folder.join("report.html").display()
+    ));
+    Ok(0)
+}
+
+fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+    let progress = Progress::new();
+    let runs = beside(measurements, "-fit");
+    let found = fit::fit(measurements, out, &runs, &progress)?;
+    show_timers(&progress);
+    line("");
+    for finding in fit::present::lines(&found) {
+        line(&finding);
+    }
+    for warning in &found.verdict.warnings {
+        line(&format!("note: {}", warning.message));
+    }
+    line(&format!(
+        "report:  {}",
+        found.folder.join("report.html").display()
+    ));
+    Ok(0)
+}
+
+fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
+    let a = arguments;
+    let subject = health::Subject::find(&a.machine, &a.head, &a.axis)?;
+    if let Some(folder) = &a.signal {
+        let made = subject.write_signal(folder)?;
+        line(&format!("made {}", made.display()));
+        line(
+            "play stage1.csv as motor voltage in open loop, stage2.csv as set-points of the closed loop; record voltage, current, angle and set-point",
+        );
+        return Ok(0);
+    }
+    let bench = match (a.records.as_slice(), &a.mapping) {
+        ([first, second], Some(mapping)) => health::Bench::Records {
+            first: first.clone(),
+            second: second.clone(),
+            mapping: mapping.clone(),
+        },
+        _ => health::Bench::Simulated(a.change.clone()),
+    };
+    let now = || health::iso(std::time::SystemTime::now());
+    let circumstances = health::Circumstances {
+        time: a.time.clone().unwrap_or_else(now),
+        temperature: a.temperature,
+        accept: a.accept,
+    };
+    let reporter = Reporter::new();
+    let outcome = health::test(&subject, &bench, &a.history, &circumstances, &reporter)?;
+    show_verdict(&outcome.verdict);
+    line(&format!(
+        "{}: {} (test {})",
+        subject.name(),
+        health::words(outcome.rating),
+        outcome.tests
+    ));
+    line(&format!(
+        "report:  {}",
+        outcome.folder.join("report.html").display()
+    ));
+    Ok(verdict_code(&outcome.verdict))
 }
 
 /// Warnings as notes.

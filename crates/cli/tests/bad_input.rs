@@ -200,6 +200,22 @@ fn programs_that_cannot_be_run_are_refused() {
     );
 }
 
+#[test]
+fn beads_beyond_the_plate_fail_the_part() {
+    let dir = tempfile::tempdir().unwrap();
+    let size = "# size = [\"200 mm\", \"150 mm\"]";
+    let small = job(dir.path()).replace(size, "size = [\"30 mm\", \"30 mm\"]");
+    assert!(small.contains("30 mm"));
+    fs::write(dir.path().join("job/job.toml"), small).unwrap();
+    let output = meltpath(&["run", "job/job.toml", "--out", "built"], dir.path());
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let verdict = fs::read_to_string(dir.path().join("built/verdict.json")).unwrap();
+    let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
+    let checks = verdict["checks"].as_array().unwrap();
+    let plate = checks.iter().find(|c| c["id"] == "plate").unwrap();
+    assert_eq!(plate["status"], "fail", "{plate}");
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_leaves_nothing() {

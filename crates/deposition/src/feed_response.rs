@@ -103,6 +103,41 @@ impl FeedResponse {
         (1.0 + self.slope * (distance - self.reference)).clamp(least, greatest)
     }
 
+    /// How far a build is off, mm, at `height` mm, when each layer grows by the share `growth` more (less, if negative) than
+    /// it was planned to: the error of height E that follows from E′ = growth − slope · E, as the source answers to the
+    /// distance that the error changes, within its limits.
+    ///
+    /// Layers are taken as thin beside 1/slope (45 mm on the seed map), and planned for the reference distance. Ours;
+    /// checked against the simulated raster wall.
+    ///
+    /// ```
+    /// use meltpath_deposition::feed_response::FeedResponse;
+    /// let r = FeedResponse { reference: 15.0, slope: 0.022, limits: (0.65, 1.09), measured: (5.5, 15.0) };
+    /// // an error of 5 % ends in 2.3 mm, however tall the build
+    /// assert!((r.height_error(0.05, 1000.0) - 0.05 / 0.022).abs() < 1e-6);
+    /// assert!((r.height_error(0.05, 1.0) - 0.05).abs() < 1e-3);
+    /// ```
+    pub fn height_error(&self, growth: f64, height: f64) -> f64 {
+        let room = if growth > 0.0 {
+            1.0 - self.limits.0
+        } else {
+            self.limits.1 - 1.0
+        };
+        let size = growth.abs();
+        if self.slope <= 0.0 || room <= 0.0 {
+            return growth * height;
+        }
+        // the source is at its limit from here on
+        let bound = if size > room {
+            -(1.0 - room / size).ln() / self.slope
+        } else {
+            f64::INFINITY
+        };
+        let regulated = size / self.slope * (1.0 - (-self.slope * height.min(bound)).exp());
+        let beyond = (height - bound).max(0.0) * (size - room);
+        (regulated + beyond).copysign(growth)
+    }
+
     /// Whether a distance lies within what was measured, to the scatter of such a measurement (half a millimetre).
     pub fn covers(&self, distance: f64) -> bool {
         const SCATTER: f64 = 0.5;
@@ -143,6 +178,22 @@ mod tests {
     }
 
     #[test]
+    fn an_error_beyond_the_limits_grows_on() {
+        let r = FeedResponse {
+            reference: 15.0,
+            slope: 0.02,
+            limits: (0.7, 1.1),
+            measured: (5.0, 15.0),
+        };
+        // 5 mm lower the source feeds 10 % more, all it can: the other 10 % are lost layer after layer
+        let slope = r.height_error(-0.2, 301.0) - r.height_error(-0.2, 300.0);
+        assert!((slope + 0.1).abs() < 1e-12, "{slope}");
+        // E' = 0.2 - 0.02 E reaches 5 mm at h = 50 ln 2
+        let at = 50.0 * 2.0_f64.ln();
+        assert!((r.height_error(-0.2, at) + 5.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn validity_is_what_was_measured() {
         let r = table().at(8.0, 9.2, 2.0);
         assert!(r.covers(5.0) && r.covers(15.4));
@@ -150,6 +201,15 @@ mod tests {
     }
 
     proptest::proptest! {
+        #[test]
+        fn an_error_of_growth_is_regulated_never_turned_over(growth in -0.3..0.3f64, height in 0.0..400.0f64) {
+            let r = table().at(8.0, 9.2, 2.0);
+            let error = r.height_error(growth, height);
+            proptest::prop_assert!(error * growth >= 0.0);
+            proptest::prop_assert!(error.abs() <= (growth * height).abs() + 1e-12);
+            proptest::prop_assert!(r.height_error(growth, height + 1.0).abs() >= error.abs());
+        }
+
         #[test]
         fn the_feed_never_falls_as_the_distance_grows(a in -5.0..40.0f64, b in -5.0..40.0f64) {
             let r = table().at(8.0, 9.2, 2.0);

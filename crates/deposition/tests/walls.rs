@@ -151,13 +151,12 @@ fn waam_wall_thin_grows_1_65_mm_a_layer() {
     assert!(end < top - 1.0 && end > top - 6.0, "end {end} top {top}");
 }
 
-#[test]
-fn waam_wall_raster_grows_flat_with_lower_edges() {
-    let centre = |i: usize| D * (i as f64 - 2.5);
-    let wall = build(&map(), 25, (75.0, 30.0), |n| {
+/// The raster wall: six beads a layer, each layer from the other end.
+fn raster(map: &ProcessMap, layers: u32) -> Wall {
+    build(map, layers, (75.0, 30.0), |n| {
         (0..6)
             .map(|i| {
-                let (y, z) = (centre(i), 1.85 * f64::from(n - 1));
+                let (y, z) = (D * (f64::from(i) - 2.5), 1.85 * f64::from(n - 1));
                 let mut path = vec![xyz(0.0, y, z), xyz(150.0, y, z)];
                 if n % 2 == 0 {
                     path.reverse();
@@ -165,15 +164,44 @@ fn waam_wall_raster_grows_flat_with_lower_edges() {
                 path
             })
             .collect()
-    });
+    })
+}
+
+#[test]
+fn the_source_regulates_an_error_of_the_process_map() {
+    // two builds by a map that is 5 % wrong and by the right one: the error of height is the closed form's
+    let seed = map();
+    let off = seed.clone().with_feed_factor(1.15 * 1.05);
+    let mean = |w: &Wall, n: usize| {
+        let inside = lateral().filter(|y| y.abs() <= 2.0 * D);
+        inside.clone().map(|y| w.at(n, y)).sum::<f64>() / inside.count() as f64
+    };
+    let (right, wrong) = (raster(&seed, 25), raster(&off, 25));
+    let response = seed.response(WIRE_FEED, None).unwrap();
+    for n in [5, 15, 25] {
+        let error = mean(&wrong, n) - mean(&right, n);
+        let expected = response.height_error(0.05, mean(&right, n));
+        // 0.51, 1.07 and 1.42 mm; without the source's answer it would be 2.41 mm at layer 25
+        assert!((error - expected).abs() < 0.08, "{n}: {error} {expected}");
+    }
+}
+
+#[test]
+fn waam_wall_raster_grows_flat_with_lower_edges() {
+    let centre = |i: usize| D * (i as f64 - 2.5);
+    let wall = raster(&map(), 25);
     // growth inside: beads 3 and 4
     let inner = |n: usize| 0.5 * (wall.at(n, centre(2)) + wall.at(n, centre(3)));
     let growth = (inner(25) - inner(5)) / 20.0;
     assert!((1.9..=2.1).contains(&growth), "growth {growth}");
     let distances = wall.distances(25, 45.0, 105.0);
-    assert!(distances.iter().all(|d| *d > 12.0), "{distances:?}");
-    // ripple: the valley between neighbouring bead centres inside, below the line through the two centres
-    let ripple = |n: usize| {
+    // between 15 and 12 mm for all beads, as measured: 15.2 on the first of each layer
+    assert!(
+        distances.iter().all(|d| *d > 12.0 && *d < 15.3),
+        "{distances:?}"
+    );
+    // ripple: the valleys between neighbouring bead centres inside, below the line through the two centres
+    let valleys = |n: usize| -> Vec<f64> {
         (1..4)
             .map(|i| {
                 let (a, b) = (centre(i), centre(i + 1));
@@ -183,12 +211,16 @@ fn waam_wall_raster_grows_flat_with_lower_edges() {
                     .map(|y| chord(y) - wall.at(n, y))
                     .fold(0.0, f64::max)
             })
-            .fold(0.0, f64::max)
+            .collect()
     };
-    let ripples: Vec<f64> = [5, 10, 15, 20, 25].iter().map(|&n| ripple(n)).collect();
-    assert!(ripples.iter().all(|r| *r <= 1.0), "{ripples:?}");
-    // 0.62 to 0.77 mm: less than a hundredth of a millimetre a layer (with a constant feed the sag hides it)
-    assert!(ripples[4] <= ripples[0] + 0.16, "{ripples:?}");
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (early, late) = (valleys(5), valleys(25));
+    for n in [5, 10, 15, 20, 25] {
+        assert!(valleys(n).iter().all(|v| *v <= 1.0), "{:?}", valleys(n));
+    }
+    assert!(mean(&late) <= mean(&early) + 0.02, "{early:?} {late:?}");
+    // the one beside the edge bead follows the slope that the edge's sag gives it: 0.62 to 0.72 mm
+    assert!(late[0] <= early[0] + 0.11, "{early:?} {late:?}");
     // lower free edges
     let sag = |n: usize| inner(n) - wall.at(n, centre(0));
     let sags: Vec<f64> = [5, 10, 15, 20, 25].iter().map(|&n| sag(n)).collect();

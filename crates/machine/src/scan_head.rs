@@ -17,7 +17,8 @@
 //! | the whole head, streaming | [`head`] |
 //! | design of the angle control | [`servo`], [`servo_synthesis`], [`servo_hinf`], [`servo_robust`], [`servo_refine`], [`servo_compare`] |
 //! | motor from records | [`identification`] |
-//! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`] |
+//! | judgement | [`contour_error`], [`fill_rate`], [`delays`], [`km0`], [`km0_bench`] |
+//! | the fastest recipe within bounds | [`recipe_search`] |
 //! | heads and recipes as files | [`data`] |
 //!
 //! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
@@ -39,10 +40,12 @@ pub mod identification;
 pub mod interpolation;
 pub mod job;
 pub mod km0;
+pub mod km0_bench;
 pub mod plant;
 pub mod plate;
 pub mod prefilter;
 pub mod ray;
+pub mod recipe_search;
 pub mod servo;
 pub mod servo_compare;
 pub mod servo_hinf;

@@ -2,6 +2,7 @@
 
 pub mod focus;
 pub mod hatch;
+pub mod judge;
 pub mod optimise;
 pub mod path_file;
 pub mod present;

@@ -199,6 +199,9 @@ pub struct TargetTable {
     /// Metal beyond the finished part, for machining; default 2 mm. Lack is judged against the finished part, excess
     /// against part + allowance.
     pub allowance: Option<NotNegative<Length>>,
+    /// Metal over faces that look up; default: the allowance. More of it covers a build that grows less than the process
+    /// map says.
+    pub allowance_top: Option<NotNegative<Length>>,
 }
 
 /// Reads a job's text.

@@ -1,8 +1,11 @@
 //! meltpath as a library: job files, the pipelines that join the rooms, the data that ships.
 
 pub mod chain;
+pub mod compare;
 pub mod data;
 pub mod ebm;
+pub mod fit;
+pub mod health;
 pub mod identify;
 pub mod inspect;
 pub mod job;

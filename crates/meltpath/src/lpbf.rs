@@ -1,7 +1,11 @@
-//! The laser scan-head pipeline: recipes on a plate of squares, where the laser really goes, comparison, verdict.
+//! The laser scan-head pipeline: recipes on a plate of squares or on read layers, where the laser really goes, comparison,
+//! verdict.
 
+mod motion;
+mod optimise;
 mod present;
 pub mod run;
 pub mod settings;
+pub mod work;
 
 pub use run::{doctor, run};

@@ -10,6 +10,9 @@ use meltpath_geometry::shapes;
 /// The commented job file of `meltpath new waam`.
 pub const WAAM_TEMPLATE: &str = include_str!("start/waam.toml");
 
+/// The commented job file of `meltpath new lpbf`.
+pub const LPBF_TEMPLATE: &str = include_str!("start/lpbf.toml");
+
 /// The commented job file of `meltpath new ebm`.
 pub const EBM_TEMPLATE: &str = include_str!("start/ebm.toml");
 
@@ -108,6 +111,16 @@ pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
     Ok(folder.commit()?.join("job.toml"))
 }
 
+/// Makes the folder `path` with a `job.toml` of a laser scan head. Returns the job file's path.
+///
+/// # Errors
+/// [`StartError::Output`] when the folder exists or cannot be written.
+pub fn lpbf(path: &Path) -> Result<PathBuf, StartError> {
+    let folder = OutputFolder::create(path)?;
+    folder.write("job.toml", |w| w.write_all(LPBF_TEMPLATE.as_bytes()))?;
+    Ok(folder.commit()?.join("job.toml"))
+}
+
 /// Makes the folder `path` with the job of an electron beam over powder: a region with a hole, hatched. Returns the job
 /// file's path.
 ///
@@ -122,7 +135,39 @@ pub fn ebm(path: &Path) -> Result<PathBuf, StartError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Job, load};
+    use crate::job::{Job, load, parse};
+
+    /// The template reads as it is, and with every commented key written out.
+    #[test]
+    fn a_new_scan_head_job_reads_with_and_without_its_options() {
+        let dir = tempfile::tempdir().unwrap();
+        let job = lpbf(&dir.path().join("a")).unwrap();
+        assert!(matches!(load(&job).unwrap().0, Job::Lpbf(_)));
+        let written: String = LPBF_TEMPLATE
+            .lines()
+            .map(|l| {
+                l.strip_prefix("# ")
+                    .filter(|l| {
+                        l.contains(" = ") || l.starts_with("[optimise") || l.starts_with("[output")
+                    })
+                    .unwrap_or(l)
+            })
+            .filter(|l| {
+                !l.starts_with("extent")
+                    && !l.starts_with("layers")
+                    && !l.starts_with("range")
+                    && !l.starts_with("origin")
+            })
+            .fold(String::new(), |all, l| all + l + "\n");
+        let Job::Lpbf(job) = parse(&written).unwrap() else {
+            panic!("a scan-head job")
+        };
+        assert!(job.optimise.is_some() && job.output.motion.is_some() && job.plate.side.is_some());
+        assert!(matches!(
+            lpbf(&dir.path().join("a")),
+            Err(StartError::Output(_))
+        ));
+    }
 
     /// What the template says is what the job reads; with every optional line made active too.
     #[test]

@@ -192,7 +192,7 @@ impl FillSettings {
         FillSettings {
             strategy: Strategy::Hybrid {
                 contours: 1,
-                order: ContourOrder::OutsideIn,
+                order: ContourOrder::InsideOut,
                 angle: LineAngle::Best,
             },
             width,

@@ -9,6 +9,7 @@ pub mod execute;
 pub mod fanuc_ls;
 mod orientation;
 pub mod program;
+pub mod vectors;
 
 pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
 pub use cell::{CellError, CellProgramming};

@@ -1,5 +1,7 @@
 //! A block of cells in memory: enthalpy, relative density, highest enthalpy, and the passes of a time step over them.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::enthalpy::Formulas;
@@ -43,6 +45,8 @@ pub(crate) struct Block<R> {
     still: Vec<bool>,
     /// Planes below this one are kept but not computed.
     pub(crate) frozen: usize,
+    /// Rows along x that are computed, in every plane; the others keep their state and exchange nothing with these.
+    pub(crate) awake: Vec<Range<usize>>,
     pub(crate) level: Level,
 }
 
@@ -63,6 +67,7 @@ impl<R: Real> Block<R> {
             powder: Vec::new(),
             still: Vec::new(),
             frozen: 0,
+            awake: std::iter::once(0..shape.cells[1]).collect(),
             level: Level::widest(),
         };
         block.append(&shape.heights);
@@ -107,8 +112,13 @@ impl<R: Real> Block<R> {
         self.conduction.fill(R::ONE);
     }
 
+    /// Rows of a plane that are computed.
+    pub(crate) fn awake_rows(&self) -> usize {
+        self.awake.iter().map(ExactSizeIterator::len).sum()
+    }
+
     fn shares_work(&self) -> bool {
-        (self.planes() - self.frozen) * self.plane() >= WORTH_SHARING
+        (self.planes() - self.frozen) * self.awake_rows() * self.shape.cells[0] >= WORTH_SHARING
             && rayon::current_num_threads() > 1
     }
 
@@ -117,7 +127,7 @@ impl<R: Real> Block<R> {
         let share = self.shares_work();
         let (plane, ghost, ny) = (self.plane(), self.ghost_plane(), self.shape.cells[1]);
         let (cells, f, level) = (self.shape.cells, self.formulas, self.level);
-        let from = self.frozen;
+        let (from, rows) = (self.frozen, &self.awake);
         #[expect(
             clippy::type_complexity,
             reason = "the six arrays of a plane, as the iterators zip them"
@@ -129,6 +139,7 @@ impl<R: Real> Block<R> {
             level.run(Refresh {
                 formulas: &f,
                 cells,
+                rows,
                 enthalpy: g,
                 density: r,
                 powder: p,
@@ -137,6 +148,7 @@ impl<R: Real> Block<R> {
                 conduction: &mut *c,
             });
             fill_ghosts(cells, sides, t, c);
+            separate(cells, rows, t);
         };
         if share {
             self.enthalpy[from * plane..]
@@ -159,12 +171,25 @@ impl<R: Real> Block<R> {
         }
     }
 
+    /// Whether a cell of row `j` differs from nothing by more than `enthalpy`, in any plane that is computed.
+    pub(crate) fn row_differs(&self, j: usize, enthalpy: R) -> bool {
+        let [nx, ny] = self.shape.cells;
+        (self.frozen..self.planes()).any(|k| {
+            self.enthalpy[(k * ny + j) * nx..][..nx]
+                .iter()
+                .fold(0_u32, |any, g| {
+                    any | u32::from(*g > enthalpy) | u32::from(R::ZERO - *g > enthalpy)
+                })
+                != 0
+        })
+    }
+
     /// Second pass: one explicit step of `dt` seconds of conduction.
     pub(crate) fn advance(&mut self, dt: f64, bottom: Beyond) {
         let share = self.shares_work();
         let (plane, ghost) = (self.plane(), self.ghost_plane());
         let [nx, ny] = self.shape.cells;
-        let (f, level, from) = (self.formulas, self.level, self.frozen);
+        let (f, level, from, awake) = (self.formulas, self.level, self.frozen, &self.awake);
         let last = self.planes() - 1;
         let [dx, dy] = self.shape.edge;
         let floor = match bottom {
@@ -221,6 +246,7 @@ impl<R: Real> Block<R> {
             };
             level.run(Advance {
                 formulas: &f,
+                rows: awake,
                 step,
                 around,
                 enthalpy: g,
@@ -245,7 +271,7 @@ impl<R: Real> Block<R> {
         }
         // a row that has just become dense is not refreshed any more: its share of the conductivity is one from here on
         for k in from..=last {
-            for j in 0..ny {
+            for j in self.awake.iter().cloned().flatten() {
                 let row = &mut self.powder[k * (ny + 2) + j + 1];
                 if *row && !self.still[k * ny + j] {
                     *row = false;
@@ -287,6 +313,21 @@ impl<R: Real> Block<R> {
                     density: r,
                 });
             }
+        }
+    }
+}
+
+/// Rows beside awake ones show the same `θ`, so that nothing flows between: what sleeps keeps its heat.
+fn separate<R: Real>([nx, ny]: [usize; 2], rows: &[Range<usize>], theta: &mut [R]) {
+    let stride = nx + 2;
+    for awake in rows {
+        if awake.start > 0 {
+            let inner = (awake.start + 1) * stride;
+            theta.copy_within(inner..inner + stride, inner - stride);
+        }
+        if awake.end < ny {
+            let inner = awake.end * stride;
+            theta.copy_within(inner..inner + stride, inner + stride);
         }
     }
 }

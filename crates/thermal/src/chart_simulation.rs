@@ -86,6 +86,22 @@ pub enum ChartSimulationError {
         /// Highest corner, mm.
         high: [f64; 2],
     },
+    /// Steps that would jump over the melting of a voxel.
+    #[error(
+        "a time step of {step:.2e} s loses the phase change: under {voltage:.1} kV and {current:.2} mA a voxel melts in {melting:.2e} s; use at most {limit:.1e} s"
+    )]
+    Step {
+        /// The step, s.
+        step: f64,
+        /// The setting, kV.
+        voltage: f64,
+        /// The setting, mA.
+        current: f64,
+        /// How long the fastest voxel takes from solidus to liquidus, s.
+        melting: f64,
+        /// The longest step allowed, s.
+        limit: f64,
+    },
     /// A setting that is not above zero.
     #[error("{what} is {value}: it must be finite and above zero")]
     Setting {
@@ -198,6 +214,9 @@ impl ChartSimulation {
                 }
                 .into());
             }
+        }
+        for set in &sets {
+            check_step(set, &curve, settings.step)?;
         }
         let reach = sets.iter().map(|s| s.settings.reach).fold(0.0, f64::max);
         let height = grid.heights[0];
@@ -693,6 +712,29 @@ impl ChartSimulation {
             );
         }
     }
+}
+
+/// Refuses steps longer than half the time in which the fastest voxel melts.
+fn check_step(set: &ChartSet, curve: &Enthalpy, step: f64) -> Result<(), ChartSimulationError> {
+    let melting = set
+        .charts
+        .iter()
+        .flat_map(|c| &c.heating)
+        .filter(|h| f64::from(h.end) > curve.at_liquidus)
+        .map(|h| h.time(curve.at_liquidus) - h.time(curve.at_solidus))
+        .fold(f64::INFINITY, f64::min);
+    let limit = 0.5 * melting;
+    if step > limit {
+        let s = &set.settings;
+        return Err(ChartSimulationError::Step {
+            step,
+            voltage: 1e-3 * s.voltage,
+            current: 1e3 * s.current,
+            melting,
+            limit,
+        });
+    }
+    Ok(())
 }
 
 /// What a batch of steps needs to heat columns on any thread.

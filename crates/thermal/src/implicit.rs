@@ -72,6 +72,7 @@ impl<R: Real> Solver<R> {
                 value: dt,
             });
         }
+        self.wake_all();
         // double precision throughout: the residual of a long step is a small difference
         let f = self.curve.formulas::<f64>();
         let first = self.block.frozen * self.block.plane();

@@ -3,6 +3,8 @@
 //! Rows that are dense and not molten take short cuts that give the same bits. There is no fused multiply-add, so the
 //! bits are the same with any vector registers.
 
+use std::ops::Range;
+
 use crate::enthalpy::Formulas;
 use crate::real::Real;
 use crate::vector::CellLoop;
@@ -34,6 +36,8 @@ pub(crate) struct PlaneStep<R> {
 pub(crate) struct Refresh<'a, R> {
     pub(crate) formulas: &'a Formulas<R>,
     pub(crate) cells: [usize; 2],
+    /// Rows to do.
+    pub(crate) rows: &'a [Range<usize>],
     pub(crate) enthalpy: &'a [R],
     pub(crate) density: &'a [R],
     pub(crate) powder: &'a [bool],
@@ -54,6 +58,7 @@ fn refresh_plane<R: Real>(plane: Refresh<R>) {
     let Refresh {
         formulas,
         cells,
+        rows,
         enthalpy,
         density,
         powder,
@@ -62,8 +67,8 @@ fn refresh_plane<R: Real>(plane: Refresh<R>) {
         conduction,
     } = plane;
     let f = *formulas;
-    let [nx, ny] = cells;
-    for j in 0..ny {
+    let [nx, _] = cells;
+    for j in rows.iter().cloned().flatten() {
         let g = &enthalpy[j * nx..][..nx];
         let peak = &mut highest[j * nx..][..nx];
         let out = &mut theta[(j + 1) * (nx + 2) + 1..][..nx];
@@ -94,6 +99,8 @@ fn refresh_plane<R: Real>(plane: Refresh<R>) {
 /// Lets heat flow into the cells of a plane for one time step; `still` tells which rows hold powder after it.
 pub(crate) struct Advance<'a, R> {
     pub(crate) formulas: &'a Formulas<R>,
+    /// Rows to do.
+    pub(crate) rows: &'a [Range<usize>],
     pub(crate) step: PlaneStep<R>,
     pub(crate) around: Neighbourhood<'a, R>,
     pub(crate) enthalpy: &'a mut [R],
@@ -112,6 +119,7 @@ impl<R: Real> CellLoop for Advance<'_, R> {
 fn advance_plane<R: Real>(plane: Advance<R>) {
     let Advance {
         formulas,
+        rows,
         step,
         around,
         enthalpy,
@@ -119,9 +127,9 @@ fn advance_plane<R: Real>(plane: Advance<R>) {
         still,
     } = plane;
     let f = *formulas;
-    let [nx, ny] = step.cells;
+    let [nx, _] = step.cells;
     let stride = nx + 2;
-    for j in 0..ny {
+    for j in rows.iter().cloned().flatten() {
         let g = &mut enthalpy[j * nx..][..nx];
         let row = (j + 1) * stride;
         let [below, plane, above] = around.theta;

@@ -13,6 +13,7 @@ use crate::real::Real;
 use crate::source::Spot;
 use crate::surface::{Losses, Surface};
 use crate::vector::Level;
+use crate::window::Sleep;
 
 /// What a lateral or the lower face of the domain does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -165,6 +166,8 @@ pub struct Solver<R: Real = f32> {
     pub(crate) block: Block<R>,
     pub(crate) time: f64,
     pub(crate) ledger: Ledger,
+    pub(crate) sleep: Option<Sleep>,
+    pub(crate) updates: u64,
     stored_at_start: f64,
 }
 
@@ -191,6 +194,8 @@ impl<R: Real> Solver<R> {
             faces,
             time: 0.0,
             ledger: Ledger::default(),
+            sleep: None,
+            updates: 0,
             stored_at_start: 0.0,
         };
         solver.stored_at_start = solver.stored_absolute();
@@ -255,6 +260,7 @@ impl<R: Real> Solver<R> {
             solver.block.density[n] = solver.block.formulas.relative_density(g).larger(r);
         });
         self.block.mark_powder();
+        self.wake_all();
         self.reset();
     }
 
@@ -312,6 +318,9 @@ impl<R: Real> Solver<R> {
                 edge: self.smallest_edges(),
             });
         }
+        self.look_for_rows(spots);
+        let planes = self.block.planes() - self.block.frozen;
+        self.updates += (planes * self.block.awake_rows() * self.grid.cells[0]) as u64;
         let sides = self.beyond(self.faces.sides);
         let bottom = self.beyond(self.faces.bottom);
         self.block.refresh(sides);
@@ -374,15 +383,19 @@ impl<R: Real> Solver<R> {
         let plane = self.block.plane();
         let volume = self.grid.volume(top);
         let block = &mut self.block;
-        let [radiated, evaporated] = self.losses.take(
-            &block.formulas,
-            block.level,
-            [dt, height],
-            &mut block.enthalpy[top * plane..],
-            &mut block.density[top * plane..],
-        );
-        self.ledger.radiated += radiated * volume;
-        self.ledger.evaporated += evaporated * volume;
+        let nx = block.shape.cells[0];
+        for rows in &block.awake {
+            let cells = top * plane + rows.start * nx..top * plane + rows.end * nx;
+            let [radiated, evaporated] = self.losses.take(
+                &block.formulas,
+                block.level,
+                [dt, height],
+                &mut block.enthalpy[cells.clone()],
+                &mut block.density[cells],
+            );
+            self.ledger.radiated += radiated * volume;
+            self.ledger.evaporated += evaporated * volume;
+        }
     }
 
     /// Counts the heat that leaves through imposed faces in this step.
@@ -392,24 +405,28 @@ impl<R: Real> Solver<R> {
         let ghost = self.block.ghost_plane();
         let stride = nx + 2;
         let mut out = 0.0;
+        // rows counted from 1, as with their ghosts
+        let awake = || self.block.awake.iter().cloned().flatten().map(|j| j + 1);
         if let Beyond::Imposed(face) = sides {
             for k in self.block.frozen..self.block.planes() {
                 let theta = &self.block.theta[k * ghost..][..ghost];
                 let share = &self.block.conduction[k * ghost..][..ghost];
                 let row = |j: usize| j * stride + 1..j * stride + 1 + nx;
                 let mut along_x = 0.0;
-                for n in (1..=ny).flat_map(|j| [j * stride + 1, j * stride + nx]) {
+                for n in awake().flat_map(|j| [j * stride + 1, j * stride + nx]) {
                     along_x += share[n].wide() * (theta[n].wide() - face);
                 }
-                let along_y = flow(&share[row(1)], &theta[row(1)], face)
-                    + flow(&share[row(ny)], &theta[row(ny)], face);
+                let along_y: f64 = awake()
+                    .filter(|j| *j == 1 || *j == ny)
+                    .map(|j| flow(&share[row(j)], &theta[row(j)], face))
+                    .sum();
                 out += 2.0 * self.grid.heights[k] * (along_x * dy / dx + along_y * dx / dy);
             }
         }
         if let Beyond::Imposed(face) = bottom {
             let k = self.block.frozen;
             let mut sum = 0.0;
-            for j in 1..=ny {
+            for j in awake() {
                 let row = k * ghost + j * stride + 1..k * ghost + j * stride + 1 + nx;
                 sum += flow(
                     &self.block.conduction[row.clone()],
@@ -464,6 +481,7 @@ impl<R: Real> Solver<R> {
         self.block.enthalpy.fill(R::ZERO);
         self.block.highest.fill(R::ZERO);
         self.block.mark_powder();
+        self.wake_all();
         self.depths = self.grid.depths();
         self.reset();
         Ok(())

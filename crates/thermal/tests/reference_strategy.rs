@@ -20,6 +20,7 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::order::{Order, reorder};
 use meltpath_thermal::peaks::with_reference;
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
+use meltpath_thermal::run::draw;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
@@ -255,19 +256,9 @@ fn ebm_q04_levers_on_the_reference_solver() {
     println!("window round {:.0} °C", centre(&classes) - CELSIUS);
     let fro = learned(COARSE, &serpentine(), Lever::Speed, 16, &classes, None);
     println!("to and fro, 0.125 mm, speed: {:.3?}", fro.scores);
-    let path = one_way(HATCH);
-    let wide = learned(COARSE, &path, Lever::Current, 12, &classes, None);
-    println!("one way, 0.125 mm, current: {:.3?}", wide.scores);
     let path = one_way(0.0625);
     let narrow = learned(COARSE, &path, Lever::Current, 12, &classes, None);
     println!("one way, 0.0625 mm, current: {:.3?}", narrow.scores);
-    let speed = learned(COARSE, &path, Lever::Speed, 12, &classes, None);
-    println!("one way, 0.0625 mm, speed: {:.3?}", speed.scores);
-    for order in [Order::Every(2), Order::Backwards] {
-        let other = reorder(&path, order, 0.15).unwrap();
-        let found = learned(COARSE, &other, Lever::Current, 8, &classes, None);
-        println!("{order:?}: {:.3?}", found.scores);
-    }
     let best = |l: &Learned| l.scores.iter().copied().fold(0.0, f64::max);
     assert!(best(&narrow) > 0.9, "{:?}", narrow.scores);
     assert!(best(&narrow) > best(&fro) + 0.2);
@@ -283,6 +274,27 @@ fn ebm_q04_levers_on_the_reference_solver() {
         // 5 % of power are 120 K: twice the window, whatever the path
         assert!(old < 0.05 && new > 0.8, "{old} {new}");
     }
+}
+
+/// Other levers and orders of the same lines: none is better than the current on lines in their order.
+#[test]
+#[ignore = "a minute of computing"]
+fn ebm_q04_other_levers_and_orders() {
+    let classes = COARSE.window();
+    let best = |l: &Learned| l.scores.iter().copied().fold(0.0, f64::max);
+    let wide = learned(COARSE, &one_way(HATCH), Lever::Current, 8, &classes, None);
+    println!("one way, 0.125 mm, current: {:.3?}", wide.scores);
+    let path = one_way(0.0625);
+    let speed = learned(COARSE, &path, Lever::Speed, 12, &classes, None);
+    println!("one way, 0.0625 mm, speed: {:.3?}", speed.scores);
+    let found = [Order::Every(2), Order::Backwards].map(|order| {
+        let other = reorder(&path, order, 0.15).unwrap();
+        let found = learned(COARSE, &other, Lever::Current, 8, &classes, None);
+        println!("{order:?}: {:.3?}", found.scores);
+        best(&found)
+    });
+    assert!(best(&speed) > 0.85 && best(&wide) < 0.6);
+    assert!(found[0] < 0.5 && found[1] > 0.85, "{found:?}");
 }
 
 /// One drawing under predictive control, without any learning.
@@ -410,17 +422,18 @@ fn ebm_q12_parts_far_apart_do_not_feel_each_other() {
     };
     let first = square(0.0, 0.0);
     let second = square(12.0, first.end());
-    let mut both = first.points().to_vec();
-    if let Some(last) = both.last_mut() {
-        last.on = false;
-    }
-    both.extend_from_slice(second.points());
-    let both = BeamPath::new(both).unwrap();
+    let both = BeamPath::new([first.points(), second.points()].concat()).unwrap();
     let (solver, step) = at.solver(&both);
     let beam = at.beam();
-    let mut draw = with_reference(&solver, &beam, step);
-    let together = draw(&both, &Silent).unwrap().highest;
-    let alone = draw(&second, &Silent).unwrap().highest;
+    let drawn = |paths: &[&BeamPath]| {
+        let mut solver = solver.clone();
+        for path in paths {
+            draw(&mut solver, path, &beam, step, &mut [], &Silent).unwrap();
+        }
+        solver.highest_temperature()
+    };
+    let together = drawn(&[&first, &second]);
+    let alone = drawn(&[&second]);
     let planes = alone.grid.planes();
     let [nx, ny] = alone.grid.cells;
     let mut worst = 0.0_f64;
@@ -437,8 +450,8 @@ fn ebm_q12_parts_far_apart_do_not_feel_each_other() {
         hottest - CELSIUS
     );
     assert!(hottest > 3000.0, "{hottest}");
-    // the beam meets the steps of both runs at other moments: a few parts in ten thousand
-    assert!(worst < 3.0, "{worst}");
+    // single precision at 4500 °C
+    assert!(worst < 1.0, "{worst}");
 }
 
 /// Concentric circles 0.1 mm apart, the inner ones first, 4 m/s (erratum E21): those inside come back to the same place

@@ -354,7 +354,12 @@ impl<'a> Deposition<'a> {
         };
         let ends = self.pool.front + self.pool.rear;
         record.close(ends, self.settings.accumulation, self.bead.width);
-        if let (Some(o), Some(reporter)) = (self.overhang.take(), self.reporter) {
+        // less than half a bead is an end that reaches over an edge
+        let overhang = self
+            .overhang
+            .take()
+            .filter(|o| o.length > 0.5 * self.bead.width);
+        if let (Some(o), Some(reporter)) = (overhang, self.reporter) {
             let mut place = Place::at(o.position.extend(self.map.height(o.position)).to_array());
             place.layer = Some(record.layer);
             reporter.warn_at(

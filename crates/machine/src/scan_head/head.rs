@@ -50,7 +50,7 @@ pub enum HeadError {
     },
     /// The axes' sampling does not suit the job.
     #[error(
-        "at {frequency:.0} Hz a vector of {length:.3} mm at {speed:.0} mm/s (number {index}) has no sample: use shorter periods or slower jumps"
+        "at {frequency:.0} Hz a mark of {length:.4} mm at {speed:.0} mm/s (up to vector {index}) is over before one sample: mark slower, or leave it out"
     )]
     Sampling {
         /// Position in the job, from 0.
@@ -128,6 +128,14 @@ pub trait HeadSink: Send {
 impl<S: HeadSink + ?Sized> HeadSink for &mut S {
     fn block(&mut self, block: &HeadBlock) {
         (**self).block(block);
+    }
+}
+
+impl<S: HeadSink> HeadSink for Option<S> {
+    fn block(&mut self, block: &HeadBlock) {
+        if let Some(sink) = self {
+            sink.block(block);
+        }
     }
 }
 
@@ -280,10 +288,18 @@ impl ReadyHead {
             error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
         };
         inside(0, job.start.truncate())?;
+        // short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed
+        let (mut length, mut samples) = (0.0, 0.0);
         for (index, v) in job.vectors.iter().enumerate() {
             inside(index, v.end.truncate())?;
-            let length = job.length_of(index);
-            if v.kind.is_mark() && length > 0.0 && length < v.speed * self.head.period {
+            if !v.kind.is_mark() {
+                (length, samples) = (0.0, 0.0);
+                continue;
+            }
+            length += job.length_of(index);
+            samples += job.length_of(index) / (v.speed * self.head.period);
+            let last = job.vectors.get(index + 1).is_none_or(|n| !n.kind.is_mark());
+            if last && length > 0.0 && samples < 1.0 {
                 return Err(HeadError::Sampling {
                     index,
                     length,
@@ -293,6 +309,16 @@ impl ReadyHead {
             }
         }
         Ok(())
+    }
+
+    /// Marks that are shorter than a sample at their speed, and by how much they lengthen the job, s: each takes a whole one.
+    pub fn short_marks(&self, job: &ScanJob) -> (u64, f64) {
+        let period = self.head.period;
+        (0..job.vectors.len())
+            .filter(|&i| job.vectors[i].kind.is_mark())
+            .map(|i| job.length_of(i) / job.vectors[i].speed)
+            .filter(|&t| t > 0.0 && t < period)
+            .fold((0, 0.0), |(n, sum), t| (n + 1, sum + period - t))
     }
 
     /// The angle set-points (θx, θy, θz), rad, for a commanded point, mm.
@@ -482,24 +508,33 @@ impl Optics<'_> {
 }
 
 /// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
-/// commanded height of the job's layer.
+/// height of its layer.
 pub struct AsMotion<'a> {
     job: &'a ScanJob,
-    height: f64,
+    /// The first vector of each layer, and its height, mm.
+    layers: &'a [(u32, f64)],
     sink: &'a mut (dyn MotionSink + Send),
     block: MotionBlock,
     last: Option<DVec3>,
+    /// Of the last mark, W.
+    power: f64,
 }
 
 impl<'a> AsMotion<'a> {
-    /// Into `sink`, in the plane z = `height` mm of the part.
-    pub fn new(job: &'a ScanJob, height: f64, sink: &'a mut (dyn MotionSink + Send)) -> Self {
+    /// Into `sink`. `layers` are the first vector of each layer and its height over the part's z = 0, mm, in order; what comes
+    /// before the first lies at its height, and at 0 without any.
+    pub fn new(
+        job: &'a ScanJob,
+        layers: &'a [(u32, f64)],
+        sink: &'a mut (dyn MotionSink + Send),
+    ) -> Self {
         AsMotion {
             job,
-            height,
+            layers,
             sink,
             block: MotionBlock::default(),
             last: None,
+            power: 0.0,
         }
     }
 }
@@ -513,12 +548,19 @@ impl HeadSink for AsMotion<'_> {
         out.speed.clear();
         out.power.clear();
         for (k, hit) in block.hit.iter().enumerate() {
-            let at = hit.extend(self.height);
+            let vector = block.command.vector[k];
+            let layer = self.layers.partition_point(|&(first, _)| first <= vector);
+            let height = self.layers.get(layer.saturating_sub(1));
+            let at = hit.extend(height.map_or(0.0, |&(_, h)| h));
             out.position.push(at);
             out.speed
                 .push(self.last.map_or(0.0, |l| l.distance(at) / block.period));
-            let power = self.job.vectors[block.command.vector[k] as usize].power;
-            out.power.push(power * block.lit[k]);
+            let v = &self.job.vectors[vector as usize];
+            if v.kind.is_mark() {
+                self.power = v.power;
+            }
+            // after the end of a mark the off-delay goes on at its power
+            out.power.push(self.power * block.lit[k]);
             self.last = Some(at);
         }
         out.wire.clear();

@@ -3,7 +3,7 @@
 //! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: specification § 20 (b).
 
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Role, Toolpath};
+use meltpath_toolpath::{Pass, Role, Toolpath};
 use serde::{Deserialize, Serialize};
 
 /// Why a job cannot be executed.
@@ -181,15 +181,6 @@ impl Recipe {
         }
         Ok(())
     }
-
-    /// Speed of marks of a kind, mm/s.
-    fn mark_speed(&self, kind: VectorKind) -> f64 {
-        if kind == VectorKind::Contour {
-            self.contour_speed
-        } else {
-            self.fill_speed
-        }
-    }
 }
 
 /// Builds a job move by move, with the waits and the sky-writing of a recipe.
@@ -198,6 +189,8 @@ pub struct JobBuilder<'a> {
     recipe: &'a Recipe,
     job: ScanJob,
     block: u32,
+    /// Whether the last vector's wait was given with it.
+    own_wait: bool,
 }
 
 impl<'a> JobBuilder<'a> {
@@ -210,7 +203,13 @@ impl<'a> JobBuilder<'a> {
                 vectors: Vec::new(),
             },
             block: 0,
+            own_wait: false,
         }
+    }
+
+    /// Number of vectors so far.
+    pub fn count(&self) -> usize {
+        self.job.vectors.len()
     }
 
     /// Where the head stands now, mm.
@@ -225,7 +224,10 @@ impl<'a> JobBuilder<'a> {
 
     fn push(&mut self, kind: VectorKind, end: DVec3, speed: f64, power: f64) {
         let r = self.recipe;
-        if let Some(last) = self.job.vectors.last_mut() {
+        let own = std::mem::take(&mut self.own_wait);
+        if let Some(last) = self.job.vectors.last_mut()
+            && !own
+        {
             last.wait = match (last.kind, kind) {
                 (a, b) if a.is_mark() && b.is_mark() => r.polygon_wait,
                 (a, VectorKind::Jump | VectorKind::Connection) if a.is_mark() => r.mark_wait,
@@ -266,9 +268,34 @@ impl<'a> JobBuilder<'a> {
         );
     }
 
+    /// A vector as given; what is not given comes from the recipe.
+    pub fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
+        let r = self.recipe;
+        let speed = given.speed.unwrap_or(match kind {
+            VectorKind::Contour => r.contour_speed,
+            VectorKind::Fill | VectorKind::Run => r.fill_speed,
+            VectorKind::Jump | VectorKind::Connection => r.fill_jump_speed,
+        });
+        let power = match kind {
+            VectorKind::Contour => given.power.unwrap_or(r.contour_power),
+            VectorKind::Fill => given.power.unwrap_or(r.fill_power),
+            _ => 0.0,
+        };
+        self.push(kind, end, speed, power);
+        if let (Some(wait), Some(last)) = (given.wait, self.job.vectors.last_mut()) {
+            last.wait = wait;
+            self.own_wait = true;
+        }
+    }
+
     /// Marks a line of a fill from `start`, reached by a jump of the given kind, with sky-writing where the recipe has it.
     pub fn line(&mut self, start: DVec3, end: DVec3, jump: Jump) {
         let (speed, power) = (self.recipe.fill_speed, self.recipe.fill_power);
+        self.line_at(start, end, jump, speed, power);
+    }
+
+    /// The same at a speed and power of its own.
+    fn line_at(&mut self, start: DVec3, end: DVec3, jump: Jump, speed: f64, power: f64) {
         let along = (end - start).normalize_or_zero() * speed;
         let Some(sky) = self.recipe.sky_writing else {
             self.jump(start, jump);
@@ -290,6 +317,17 @@ impl<'a> JobBuilder<'a> {
         self.job.check()?;
         Ok(self.job)
     }
+}
+
+/// Values of a vector that replace the recipe's.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Given {
+    /// Speed, mm/s.
+    pub speed: Option<f64>,
+    /// Power of a mark, W.
+    pub power: Option<f64>,
+    /// Wait at its end, s.
+    pub wait: Option<f64>,
 }
 
 /// Where a jump goes.
@@ -372,59 +410,94 @@ impl ScanJob {
         first.map_or(self.start, |i| self.start_of(i))
     }
 
-    /// The job of planned passes: contours by role, everything else as fill; channels of speed and power override the recipe.
+    /// The vectors of a range as a job of their own, from rest where the first one starts.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> ScanJob {
+        ScanJob {
+            start: self.start_of(range.start),
+            vectors: self.vectors.get(range).unwrap_or_default().to_vec(),
+        }
+    }
+
+    /// The job of planned passes.
     ///
     /// # Errors
     /// [`ScanJobError`].
     pub fn from_toolpath(toolpath: &Toolpath, recipe: &Recipe) -> Result<Self, ScanJobError> {
+        let start = marked(toolpath).next().map_or(DVec3::ZERO, |p| p.points[0]);
+        let mut builder = JobBuilder::new(recipe, start);
+        builder.passes(toolpath);
+        builder.finish()
+    }
+}
+
+/// The passes that mark.
+fn marked(toolpath: &Toolpath) -> impl Iterator<Item = &Pass> {
+    toolpath
+        .passes
+        .iter()
+        .filter(|p| p.role != Role::Travel && p.points.len() > 1)
+}
+
+impl JobBuilder<'_> {
+    /// Adds planned passes: contours by role, everything else as fill; channels of speed and power override the recipe. A jump
+    /// from a fill to a fill of the same part is a connection; moves without length are left out.
+    pub fn passes(&mut self, toolpath: &Toolpath) {
         /// Chords of arcs stay this close, mm: below the encoder of any head.
         const CHORD: f64 = 5e-4;
-        let passes = || {
-            toolpath
-                .passes
-                .iter()
-                .filter(|p| p.role != Role::Travel && p.points.len() > 1)
-        };
-        let start = passes().next().map_or(DVec3::ZERO, |p| p.points[0]);
-        let mut builder = JobBuilder::new(recipe, start);
-        let mut last_was_contour = false;
-        for pass in passes() {
-            builder.block(pass.tag.part);
+        let mut before: Option<(bool, u32)> = None;
+        for pass in marked(toolpath) {
+            self.block(pass.tag.part);
             let contour = pass.role == Role::Contour;
-            let jump = if contour && last_was_contour {
-                Jump::BetweenContours
-            } else {
-                Jump::ToFill
+            let jump = match before {
+                Some((true, _)) if contour => Jump::BetweenContours,
+                Some((false, part)) if !contour && part == pass.tag.part => Jump::BetweenLines,
+                _ => Jump::ToFill,
             };
-            last_was_contour = contour;
-            builder.jump(pass.points[0], jump);
+            before = Some((contour, pass.tag.part));
+            let (kind, speed, power) = if contour {
+                (
+                    VectorKind::Contour,
+                    self.recipe.contour_speed,
+                    self.recipe.contour_power,
+                )
+            } else {
+                (
+                    VectorKind::Fill,
+                    self.recipe.fill_speed,
+                    self.recipe.fill_power,
+                )
+            };
+            let channel = |c: &Option<Vec<f64>>, i: usize, default| {
+                c.as_ref()
+                    .and_then(|c| c.get(i).copied())
+                    .unwrap_or(default)
+            };
+            if !contour && pass.moves.len() == 1 && pass.arc(0).is_none() {
+                let (from, to) = (pass.points[0], pass.points[1]);
+                if from != to {
+                    let (speed, power) = (
+                        channel(&pass.channels.speed, 0, speed),
+                        channel(&pass.channels.power, 0, power),
+                    );
+                    self.line_at(from, to, jump, speed, power);
+                }
+                continue;
+            }
+            self.jump(pass.points[0], jump);
             for i in 0..pass.moves.len() {
-                let kind = if contour {
-                    VectorKind::Contour
-                } else {
-                    VectorKind::Fill
-                };
-                let channel = |c: &Option<Vec<f64>>, default| {
-                    c.as_ref()
-                        .and_then(|c| c.get(i).copied())
-                        .unwrap_or(default)
-                };
-                let speed = channel(&pass.channels.speed, recipe.mark_speed(kind));
-                let own = if contour {
-                    recipe.contour_power
-                } else {
-                    recipe.fill_power
-                };
-                let power = channel(&pass.channels.power, own);
+                let speed = channel(&pass.channels.speed, i, speed);
+                let power = channel(&pass.channels.power, i, power);
                 if let Some(arc) = pass.arc(i) {
                     let n = arc.chords(CHORD);
                     for k in 1..n {
-                        builder.push(kind, arc.at(k as f64 / n as f64), speed, power);
+                        self.push(kind, arc.at(k as f64 / n as f64), speed, power);
                     }
                 }
-                builder.push(kind, pass.points[i + 1], speed, power);
+                if pass.points[i + 1] != self.at() {
+                    self.push(kind, pass.points[i + 1], speed, power);
+                }
             }
         }
-        builder.finish()
     }
 }

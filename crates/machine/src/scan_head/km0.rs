@@ -2,7 +2,7 @@
 //! friction behind the ramps, and a rating against the first accepted test.
 //!
 //! Source: Rasoanarivo 2020, § 2.4, fig. 2.57-2.60. Limits of the rating: specification § 12.5. The first stage
-//! (R, L, J, constants and modes) is an identification; its results come in as values.
+//! (R, L, J, constants and modes) is an identification, [`super::km0_bench`]; its results come in as values.
 
 use serde::{Deserialize, Serialize};
 
@@ -203,6 +203,43 @@ impl Km0Samples {
         self.pieces.push((piece, begin..self.set_points.len()));
     }
 
+    /// Where the record of this signal begins in a longer one whose set-points (rad) were recorded too: both leave 0 together.
+    ///
+    /// # Errors
+    /// [`AxisError::Parameter`] where the set-points are not those of this signal.
+    pub fn align(&self, set_points: &[f64]) -> Result<usize, AxisError> {
+        /// Set-points may be rounded by the recorder, rad.
+        const ROUNDED: f64 = 2e-4;
+        let leaves = |s: &[f64]| s.iter().position(|v| v.abs() > ROUNDED);
+        let (Some(there), Some(here)) = (leaves(set_points), leaves(&self.set_points)) else {
+            return Err(AxisError::Parameter {
+                what: "the largest recorded set-point",
+                value: 0.0,
+                wanted: "above 0.01 deg: was the health signal played, and in which unit?",
+            });
+        };
+        let begin = there.saturating_sub(here);
+        let worst = set_points[begin..]
+            .iter()
+            .zip(&self.set_points)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        // a sample of shift on the steepest slope
+        let slope = self
+            .set_points
+            .windows(2)
+            .map(|w| (w[1] - w[0]).abs())
+            .fold(0.0, f64::max);
+        if worst > ROUNDED + 2.0 * slope {
+            return Err(AxisError::Parameter {
+                what: "the largest difference, deg, of the recorded set-points to the health signal",
+                value: worst.to_degrees(),
+                wanted: "none: play the signal written for this head and axis, at its sample period",
+            });
+        }
+        Ok(begin)
+    }
+
     /// Analyses a record of this signal. `torque_constant` N·m/A is that of the first stage.
     ///
     /// # Errors
@@ -396,12 +433,15 @@ pub struct Km0Record {
     pub inertia: f64,
     /// Frequencies of the modes, Hz.
     pub modes: Vec<f64>,
+    /// Root mean square of the first stage's fit residuals (complex logarithm), where it was an identification.
+    #[serde(default)]
+    pub fit_residual: Option<f64>,
     /// The second stage.
     pub stage2: Km0Stage2,
 }
 
 /// A quantity that drifted, and what it may mean.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Drift {
     /// Which quantity.
     pub quantity: String,
@@ -411,6 +451,10 @@ pub struct Drift {
     pub now: f64,
     /// Relative change.
     pub change: f64,
+    /// The part of it that counts: its size, or its growth alone where shrinking is no fault.
+    pub size: f64,
+    /// From which size on it is to be watched, and from which on to intervene.
+    pub limits: (f64, f64),
     /// Its rating.
     pub rating: Rating,
     /// The likely fault.
@@ -442,6 +486,8 @@ pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
                 reference: a,
                 now: b,
                 change,
+                size,
+                limits,
                 rating,
                 fault,
                 action,

@@ -3,9 +3,11 @@
 use meltpath_machine::scan_head::axis::Axis;
 use meltpath_machine::scan_head::friction::Friction;
 use meltpath_machine::scan_head::galvanometer::AxisError;
+use meltpath_machine::scan_head::identification::Excitation;
 use meltpath_machine::scan_head::km0::{
     Km0Record, Km0Signal, Km0Stage2, RampRecord, Rating, fit_friction, rate,
 };
+use meltpath_machine::scan_head::km0_bench::{first_stage, simulate_first_stage};
 
 use super::reference::two_axis;
 
@@ -42,8 +44,87 @@ fn record(axis: &Axis) -> Km0Record {
             .iter()
             .map(|m| m.omega / std::f64::consts::TAU)
             .collect(),
+        fit_residual: None,
         stage2: stage2(axis),
     }
+}
+
+/// Both stages as a bench would run them: the first finds motor and mode from the binary sequence.
+fn both_stages(axis: &Axis) -> Km0Record {
+    let first = first_stage(
+        &simulate_first_stage(axis, PERIOD).unwrap().record(),
+        Excitation::Voltage,
+    )
+    .unwrap();
+    println!("{first:?}");
+    Km0Record {
+        resistance: first.motor.resistance,
+        inductance: first.motor.inductance,
+        torque_constant: first.motor.torque_constant,
+        inertia: first.motor.inertia,
+        modes: first.modes.iter().map(|m| m.frequency).collect(),
+        fit_residual: Some(first.residual),
+        ..record(axis)
+    }
+}
+
+/// AC-35 (T) with the first stage identified: each change raises its own alarm, and no other quantity of the first stage does.
+#[test]
+fn lpbf_ac35_drift_through_both_stages() {
+    let reference = both_stages(&axis());
+    assert_eq!(reference.modes.len(), 1, "{:?}", reference.modes);
+    assert!(
+        (reference.modes[0] / 4000.0 - 1.0).abs() < 0.01,
+        "{:?}",
+        reference.modes
+    );
+    for (quantity, change) in [
+        (
+            "resistance",
+            &(|a: &mut Axis| a.motor.resistance *= 1.3) as &dyn Fn(&mut Axis),
+        ),
+        ("mode 1", &|a| a.motor.modes[0].omega *= 0.9),
+        ("inertia", &|a| {
+            a.motor.inertia *= 1.15;
+            a.motor.modes[0].gain /= 1.15;
+        }),
+        ("Coulomb torque", &|a| {
+            if let Friction::Coulomb { coulomb, .. } = &mut a.motor.friction {
+                *coulomb *= 2.0;
+            }
+        }),
+    ] {
+        let mut axis = axis();
+        change(&mut axis);
+        let drifts = rate(&reference, &both_stages(&axis));
+        for d in &drifts {
+            println!("{quantity}: {} {:+.3} {:?}", d.quantity, d.change, d.rating);
+        }
+        let alarm = drifts.iter().find(|d| d.quantity == quantity).unwrap();
+        assert_eq!(alarm.rating, Rating::Intervene, "{alarm:?}");
+        for other in [
+            "resistance",
+            "inductance",
+            "torque constant",
+            "inertia",
+            "mode 1",
+        ] {
+            let d = drifts.iter().find(|d| d.quantity == other).unwrap();
+            assert!(other == quantity || d.rating != Rating::Intervene, "{d:?}");
+        }
+    }
+}
+
+/// A recorded set-point says where the test begins, and whether it was this test.
+#[test]
+fn the_signal_is_found_in_a_longer_record() {
+    let samples = Km0Signal::for_axis(&axis()).samples(PERIOD).unwrap();
+    let mut longer = vec![0.0; 1234];
+    longer.extend(&samples.set_points);
+    assert_eq!(samples.align(&longer).unwrap(), 1234);
+    let other: Vec<f64> = longer.iter().map(|v| 0.5 * v).collect();
+    assert!(samples.align(&other).is_err());
+    assert!(samples.align(&vec![0.0; 50_000]).is_err());
 }
 
 /// AC-05, AC-06 (T, M): static + Coulomb + viscous against viscous alone; exact on ramps without noise.

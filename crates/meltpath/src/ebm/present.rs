@@ -194,6 +194,81 @@ fn share_table(outcome: &Outcome) -> Table {
     table
 }
 
+/// Shares on the reference solver, each with what moves it.
+fn judged_table(outcome: &Outcome) -> Option<Table> {
+    let judged = outcome.judged.as_ref()?;
+    let mut table = Table::new(
+        "Judged on the reference solver",
+        &[
+            "path",
+            "run",
+            "cell (µm)",
+            "plane (µm)",
+            "step (µs)",
+            "power (%)",
+            "voxels",
+            "unmelted (%)",
+            "in the window (%)",
+            "change (points)",
+            "mean (°C)",
+            "heat lost (%)",
+            "",
+        ],
+    );
+    let height = outcome.given.simulation.grid().heights[0];
+    let paths = [
+        ("as given", Some(&judged.given)),
+        ("better path", judged.better.as_ref()),
+    ];
+    for (name, path) in paths.into_iter().filter_map(|(n, p)| Some((n, p?))) {
+        for (n, run) in path.runs.iter().enumerate() {
+            let change = n.checked_sub(1).map(|n| 100.0 * path.share.changes[n].1);
+            let mark = match (n, path.share.converged()) {
+                (0, true) => "converged",
+                (0, false) => "NOT CONVERGED",
+                _ => "",
+            };
+            let t = &run.tally;
+            table.rows.push(vec![
+                Cell::text(if n == 0 { name } else { "" }),
+                Cell::text(run.variant.words()),
+                Cell::Fixed(1e3 * run.resolution.cell, 2),
+                Cell::Fixed(1e3 * height / f64::from(run.resolution.planes), 1),
+                Cell::Fixed(1e6 * run.resolution.step, 3),
+                Cell::Fixed(100.0 * run.resolution.power, 0),
+                Cell::Fixed(t.voxels as f64, 0),
+                Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
+                Cell::Fixed(100.0 * t.share(Class::Good), 1),
+                change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
+                Cell::Fixed(t.mean - CELSIUS, 0),
+                Cell::Fixed(100.0 * run.residual, 4),
+                Cell::text(mark),
+            ]);
+        }
+        let Some(t) = &path.on_charts else {
+            continue;
+        };
+        table.rows.push(vec![
+            Cell::Empty,
+            Cell::text("same voxels on charts, in their window"),
+            Cell::Fixed(1e3 * outcome.given.simulation.grid().edge[0], 2),
+            Cell::Fixed(1e3 * height, 1),
+            Cell::Fixed(1e6 * outcome.given.simulation.settings().step, 3),
+            Cell::Fixed(100.0, 0),
+            Cell::Fixed(t.voxels as f64, 0),
+            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
+            Cell::Fixed(100.0 * t.share(Class::Good), 1),
+            Cell::Empty,
+            Cell::Fixed(t.mean - CELSIUS, 0),
+        ]);
+    }
+    let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
+    table.note = format!(
+        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window {low:.0} to {high:.0} °C on its scale. A share that moves by more than 5 points with half the cell, half the step or 5 % of the power is not converged: compare it with shares of the same cell and step only."
+    );
+    Some(table)
+}
+
 /// The report.
 pub fn report(
     title: &str,
@@ -236,6 +311,17 @@ pub fn report(
             tables: vec![share_table(outcome)],
         },
     );
+    if let Some(table) = judged_table(outcome) {
+        sections.insert(
+            1,
+            Section {
+                title: "The judge".to_owned(),
+                intro: "The paths drawn on the solver that the charts were made with, and what moves the share.".to_owned(),
+                plots: Vec::new(),
+                tables: vec![table],
+            },
+        );
+    }
     Report {
         title: title.to_owned(),
         subtitle: format!(

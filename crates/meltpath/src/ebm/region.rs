@@ -118,4 +118,32 @@ impl Contour {
         }
         if inside { nearest } else { -nearest }
     }
+
+    /// A point that lies as deep inside as any, found on a grid of a hundredth of the contour's extent, mm.
+    pub fn deepest(&self) -> [f64; 2] {
+        let ends = |a: usize| {
+            self.corners
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |e, c| {
+                    [e[0].min(c[a]), e[1].max(c[a])]
+                })
+        };
+        let (x, y) = (ends(0), ends(1));
+        // the middle first: of points equally deep the one nearest to it
+        let middle = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])];
+        let away = |p: [f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
+        let mut best = (self.depth(middle), middle);
+        for n in 0..101 * 101 {
+            let share = |i: usize| i as f64 / 100.0;
+            let p = [
+                x[0] + share(n % 101) * (x[1] - x[0]),
+                y[0] + share(n / 101) * (y[1] - y[0]),
+            ];
+            let depth = self.depth(p);
+            if depth > best.0 + 1e-9 || (depth > best.0 - 1e-9 && away(p) < away(best.1)) {
+                best = (depth, p);
+            }
+        }
+        best.1
+    }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
-    Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Verdict,
+    Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
 };
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::chart_build::BuildError;
@@ -17,6 +17,7 @@ use meltpath_thermal::focus::FocusError;
 use meltpath_thermal::solver::SolverError;
 use meltpath_thermal::strategy::StrategyError;
 
+use super::judge::{self, JudgedPath};
 use super::present;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
@@ -46,6 +47,19 @@ pub enum EbmError {
     /// The focus.
     #[error(transparent)]
     Focus(#[from] FocusError),
+    /// The reference solver.
+    #[error("the judge: {0}")]
+    Reference(#[from] meltpath_thermal::run::RunError),
+    /// A part to judge that the beam does not enter.
+    #[error(
+        "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
+    )]
+    EmptyPart {
+        /// Lowest corner, mm.
+        low: [f64; 2],
+        /// Highest corner, mm.
+        high: [f64; 2],
+    },
     /// A body known to be good that does not melt.
     #[error(
         "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
@@ -55,7 +69,12 @@ pub enum EbmError {
 
 impl EbmError {
     /// The run's error: cancellation is told apart.
-    fn told(self) -> RunError {
+    pub(crate) fn told(self) -> RunError {
+        if let EbmError::Reference(e) = &self
+            && let Some(c) = judge::cancelled(e)
+        {
+            return RunError::Cancelled(c);
+        }
         match self {
             EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
             | EbmError::Simulation(ChartSimulationError::Cancelled(c))
@@ -109,6 +128,12 @@ pub fn run(
         "charts and chart simulation",
         "Béraud 2016, sections 3.2.1 to 3.2.3, corrected; heat by finite volumes in enthalpy",
     );
+    if outcome.judged.is_some() {
+        provenance.model(
+            "judge",
+            "reference solver: finite volumes in enthalpy, explicit; laws and domain of Béraud 2016, section 3.2.2.1",
+        );
+    }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
     if let Some(file) = &settings.path_file {
@@ -155,7 +180,7 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
     })
 }
 
-fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
+pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
     let failed = |source| JobError::Io {
         path: path.to_path_buf(),
         source,
@@ -170,8 +195,8 @@ fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
 /// What is judged: of the path with better speeds where there is one.
 fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
-    let on_reference = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
-    let (highest, tally) = on_reference.map_or((&drawn.highest, &drawn.tally), |r| {
+    let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
+    let (highest, tally) = there.map_or((&drawn.highest, &drawn.tally), |r| {
         (&r.better.0, &r.better.1)
     });
     let (hottest, [i, j, k]) = tally.hottest;
@@ -182,13 +207,46 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         Place::default()
     };
     let percent = |share: f64| Measure::exact(100.0 * share, "%");
-    let in_window = Check::judge(
-        "in-window",
-        "molten voxels of the region whose highest temperature lies in the window",
-        percent(tally.share(Class::Good)),
-        Limit::AtLeast(100.0 * settings.in_window),
-    )
-    .remedy("change speed, power, distance or order of lines; or let [optimise] change the speeds");
+    let remedy =
+        "change speed, power, distance or order of lines; or let [optimise] change the speeds";
+    let title = "molten voxels of the region whose highest temperature lies in the window";
+    let on_charts = tally.share(Class::Good);
+    let in_window = match &outcome.judged {
+        None => vec![
+            Check::judge(
+                "in-window",
+                title,
+                percent(on_charts),
+                Limit::AtLeast(100.0 * settings.in_window),
+            )
+            .remedy(remedy),
+            Check::not_checked(
+                "reference",
+                "shares on the reference solver, at half the cell, half the step and ±5 % power",
+                "shares are not converged in themselves; [judge] solver = \"reference\" judges on the reference solver",
+            ),
+        ],
+        Some(judged) => vec![
+            on_reference(
+                judged.better.as_ref().unwrap_or(&judged.given),
+                settings,
+                title,
+            )
+            .remedy(remedy),
+            Check {
+                value: Some(percent(on_charts)),
+                ..Check::not_checked(
+                    "in-window-charts",
+                    if there.is_some() {
+                        "the same share where the path was looked for, whole region"
+                    } else {
+                        "the same share on the charts, whole region"
+                    },
+                    "told, not judged: the reference solver judges",
+                )
+            },
+        ],
+    };
     let unmelted = Check::judge(
         "unmelted",
         "region that stays powder",
@@ -208,12 +266,46 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         )
     }
     .at(place);
-    let reference = Check::not_checked(
-        "reference",
-        "shares on the reference solver, at half the cell, half the step and ±5 % power",
-        "the chart simulation is not converged in itself; no run on the reference solver was made",
+    let mut checks = in_window;
+    checks.extend([unmelted, hottest]);
+    checks
+}
+
+/// The share on the reference solver; one that is not converged never passes without a remark.
+fn on_reference(judged: &JudgedPath, settings: &Settings, title: &str) -> Check {
+    let share = &judged.share;
+    let check = Check::judge(
+        "in-window",
+        &format!("{title}, on the reference solver"),
+        Measure::new(100.0 * share.value, 100.0 * share.spread(), "%"),
+        Limit::AtLeast(100.0 * settings.in_window),
     );
-    vec![in_window, unmelted, hottest, reference]
+    let run = &judged.runs[0].resolution;
+    let changes: Vec<String> = share
+        .changes
+        .iter()
+        .map(|(v, c)| format!("{:+.1} at {}", 100.0 * c, v.words()))
+        .collect();
+    let marked = if share.converged() {
+        "converged within 5 points"
+    } else {
+        "NOT CONVERGED: it moves by more than 5 points"
+    };
+    Check {
+        status: if share.converged() {
+            check.status
+        } else {
+            check.status.max(Status::Warn)
+        },
+        reason: format!(
+            "{}; cells of {:.1} µm, steps of {:.2} µs; {marked} ({})",
+            check.reason,
+            1e3 * run.cell,
+            1e6 * run.step,
+            changes.join(", ")
+        ),
+        ..check
+    }
 }
 
 /// What is defaulted or missing in a job.

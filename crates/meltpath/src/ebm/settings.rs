@@ -7,8 +7,10 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
 use super::hatch::{Hatch, Modulated};
@@ -36,6 +38,17 @@ pub enum Window {
         /// Width, K.
         width: f64,
     },
+}
+
+/// How the path is judged on the reference solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judge {
+    /// What is judged; the whole path where absent.
+    pub part: Option<Rectangle>,
+    /// How far beyond it the path is drawn, mm.
+    pub beyond: f64,
+    /// Cells and steps.
+    pub resolution: Resolution,
 }
 
 /// A job with every value resolved.
@@ -85,6 +98,8 @@ pub struct Settings {
     pub window: Window,
     /// Whether and how speeds are changed.
     pub optimise: Option<Optimise>,
+    /// Whether and how the reference solver judges.
+    pub judge: Option<Judge>,
     /// Least share in the window.
     pub in_window: f64,
     /// Greatest share that stays powder.
@@ -265,6 +280,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         })
     });
     let optimise = optimise.transpose()?;
+    let judge = judge(job, &mut r);
     let simulation = chart_simulation::Settings {
         step,
         ..chart_simulation::Settings::of(&material)
@@ -294,6 +310,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         inside,
         window,
         optimise,
+        judge,
         in_window,
         unmelted,
         material,
@@ -367,6 +384,59 @@ fn drawn(
         paths: vec![path; layers as usize],
         contour,
         hatch: None,
+    })
+}
+
+fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
+    let table = job.judge.as_ref()?;
+    r.written_or(
+        "judge.solver",
+        Some(named(&table.solver)),
+        String::new(),
+        "",
+    );
+    let part = table.part.as_ref().map(|p| {
+        let [low, high] = p.get_ref().map(|corner| corner.map(|v| v.0));
+        Rectangle { low, high }
+    });
+    let mut length = |name: &str, written: Option<f64>, default: f64, why: &str| {
+        r.written_or(
+            name,
+            written.map(meltpath_base::Length),
+            meltpath_base::Length(default),
+            why,
+        )
+        .0
+    };
+    let beyond = length(
+        "judge.beyond",
+        table.beyond.map(|b| b.0.0),
+        0.75,
+        "six lines of the thesis; heat laid further away has left through the ground",
+    );
+    let cell = length(
+        "judge.cell",
+        table.cell.map(|c| c.0.0),
+        0.0625,
+        "half the thesis' distance of lines",
+    );
+    let step = r
+        .written_or(
+            "judge.step",
+            table.step.map(|s| s.0),
+            meltpath_base::Time(4e-6),
+            "a twelfth of a cell at 980 mm/s",
+        )
+        .0;
+    Some(Judge {
+        part,
+        beyond,
+        resolution: Resolution {
+            cell,
+            planes: 1,
+            step,
+            power: 1.0,
+        },
     })
 }
 

@@ -13,6 +13,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::{chart_build, chart_file};
 
+use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
 use super::region::Contour;
 use super::run::EbmError;
@@ -56,6 +57,8 @@ pub struct Outcome {
     pub found: Option<Found>,
     /// See `found`.
     pub better: Option<Drawn>,
+    /// What the reference solver says, where the job asks for it.
+    pub judged: Option<Judged>,
     /// The charts, to be kept.
     pub charts: Vec<ChartSet>,
 }
@@ -161,16 +164,7 @@ fn before_last_layer(
 
 /// The judged voxels: of the top plane, inside the contour.
 pub(super) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
-    let grid = &highest.grid;
-    let top = grid.planes() - 1;
-    let [nx, ny] = grid.cells;
-    let judged: Vec<bool> = (0..nx * ny)
-        .map(|n| {
-            let c = grid.centre(n % nx, n / nx, top);
-            contour.depth([c.x, c.y]) > inside
-        })
-        .collect();
-    Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+    judge::tally(highest, classes, contour, inside, None)
 }
 
 fn draw_last(
@@ -322,11 +316,39 @@ pub fn simulate(
         )?),
         _ => None,
     };
+    let judged = match &settings.judge {
+        Some(judging) => {
+            let better = found.as_ref().map(|f| (&f.path, better.as_ref()));
+            let verdict =
+                judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            judge::tell(&verdict, &settings.material, reporter);
+            Some(verdict)
+        }
+        None => None,
+    };
     Ok(Outcome {
         classes,
         given,
         found,
         better,
+        judged,
         charts: sets,
     })
+}
+
+/// Draws the path again with charts and looks at the last layer at `times` of the path, in order.
+pub(crate) fn look_at(
+    settings: &Settings,
+    times: &[f64],
+    look: &mut dyn FnMut(&ChartSimulation),
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(), EbmError> {
+    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let sets = charts(settings, &paths, observer)?;
+    let mut simulation =
+        before_last_layer(settings, &settings.lower, &settings.path, sets, observer)?;
+    simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
+    simulation.tell(reporter);
+    Ok(())
 }

@@ -42,6 +42,9 @@ pub struct EbmJob {
     /// `[optimise]`.
     #[serde(default)]
     pub optimise: Option<OptimiseTable>,
+    /// `[judge]`.
+    #[serde(default)]
+    pub judge: Option<JudgeTable>,
     /// `[checks]`.
     #[serde(default)]
     pub checks: EbmChecksTable,
@@ -313,6 +316,34 @@ pub enum OrderChoice {
     Backwards,
 }
 
+/// `[judge]`: the path, and the one with better speeds, on the solver that charts are made with.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JudgeTable {
+    /// Which solver.
+    pub solver: JudgeSolver,
+    /// Two corners of the rectangle that is judged; default the whole path.
+    #[serde(default)]
+    pub part: Option<Spanned<[[Length; 2]; 2]>>,
+    /// How far beyond that rectangle the path is drawn too, so that its rim is as warm as in the whole; default 0.75 mm.
+    #[serde(default)]
+    pub beyond: Option<NotNegative<Length>>,
+    /// Edge of a cell in the plane; default 62.5 µm.
+    #[serde(default)]
+    pub cell: Option<Positive<Length>>,
+    /// Longest time step; default 4 µs. Shorter where stability asks for it.
+    #[serde(default)]
+    pub step: Option<Positive<Time>>,
+}
+
+/// What a path is judged on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JudgeSolver {
+    /// Finite volumes in enthalpy, explicit in time.
+    Reference,
+}
+
 /// `[checks]`: limits.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -358,6 +389,12 @@ impl EbmJob {
             return wrong(
                 "region.supported says where metal lies below, and the ground is metal everywhere",
                 "write ground = \"powder\" under [ebm], or leave region.supported out",
+            );
+        }
+        if !self.region.supported.is_empty() && self.judge.is_some() {
+            return wrong(
+                "[judge] knows one ground below all of the region, and region.supported names another",
+                "judge without region.supported, or let [optimise] solver = \"reference\" tell its shares",
             );
         }
         if self.hatch.is_some() && self.region.contour.is_empty() {
@@ -419,6 +456,16 @@ impl EbmJob {
                 message: "window.width is a difference of 1 to 250 K".to_owned(),
                 help: Some("write it in kelvin: \"60 K\"".to_owned()),
             });
+        }
+        if let Some(part) = self.judge.as_ref().and_then(|j| j.part.as_ref()) {
+            let [a, b] = part.get_ref();
+            if (0..2).any(|n| a[n].0 >= b[n].0) {
+                return Err(TextError {
+                    span: Some(part.span()),
+                    message: "judge.part has no area".to_owned(),
+                    help: Some("write its lower left corner, then its upper right one".to_owned()),
+                });
+            }
         }
         let few = |ring: &Vec<_>| ring.len() < 3;
         let contour = &self.region.contour;

@@ -1,7 +1,7 @@
-//! The job of a laser scan head: recipes compared on a plate of squares.
+//! The job of a laser scan head: recipes compared on a plate of squares or on layers of a file.
 
 use meltpath_base::quantity::{NotNegative, Positive};
-use meltpath_base::{Length, Ratio};
+use meltpath_base::{Length, Ratio, Speed, Time};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -18,9 +18,35 @@ pub struct LpbfJob {
     /// `[plate]`.
     #[serde(default)]
     pub plate: PlateTable,
+    /// `[layers]`.
+    #[serde(default)]
+    pub layers: LayersTable,
     /// `[checks]`.
     #[serde(default)]
     pub checks: LpbfChecksTable,
+    /// `[optimise]`: search a faster recipe; none unless written.
+    pub optimise: Option<OptimiseTable>,
+    /// `[output]`.
+    #[serde(default)]
+    pub output: LpbfOutputTable,
+}
+
+/// `[optimise]`: what a recipe search may change, beginning with the first recipe; the bounds are those of `[checks]`.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OptimiseTable {
+    /// Slowest and fastest contour; default half to three times that of the recipe.
+    pub contour_speed: Option<[Positive<Speed>; 2]>,
+    /// Slowest and fastest fill; default half to three times that of the recipe.
+    pub fill_speed: Option<[Positive<Speed>; 2]>,
+    /// Waits after marks to try; default none, a third, two thirds and all of the recipe's.
+    pub mark_waits: Option<Vec<NotNegative<Time>>>,
+    /// Factors on the jump speeds to try; default 100 %, 150 % and 200 %.
+    pub jump_factors: Option<Vec<Positive<Ratio>>>,
+    /// Factors on the first filter of the mirrors to try; default 100 % and 50 %.
+    pub filter_factors: Option<Vec<Positive<Ratio>>>,
+    /// Least fill rate; default that of `[checks]`, else two points below the first recipe's own.
+    pub fill_rate: Option<NotNegative<Ratio>>,
 }
 
 /// `[lpbf]`: head and recipes.
@@ -34,6 +60,38 @@ pub struct LpbfTable {
     /// Laser delays; default tuned.
     #[serde(default)]
     pub delays: DelayChoice,
+    /// Layers to execute instead of a plate: a CLI file (text or binary) or a vector list (`.csv`).
+    pub layers: Option<Spanned<String>>,
+}
+
+/// `[layers]`: which layers of `lpbf.layers` are run, and where they lie.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LayersTable {
+    /// First and last layer, as numbered in the file, from 1; default the one layer that marks most.
+    pub range: Option<[u32; 2]>,
+    /// The point of the file that lies at the centre of the field; default its origin.
+    pub origin: Option<[Length; 2]>,
+    /// Hatch distance, for the surface to fill; default the median distance of neighbouring lines.
+    pub hatch: Option<Positive<Length>>,
+}
+
+/// `[output]`: what is written beside the report.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LpbfOutputTable {
+    /// The whole marked path of each recipe, every sample with its power; default none.
+    pub motion: Option<MotionForm>,
+}
+
+/// The form of a marked path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionForm {
+    /// Comma-separated values.
+    Csv,
+    /// Apache Parquet.
+    Parquet,
 }
 
 /// Which laser delays a run uses.
@@ -103,6 +161,44 @@ impl LpbfJob {
                 "name one or more: recipes = [\"industrial\", \"uniform\"]",
             );
         }
+        match (&self.lpbf.layers, &self.layers, &self.plate) {
+            (Some(_), _, plate) if *plate != PlateTable::default() => {
+                return plain(
+                    "the job has both layers and a plate",
+                    "leave out [plate], or lpbf.layers",
+                );
+            }
+            (None, layers, _) if *layers != LayersTable::default() => {
+                return plain(
+                    "[layers] without a file",
+                    "name it in [lpbf]: layers = \"part.cli\"; or leave out [layers]",
+                );
+            }
+            _ => {}
+        }
+        if let Some(o) = &self.optimise {
+            let empty = o.mark_waits.as_ref().is_some_and(Vec::is_empty)
+                || o.jump_factors.as_ref().is_some_and(Vec::is_empty)
+                || o.filter_factors.as_ref().is_some_and(Vec::is_empty);
+            let crossed = [o.contour_speed, o.fill_speed]
+                .into_iter()
+                .flatten()
+                .any(|[low, high]| low.0.0 > high.0.0);
+            if empty || crossed {
+                return plain(
+                    "[optimise] leaves nothing to try",
+                    "give speeds from slowest to fastest and lists with one value or more",
+                );
+            }
+        }
+        if let Some([first, last]) = self.layers.range
+            && (first == 0 || last < first)
+        {
+            return plain(
+                &format!("layers {first} to {last} are none"),
+                "give the first and the last layer, from 1 on: range = [1, 10]",
+            );
+        }
         if let Some([columns, rows]) = self.plate.block
             && (columns == 0 || rows == 0)
         {
@@ -144,6 +240,26 @@ mod tests {
                 "block = [3, 1]",
                 "block = [3, 1]\nextent = \"whole\"",
                 "both",
+            ),
+            (
+                "[plate]",
+                "layers = \"a.cli\"\n[plate]",
+                "layers and a plate",
+            ),
+            (
+                "[plate]",
+                "[optimise]\nfill_speed = [\"2 m/s\", \"1 m/s\"]\n[plate]",
+                "nothing to try",
+            ),
+            (
+                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
+                "[layers]\nrange = [1, 2]",
+                "without a file",
+            ),
+            (
+                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
+                "layers = \"a.cli\"\n[layers]\nrange = [3, 2]",
+                "3 to 2",
             ),
         ] {
             let error = parse(&WHOLE.replace(wrong, right)).unwrap_err();

@@ -6,13 +6,16 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_machine::scan_head::contour_error::{Histogram, distance_to_segment};
+use meltpath_machine::scan_head::recipe_search::Found;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Aspect, Axis, Bar, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
 
+use super::optimise;
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;
+use super::work::Work;
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -32,28 +35,35 @@ pub(super) fn title(job: &Path) -> String {
         .unwrap_or_else(|| "scan head".to_owned())
 }
 
+/// What is told.
+pub(super) struct Told<'a> {
+    pub(super) settings: &'a Settings,
+    pub(super) results: &'a [RecipeResult<'a>],
+    pub(super) found: Option<&'a Found>,
+}
+
 /// Writes the report, the verdict, the provenance and the marked paths.
 pub(super) fn write(
     folder: &OutputFolder,
     title: &str,
-    settings: &Settings,
-    results: &[RecipeResult<'_>],
+    told: &Told<'_>,
     verdict: &Verdict,
     provenance: &Provenance,
 ) -> Result<(), OutputError> {
+    let (settings, results) = (told.settings, told.results);
     let report = Report {
         title: title.to_owned(),
-        subtitle: format!(
-            "{} · {} squares of {} mm · hatch {} mm",
-            settings.data.head.name,
-            settings.plate.squares(),
-            settings.plate.side,
-            settings.plate.hatch
-        ),
+        subtitle: format!("{} · {}", settings.data.head.name, settings.work.words()),
         verdict: verdict.clone(),
         facts: facts(results),
         scene: results.first().map(scene),
-        sections: sections(settings, results),
+        sections: {
+            let mut all = sections(settings, results);
+            if let Some(found) = told.found {
+                all.insert(1, optimise::section(found));
+            }
+            all
+        },
         sheet: None,
         provenance: provenance.clone(),
     };
@@ -67,7 +77,20 @@ pub(super) fn write(
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();
     crate::waam::run::json(folder, "provenance.json", &provenance)?;
+    if let Some(found) = told.found {
+        optimise::write(folder, found)?;
+    }
     for (k, r) in results.iter().enumerate() {
+        if !r.front.is_empty() {
+            folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
+                writeln!(w, "laser-on [s],laser-off [s],spurious [mm],missing [mm]")?;
+                for s in &r.front {
+                    let (on, off) = (s.delays.on, s.delays.off);
+                    writeln!(w, "{on},{off},{:.4},{:.4}", s.spurious(), s.missing())?;
+                }
+                Ok(())
+            })?;
+        }
         folder.write(&format!("marked-path-{}.csv", k + 1), |w| {
             writeln!(w, "x [mm],y [mm],lit,vector")?;
             let p = &r.path;
@@ -103,7 +126,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
                     cells are as wide as the spot. Motors, gains, friction and geometry of the shipped heads are not printed in their source: \
                     they are reference values, some fitted to it (see the data files)."
                 .to_owned(),
-            tables: vec![comparison(results), thesis()],
+            tables: tables(settings, results),
             plots: vec![
                 bars("Contour errors of contours", "contour error", "µm", 1e3, results, |r| &r.errors.contour, 120.0),
                 bars("Contour errors of fills", "contour error", "µm", 1e3, results, |r| &r.errors.fill, 120.0),
@@ -113,7 +136,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
         },
         Section {
             title: "Where the laser goes".to_owned(),
-            intro: "The lower right corner of the first square: commanded marks, and the path with the laser on.".to_owned(),
+            intro: "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks, and the path with the laser on.".to_owned(),
             plots: results.iter().map(|r| corner(settings, r)).collect(),
             tables: Vec::new(),
         },
@@ -123,9 +146,51 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
                     The shortest on-delay with the least spurious light at starts, then the shortest off-delay with the least missing at ends."
                 .to_owned(),
             plots: results.iter().flat_map(delay_plots).collect(),
-            tables: vec![delay_table(results)],
+            tables: std::iter::once(delay_table(settings, results))
+                .chain(results.iter().filter_map(front_table))
+                .collect(),
         },
     ]
+}
+
+fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
+    match &settings.work {
+        Work::Plate(_) => vec![comparison(results), thesis()],
+        Work::Layers(_) => {
+            let mut tables = vec![comparison(results)];
+            tables.extend(results.iter().map(layer_table));
+            tables
+        }
+    }
+}
+
+/// The layers of a file under one recipe.
+fn layer_table(r: &RecipeResult<'_>) -> Table {
+    use meltpath_machine::scan_head::job::VectorKind::{Contour, Fill};
+    let mut columns = vec!["layer", "height, mm", "vectors", "mark length, m"];
+    let modes = MODES.map(|m| format!("fill rate, {}, %", m.words()));
+    columns.extend(modes.iter().map(String::as_str));
+    let mut table = Table::new(&format!("Layers, {}", r.recipe.name), &columns);
+    for (k, layer) in r.layers.iter().enumerate() {
+        let from = layer.first as usize;
+        let to = r
+            .layers
+            .get(k + 1)
+            .map_or(r.job.vectors.len(), |l| l.first as usize);
+        let piece = r.job.slice(from..to);
+        let mut row = vec![
+            Cell::Fixed(f64::from(layer.number), 0),
+            Cell::Fixed(layer.height, 3),
+            Cell::Fixed((to - from) as f64, 0),
+            Cell::Fixed((piece.length(Contour) + piece.length(Fill)) / 1000.0, 2),
+        ];
+        let rates = r.rates.get(k).map_or(&[][..], Vec::as_slice);
+        row.extend(rates.iter().map(|rate| Cell::Fixed(100.0 * rate, 2)));
+        table.rows.push(row);
+    }
+    "The surface to fill lies within half a hatch distance beside the fill lines."
+        .clone_into(&mut table.note);
+    table
 }
 
 fn comparison(results: &[RecipeResult<'_>]) -> Table {
@@ -236,22 +301,45 @@ fn bars(
     plot.caption("The last bar holds what lies beyond.")
 }
 
+/// Where the picture of a recipe is taken, and the last vector of the area that it shows.
+fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
+    match &settings.work {
+        Work::Plate(plate) => {
+            let corner = plate.centre(0) + DVec2::new(0.5, -0.5) * plate.side;
+            let last = r.job.vectors.iter().take_while(|v| v.block == 0).count();
+            (corner - DVec2::new(0.4, -0.4) * CORNER, last)
+        }
+        Work::Layers(_) => {
+            let last = r
+                .path
+                .vectors
+                .last()
+                .map_or(0, |&v| v as usize + 1)
+                .min(r.job.vectors.len());
+            let turn = |i: &usize| {
+                let (a, b) = (&r.job.vectors[i - 1], &r.job.vectors[*i]);
+                let (from, at, to) = (r.job.start_of(i - 1), a.end, b.end);
+                let cosine = (at - from)
+                    .normalize_or_zero()
+                    .dot((to - at).normalize_or_zero());
+                (a.kind.is_mark() && b.kind.is_mark()).then_some(cosine)
+            };
+            let sharpest = (1..last)
+                .filter_map(|i| Some((turn(&i)?, i)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let corner = sharpest.map_or_else(|| r.job.first_mark(), |(_, i)| r.job.start_of(i));
+            (corner.truncate(), last)
+        }
+    }
+}
+
 fn corner(settings: &Settings, r: &RecipeResult<'_>) -> Plot {
-    let plate = &settings.plate;
-    let corner = plate.centre(0) + DVec2::new(0.5, -0.5) * plate.side;
-    let window = |p: DVec2| {
-        (p - corner - DVec2::new(-0.4, 0.4) * CORNER)
-            .abs()
-            .max_element()
-            < 0.6 * CORNER
-    };
+    let (middle, last) = pictured(settings, r);
+    let window = |p: DVec2| (p - middle).abs().max_element() < 0.6 * CORNER;
     let gap = DVec2::splat(f64::NAN);
     let mut asked = Vec::new();
-    for i in 0..r.job.vectors.len() {
+    for i in 0..last {
         let v = &r.job.vectors[i];
-        if v.block != 0 {
-            break;
-        }
         if v.kind.is_mark() {
             let (a, b) = (r.job.start_of(i).truncate(), v.end.truncate());
             let steps = (a.distance(b) / 0.02).ceil().max(1.0) as usize;
@@ -322,7 +410,7 @@ fn delay_plots(r: &RecipeResult<'_>) -> Vec<Plot> {
     ]
 }
 
-fn delay_table(results: &[RecipeResult<'_>]) -> Table {
+fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
     let mut table = Table::new(
         "Delays",
         &[
@@ -353,11 +441,50 @@ fn delay_table(results: &[RecipeResult<'_>]) -> Table {
             Cell::Fixed(1e6 * own.off, 0),
         ]);
     }
-    "Lengths are those of the two squares that the tuning runs.".clone_into(&mut table.note);
+    if matches!(settings.work, Work::Plate(_)) {
+        for (name, on, off) in [
+            (
+                "thesis, recipe 1 (industrial, standard values)",
+                395.0,
+                107.0,
+            ),
+            ("thesis, recipe 2 (uniform, tuned by trial)", 341.0, 53.0),
+        ] {
+            let mut row = vec![Cell::text(name), Cell::Fixed(on, 0), Cell::Fixed(off, 0)];
+            row.resize(7, Cell::Empty);
+            table.rows.push(row);
+        }
+    }
+    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
+        .clone_into(&mut table.note);
     table
 }
 
-/// The first square as marked, coloured by its contour error.
+/// Pairs of delays that no other beats in both lengths, at most a dozen.
+fn front_table(r: &RecipeResult<'_>) -> Option<Table> {
+    const ROWS: usize = 12;
+    if r.front.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(
+        &format!("{}: trade-offs of delays", r.recipe.name),
+        &["on, µs", "off, µs", "spurious, mm", "missing, mm"],
+    );
+    let step = r.front.len().div_ceil(ROWS);
+    for s in r.front.iter().step_by(step) {
+        table.rows.push(vec![
+            Cell::Fixed(1e6 * s.delays.on, 0),
+            Cell::Fixed(1e6 * s.delays.off, 0),
+            Cell::Fixed(s.spurious(), 2),
+            Cell::Fixed(s.missing(), 2),
+        ]);
+    }
+    "Less spurious light costs more missing marks; no other pair is better in both. All of them are in series/delays-N.csv."
+        .clone_into(&mut table.note);
+    Some(table)
+}
+
+/// The first square or layer as marked, coloured by its contour error.
 fn scene(r: &RecipeResult<'_>) -> Scene {
     let mut lit = LineSet {
         name: format!("marked, {}", r.recipe.name),

@@ -6,14 +6,18 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_machine::scan_head::contour_error::PathErrors;
-use meltpath_machine::scan_head::delays::{DelayTuning, HitRecord, Tuned};
-use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate};
-use meltpath_machine::scan_head::head::{HeadBlock, HeadError, HeadSink, ReadyHead};
+use meltpath_machine::scan_head::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
+use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate, hatch_distance};
+use meltpath_machine::scan_head::head::{
+    AsMotion, HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary,
+};
 use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
-use meltpath_machine::scan_head::plate::SquarePlate;
+use meltpath_machine::scan_head::recipe_search::with_filter;
+use meltpath_toolpath::MotionSink;
 
-use super::present;
 use super::settings::{self, Settings};
+use super::work::{LayerSpan, Prepared, Work};
+use super::{motion, optimise, present};
 use crate::job::LpbfJob;
 use crate::waam::settings::in_file;
 use crate::waam::{Outcome, RunError};
@@ -28,6 +32,8 @@ pub(super) const MODES: [FillMode; 3] = [
 const WINDOW: f64 = 4e-3;
 /// The longest delay tried by the tuning, s.
 const LONGEST_DELAY: f64 = 1.2e-3;
+/// Step of the delays that are paired in the table of trade-offs, s.
+const FRONT_STEP: f64 = 40e-6;
 /// Samples kept of the path of the first square, at most.
 const SHOWN: usize = 400_000;
 
@@ -35,16 +41,21 @@ const SHOWN: usize = 400_000;
 pub(super) struct RecipeResult<'a> {
     pub(super) recipe: &'a Recipe,
     pub(super) job: &'a ScanJob,
+    pub(super) layers: &'a [LayerSpan],
     pub(super) delays: LaserDelays,
     pub(super) tuned: Option<Tuned>,
+    /// The pairs of delays that no other beats.
+    pub(super) front: Vec<DelayScore>,
     pub(super) duration: f64,
     pub(super) errors: PathErrors<'a>,
-    /// Mean rate over the squares, in each of [`MODES`].
+    /// Mean rate over the squares or layers, in each of [`MODES`].
     pub(super) fill: Vec<f64>,
+    /// For each square or layer, its rates.
+    pub(super) rates: Vec<Vec<f64>>,
     pub(super) path: Path2d,
 }
 
-/// The path of the first square: point hit, whether lit, vector.
+/// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
 #[derive(Debug, Default)]
 pub(super) struct Path2d {
     pub(super) hits: Vec<DVec2>,
@@ -82,23 +93,62 @@ pub fn run(
     let settings = settings::resolve(job, here).map_err(|e| in_file(path, text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     let head = settings.data.head.ready()?;
-    let mut jobs = Vec::with_capacity(settings.recipes.len());
-    for recipe in &settings.recipes {
-        jobs.push(settings.plate.job(recipe).map_err(HeadError::from)?);
+    let found = match &settings.search {
+        Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
+        None => None,
+    };
+    // the first recipe itself is run anyway
+    let best = found
+        .as_ref()
+        .and_then(|f| f.best.as_ref().filter(|b| **b != f.start));
+    let mut recipes = settings.recipes.clone();
+    recipes.extend(best.map(|c| c.recipe.clone()));
+    let other_head = match best {
+        Some(c) => Some(with_filter(&settings.data.head, c.filter_factor).ready()?),
+        None => None,
+    };
+    let mut jobs = Vec::with_capacity(recipes.len());
+    for recipe in &recipes {
+        jobs.push(settings.work.job(recipe).map_err(HeadError::from)?);
     }
     let mut results = Vec::with_capacity(jobs.len());
-    for (recipe, job) in settings.recipes.iter().zip(&jobs) {
-        results.push(execute(&head, &settings, recipe, job, &reporter, observer)?);
+    for (k, (recipe, prepared)) in recipes.iter().zip(&jobs).enumerate() {
+        let optimised = k == settings.recipes.len();
+        let run = Run {
+            head: other_head.as_ref().filter(|_| optimised).unwrap_or(&head),
+            settings: &settings,
+            recipe,
+            prepared,
+            reporter: &reporter,
+            observer,
+        };
+        results.push(match settings.motion {
+            None => run.execute(None)?,
+            Some(form) => {
+                let name = format!("series/motion-{}", k + 1);
+                motion::write_while(&folder, &name, form, |sink| run.execute(Some(sink)))??
+            }
+        });
     }
+    let mut checks = checks(&settings, &results);
+    checks.extend(found.as_ref().map(optimise::check));
     let verdict = Verdict {
-        checks: checks(&settings, &results),
+        checks,
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
-    crate::waam::run::record_inputs(&mut provenance, &[path])?;
+    let layers = job.lpbf.layers.as_ref().map(|f| here.join(f.get_ref()));
+    let mut inputs = vec![path];
+    inputs.extend(layers.as_deref());
+    crate::waam::run::record_inputs(&mut provenance, &inputs)?;
     observer.stage("write results", 0);
     let title = present::title(path);
-    present::write(&folder, &title, &settings, &results, &verdict, &provenance)?;
+    let told = present::Told {
+        settings: &settings,
+        results: &results,
+        found: found.as_ref(),
+    };
+    present::write(&folder, &title, &told, &verdict, &provenance)?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
     observer.check()?;
     Ok(Outcome {
@@ -111,76 +161,132 @@ fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {
     folder.commit()
 }
 
-fn execute<'a>(
-    head: &ReadyHead,
+/// One recipe to be executed.
+struct Run<'a> {
+    head: &'a ReadyHead,
     settings: &'a Settings,
     recipe: &'a Recipe,
-    job: &'a ScanJob,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<RecipeResult<'a>, RunError> {
-    let spot = 2.0 * head.head().beam.waist;
-    let period = head.head().period;
-    let tuned = match settings.delays {
-        crate::job::lpbf::DelayChoice::Recipe => None,
-        crate::job::lpbf::DelayChoice::Tuned => {
-            let two = SquarePlate {
-                columns: 2,
-                rows: 1,
-                ..settings.plate
-            };
-            let job = two.job(recipe).map_err(HeadError::from)?;
-            let mut record = HitRecord::default();
-            head.run(&job, recipe.delays, 1, observer, &mut record)?;
-            Some(DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, 0.5 * spot).tune())
+    prepared: &'a Prepared,
+    reporter: &'a Reporter,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> Run<'a> {
+    /// Tunes the delays where the job asks for it; `None` else.
+    fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, RunError> {
+        if self.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
+            return Ok(None);
         }
-    };
-    let delays = tuned.as_ref().map_or(recipe.delays, |t| t.best.delays);
-    if let Some(t) = &tuned
-        && t.best.delays.on.max(t.best.delays.off) > LONGEST_DELAY - 2.0 * period
-    {
-        reporter.warn(
-            "delays-long",
-            format!(
-                "{}: the tuned laser delays reach the longest tried, {:.0} µs",
-                recipe.name,
-                LONGEST_DELAY * 1e6
-            ),
-            "longer waits after marks and jumps let the axes settle",
-        );
+        let (head, recipe) = (self.head, self.recipe);
+        let period = head.head().period;
+        let job = self
+            .settings
+            .work
+            .tuning_job(recipe)
+            .map_err(HeadError::from)?;
+        let mut record = HitRecord::default();
+        head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
+        let radius = head.head().beam.waist;
+        let tuning = DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, radius);
+        let tuned = tuning.tune();
+        if tuned.best.delays.on.max(tuned.best.delays.off) > LONGEST_DELAY - 2.0 * period {
+            self.reporter.warn(
+                "delays-long",
+                format!(
+                    "{}: the tuned laser delays reach the longest tried, {:.0} µs",
+                    recipe.name,
+                    LONGEST_DELAY * 1e6
+                ),
+                "longer waits after marks and jumps let the axes settle",
+            );
+        }
+        let step = (FRONT_STEP / period).round().max(1.0) as usize;
+        Ok(Some((tuned, tuning.pareto(step))))
     }
-    let first_square = job
-        .vectors
-        .iter()
-        .take_while(|v| v.block == 0)
-        .count()
-        .saturating_sub(1);
-    let mut sinks = (
-        PathErrors::new(job, WINDOW, period),
-        (
-            FillRate::new(job, &settings.plate, spot, &MODES),
-            Path2d {
-                last: first_square as u32,
-                ..Path2d::default()
-            },
-        ),
-    );
-    let summary = head.run(job, delays, 1, observer, &mut sinks)?;
-    let (errors, (fill, path)) = sinks;
-    let rates = fill.finish();
-    let fill = (0..MODES.len())
-        .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
-        .collect();
-    Ok(RecipeResult {
-        recipe,
-        job,
-        delays,
-        tuned,
-        duration: summary.duration,
-        errors,
-        fill,
-        path,
-    })
+
+    fn execute(
+        &self,
+        motion: Option<&mut (dyn MotionSink + Send)>,
+    ) -> Result<RecipeResult<'a>, RunError> {
+        let spot = 2.0 * self.head.head().beam.waist;
+        let period = self.head.head().period;
+        let job = &self.prepared.job;
+        let layers = &self.prepared.layers;
+        let (short, lost) = self.head.short_marks(job);
+        if short > 0 {
+            self.reporter.warn(
+                "short-marks",
+                format!(
+                    "{}: {short} marks are shorter than a sample of the head at their speed; each takes a whole sample, {:.1} ms in all",
+                    self.recipe.name,
+                    1e3 * lost
+                ),
+                "export curves with longer chords, or mark slower",
+            );
+        }
+        let (tuned, front) = self
+            .tuned()?
+            .map_or_else(Default::default, |(t, f)| (Some(t), f));
+        let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
+        let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
+        let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
+        let fill = match &self.settings.work {
+            Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
+            Work::Layers(set) => {
+                let hatch = set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot);
+                FillRate::of_layers(job, &firsts, hatch, spot, &MODES)
+            }
+        };
+        let mut sinks = (
+            PathErrors::new(job, WINDOW, period),
+            (
+                (
+                    fill,
+                    Path2d {
+                        last: self.last_shown(),
+                        ..Path2d::default()
+                    },
+                ),
+                motion.map(|sink| AsMotion::new(job, &heights, sink)),
+            ),
+        );
+        let RunSummary { duration, .. } =
+            self.head.run(job, delays, 1, self.observer, &mut sinks)?;
+        let (errors, ((fill, path), _)) = sinks;
+        let rates = fill.finish();
+        let fill = (0..MODES.len())
+            .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
+            .collect();
+        Ok(RecipeResult {
+            recipe: self.recipe,
+            job,
+            layers,
+            delays,
+            tuned,
+            front,
+            duration,
+            errors,
+            fill,
+            rates,
+            path,
+        })
+    }
+
+    /// The last vector of the first square or layer.
+    fn last_shown(&self) -> u32 {
+        let count = match &self.settings.work {
+            Work::Plate(_) => {
+                let vectors = self.prepared.job.vectors.iter();
+                vectors.take_while(|v| v.block == 0).count()
+            }
+            Work::Layers(_) => self
+                .prepared
+                .layers
+                .get(1)
+                .map_or(self.prepared.job.vectors.len(), |l| l.first as usize),
+        };
+        count.saturating_sub(1) as u32
+    }
 }
 
 fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {

@@ -2,14 +2,19 @@
 
 use std::path::Path;
 
-use meltpath_base::{Origin, Provenance, Resolved};
+use meltpath_base::quantity::Positive;
+use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
 use meltpath_machine::scan_head::data::{self, HeadData, HeadFileError};
 use meltpath_machine::scan_head::job::Recipe;
 use meltpath_machine::scan_head::plate::SquarePlate;
+use meltpath_machine::scan_head::recipe_search::Bounds;
 use toml::Spanned;
 
+use super::work::{self, Work};
 use crate::job::TextError;
-use crate::job::lpbf::{DelayChoice, LpbfJob, PlateExtent};
+use crate::job::lpbf::{
+    DelayChoice, LpbfChecksTable, LpbfJob, MotionForm, OptimiseTable, PlateExtent,
+};
 
 /// The heads that ship: name and file.
 pub const HEADS: &[(&str, &str)] = &[
@@ -44,8 +49,8 @@ pub const RECIPES: &[(&str, &str)] = &[
 pub struct Settings {
     /// The head, and the reference plate it comes with.
     pub data: HeadData,
-    /// The squares that are run.
-    pub plate: SquarePlate,
+    /// What is run.
+    pub work: Work,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
     /// Which delays.
@@ -56,6 +61,10 @@ pub struct Settings {
     pub contour_share: f64,
     /// Least fill rate.
     pub fill_rate: Option<f64>,
+    /// The recipe search, where the job asks for one.
+    pub search: Option<Bounds>,
+    /// The form in which whole marked paths are written.
+    pub motion: Option<MotionForm>,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -120,12 +129,18 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
     );
-    let mut plate = data.plate;
-    if job.plate.extent == PlateExtent::Block {
-        [plate.columns, plate.rows] = job.plate.block.unwrap_or([2, 2]);
-    }
-    plate.side = job.plate.side.map_or(plate.side, |s| s.0.0);
-    plate.hatch = job.plate.hatch.map_or(plate.hatch, |h| h.0.0);
+    let work = match &job.lpbf.layers {
+        Some(name) => {
+            let path = folder.join(name.get_ref());
+            let read = work::read(&path, name.get_ref(), &job.layers);
+            Work::Layers(read.map_err(|message| TextError {
+                span: Some(name.span()),
+                message,
+                help: None,
+            })?)
+        }
+        None => Work::Plate(plate(job, data.plate)),
+    };
     let origin = |written: bool, default: &str| {
         if written {
             Origin::Job
@@ -148,26 +163,47 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
             "tuned on two squares",
         ),
     );
-    tell(
-        "plate.columns",
-        plate.columns.into(),
-        origin(job.plate.block.is_some(), "a representative block of 2 x 2"),
-    );
-    tell(
-        "plate.rows",
-        plate.rows.into(),
-        origin(job.plate.block.is_some(), "a representative block of 2 x 2"),
-    );
-    tell(
-        "plate.side",
-        plate.side.into(),
-        origin(job.plate.side.is_some(), "the head's reference plate"),
-    );
-    tell(
-        "plate.hatch",
-        plate.hatch.into(),
-        origin(job.plate.hatch.is_some(), "the head's reference plate"),
-    );
+    match &work {
+        Work::Plate(plate) => {
+            let block = || {
+                origin(
+                    job.plate.block.is_some() || job.plate.extent == PlateExtent::Whole,
+                    "a representative block of 2 x 2",
+                )
+            };
+            let reference = |written| origin(written, "the head's reference plate");
+            tell("plate.columns", plate.columns.into(), block());
+            tell("plate.rows", plate.rows.into(), block());
+            tell(
+                "plate.side",
+                plate.side.into(),
+                reference(job.plate.side.is_some()),
+            );
+            tell(
+                "plate.hatch",
+                plate.hatch.into(),
+                reference(job.plate.hatch.is_some()),
+            );
+        }
+        Work::Layers(layers) => {
+            let (first, last) = layers.numbers();
+            tell("lpbf.layers", layers.file.clone().into(), Origin::Job);
+            tell(
+                "layers.range",
+                vec![first, last].into(),
+                origin(job.layers.range.is_some(), "the layer that marks most"),
+            );
+            let at = job.layers.origin.map_or([0.0; 2], |o| o.map(|l| l.0));
+            tell(
+                "layers.origin",
+                at.to_vec().into(),
+                origin(job.layers.origin.is_some(), "the file's own origin"),
+            );
+            if let Some(hatch) = layers.hatch {
+                tell("layers.hatch", hatch.into(), Origin::Job);
+            }
+        }
+    }
     tell(
         "checks.contour_error",
         contour_error.into(),
@@ -198,14 +234,112 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
             );
         }
     }
+    let search = job
+        .optimise
+        .as_ref()
+        .map(|table| bounds(table, &recipes[0], contour_error, contour_share, c));
+    if let Some(b) = &search {
+        let written = |written: bool, default: &str| origin(written, default);
+        let o = job.optimise.as_ref();
+        let given = |has: fn(&OptimiseTable) -> bool| o.is_some_and(has);
+        for (name, value, origin) in [
+            (
+                "contour_speed",
+                b.contour_speed.to_vec(),
+                written(
+                    given(|o| o.contour_speed.is_some()),
+                    "half to three times the recipe's",
+                ),
+            ),
+            (
+                "fill_speed",
+                b.fill_speed.to_vec(),
+                written(
+                    given(|o| o.fill_speed.is_some()),
+                    "half to three times the recipe's",
+                ),
+            ),
+            (
+                "mark_waits",
+                b.mark_waits.clone(),
+                written(
+                    given(|o| o.mark_waits.is_some()),
+                    "none to all of the recipe's",
+                ),
+            ),
+            (
+                "jump_factors",
+                b.jump_factors.clone(),
+                written(given(|o| o.jump_factors.is_some()), "up to twice"),
+            ),
+            (
+                "filter_factors",
+                b.filter_factors.clone(),
+                written(given(|o| o.filter_factors.is_some()), "whole and half"),
+            ),
+        ] {
+            tell(&format!("optimise.{name}"), value.into(), origin);
+        }
+    }
     Ok(Settings {
+        search,
         data,
-        plate,
+        work,
         recipes,
         delays: job.lpbf.delays,
         contour_error,
         contour_share,
         fill_rate: c.fill_rate.map(|r| r.0.0),
+        motion: job.output.motion,
         provenance,
     })
+}
+
+/// What a recipe search may change. A fill rate that nobody bounds is NaN: two points below the first recipe's own become the bound.
+fn bounds(
+    table: &OptimiseTable,
+    recipe: &Recipe,
+    contour_error: f64,
+    contour_share: f64,
+    checks: &LpbfChecksTable,
+) -> Bounds {
+    let range = |given: Option<[Positive<Speed>; 2]>, own: f64| {
+        given.map_or([0.5 * own, 3.0 * own], |r| r.map(|v| v.0.0))
+    };
+    let factors = |given: &Option<Vec<Positive<Ratio>>>, default: &[f64]| {
+        given
+            .as_ref()
+            .map_or_else(|| default.to_vec(), |l| l.iter().map(|f| f.0.0).collect())
+    };
+    let wait = recipe.mark_wait;
+    let waits = || vec![0.0, wait / 3.0, 2.0 * wait / 3.0, wait];
+    let mut mark_waits = table
+        .mark_waits
+        .as_ref()
+        .map_or_else(waits, |l| l.iter().map(|t| t.0.0).collect());
+    mark_waits.dedup();
+    Bounds {
+        contour_speed: range(table.contour_speed, recipe.contour_speed),
+        fill_speed: range(table.fill_speed, recipe.fill_speed),
+        mark_waits,
+        jump_factors: factors(&table.jump_factors, &[1.0, 1.5, 2.0]),
+        filter_factors: factors(&table.filter_factors, &[1.0, 0.5]),
+        contour_error,
+        contour_share,
+        fill_rate: table
+            .fill_rate
+            .or(checks.fill_rate)
+            .map_or(f64::NAN, |r| r.0.0),
+    }
+}
+
+/// The squares that the job asks for.
+fn plate(job: &LpbfJob, reference: SquarePlate) -> SquarePlate {
+    let mut plate = reference;
+    if job.plate.extent == PlateExtent::Block {
+        [plate.columns, plate.rows] = job.plate.block.unwrap_or([2, 2]);
+    }
+    plate.side = job.plate.side.map_or(plate.side, |s| s.0.0);
+    plate.hatch = job.plate.hatch.map_or(plate.hatch, |h| h.0.0);
+    plate
 }

@@ -2,6 +2,7 @@
 
 use meltpath_base::{Check, Limit, Measure, Place, Status};
 use meltpath_deposition::assembly::{AssemblyBead, growth};
+use meltpath_geometry::math::DVec2;
 use meltpath_report::html::Fact;
 use meltpath_toolpath::Toolpath;
 
@@ -41,7 +42,10 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         }
     }
     let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
-    let lack: f64 = plan.coverage.iter().map(|(_, c)| c.lack_area).sum();
+    let lack = plan
+        .coverage
+        .iter()
+        .fold(0.0, |sum, (_, c)| sum + c.lack_area);
     let gap = plan
         .coverage
         .iter()
@@ -67,6 +71,23 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         coverage.reason = format!("{}; largest place {:.1} mm²", coverage.reason, gap.area);
     }
     vec![overhang, coverage, assembly(plan, settings)]
+}
+
+/// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
+pub(super) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
+    let plate = DVec2::from_array(settings.plate?);
+    let points = plan.toolpath.passes.iter().flat_map(|p| p.flatten(0.05).0);
+    let (lo, hi) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
+        (lo.min(p.truncate()), hi.max(p.truncate()))
+    });
+    let beyond = 0.5 * (hi - lo + DVec2::splat(settings.bead.width.value) - plate).max_element();
+    let check = Check::judge(
+        "plate",
+        "beads beyond the edge of the plate",
+        Measure::exact(beyond.max(0.0), "mm"),
+        Limit::AtMost(0.0),
+    );
+    Some(check.remedy("a larger substrate.size"))
 }
 
 /// Layers of the assembly that the plan is compared with: edges install themselves in five (Rouchon 2022, § 4.3).

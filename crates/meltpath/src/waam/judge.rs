@@ -1,9 +1,36 @@
 //! The verdict of a wire-arc build: predicted values against the job's limits, each with its uncertainty.
 
 use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::DVec3;
 
 use super::target::Comparison;
+
+/// The standard uncertainty of growth, and what becomes of it as the build grows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrowthError {
+    /// Of one layer, share of its growth.
+    pub share: f64,
+    /// What the source answers to the contact tube distance that an error of height changes; `None`: nothing.
+    pub response: Option<FeedResponse>,
+}
+
+impl GrowthError {
+    /// A predicted height when each layer grows by `deviations` standard uncertainties more than predicted, mm.
+    pub fn shifted(&self, height: f64, deviations: f64) -> f64 {
+        let growth = deviations * self.share;
+        height
+            + match self.response {
+                Some(response) => response.height_error(growth, height.max(0.0)),
+                None => growth * height,
+            }
+    }
+
+    /// Standard uncertainty of a height, mm.
+    pub fn at(&self, height: f64) -> f64 {
+        0.5 * (self.shifted(height, 1.0) - self.shifted(height, -1.0))
+    }
+}
 
 /// The limits, with defaults filled in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,28 +100,32 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
     let share = |v: f64| 100.0 * v / outcome.volume;
     let spread = |low: f64, high: f64| 0.5 * (low - high).abs();
     let (e, l, h) = (&outcome.expected, &outcome.low, &outcome.high);
-    let place = |at: Option<(DVec3, f64)>| Place {
-        position: at.map(|(p, _)| p.to_array()),
-        ..Place::default()
+    let placed = |check: Check, at: Option<(DVec3, f64)>| match at {
+        Some((p, _)) => check.at(Place::at(p.to_array())),
+        None => check,
     };
     let lack = Measure::new(share(e.lack), share(spread(l.lack, h.lack)), "%");
     let excess = Measure::new(share(e.excess), share(spread(l.excess, h.excess)), "%");
     let mut checks = vec![
-        Check::judge(
-            "lack",
-            "lack of metal in the finished part",
-            lack,
-            Limit::AtMost(100.0 * limits.lack),
+        placed(
+            Check::judge(
+                "lack",
+                "lack of metal in the finished part",
+                lack,
+                Limit::AtMost(100.0 * limits.lack),
+            ),
+            e.lack_at,
         )
-        .at(place(e.lack_at))
         .remedy("raise target.allowance or lower layers.height; see the place in the 3D view"),
-        Check::judge(
-            "excess",
-            "metal beyond part + allowance",
-            excess,
-            Limit::AtMost(100.0 * limits.excess),
+        placed(
+            Check::judge(
+                "excess",
+                "metal beyond part + allowance",
+                excess,
+                Limit::AtMost(100.0 * limits.excess),
+            ),
+            e.excess_at,
         )
-        .at(place(e.excess_at))
         .remedy(
             "leave layers.height and fill.stepover to \"auto\", or allow more in checks.excess",
         ),
@@ -108,15 +139,14 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
                 Limit::AtLeast(limits.stock_min),
             )
             .at(Place::at(at.to_array()))
-            .remedy("raise target.allowance"),
+            .remedy("raise target.allowance (target.allowance_top for faces that look up)"),
         );
     }
     checks
 }
 
-/// Checks of layers: height, flatness, contact tube distance, accumulations. `growth_sigma` is the relative standard
-/// uncertainty of growth.
-pub fn layer_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits) -> Vec<Check> {
+/// Checks of layers: height, flatness, contact tube distance, accumulations.
+pub fn layer_checks(layers: &[LayerOutcome], growth: &GrowthError, limits: &Limits) -> Vec<Check> {
     let mut checks = Vec::new();
     let worst = |value: &dyn Fn(&LayerOutcome) -> Option<f64>| {
         layers
@@ -126,7 +156,7 @@ pub fn layer_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits)
     };
     if let Some((error, layer)) = worst(&|l| l.mean_top.map(|m| (m - l.planned_top).abs())) {
         let top = layer.mean_top.unwrap_or(layer.planned_top);
-        let sigma = growth_sigma * top;
+        let sigma = growth.at(top);
         let word = if top > layer.planned_top {
             "taller"
         } else {
@@ -140,15 +170,15 @@ pub fn layer_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits)
     }
     if let Some((flatness, layer)) = worst(&|l| l.flatness) {
         checks.push(
-            Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth_sigma * flatness, "mm"), Limit::AtMost(limits.flatness))
+            Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth.share * flatness, "mm"), Limit::AtMost(limits.flatness))
                 .at(Place::layer(layer.layer))
                 .remedy("a smaller fill.stepover, or another strategy: see the accumulations in the 3D view"),
         );
     }
-    checks.extend(ctwd_checks(layers, growth_sigma, limits));
+    checks.extend(ctwd_checks(layers, growth, limits));
     if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {
         let position = layer.accumulation.map(|(_, p)| p.to_array());
-        let found = Measure::new(100.0 * over, 100.0 * growth_sigma * over, "%");
+        let found = Measure::new(100.0 * over, 100.0 * growth.share * over, "%");
         checks.push(
             Check::judge("accumulation", "accumulation: local thickness beyond the mean of its layer", found, Limit::AtMost(100.0 * limits.accumulation))
                 .at(Place { position, layer: Some(layer.layer), ..Place::default() })
@@ -159,15 +189,12 @@ pub fn layer_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits)
 }
 
 /// Contact tube distance: nearest and farthest layer, with the layer where it becomes critical.
-fn ctwd_checks(layers: &[LayerOutcome], growth_sigma: f64, limits: &Limits) -> Vec<Check> {
+fn ctwd_checks(layers: &[LayerOutcome], growth: &GrowthError, limits: &Limits) -> Vec<Check> {
     let built = |l: &LayerOutcome| l.mean_top.unwrap_or(l.planned_top);
     // the surface under layer n is layer n-1: its height carries the uncertainty
     let sigma = |l: &LayerOutcome| {
-        growth_sigma
-            * layers
-                .iter()
-                .find(|b| b.layer + 1 == l.layer)
-                .map_or(0.0, built)
+        let below = layers.iter().find(|b| b.layer + 1 == l.layer);
+        growth.at(below.map_or(0.0, built))
     };
     let mut checks = Vec::new();
     let nearest = layers
@@ -261,6 +288,30 @@ mod tests {
         overhang: 0.25,
     };
 
+    fn growth(share: f64) -> GrowthError {
+        GrowthError {
+            share,
+            response: None,
+        }
+    }
+
+    #[test]
+    fn a_regulated_error_stays_below_its_share_of_the_height() {
+        let free = growth(0.05);
+        assert_eq!((free.at(40.0), free.shifted(40.0, -1.0)), (2.0, 38.0));
+        let regulated = GrowthError {
+            response: Some(FeedResponse {
+                reference: 15.0,
+                slope: 0.022,
+                limits: (0.6, 1.2),
+                measured: (5.0, 15.0),
+            }),
+            ..free
+        };
+        assert!((regulated.at(40.0) - 0.05 / 0.022 * (1.0 - (-0.88_f64).exp())).abs() < 1e-12);
+        assert!(regulated.at(1000.0) < 0.05 / 0.022);
+    }
+
     /// A wall programmed 1.2 mm a layer that grows 1.65.
     fn drifting_wall() -> Vec<LayerOutcome> {
         (1..=25)
@@ -278,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_drifting_wall_fails_on_its_contact_tube() {
-        let checks = layer_checks(&drifting_wall(), 0.05, &LIMITS);
+        let checks = layer_checks(&drifting_wall(), &growth(0.05), &LIMITS);
         let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
         assert_eq!(ctwd.status, Status::Fail);
         assert!(
@@ -294,7 +345,7 @@ mod tests {
 
     #[test]
     fn an_uncertain_map_cannot_say() {
-        let checks = layer_checks(&drifting_wall(), 0.5, &LIMITS);
+        let checks = layer_checks(&drifting_wall(), &growth(0.5), &LIMITS);
         let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
         assert_eq!(ctwd.status, Status::CannotSay);
     }

@@ -13,7 +13,7 @@ use meltpath_geometry::section::{
 };
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
-use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, plan_layers};
+use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, nominal_length, plan_layers};
 use meltpath_toolpath::{Pass, Profile, Toolpath};
 use rayon::prelude::*;
 
@@ -94,13 +94,13 @@ pub fn plan(
     observer: &dyn Observer,
 ) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
-    let top = part_top + settings.allowance;
+    let top = part_top + settings.allowance.top;
     let (layers, height) = lay_out(part, part_top, top, settings, observer)?;
     let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
     let sections = cut(
         part,
         part_top,
-        settings.allowance,
+        settings.allowance.top,
         &middles,
         reporter,
         observer,
@@ -132,7 +132,7 @@ pub fn plan(
     if passes.is_empty() {
         return Err(PlanStageError::NoBead {
             narrowest: settings.fill.narrowest * settings.bead.width.value,
-            allowance: settings.allowance,
+            allowance: settings.allowance.side,
         });
     }
     let single = single_share(&passes);
@@ -197,7 +197,7 @@ fn lay_out(
         made.truncate(count as usize);
     }
     let mean = made.last().map_or(0.0, |l| l.top) / made.len().max(1) as f64;
-    let sigma = mean * settings.growth_sigma(0.0);
+    let sigma = mean * settings.growth_error(0.0).share;
     let height = Resolved::new(mean, origin.clone());
     Ok((
         made,
@@ -210,10 +210,10 @@ fn lay_out(
 }
 
 /// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
-/// mid-height and down to an allowance below it.
-const BELOW: [f64; 3] = [0.0, 0.5, 1.0];
+/// mid-height and, at most this many mm apart, down to the allowance of upward faces below it.
+const BELOW_STEP: f64 = 1.0;
 
-/// For each height, the sections of the part at that height and below it ([`BELOW`]); none above the part.
+/// For each height, the sections of the part at that height and down to an allowance below it; none above the part.
 fn cut(
     part: &Part,
     part_top: f64,
@@ -224,10 +224,10 @@ fn cut(
 ) -> Result<Vec<Vec<Slice>>, PlanStageError> {
     // the very top and the very bottom belong to the part
     let (lowest, highest) = (1e-4 * part_top, part_top * (1.0 - 1e-4));
+    let steps = (allowance / BELOW_STEP).ceil().max(1.0) as u32;
     let wanted = |h: f64| {
-        BELOW
-            .iter()
-            .map(move |b| h - b * allowance)
+        (0..=steps)
+            .map(move |i| h - f64::from(i) / f64::from(steps) * allowance)
             .filter(move |z| *z <= part_top)
             .map(move |z| z.clamp(lowest, highest))
     };
@@ -265,7 +265,7 @@ fn covered(sections: &[Vec<Slice>], settings: &Settings) -> Result<Vec<Vec<Regio
                 .iter()
                 .flat_map(|s| s.regions.iter().cloned())
                 .collect();
-            let mut grown = outset(&all, settings.allowance, join)?;
+            let mut grown = outset(&all, settings.allowance.side, join)?;
             for region in &mut grown {
                 region.holes.retain(|h| signed_area(h).abs() >= limit);
             }
@@ -278,7 +278,8 @@ fn tell_closed_holes(sections: &[Vec<Slice>], settings: &Settings, reporter: &Re
     let limit = hole_limit(settings);
     let shrunk = |hole: &[DVec2]| {
         // a hole of area a shrunk by the allowance, as if it were round
-        let radius = (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance;
+        let radius =
+            (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance.side;
         std::f64::consts::PI * radius.max(0.0).powi(2)
     };
     let small = |slice: &Slice| {
@@ -351,7 +352,7 @@ fn growth(
         &cut(
             part,
             part_top,
-            settings.allowance,
+            settings.allowance.top,
             &heights,
             &quiet,
             observer,
@@ -373,7 +374,9 @@ fn growth(
             .iter()
             .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
             .collect();
-        let metal = plan.passes.iter().map(Pass::length).sum::<f64>() * settings.bead.area.value;
+        let speed = settings.bead.travel_speed;
+        let laid: f64 = plan.passes.iter().map(|p| nominal_length(p, speed)).sum();
+        let metal = laid * settings.bead.area.value;
         let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
             .iter()
             .map(Region::area)
@@ -414,7 +417,7 @@ fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
 fn no_bead(settings: &Settings) -> PlanStageError {
     PlanStageError::NoBead {
         narrowest: settings.fill.narrowest * settings.bead.width.value,
-        allowance: settings.allowance,
+        allowance: settings.allowance.side,
     }
 }
 

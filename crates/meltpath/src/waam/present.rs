@@ -17,7 +17,7 @@ use meltpath_report::vtk::{
 };
 use meltpath_toolpath::{Pass, Toolpath};
 
-use super::judge::{LayerOutcome, Limits};
+use super::judge::{GrowthError, LayerOutcome, Limits};
 use super::part::Part;
 use super::record::Sample;
 use super::simulate::Simulation;
@@ -142,12 +142,12 @@ fn by_layer(layers: &[LayerOutcome], f: impl Fn(&LayerOutcome) -> f64) -> Vec<DV
 }
 
 /// The chapters of plots and tables.
-pub fn sections(simulation: &Simulation, growth_sigma: f64, limits: &Limits) -> Vec<Section> {
+pub fn sections(simulation: &Simulation, growth: &GrowthError, limits: &Limits) -> Vec<Section> {
     vec![
         Section {
             title: "How the build grows".to_owned(),
             intro: "Heights are those of the bead crests over the plate, starts and ends left out. The band is one standard uncertainty.".to_owned(),
-            plots: vec![height_plot(&simulation.layers, growth_sigma), ctwd_plot(&simulation.layers, limits), flatness_plot(&simulation.layers, limits), speed_plot(simulation)],
+            plots: vec![height_plot(&simulation.layers, growth), ctwd_plot(&simulation.layers, limits), flatness_plot(&simulation.layers, limits), speed_plot(simulation)],
             tables: vec![layer_table(&simulation.layers)],
         },
         Section {
@@ -159,7 +159,7 @@ pub fn sections(simulation: &Simulation, growth_sigma: f64, limits: &Limits) -> 
     ]
 }
 
-fn height_plot(layers: &[LayerOutcome], growth_sigma: f64) -> Plot {
+fn height_plot(layers: &[LayerOutcome], growth: &GrowthError) -> Plot {
     let predicted = |l: &LayerOutcome| l.mean_top.unwrap_or(f64::NAN);
     Plot::new(
         "Height after each layer",
@@ -168,8 +168,8 @@ fn height_plot(layers: &[LayerOutcome], growth_sigma: f64) -> Plot {
     )
     .with(Mark::Band {
         name: "± 1 σ".to_owned(),
-        lower: by_layer(layers, |l| predicted(l) * (1.0 - growth_sigma)),
-        upper: by_layer(layers, |l| predicted(l) * (1.0 + growth_sigma)),
+        lower: by_layer(layers, |l| growth.shifted(predicted(l), -1.0)),
+        upper: by_layer(layers, |l| growth.shifted(predicted(l), 1.0)),
     })
     .with(Mark::Line {
         name: "predicted".to_owned(),

@@ -12,10 +12,10 @@ use meltpath_machine::scan_head::head::HeadError;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{facts, plan_checks, program_check, told_checks};
-use super::judge::{self, TargetOutcome, layer_checks, target_checks};
+use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
+use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::part::{self, Part, PartError};
-use super::plan::{self, Plan, PlanStageError};
+use super::plan::{self, PlanStageError};
 use super::present;
 use super::program::{self, Commands, ProgramStageError};
 use super::settings::{Settings, in_file, resolve};
@@ -37,6 +37,15 @@ pub enum RunError {
     /// A bench record.
     #[error(transparent)]
     Identify(#[from] crate::identify::IdentifyError),
+    /// A comparison.
+    #[error(transparent)]
+    Compare(#[from] crate::compare::CompareError),
+    /// A fit.
+    #[error(transparent)]
+    Fit(#[from] crate::fit::FitCommandError),
+    /// A health test.
+    #[error(transparent)]
+    Health(#[from] crate::health::HealthError),
     /// An electron-beam job.
     #[error(transparent)]
     Ebm(#[from] crate::ebm::EbmError),
@@ -217,7 +226,6 @@ pub fn run(
         &reporter,
     )?;
     let map = plan.plate(settings)?;
-    tell_plate(&plan, settings, &map, &reporter);
     let layers = plan
         .planned_layers(&map, settings)
         .map_err(PlanStageError::Planar)?;
@@ -231,16 +239,21 @@ pub fn run(
         &reporter,
         observer,
     )?;
-    let sigma = settings.growth_sigma(plan.single);
+    let growth = settings.growth_error(plan.single);
+    let at = |deviations: f64| {
+        let shifted = |height: f64| growth.shifted(height, deviations);
+        compare(&simulation.deposit.map, &target, shifted)
+    };
     let outcome = TargetOutcome {
         volume: target.volume,
-        expected: compare(&simulation.deposit.map, &target, 1.0),
-        low: compare(&simulation.deposit.map, &target, 1.0 - sigma),
-        high: compare(&simulation.deposit.map, &target, 1.0 + sigma),
+        expected: at(0.0),
+        low: at(-1.0),
+        high: at(1.0),
     };
     let mut checks = target_checks(&outcome, &settings.limits);
-    checks.extend(layer_checks(&simulation.layers, sigma, &settings.limits));
+    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     checks.extend(plan_checks(&plan, settings));
+    checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
@@ -258,7 +271,7 @@ pub fn run(
         simulation: &simulation,
         commands: &commands,
         program_names: programs.files.iter().map(|f| f.name.clone()).collect(),
-        sigma,
+        growth,
         bead_diameter: 0.7 * plan.height.value,
     };
     observer.stage("write results", 0);
@@ -288,7 +301,7 @@ struct Shown<'a> {
     simulation: &'a Simulation,
     commands: &'a Commands,
     program_names: Vec<String>,
-    sigma: f64,
+    growth: GrowthError,
     bead_diameter: f64,
 }
 
@@ -344,7 +357,7 @@ fn write_common(
             shown.bead_diameter,
             shown.part,
         )),
-        sections: present::sections(shown.simulation, shown.sigma, &settings.limits),
+        sections: present::sections(shown.simulation, &shown.growth, &settings.limits),
         sheet: Some(operator_sheet(
             settings,
             shown.simulation,
@@ -394,22 +407,6 @@ pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Res
         provenance.inputs.insert(name, hash);
     }
     Ok(())
-}
-
-fn tell_plate(plan: &Plan, settings: &Settings, map: &HeightMap, reporter: &Reporter) {
-    let Some([length, width]) = settings.plate else {
-        return;
-    };
-    let (lo, hi) = map.bounds();
-    let size = hi - lo;
-    if size.x > length + map.cell || size.y > width + map.cell {
-        let beads = plan.toolpath.passes.len();
-        reporter.warn(
-            "plate-small",
-            format!("the {beads} beads do not fit on the plate of {length:.0} x {width:.0} mm"),
-            "a larger substrate.size, or none",
-        );
-    }
 }
 
 /// Plans only, into a new file. Returns a summary in words.
@@ -515,7 +512,7 @@ pub fn simulate_program(
         observer,
     )?;
     // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
-    let sigma = settings.growth_sigma(1.0);
+    let growth = settings.growth_error(1.0);
     let mut checks = Vec::new();
     if let Some(part) = &part {
         let target = Target::new(
@@ -525,12 +522,15 @@ pub fn simulate_program(
             &reporter,
             observer,
         )?;
-        let at = |scale: f64| compare(&simulation.deposit.map, &target, scale);
+        let at = |deviations: f64| {
+            let shifted = |height: f64| growth.shifted(height, deviations);
+            compare(&simulation.deposit.map, &target, shifted)
+        };
         let outcome = TargetOutcome {
             volume: target.volume,
-            expected: at(1.0),
-            low: at(1.0 - sigma),
-            high: at(1.0 + sigma),
+            expected: at(0.0),
+            low: at(-1.0),
+            high: at(1.0),
         };
         checks.extend(target_checks(&outcome, &settings.limits));
     } else {
@@ -540,7 +540,7 @@ pub fn simulate_program(
             "no job was given: name one with --job to judge the part",
         ));
     }
-    checks.extend(layer_checks(&simulation.layers, sigma, &settings.limits));
+    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
     let verdict = Verdict {
@@ -562,7 +562,7 @@ pub fn simulate_program(
         simulation: &simulation,
         commands: &commands,
         program_names,
-        sigma,
+        growth,
         bead_diameter,
     };
     observer.stage("write results", 0);

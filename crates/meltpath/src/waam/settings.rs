@@ -17,7 +17,8 @@ use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
 
-use super::judge::Limits;
+use super::judge::{GrowthError, Limits};
+use super::target::Allowance;
 use crate::data::{Cell, is_file};
 use crate::job::waam::{
     FeedResponseChoice, FillOrder, FillStrategy, FillTable, SourceTable, Spacing, Speeds, Starts,
@@ -85,8 +86,8 @@ pub struct Settings {
     pub plate: Option<[f64; 2]>,
     /// Plate thickness, mm.
     pub plate_thickness: f64,
-    /// Metal beyond the finished part, mm.
-    pub allowance: f64,
+    /// Metal beyond the finished part.
+    pub allowance: Allowance,
     /// Limits of the verdict.
     pub limits: Limits,
     /// Cell of the height map, mm.
@@ -275,6 +276,14 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
             "usual machining stock of a wire-arc blank",
         )
         .0;
+    let allowance_top = r
+        .written_or(
+            "target.allowance_top",
+            job.target.allowance_top.map(|a| a.0),
+            Length(allowance),
+            "the allowance",
+        )
+        .0;
     let cell_size = r
         .written_or(
             "simulation.cell",
@@ -331,7 +340,10 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0.0)),
         plate_thickness,
-        allowance,
+        allowance: Allowance {
+            side: allowance,
+            top: allowance_top,
+        },
         limits,
         cell_size,
         chord_error,
@@ -612,10 +624,9 @@ fn fill_settings(
         },
     };
     let contours = table.contours.unwrap_or(1);
-    let contour_order = |default| match table.order {
-        Some(FillOrder::InsideOut) => ContourOrder::InsideOut,
+    let contour_order = match table.order {
         Some(FillOrder::OutsideIn) => ContourOrder::OutsideIn,
-        _ => default,
+        _ => ContourOrder::InsideOut,
     };
     let planned = match strategy {
         FillStrategy::Raster => Strategy::Raster {
@@ -633,14 +644,15 @@ fn fill_settings(
         },
         FillStrategy::Zigzag => Strategy::Zigzag { angle },
         FillStrategy::Contour => Strategy::Contour {
-            order: contour_order(ContourOrder::InsideOut),
+            order: contour_order,
         },
         FillStrategy::Spiral => Strategy::Spiral {
-            order: contour_order(ContourOrder::InsideOut),
+            order: contour_order,
         },
+        // contours last: between finished contours the last line would pile up
         FillStrategy::Hybrid => Strategy::Hybrid {
             contours,
-            order: contour_order(ContourOrder::OutsideIn),
+            order: contour_order,
             angle,
         },
     };
@@ -749,11 +761,14 @@ fn models(provenance: &mut Provenance) {
 }
 
 impl Settings {
-    /// Relative standard uncertainty of growth, where the share `single` of the bead length stands alone.
-    pub fn growth_sigma(&self, single: f64) -> f64 {
+    /// Standard uncertainty of growth, where the share `single` of the bead length stands alone.
+    pub fn growth_error(&self, single: f64) -> GrowthError {
         let area = self.bead.area.sigma / self.bead.area.value;
         let width = self.bead.width.sigma / self.bead.width.value;
-        (area * area + (single * width).powi(2)).sqrt()
+        GrowthError {
+            share: (area * area + (single * width).powi(2)).sqrt(),
+            response: self.deposit.feed_response,
+        }
     }
 
     /// Wire fed per programmed wire: the process map's feed factor.

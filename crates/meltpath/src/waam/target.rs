@@ -1,8 +1,9 @@
 //! What the build is compared with: the finished part, and the part with its allowance, on the grid of the height map.
 //!
 //! The allowance is measured horizontally and vertically apart: the envelope at a height is the union of the part's
-//! sections within ± allowance of that height, each grown by the allowance. It contains the exact offset of the part and
-//! exceeds it only at edges, by at most 0.41 × allowance.
+//! sections from the allowance of upward faces below it to the allowance of sides above it, each grown by the allowance of
+//! sides. Where both are one, it contains the exact offset of the part and exceeds it only at edges, by at most 0.41 × the
+//! allowance.
 
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::boolean::PlanarError;
@@ -13,6 +14,15 @@ use meltpath_geometry::section::{SliceError, SlicePlan, slice};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Mesh, Plane};
 use rayon::prelude::*;
+
+/// Metal beyond the finished part, for machining.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowance {
+    /// Over sides, horizontally, mm.
+    pub side: f64,
+    /// Over faces that look up, vertically, mm.
+    pub top: f64,
+}
 
 /// Why a target could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -59,8 +69,8 @@ pub struct Target {
     pub surface: Vec<SurfacePoint>,
     /// Volume of the finished part, mm³.
     pub volume: f64,
-    /// Allowance, mm.
-    pub allowance: f64,
+    /// Metal asked for beyond the finished part.
+    pub allowance: Allowance,
 }
 
 /// Spacing of the points that stock is measured at, mm.
@@ -73,7 +83,7 @@ impl Target {
     /// [`TargetError`].
     pub fn new(
         mesh: &Mesh,
-        allowance: f64,
+        allowance: Allowance,
         map: &HeightMap,
         reporter: &Reporter,
         observer: &dyn Observer,
@@ -97,16 +107,17 @@ impl Target {
         let masks: Vec<(Mask, Mask)> = slices
             .par_iter()
             .map(|s| {
-                let grown = outset(&s.regions, allowance, join)?;
+                let grown = outset(&s.regions, allowance.side, join)?;
                 Ok((rasterise(&s.regions, &grid), rasterise(&grown, &grid)))
             })
             .collect::<Result<_, PlanarError>>()?;
         observer.check()?;
-        let reach = (allowance / thickness).round() as usize;
-        let levels = (0..count + reach)
+        let slabs = |length: f64| (length / thickness).round() as usize;
+        let (below, above) = (slabs(allowance.top), slabs(allowance.side));
+        let levels = (0..count + below)
             .into_par_iter()
             .map(|i| {
-                let around = i.saturating_sub(reach)..(i + reach + 1).min(count);
+                let around = i.saturating_sub(below)..(i + above + 1).min(count);
                 Level {
                     bottom: i as f64 * thickness,
                     top: (i + 1) as f64 * thickness,
@@ -144,13 +155,25 @@ pub struct Comparison {
 /// Farthest that stock is looked for, in multiples of the allowance, and never below this many mm.
 const STOCK_REACH: (f64, f64) = (3.0, 6.0);
 
-/// Compares the heights of `map`, each multiplied by `scale`, with the target. `scale` other than 1 shows what an error of
-/// growth would do.
-pub fn compare(map: &HeightMap, target: &Target, scale: f64) -> Comparison {
+/// Compares the heights of `map` over its plate, each as `shifted` makes it, with the target: what an error of growth would
+/// do.
+pub fn compare(
+    map: &HeightMap,
+    target: &Target,
+    shifted: impl Fn(f64) -> f64 + Sync,
+) -> Comparison {
+    let map = HeightMap {
+        z: map
+            .z
+            .iter()
+            .map(|z| map.base + shifted(z - map.base))
+            .collect(),
+        ..map.clone()
+    };
     let area = map.cell * map.cell;
     let columns: Vec<ColumnSums> = (0..map.ny)
         .into_par_iter()
-        .map(|iy| row(map, target, scale, iy))
+        .map(|iy| row(&map, target, iy))
         .collect();
     let mut result = Comparison::default();
     for sums in columns {
@@ -159,7 +182,7 @@ pub fn compare(map: &HeightMap, target: &Target, scale: f64) -> Comparison {
         keep_larger(&mut result.lack_at, sums.lack_at);
         keep_larger(&mut result.excess_at, sums.excess_at);
     }
-    result.stock = least_stock(map, target, scale);
+    result.stock = least_stock(&map, target);
     result
 }
 
@@ -180,11 +203,8 @@ fn keep_larger(best: &mut Option<(DVec3, f64)>, other: Option<(DVec3, f64)>) {
 }
 
 /// Lack and excess of one row of columns, mm of height summed over its cells.
-fn row(map: &HeightMap, target: &Target, scale: f64, iy: usize) -> ColumnSums {
-    let heights: Vec<f64> = map.z[iy * map.nx..(iy + 1) * map.nx]
-        .iter()
-        .map(|z| map.base + (z - map.base) * scale)
-        .collect();
+fn row(map: &HeightMap, target: &Target, iy: usize) -> ColumnSums {
+    let heights = &map.z[iy * map.nx..(iy + 1) * map.nx];
     let mut lack = vec![0.0; map.nx];
     // metal anywhere in the column, less what lies inside the envelope
     let mut excess: Vec<f64> = heights.iter().map(|z| (z - map.base).max(0.0)).collect();
@@ -219,10 +239,11 @@ fn row(map: &HeightMap, target: &Target, scale: f64, iy: usize) -> ColumnSums {
 }
 
 /// The smallest distance along the outward normal from the finished surface to the end of the metal.
-fn least_stock(map: &HeightMap, target: &Target, scale: f64) -> Option<(f64, DVec3)> {
-    let reach = (STOCK_REACH.0 * target.allowance).max(STOCK_REACH.1);
+fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, DVec3)> {
+    let reach =
+        (STOCK_REACH.0 * target.allowance.side.max(target.allowance.top)).max(STOCK_REACH.1);
     let step = 0.25 * map.cell;
-    let solid = |p: DVec3| p.z <= map.base + (map.height(p.truncate()) - map.base) * scale;
+    let solid = |p: DVec3| p.z <= map.height(p.truncate());
     let stock = |s: &SurfacePoint| {
         let outside_first = !solid(s.position);
         // on the way out the metal ends where it turns to air; where the surface is bare, look inwards for metal
@@ -316,6 +337,11 @@ mod tests {
     use meltpath_geometry::Region;
     use meltpath_geometry::raster::{Grid, rasterise};
 
+    const EVEN: Allowance = Allowance {
+        side: 2.0,
+        top: 2.0,
+    };
+
     fn rectangle(lo: f64, hi: f64) -> Vec<Region> {
         let (a, b) = (DVec2::splat(lo), DVec2::splat(hi));
         vec![Region {
@@ -369,7 +395,7 @@ mod tests {
                 levels,
                 surface,
                 volume: 4000.0,
-                allowance: 2.0,
+                allowance: EVEN,
             },
         )
     }
@@ -377,7 +403,7 @@ mod tests {
     #[test]
     fn a_block_built_right_has_stock_all_over() {
         let (map, target) = block(11.5);
-        let c = compare(&map, &target, 1.0);
+        let c = compare(&map, &target, |h| h);
         assert_eq!((c.lack, c.excess), (0.0, 0.0));
         let (stock, at) = c.stock.unwrap();
         assert!((stock - 1.0).abs() < 0.3 && at.x == 20.0, "{stock}");
@@ -386,22 +412,22 @@ mod tests {
     #[test]
     fn a_low_block_lacks_metal_and_a_tall_one_has_too_much() {
         let (map, target) = block(9.0);
-        let c = compare(&map, &target, 1.0);
+        let c = compare(&map, &target, |h| h);
         assert!((c.lack - 400.0).abs() < 1e-9);
         assert!((c.stock.unwrap().0 + 1.0).abs() < 0.2);
         let (map, target) = block(13.0);
-        let c = compare(&map, &target, 1.0);
+        let c = compare(&map, &target, |h| h);
         assert!((c.excess - 22.0 * 22.0).abs() < 1e-9, "{}", c.excess);
         assert!((c.excess_at.unwrap().1 - 1.0).abs() < 1e-12);
         // 10 % less growth brings the tall block inside again
-        assert_eq!(compare(&map, &target, 0.9).excess, 0.0);
+        assert_eq!(compare(&map, &target, |h| 0.9 * h).excess, 0.0);
     }
 
     #[test]
     fn the_target_of_a_mesh_has_its_volume() {
         let mesh = meltpath_geometry::shapes::cone(20.0, 10.0, 12.0);
         let map = HeightMap::new(DVec2::splat(-25.0), DVec2::splat(25.0), 0.25, 0.0).unwrap();
-        let target = Target::new(&mesh, 2.0, &map, &Reporter::new(), &Silent).unwrap();
+        let target = Target::new(&mesh, EVEN, &map, &Reporter::new(), &Silent).unwrap();
         let volume = |mask: fn(&Level) -> &Mask| -> f64 {
             target
                 .levels
@@ -424,7 +450,7 @@ mod tests {
             "{envelope} {exact_side}"
         );
         // nothing built: everything lacks
-        let c = compare(&map, &target, 1.0);
+        let c = compare(&map, &target, |h| h);
         assert!((c.lack - part).abs() < 1e-6 * part && c.excess == 0.0);
     }
 

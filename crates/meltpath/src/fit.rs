@@ -1,0 +1,367 @@
+//! `meltpath fit`: efficiency and beam diameter from bodies that were built and measured.
+
+pub mod measurements;
+pub mod present;
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::output::OutputFolder;
+use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_report::html::{ReportError, write_html};
+use meltpath_thermal::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
+use meltpath_thermal::fit::{self as least_squares, Fitted, Measured, Prior, which_to_build};
+use meltpath_thermal::material_file::{MaterialError, Readings, read as read_material};
+use meltpath_thermal::strategy::solve_radius;
+
+use crate::ebm::focus::{self, FocusFileError};
+use crate::ebm::settings::MATERIALS;
+use crate::waam::RunError;
+
+pub use measurements::{Measurements, MeasurementsError};
+
+/// Rounds of least squares at most.
+const ROUNDS: u32 = 4;
+/// Accuracy of a predicted radius, mm.
+const RADIUS: f64 = 2e-3;
+/// Efficiencies and widths that can be.
+const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
+
+/// Why nothing was fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum FitCommandError {
+    /// The file.
+    #[error(transparent)]
+    Measurements(#[from] MeasurementsError),
+    /// The material.
+    #[error("{0}")]
+    Material(String),
+    /// Its file.
+    #[error(transparent)]
+    MaterialFile(#[from] MaterialError),
+    /// The focus calibration.
+    #[error(transparent)]
+    Focus(#[from] FocusFileError),
+    /// A simulation.
+    #[error(transparent)]
+    Coupon(#[from] CouponError),
+    /// The fit.
+    #[error(transparent)]
+    Fit(#[from] least_squares::FitError<CouponError>),
+}
+
+/// A contour for the wanted diameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Radius of the first circle, mm; absent where none between half and twice that measured gives the diameter.
+    pub radius: Option<f64>,
+    /// Diameter that the corrected beam gives with it, mm, and its standard uncertainty.
+    pub diameter: [f64; 2],
+}
+
+/// Contours for a diameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// The diameter wanted, mm.
+    pub wanted: f64,
+    /// With the beam as believed before, and as corrected.
+    pub candidates: [Candidate; 2],
+    /// Which of them to build.
+    pub build: Option<usize>,
+    /// Radius and diameter, mm, as believed before and as corrected.
+    pub curves: [Vec<[f64; 2]>; 2],
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// What was measured.
+    pub measurements: Measurements,
+    /// What the beam as believed before predicts for each.
+    pub before: Vec<f64>,
+    /// The fit.
+    pub fitted: Fitted,
+    /// Contours for the wanted diameter.
+    pub prediction: Option<Prediction>,
+    /// Notes.
+    pub verdict: Verdict,
+    /// Where it was written.
+    pub folder: PathBuf,
+}
+
+fn guess(values: &[f64]) -> BeamGuess {
+    BeamGuess {
+        efficiency: values[0],
+        width: values[1],
+    }
+}
+
+/// Fits and writes a folder.
+///
+/// # Errors
+/// [`RunError`]; nothing is written then.
+pub fn fit(
+    file: &Path,
+    out: Option<&Path>,
+    runs: &Path,
+    observer: &dyn Observer,
+) -> Result<Found, RunError> {
+    let reporter = Reporter::new();
+    let mut provenance = Provenance::new();
+    let measured = measurements::read(file).map_err(FitCommandError::from)?;
+    crate::ebm::run::record(&mut provenance, file)?;
+    let found = search(&measured, &mut provenance, &reporter, observer).map_err(told)?;
+    let (before, fitted, prediction) = found;
+    for (n, m) in measured.all.iter().enumerate() {
+        let miss = (m.value - fitted.predicted[n]) / m.sigma;
+        if miss.abs() > 2.0 {
+            reporter.warn(
+                "not-explained",
+                format!(
+                    "{} differs from the corrected model by {:.1} of its uncertainties: no efficiency and diameter explain it",
+                    m.name,
+                    miss.abs()
+                ),
+                "look at the measurement and at what the model leaves out: sintered powder, beam dynamics, grains that stick",
+            );
+        }
+    }
+    let [efficiency, width] = [0, 1].map(|n| {
+        let unit = "%";
+        Measure::new(100.0 * fitted.values[n], 100.0 * fitted.sigmas[n], unit)
+    });
+    let told = |id: &str, title: &str, value: Measure| Check {
+        value: Some(value),
+        ..Check::not_checked(id, title, "fitted, not judged")
+    };
+    let verdict = Verdict {
+        checks: vec![
+            told(
+                "efficiency",
+                "share of the power that becomes heat",
+                efficiency,
+            ),
+            told("width", "beam diameter, of the calibrated one", width),
+        ],
+        warnings: reporter.warnings(),
+    };
+    let mut found = Found {
+        measurements: measured,
+        before,
+        fitted,
+        prediction,
+        verdict,
+        folder: PathBuf::new(),
+    };
+    observer.stage("write results", 0);
+    observer.check()?;
+    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let report = present::report(&file.display().to_string(), &found, &provenance);
+    folder.write("report.html", |w| {
+        write_html(w, &report).map_err(|e| match e {
+            ReportError::Io(e) => e,
+            ReportError::Scene(e) => std::io::Error::other(e),
+        })
+    })?;
+    present::write_files(&folder, &found)?;
+    found.folder = folder.commit()?;
+    Ok(found)
+}
+
+/// The run's error: cancellation is told apart.
+fn told(error: FitCommandError) -> RunError {
+    use meltpath_thermal::chart_build::BuildError;
+    use meltpath_thermal::chart_simulation::ChartSimulationError;
+    use meltpath_thermal::solver::SolverError;
+    let (FitCommandError::Coupon(coupon)
+    | FitCommandError::Fit(least_squares::FitError::Model(coupon))) = &error
+    else {
+        return RunError::Fit(error);
+    };
+    match coupon {
+        CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
+        | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => RunError::Cancelled(*c),
+        _ => RunError::Fit(error),
+    }
+}
+
+type Answer = (Vec<f64>, Fitted, Option<Prediction>);
+
+fn search(
+    measured: &Measurements,
+    provenance: &mut Provenance,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Answer, FitCommandError> {
+    let text = MATERIALS
+        .iter()
+        .find(|(name, _)| *name == measured.material)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| {
+            let known: Vec<&str> = MATERIALS.iter().map(|m| m.0).collect();
+            FitCommandError::Material(format!(
+                "there is no material \"{}\"; known are {}",
+                measured.material,
+                known.join(", ")
+            ))
+        })?;
+    let material = read_material(text, Readings::default())?;
+    let (calibration, source) = focus::builtin(&measured.focus)?;
+    provenance.model("focus calibration", &source);
+    provenance.model(
+        "bodies",
+        "chart simulation of every layer; struts by least-squares cylinder, walls by their mean thickness, pores by what stays powder",
+    );
+    provenance.model(
+        "fit",
+        "least squares with prior knowledge, Gauss-Newton, uncertainties carried through the slopes",
+    );
+    let bench = Bench {
+        material: &material,
+        focus: &calibration,
+        layer: measured.layer,
+        layers: measured.layers,
+        spacing: measured.spacing,
+    };
+    let mut charts = Charts::default();
+    let size = |coupon: &Coupon, values: &[f64], charts: &mut Charts| {
+        coupon.size(&bench, guess(values), charts, observer)
+    };
+    let prior = |name: &str, [value, sigma]: [f64; 2], bounds| Prior {
+        name: name.to_owned(),
+        value,
+        sigma,
+        bounds,
+    };
+    let priors = [
+        prior("efficiency", measured.efficiency, BOUNDS[0]),
+        prior("width", measured.width, BOUNDS[1]),
+    ];
+    let values: Vec<Measured> = measured
+        .all
+        .iter()
+        .map(|m| Measured {
+            value: m.value,
+            sigma: m.sigma,
+        })
+        .collect();
+    let mut all = |values: &[f64]| {
+        measured
+            .all
+            .iter()
+            .map(|m| size(&m.coupon, values, &mut charts))
+            .collect::<Result<Vec<f64>, _>>()
+    };
+    let start = priors.each_ref().map(|p| p.value);
+    let before = all(&start)?;
+    let fitted = least_squares::fit(&priors, &values, ROUNDS, &mut all)?;
+    for (n, p) in priors.iter().enumerate() {
+        if p.bounds.contains(&fitted.values[n]) {
+            reporter.warn(
+                "fit-at-bound",
+                format!(
+                    "the fitted {} lies at the limit of what is physical, {:.2}",
+                    p.name, fitted.values[n]
+                ),
+                "the measurements ask for more than this model can give: do not trust the correction",
+            );
+        }
+    }
+    let like = measured
+        .all
+        .iter()
+        .rev()
+        .find(|m| matches!(m.coupon, Coupon::Strut { .. }));
+    let prediction = match (measured.wanted, like) {
+        (Some(wanted), Some(like)) => Some(predict(
+            wanted,
+            &like.coupon,
+            &start,
+            &fitted,
+            &mut |coupon, values| size(coupon, values, &mut charts),
+        )?),
+        _ => None,
+    };
+    Ok((before, fitted, prediction))
+}
+
+type Size<'a> = dyn FnMut(&Coupon, &[f64]) -> Result<f64, CouponError> + 'a;
+
+/// The coupon with its first circle at `radius`, the others as far inside it as they were.
+fn with_radius(like: &Coupon, radius: f64) -> Coupon {
+    let mut moved = like.clone();
+    if let Coupon::Strut { circles, .. } = &mut moved {
+        let shift = radius - circles.first().map_or(radius, |c| c.0);
+        for circle in circles {
+            circle.0 = (circle.0 + shift).max(0.02);
+        }
+    }
+    moved
+}
+
+fn predict(
+    wanted: f64,
+    like: &Coupon,
+    before: &[f64],
+    fitted: &Fitted,
+    size: &mut Size<'_>,
+) -> Result<Prediction, CouponError> {
+    let Coupon::Strut { circles, .. } = like else {
+        return Ok(Prediction {
+            wanted,
+            candidates: [Candidate {
+                radius: None,
+                diameter: [f64::NAN; 2],
+            }; 2],
+            build: None,
+            curves: [Vec::new(), Vec::new()],
+        });
+    };
+    let range = [0.5 * circles[0].0, 2.0 * circles[0].0];
+    let mut find = |values: &[f64]| {
+        solve_radius(wanted, range, RADIUS, &mut |r| {
+            size(&with_radius(like, r), values)
+        })
+    };
+    let (plain, mut plain_curve) = find(before)?;
+    let (corrected, mut corrected_curve) = find(&fitted.values)?;
+    for curve in [&mut plain_curve, &mut corrected_curve] {
+        curve.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    }
+    let mut candidates = Vec::new();
+    for radius in [plain, corrected] {
+        let diameter = match radius {
+            None => [f64::NAN; 2],
+            Some(radius) => {
+                let coupon = with_radius(like, radius);
+                let here = size(&coupon, &fitted.values)?;
+                let mut slopes = Vec::new();
+                for n in 0..fitted.values.len() {
+                    // over the uncertainty itself: shorter steps would show voxels instead of the slope
+                    let mut ends = [[0.0; 2]; 2];
+                    for (end, side) in ends.iter_mut().zip([-0.7, 0.7]) {
+                        let mut moved = fitted.values.clone();
+                        let [low, high] = BOUNDS[n];
+                        moved[n] = (moved[n] + side * fitted.sigmas[n]).clamp(low, high);
+                        *end = [moved[n], size(&coupon, &moved)?];
+                    }
+                    let width = (ends[1][0] - ends[0][0]).max(f64::MIN_POSITIVE);
+                    slopes.push((ends[1][1] - ends[0][1]) / width);
+                }
+                [here, fitted.sigma_of(&slopes)]
+            }
+        };
+        candidates.push(Candidate { radius, diameter });
+    }
+    let candidates = [candidates[0], candidates[1]];
+    let known: Vec<usize> = (0..2).filter(|n| candidates[*n].radius.is_some()).collect();
+    let choices: Vec<(f64, f64)> = known
+        .iter()
+        .map(|n| (candidates[*n].diameter[0], candidates[*n].diameter[1]))
+        .collect();
+    Ok(Prediction {
+        wanted,
+        candidates,
+        build: (!known.is_empty()).then(|| known[which_to_build(wanted, &choices).0]),
+        curves: [plain_curve, corrected_curve],
+    })
+}

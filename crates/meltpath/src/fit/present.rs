@@ -1,0 +1,248 @@
+//! What a fit looks like: parameters, measurements before and after, contours for the wanted diameter.
+
+use meltpath_base::Provenance;
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::math::DVec2;
+use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::table::{Cell, Table};
+use meltpath_thermal::coupon::Coupon;
+
+use super::{Found, Prediction};
+
+/// Factor and unit in which a measurement is shown.
+fn shown(coupon: &Coupon) -> (f64, &'static str) {
+    match coupon {
+        Coupon::Block { .. } => (100.0, "%"),
+        Coupon::Strut { .. } | Coupon::Wall { .. } => (1e3, "µm"),
+    }
+}
+
+fn parameters(found: &Found) -> Table {
+    let mut table = Table::new("Beam", &["", "before (%)", "±", "fitted (%)", "±"]);
+    let priors = [
+        ("efficiency", found.measurements.efficiency),
+        ("diameter, of the calibrated one", found.measurements.width),
+    ];
+    for (n, (name, before)) in priors.into_iter().enumerate() {
+        table.rows.push(vec![
+            Cell::text(name),
+            Cell::Fixed(100.0 * before[0], 1),
+            Cell::Fixed(100.0 * before[1], 1),
+            Cell::Fixed(100.0 * found.fitted.values[n], 1),
+            Cell::Fixed(100.0 * found.fitted.sigmas[n], 1),
+        ]);
+    }
+    let covariance = &found.fitted.covariance;
+    let scale = (covariance[0][0] * covariance[1][1]).sqrt();
+    table.note = format!(
+        "Correlation of the two {:.2}; {} simulations; sum of squared misses, each in its uncertainty, {:.2} over {} measurements.",
+        covariance[0][1] / scale,
+        found.fitted.evaluations,
+        found.fitted.misfit,
+        found.measurements.all.len()
+    );
+    table
+}
+
+fn bodies(found: &Found) -> Table {
+    let mut table = Table::new(
+        "Measured and computed",
+        &[
+            "body",
+            "unit",
+            "measured",
+            "±",
+            "before",
+            "fitted",
+            "miss (in ±)",
+        ],
+    );
+    for (n, m) in found.measurements.all.iter().enumerate() {
+        let (factor, unit) = shown(&m.coupon);
+        let after = found.fitted.predicted[n];
+        table.rows.push(vec![
+            Cell::text(&m.name),
+            Cell::text(unit),
+            Cell::Fixed(factor * m.value, 1),
+            Cell::Fixed(factor * m.sigma, 1),
+            Cell::Fixed(factor * found.before[n], 1),
+            Cell::Fixed(factor * after, 1),
+            Cell::Fixed((m.value - after) / m.sigma, 2),
+        ]);
+    }
+    "Walls without stuck grains.".clone_into(&mut table.note);
+    table
+}
+
+const NAMES: [&str; 2] = ["uncalibrated", "calibrated"];
+
+fn contours(p: &Prediction) -> Table {
+    let mut table = Table::new(
+        &format!("First contour of a strut of {:.3} mm", p.wanted),
+        &["beam", "radius (mm)", "diameter expected (mm)", "±", ""],
+    );
+    for (n, c) in p.candidates.iter().enumerate() {
+        table.rows.push(vec![
+            Cell::text(NAMES[n]),
+            c.radius.map_or(Cell::text("none"), |r| Cell::Fixed(r, 3)),
+            Cell::Fixed(c.diameter[0], 3),
+            Cell::Fixed(c.diameter[1], 3),
+            Cell::text(if p.build == Some(n) {
+                "build this one"
+            } else {
+                ""
+            }),
+        ]);
+    }
+    "Both diameters as the calibrated beam gives them, with the uncertainty that efficiency and beam diameter leave; to build: the contour whose expected squared miss is smaller."
+        .clone_into(&mut table.note);
+    table
+}
+
+fn curve_plot(found: &Found, p: &Prediction) -> Plot {
+    let points = |curve: &[[f64; 2]]| curve.iter().map(|c| DVec2::new(c[0], c[1])).collect();
+    let measured = found
+        .measurements
+        .all
+        .iter()
+        .filter_map(|m| match &m.coupon {
+            Coupon::Strut { circles, .. } => Some(DVec2::new(circles[0].0, m.value)),
+            _ => None,
+        })
+        .collect();
+    let mut plot = Plot::new(
+        "Diameter against first contour",
+        Axis::new("radius", "mm"),
+        Axis::new("diameter", "mm"),
+    );
+    for (name, curve) in NAMES.iter().zip(&p.curves) {
+        plot = plot.with(Mark::Line {
+            name: (*name).to_owned(),
+            points: points(curve),
+        });
+    }
+    plot.with(Mark::Dots {
+        name: "measured".to_owned(),
+        points: measured,
+    })
+    .with(Mark::Limit {
+        name: "wanted".to_owned(),
+        value: p.wanted,
+    })
+}
+
+/// The report.
+pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
+    let mut sections = vec![Section {
+        title: "The beam that explains what was built".to_owned(),
+        intro: String::new(),
+        plots: Vec::new(),
+        tables: vec![parameters(found), bodies(found)],
+    }];
+    let percent = |n: usize| {
+        format!(
+            "{:.1} ± {:.1} %",
+            100.0 * found.fitted.values[n],
+            100.0 * found.fitted.sigmas[n]
+        )
+    };
+    let mut facts = vec![
+        Fact::new("efficiency", &percent(0)),
+        Fact::new("diameter, of the calibrated one", &percent(1)),
+    ];
+    if let Some(p) = &found.prediction {
+        sections.push(Section {
+            title: "What to build".to_owned(),
+            intro: String::new(),
+            plots: vec![curve_plot(found, p)],
+            tables: vec![contours(p)],
+        });
+        if let Some((n, radius)) = p.build.and_then(|n| Some((n, p.candidates[n].radius?))) {
+            facts.push(Fact::new(
+                &format!("contour to build ({})", NAMES[n]),
+                &format!("{radius:.3} mm"),
+            ));
+        }
+    }
+    Report {
+        title: "Beam fitted to measurements".to_owned(),
+        subtitle: format!("{file} · {} measurements", found.measurements.all.len()),
+        verdict: found.verdict.clone(),
+        facts,
+        scene: None,
+        sections,
+        sheet: None,
+        provenance: provenance.clone(),
+    }
+}
+
+/// What a terminal shows.
+pub fn lines(found: &Found) -> Vec<String> {
+    let mut lines: Vec<String> = ["efficiency", "diameter, of the calibrated one"]
+        .iter()
+        .enumerate()
+        .map(|(n, name)| {
+            format!(
+                "{name}: {:.1} ± {:.1} %",
+                100.0 * found.fitted.values[n],
+                100.0 * found.fitted.sigmas[n]
+            )
+        })
+        .collect();
+    for (n, m) in found.measurements.all.iter().enumerate() {
+        let (factor, unit) = shown(&m.coupon);
+        lines.push(format!(
+            "{}: measured {:.1} ± {:.1} {unit}, before {:.1}, fitted {:.1}",
+            m.name,
+            factor * m.value,
+            factor * m.sigma,
+            factor * found.before[n],
+            factor * found.fitted.predicted[n]
+        ));
+    }
+    if let Some(p) = &found.prediction {
+        for (n, c) in p.candidates.iter().enumerate() {
+            let build = if p.build == Some(n) {
+                ": build this one"
+            } else {
+                ""
+            };
+            lines.push(match c.radius {
+                Some(r) => format!(
+                    "{} contour for {:.3} mm: {r:.3} mm, expected {:.3} ± {:.3} mm{build}",
+                    NAMES[n], p.wanted, c.diameter[0], c.diameter[1]
+                ),
+                None => format!("{} contour for {:.3} mm: none found", NAMES[n], p.wanted),
+            });
+        }
+    }
+    lines
+}
+
+/// Writes the measurements before and after, and the verdict.
+///
+/// # Errors
+/// [`OutputError`].
+pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+    folder.write("fit.csv", |w| {
+        writeln!(w, "body,unit,measured,sigma,before,fitted")?;
+        for (n, m) in found.measurements.all.iter().enumerate() {
+            let (factor, unit) = shown(&m.coupon);
+            writeln!(
+                w,
+                "{},{unit},{},{},{},{}",
+                m.name,
+                factor * m.value,
+                factor * m.sigma,
+                factor * found.before[n],
+                factor * found.fitted.predicted[n]
+            )?;
+        }
+        Ok(())
+    })?;
+    folder.write("verdict.json", |w| {
+        serde_json::to_writer_pretty(&mut *w, &found.verdict.to_json())?;
+        w.write_all(b"\n")
+    })
+}

@@ -1,0 +1,523 @@
+//! `meltpath health`: the periodic test KM0 of an axis, its dated history, what drifted and what that may mean.
+//!
+//! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
+
+mod history;
+mod present;
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
+use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
+use meltpath_machine::scan_head::data::{self, HeadFileError};
+use meltpath_machine::scan_head::friction::Friction;
+use meltpath_machine::scan_head::galvanometer::AxisError;
+use meltpath_machine::scan_head::identification::{BenchRecord, Excitation, IdentificationError};
+use meltpath_machine::scan_head::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
+use meltpath_machine::scan_head::km0_bench::{
+    Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
+};
+use meltpath_perception::{Mapping, RecordError, read};
+
+pub use history::{Entry, History, HistoryError};
+
+/// Amplitude of the binary sequence of a written signal, V.
+const AMPLITUDE: f64 = 0.5;
+
+/// Why a health test gave nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum HealthError {
+    /// The head's file.
+    #[error("cannot use the scan head \"{name}\": {message}")]
+    Head {
+        /// Which.
+        name: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// A head without that axis.
+    #[error("the head \"{head}\" has no axis \"{axis}\"; it has {known}")]
+    Axis {
+        /// The head.
+        head: String,
+        /// The axis asked for.
+        axis: String,
+        /// Those it has.
+        known: String,
+    },
+    /// A change that a simulated axis does not know.
+    #[error("\"{text}\" is no change of an axis: write NAME=FACTOR with NAME one of {known}")]
+    Change {
+        /// What was written.
+        text: String,
+        /// The names.
+        known: String,
+    },
+    /// The mapping does not open.
+    #[error("cannot open the mapping `{}`: {source}", path.display())]
+    Open {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A record or its mapping.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A record at another sample period than the head.
+    #[error(
+        "`{}` has a sample every {:.3} µs, the head \"{head}\" every {:.3} µs: record at the head's sample time", path.display(), 1e6 * found, 1e6 * wanted
+    )]
+    Period {
+        /// Which record.
+        path: PathBuf,
+        /// The head.
+        head: String,
+        /// The record's, s.
+        found: f64,
+        /// The head's, s.
+        wanted: f64,
+    },
+    /// The first stage.
+    #[error("first stage: {0}")]
+    First(#[from] IdentificationError),
+    /// The second stage.
+    #[error("second stage: {0}")]
+    Second(#[from] AxisError),
+    /// The history.
+    #[error(transparent)]
+    History(#[from] HistoryError),
+    /// The report or the signal.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// The axis that is tested.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Subject {
+    /// The machine, as its owner names it.
+    pub machine: String,
+    /// The head: a name in `data/scan-heads`, or a file.
+    pub head: String,
+    /// `x`, `y` or `z`.
+    pub axis: String,
+    /// Its data.
+    data: Axis,
+    /// Sample period, s.
+    period: f64,
+}
+
+impl Subject {
+    /// Reads the head and finds the axis.
+    ///
+    /// # Errors
+    /// [`HealthError::Head`], [`HealthError::Axis`].
+    pub fn find(machine: &str, head: &str, axis: &str) -> Result<Self, HealthError> {
+        let wrong = |message: String| HealthError::Head {
+            name: head.to_owned(),
+            message,
+        };
+        let shipped = crate::lpbf::settings::HEADS
+            .iter()
+            .find(|(name, _)| *name == head);
+        let text = match shipped {
+            Some((_, text)) => (*text).to_owned(),
+            None => std::fs::read_to_string(head).map_err(|e| {
+                let known: Vec<_> = crate::lpbf::settings::HEADS.iter().map(|h| h.0).collect();
+                wrong(format!(
+                    "it is neither one of {} nor a file that opens: {e}",
+                    known.join(", ")
+                ))
+            })?,
+        };
+        let scan_head = data::parse(&text)
+            .map_err(|e: HeadFileError| wrong(e.to_string()))?
+            .head;
+        let [x, y] = &scan_head.mirrors;
+        let z = scan_head.focus.as_ref().map(|(z, _)| z);
+        let axes = [("x", Some(x)), ("y", Some(y)), ("z", z)];
+        let found = axes
+            .iter()
+            .find(|(name, _)| name.eq_ignore_ascii_case(axis))
+            .and_then(|(_, a)| *a);
+        let data = found.cloned().ok_or_else(|| HealthError::Axis {
+            head: head.to_owned(),
+            axis: axis.to_owned(),
+            known: axes
+                .iter()
+                .filter(|(_, a)| a.is_some())
+                .map(|(n, _)| *n)
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?;
+        Ok(Subject {
+            machine: machine.to_owned(),
+            head: head.to_owned(),
+            axis: axis.to_lowercase(),
+            data,
+            period: scan_head.period,
+        })
+    }
+
+    /// Machine, head and axis in one.
+    pub fn name(&self) -> String {
+        let head = Path::new(&self.head)
+            .file_stem()
+            .map_or_else(|| self.head.clone(), |s| s.to_string_lossy().into_owned());
+        format!("{}/{head}/{}", self.machine, self.axis)
+    }
+
+    fn signal(&self) -> Result<Km0Samples, HealthError> {
+        Ok(Km0Signal::for_axis(&self.data).samples(self.period)?)
+    }
+
+    /// Writes both stages' signals, to be played by the bench or the machine: `stage1.csv` (motor voltage, open loop) and
+    /// `stage2.csv` (set-points of the closed loop).
+    ///
+    /// # Errors
+    /// [`HealthError`].
+    pub fn write_signal(&self, folder: &Path) -> Result<PathBuf, HealthError> {
+        let out = OutputFolder::create(folder)?;
+        let column = |name: &str, head: &str, values: &[f64]| {
+            out.write(name, |w| {
+                writeln!(w, "time [s],{head}")?;
+                for (k, v) in values.iter().enumerate() {
+                    writeln!(w, "{:.9},{v}", k as f64 * self.period)?;
+                }
+                Ok(())
+            })
+        };
+        column(
+            "stage1.csv",
+            "voltage [V]",
+            &sequence(self.period, AMPLITUDE)?,
+        )?;
+        let degrees: Vec<f64> = self
+            .signal()?
+            .set_points
+            .iter()
+            .map(|v| v.to_degrees())
+            .collect();
+        column("stage2.csv", "set-point [deg]", &degrees)?;
+        Ok(out.commit()?)
+    }
+}
+
+/// Where the two records of a test come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bench {
+    /// Files, with the mapping that says which column is what.
+    Records {
+        /// First stage: `voltage`, `current`, `angle`; `set-point` where the loop was closed.
+        first: PathBuf,
+        /// Second stage: `current`, `angle`; `set-point` to find where the signal begins.
+        second: PathBuf,
+        /// The mapping of both.
+        mapping: PathBuf,
+    },
+    /// The head's own data, changed: factors on its parameters, `NAME=FACTOR`.
+    Simulated(Vec<String>),
+}
+
+/// Circumstances of a test.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Circumstances {
+    /// When, ISO 8601 with zone.
+    pub time: String,
+    /// Temperature, °C, where known.
+    pub temperature: Option<f64>,
+    /// Whether this test becomes the one to compare with (after an intervention); the first always does.
+    pub accept: bool,
+}
+
+/// A test, compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The rating of the axis.
+    pub rating: Rating,
+    /// What drifted, the worst first; empty for the first test.
+    pub drifts: Vec<Drift>,
+    /// As checks.
+    pub verdict: Verdict,
+    /// The folder of the report.
+    pub folder: PathBuf,
+    /// Number of tests in the history, this one included.
+    pub tests: usize,
+}
+
+/// Runs a test and adds it to the history in `folder`.
+///
+/// # Errors
+/// [`HealthError`]; the history is not touched then.
+pub fn test(
+    subject: &Subject,
+    bench: &Bench,
+    folder: &Path,
+    circumstances: &Circumstances,
+    reporter: &Reporter,
+) -> Result<Outcome, HealthError> {
+    let mut history = History::open(folder, &subject.name())?;
+    let signal = subject.signal()?;
+    let (first, response) = match bench {
+        Bench::Records {
+            first,
+            second,
+            mapping,
+        } => recorded(subject, &signal, [first, second], mapping, reporter)?,
+        Bench::Simulated(changes) => {
+            let axis = changed(&subject.data, changes)?;
+            let bench = simulate_first_stage(&axis, subject.period)?;
+            (
+                first_stage(&bench.record(), Excitation::Voltage)?,
+                simulate_second_stage(&axis, &signal, subject.period)?,
+            )
+        }
+    };
+    let stage2 = signal.analyse(&response, first.motor.torque_constant)?;
+    let record = Km0Record {
+        axis: subject.name(),
+        time: circumstances.time.clone(),
+        temperature: circumstances.temperature,
+        resistance: first.motor.resistance,
+        inductance: first.motor.inductance,
+        torque_constant: first.motor.torque_constant,
+        inertia: first.motor.inertia,
+        modes: first.modes.iter().map(|m| m.frequency).collect(),
+        fit_residual: Some(first.residual),
+        stage2,
+    };
+    let drifts = history
+        .reference()
+        .map(|reference| rate(reference, &record))
+        .unwrap_or_default();
+    let rating = drifts.first().map_or(Rating::Good, |d| d.rating);
+    if let Some(reference) = history.reference()
+        && reference.modes.len() != record.modes.len()
+    {
+        reporter.warn(
+            "modes",
+            format!(
+                "{} flexible modes were found, {} in the test to compare with",
+                record.modes.len(),
+                reference.modes.len()
+            ),
+            "look at the response of the first stage: a mode that comes or goes is a mount",
+        );
+    }
+    let verdict = Verdict {
+        checks: checks(&drifts),
+        warnings: reporter.digest(3),
+    };
+    let entry = Entry::new(record, circumstances.accept, rating, &drifts);
+    let report = OutputFolder::create_numbered(&folder.join("reports"))?;
+    let told = present::Told {
+        subject,
+        first: &first,
+        history: &history,
+        entry: &entry,
+        drifts: &drifts,
+        verdict: &verdict,
+    };
+    present::write(&report, &told)?;
+    history.add(entry)?;
+    Ok(Outcome {
+        rating,
+        drifts,
+        verdict,
+        folder: report.commit()?,
+        tests: history.entries().len(),
+    })
+}
+
+/// Both stages from files.
+fn recorded(
+    subject: &Subject,
+    signal: &Km0Samples,
+    [first, second]: [&Path; 2],
+    mapping: &Path,
+    reporter: &Reporter,
+) -> Result<(Km0Stage1, AxisRecord), HealthError> {
+    let text = std::fs::read_to_string(mapping).map_err(|source| HealthError::Open {
+        path: mapping.to_path_buf(),
+        source,
+    })?;
+    let mapping = Mapping::parse(&mapping.display().to_string(), &text)?;
+    let one = read(first, &mapping, reporter)?;
+    let bench = BenchRecord {
+        period: one.period,
+        voltage: one.channel("voltage")?,
+        current: one.channel("current")?,
+        angle: one.channel("angle")?,
+    };
+    let excitation = match one.channel("set-point") {
+        Ok(s) if s.iter().any(|v| *v != s[0]) => Excitation::SetPoint(s),
+        _ => Excitation::Voltage,
+    };
+    let found = first_stage(&bench, excitation)?;
+    let two = read(second, &mapping, reporter)?;
+    if (two.period / subject.period - 1.0).abs() > 1e-3 {
+        return Err(HealthError::Period {
+            path: second.to_path_buf(),
+            head: subject.head.clone(),
+            found: two.period,
+            wanted: subject.period,
+        });
+    }
+    let begin = if let Ok(set_points) = two.channel("set-point") {
+        signal.align(set_points)?
+    } else {
+        reporter.warn(
+            "no-set-point",
+            "the second stage has no channel \"set-point\": it is taken to begin with its signal",
+            "record the set-points too",
+        );
+        0
+    };
+    let response = AxisRecord {
+        reference: signal.set_points.clone(),
+        angle: two.channel("angle")?[begin..].to_vec(),
+        current: two.channel("current")?[begin..].to_vec(),
+        voltage: Vec::new(),
+    };
+    Ok((found, response))
+}
+
+type Scale = fn(&mut Axis, f64);
+
+/// What a simulated axis can be changed by.
+const CHANGES: [(&str, Scale); 7] = [
+    ("resistance", |a, f| a.motor.resistance *= f),
+    ("inductance", |a, f| a.motor.inductance *= f),
+    ("torque-constant", |a, f| {
+        a.motor.torque_constant *= f;
+        a.motor.back_emf *= f;
+        for mode in &mut a.motor.modes {
+            mode.gain *= f;
+        }
+    }),
+    ("inertia", |a, f| {
+        a.motor.inertia *= f;
+        for mode in &mut a.motor.modes {
+            mode.gain /= f;
+        }
+    }),
+    ("viscous", |a, f| a.motor.viscous *= f),
+    ("coulomb", |a, f| {
+        if let Friction::Coulomb { coulomb, .. } = &mut a.motor.friction {
+            *coulomb *= f;
+        }
+    }),
+    ("mode", |a, f| {
+        if let Some(mode) = a.motor.modes.first_mut() {
+            mode.omega *= f;
+        }
+    }),
+];
+
+fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
+    let mut axis = axis.clone();
+    for text in changes {
+        let wrong = || HealthError::Change {
+            text: text.clone(),
+            known: CHANGES.map(|c| c.0).join(", "),
+        };
+        let (name, factor) = text.split_once('=').ok_or_else(wrong)?;
+        let factor: f64 = factor.trim().parse().map_err(|_| wrong())?;
+        let (_, scale) = CHANGES
+            .iter()
+            .find(|(n, _)| *n == name.trim())
+            .ok_or_else(wrong)?;
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(wrong());
+        }
+        scale(&mut axis, factor);
+    }
+    Ok(axis)
+}
+
+/// The words of a rating.
+pub fn words(rating: Rating) -> &'static str {
+    match rating {
+        Rating::Good => "good",
+        Rating::Watch => "to be watched",
+        Rating::Intervene => "intervention needed",
+    }
+}
+
+fn checks(drifts: &[Drift]) -> Vec<Check> {
+    if drifts.is_empty() {
+        return vec![Check::not_checked(
+            "drift",
+            "drift",
+            "this is the first test: later ones are compared with it",
+        )];
+    }
+    let check = |d: &Drift| {
+        let limit = Limit::AtMost(100.0 * d.limits.1);
+        let id = format!("drift-{}", d.quantity.replace(' ', "-"));
+        let mut check = Check::judge(&id, &d.quantity, Measure::exact(100.0 * d.size, "%"), limit);
+        check.status = match d.rating {
+            Rating::Good => Status::Pass,
+            Rating::Watch => Status::Warn,
+            Rating::Intervene => Status::Fail,
+        };
+        check.reason = format!(
+            "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
+            words(d.rating),
+            100.0 * d.change,
+            d.reference,
+            d.now,
+            100.0 * d.limits.0,
+            100.0 * d.limits.1
+        );
+        if d.rating == Rating::Good {
+            check
+        } else {
+            check.remedy(format!("likely {}: {}", d.fault, d.action))
+        }
+    };
+    drifts.iter().map(check).collect()
+}
+
+/// An instant as ISO 8601 in UTC.
+///
+/// ```
+/// use std::time::{Duration, UNIX_EPOCH};
+/// assert_eq!(meltpath::health::iso(UNIX_EPOCH + Duration::from_secs(951_782_400)), "2000-02-29T00:00:00Z");
+/// ```
+pub fn iso(at: std::time::SystemTime) -> String {
+    let seconds = at
+        .duration_since(std::time::UNIX_EPOCH)
+        .map_or(0, |d| d.as_secs());
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    // days from 0000-03-01, in eras of 400 years (Hinnant, civil_from_days)
+    let z = days + 719_468;
+    let (era, day) = (z / 146_097, z % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let date = day - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year + era * 400 + u64::from(month <= 2);
+    format!(
+        "{year:04}-{month:02}-{date:02}T{:02}:{:02}:{:02}Z",
+        rest / 3600,
+        rest % 3600 / 60,
+        rest % 60
+    )
+}
+
+/// What a report says of its inputs.
+fn provenance(subject: &Subject) -> Provenance {
+    let mut provenance = Provenance::new();
+    provenance.model(
+        "health test KM0",
+        "Rasoanarivo 2020, § 2.4; limits of the rating: 10 and 25 % (R, L, Kc), 3 and 8 % (inertia, modes), 25 and 60 % (friction, lag), 20 and 50 % (overshoot, response time)",
+    );
+    provenance.parameter(
+        "health.axis",
+        &meltpath_base::Resolved::new(subject.name(), meltpath_base::Origin::Job),
+    );
+    provenance
+}

@@ -1,0 +1,294 @@
+//! The recipe search of a job: what is simulated, and what a person gets of it.
+
+use std::fmt::Write as _;
+use std::io;
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Check, Measure, Observer, Status};
+use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::fill_rate::{FillRate, hatch_distance};
+use meltpath_machine::scan_head::head::HeadError;
+use meltpath_machine::scan_head::job::{Recipe, ScanJob};
+use meltpath_machine::scan_head::plate::SquarePlate;
+use meltpath_machine::scan_head::recipe_search::{Bounds, Candidate, Found, Problem, search};
+use meltpath_report::html::Section;
+use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::series::csv::CsvWriter;
+use meltpath_report::series::{Column, Kind, SeriesError, Values};
+use meltpath_report::table::{Cell, Table};
+
+use super::run::MODES;
+use super::settings::Settings;
+use super::work::Work;
+
+/// Side of the squares that are simulated, at most, mm.
+const SIDE: f64 = 5.0;
+/// Rows of the table of recipes that nothing beats, at most.
+const ROWS: usize = 14;
+
+/// The work on which recipes are tried: two squares of at most [`SIDE`], or the piece of a layer that delays are tuned on.
+fn small(work: &Work) -> Work {
+    match work {
+        Work::Plate(plate) => Work::Plate(SquarePlate {
+            columns: 2,
+            rows: 1,
+            side: plate.side.min(SIDE),
+            ..*plate
+        }),
+        Work::Layers(_) => work.clone(),
+    }
+}
+
+/// Searches within the job's bounds, beginning with its first recipe.
+pub(super) fn run(
+    settings: &Settings,
+    bounds: &Bounds,
+    observer: &dyn Observer,
+) -> Result<Found, HeadError> {
+    let work = small(&settings.work);
+    let spot = 2.0 * settings.data.head.beam.waist;
+    let judged = &MODES[2..];
+    let job = |recipe: &Recipe| work.tuning_job(recipe);
+    let whole = |recipe: &Recipe| settings.work.job(recipe).map(|p| p.job);
+    let surface = |job: &ScanJob| match &work {
+        Work::Plate(_) => spot,
+        Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+    };
+    let recipe = &settings.recipes[0];
+    let problem = Problem {
+        head: &settings.data.head,
+        recipe,
+        job: &job,
+        fill: &|job| match &work {
+            Work::Plate(plate) => FillRate::new(job, plate, spot, judged),
+            Work::Layers(_) => FillRate::of_layers(job, &[0], surface(job), spot, judged),
+        },
+        whole: &whole,
+    };
+    search(&problem, bounds, observer)
+}
+
+/// What the search found, for the verdict.
+pub(super) fn check(found: &Found) -> Check {
+    let title = "a faster recipe within the bounds";
+    let saving = |c: &Candidate| 100.0 * (1.0 - c.duration / found.start.duration);
+    let check = |words: &str| Check::not_checked("optimise", title, words);
+    if found.best.as_ref() == Some(&found.start) {
+        return check("no faster recipe keeps the bounds: the first one is the fastest tried");
+    }
+    if let Some(best) = &found.best {
+        return Check {
+            status: Status::Pass,
+            value: Some(Measure::exact(saving(best), "%")),
+            ..check(&format!(
+                "{:.1} % of the time saved: contours at {:.0} mm/s, fills at {:.0} mm/s, {:.2} ms after marks{}",
+                saving(best),
+                best.recipe.contour_speed,
+                best.recipe.fill_speed,
+                1e3 * best.recipe.mark_wait,
+                filter_words(best)
+            ))
+        };
+    }
+    let near = found.nearest();
+    check(&format!(
+        "none of {} recipes keeps the bounds; the nearest has {:.1} % of its contour points and {:.1} % of its fill within them, asked are {:.1} and {:.1} %",
+        found.tried.len(),
+        100.0 * near.contour_share,
+        100.0 * near.fill_rate,
+        100.0 * found.bounds.contour_share,
+        100.0 * found.bounds.fill_rate
+    ))
+    .remedy(
+        "ask for less in [checks], or give [optimise] slower speeds, longer waits or other filters",
+    )
+}
+
+fn filter_words(c: &Candidate) -> String {
+    if c.filter_factor == 1.0 {
+        String::new()
+    } else {
+        format!(
+            ", first filter of the mirrors at {:.0} %",
+            100.0 * c.filter_factor
+        )
+    }
+}
+
+/// The search in the report.
+pub(super) fn section(found: &Found) -> Section {
+    let mut table = Table::new(
+        "Recipes that no other beats",
+        &[
+            "time, s",
+            "contours, mm/s",
+            "fills, mm/s",
+            "wait after marks, ms",
+            "jumps, %",
+            "first filter, %",
+            "on, µs",
+            "off, µs",
+            "contour points within, %",
+            "contour error, 99 %, µm",
+            "fill rate, %",
+            "energy of fills, J/m",
+            "within bounds",
+        ],
+    );
+    let front = found.front();
+    // the whole range of the front, and the neighbours of what was found
+    let step = front.len().div_ceil(ROWS).max(1);
+    let shown = front
+        .iter()
+        .enumerate()
+        .filter(|(k, c)| k % step == 0 || found.best.as_ref() == Some(**c));
+    for (_, c) in shown {
+        table.rows.push(row(c));
+    }
+    let mut start = row(&found.start);
+    if let Some(last) = start.last_mut() {
+        *last = Cell::text(if found.start.within {
+            "the recipe to begin with: yes"
+        } else {
+            "the recipe to begin with: no"
+        });
+    }
+    table.rows.push(start);
+    format!(
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Asked: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others.",
+        found.tried.len(),
+        100.0 * found.bounds.contour_share,
+        1e3 * found.bounds.contour_error,
+        100.0 * found.bounds.fill_rate,
+        MODES[2].words()
+    )
+    .clone_into(&mut table.note);
+    let dots = |name: &str, wanted: &dyn Fn(&Candidate) -> bool, of: &dyn Fn(&Candidate) -> f64| {
+        Mark::Dots {
+            name: name.to_owned(),
+            points: found
+                .tried
+                .iter()
+                .filter(|c| wanted(c) && of(c).is_finite())
+                .map(|c| DVec2::new(c.duration, of(c)))
+                .collect(),
+        }
+    };
+    let plot = |title: &str, axis: Axis, of: &dyn Fn(&Candidate) -> f64| {
+        Plot::new(title, Axis::new("time of the job", "s"), axis)
+            .with(dots("keeps a bound only, or none", &|c| !c.within, of))
+            .with(dots("within bounds", &|c| c.within, of))
+            .with(dots("found", &|c| found.best.as_ref() == Some(c), of))
+    };
+    Section {
+        title: "A faster recipe".to_owned(),
+        intro: "Speeds, waits, jump speeds and the mirrors' first filter were searched, laser delays tuned for each: the shortest time within the bounds. \
+                The head is judged, not the melt pool: power is that of the recipe, so faster marks bring less energy a millimetre."
+            .to_owned(),
+        tables: vec![table],
+        plots: vec![
+            plot(
+                "Time against contours",
+                Axis::new("contour points within the bound", "%"),
+                &|c| 100.0 * c.contour_share,
+            ),
+            plot("Time against fill", Axis::new("fill rate", "%"), &|c| {
+                100.0 * c.fill_rate
+            }),
+        ],
+    }
+}
+
+fn row(c: &Candidate) -> Vec<Cell> {
+    let r = &c.recipe;
+    vec![
+        Cell::Fixed(c.duration, 3),
+        Cell::Fixed(r.contour_speed, 0),
+        Cell::Fixed(r.fill_speed, 0),
+        Cell::Fixed(1e3 * r.mark_wait, 2),
+        Cell::Fixed(100.0 * c.jump_factor, 0),
+        Cell::Fixed(100.0 * c.filter_factor, 0),
+        Cell::Fixed(1e6 * r.delays.on, 0),
+        Cell::Fixed(1e6 * r.delays.off, 0),
+        Cell::Fixed(100.0 * c.contour_share, 2),
+        Cell::Fixed(1e3 * c.contour_error, 1),
+        Cell::Fixed(100.0 * c.fill_rate, 2),
+        Cell::Fixed(1e3 * r.fill_power / r.fill_speed, 0),
+        Cell::text(if c.within { "yes" } else { "no" }),
+    ]
+}
+
+/// Writes every recipe that was tried, and the found one as a recipe file.
+pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+    folder.write("series/recipes-tried.csv", |w| {
+        series(w, found).map_err(|e| match e {
+            SeriesError::Io(e) => e,
+            other => io::Error::other(other),
+        })
+    })?;
+    if let Some(best) = found.best.as_ref().filter(|b| **b != found.start) {
+        let text = recipe_file(best);
+        folder.write("recipe-optimised.toml", |w| w.write_all(text.as_bytes()))?;
+    }
+    Ok(())
+}
+
+fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
+    type Get = fn(&Candidate) -> f64;
+    let columns: [(&str, &str, Get); 14] = [
+        ("time", "s", |c| c.duration),
+        ("contour speed", "mm/s", |c| c.recipe.contour_speed),
+        ("fill speed", "mm/s", |c| c.recipe.fill_speed),
+        ("jump between contours", "mm/s", |c| {
+            c.recipe.contour_jump_speed
+        }),
+        ("jump to fill", "mm/s", |c| c.recipe.fill_jump_speed),
+        ("wait after marks", "s", |c| c.recipe.mark_wait),
+        ("wait after jumps", "s", |c| c.recipe.jump_wait),
+        ("laser-on delay", "s", |c| c.recipe.delays.on),
+        ("laser-off delay", "s", |c| c.recipe.delays.off),
+        ("first filter", "1", |c| c.filter_factor),
+        ("contour points within", "1", |c| c.contour_share),
+        ("contour error 99 %", "mm", |c| c.contour_error),
+        ("fill rate", "1", |c| c.fill_rate),
+        ("within bounds", "", |c| f64::from(u8::from(c.within))),
+    ];
+    let heads = columns.map(|(name, unit, _)| Column::new(name, unit, Kind::Float));
+    let values = columns.map(|(_, _, get)| found.tried.iter().map(get).collect::<Vec<f64>>());
+    let mut csv = CsvWriter::new(w, heads.to_vec())?;
+    csv.block(&values.iter().map(|v| Values::Float(v)).collect::<Vec<_>>())?;
+    csv.finish()
+}
+
+/// The candidate as a file of `data/recipes` would be.
+fn recipe_file(c: &Candidate) -> String {
+    let r = &c.recipe;
+    let mut text = String::from("# found by a recipe search; see report.html for its bounds\n");
+    if c.filter_factor != 1.0 {
+        // writing into a string does not fail
+        let _ = writeln!(
+            text,
+            "# it needs the first filter of the x and y axes at {} of what the head's file says",
+            c.filter_factor
+        );
+    }
+    let _ = writeln!(text, "name = \"{}\"", r.name.replace('"', "'"));
+    for (key, value, unit) in [
+        ("contour_speed", r.contour_speed, "mm/s"),
+        ("fill_speed", r.fill_speed, "mm/s"),
+        ("contour_jump_speed", r.contour_jump_speed, "mm/s"),
+        ("fill_jump_speed", r.fill_jump_speed, "mm/s"),
+        ("power", r.fill_power, "W"),
+        ("jump_wait", 1e6 * r.jump_wait, "µs"),
+        ("mark_wait", 1e6 * r.mark_wait, "µs"),
+        ("polygon_wait", 1e6 * r.polygon_wait, "µs"),
+        ("laser_on_delay", 1e6 * r.delays.on, "µs"),
+        ("laser_off_delay", 1e6 * r.delays.off, "µs"),
+    ] {
+        let _ = writeln!(
+            text,
+            "{key} = {{ value = \"{value:.3} {unit}\", source = \"recipe search\" }}"
+        );
+    }
+    text
+}

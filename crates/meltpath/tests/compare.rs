@@ -1,0 +1,126 @@
+//! `meltpath compare`: a run against samples of its own field, shifted ones, and tables that are wrong.
+#![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use meltpath::{chain, compare};
+use meltpath_base::Silent;
+
+/// A small run with pictures in time, and its folder.
+fn run(folder: &Path) -> PathBuf {
+    let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    for (time, x) in [(0.0, 0.0), (2.0 / 980.0, 2.0)] {
+        writeln!(path, "{time},{x},0,60000,0.005,0.004,1").unwrap();
+    }
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
+    let file = folder.join("job.toml");
+    std::fs::write(&file, job).unwrap();
+    let out = folder.join("run");
+    chain::run(&file, Some(&out), folder, &Silent).unwrap();
+    out
+}
+
+#[test]
+fn a_run_is_compared_with_a_table_and_with_itself() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let run = run(folder);
+    // sensors that show 25 K more than anything at rest, one outside, one too late
+    let mut table = "x_mm,y_mm,z_mm,t_ms,T_C\n".to_owned();
+    for n in 0..40 {
+        writeln!(
+            table,
+            "{},{},-0.02,{},775",
+            0.05 * f64::from(n),
+            0.4,
+            0.001 * f64::from(n)
+        )
+        .unwrap();
+    }
+    table += "50,0,-0.02,0.1,775\n1,0,-0.02,500,775\n";
+    let file = folder.join("sensors.csv");
+    std::fs::write(&file, &table).unwrap();
+    let out = folder.join("first");
+    let found = compare::compare(&run, &file, Some(&out), folder, &Silent).unwrap();
+    assert_eq!(found.left_out, [1, 1]);
+    // 0.4 mm beside the line nothing is heated yet: the table is 25 K too high
+    assert!((found.apart.bias - 25.0).abs() < 0.5, "{:?}", found.apart);
+    assert!(
+        found
+            .verdict
+            .warnings
+            .iter()
+            .any(|w| w.code == "samples-left-out")
+    );
+    for name in [
+        "report.html",
+        "pairs.csv",
+        "map.csv",
+        "map.vti",
+        "verdict.json",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    // the pairs it wrote are a table themselves: the run's own temperatures, met again to the rounding of the file
+    let pairs = std::fs::read_to_string(out.join("pairs.csv")).unwrap();
+    let own: String = pairs
+        .lines()
+        .enumerate()
+        .map(|(n, line)| {
+            let cells: Vec<&str> = line.split(',').collect();
+            if n == 0 {
+                "x_mm,y_mm,z_mm,t_s,T_C\n".to_owned()
+            } else {
+                format!(
+                    "{},{},{},{},{}\n",
+                    cells[0], cells[1], cells[2], cells[3], cells[5]
+                )
+            }
+        })
+        .collect();
+    let again = folder.join("own.csv");
+    std::fs::write(&again, own).unwrap();
+    let same =
+        compare::compare(&run, &again, Some(&folder.join("second")), folder, &Silent).unwrap();
+    assert!(
+        same.apart.worst.difference().abs() < 0.05,
+        "{:?}",
+        same.apart
+    );
+    // and one table against the other
+    let tables =
+        compare::compare(&again, &file, Some(&folder.join("third")), folder, &Silent).unwrap();
+    assert!((tables.apart.bias - 25.0).abs() < 0.5, "{:?}", tables.apart);
+}
+
+#[test]
+fn what_cannot_be_compared_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let write = |name: &str, text: &str| {
+        let file = folder.join(name);
+        std::fs::write(&file, text).unwrap();
+        file
+    };
+    let table = write("a.csv", "x,y,z,t,T\n0,0,0,0,900\n");
+    let away = write("b.csv", "x,y,z,t,T\n5,0,0,0,900\n");
+    let told = |against: &Path, table: &Path| {
+        let out = folder.join("out");
+        let error = compare::compare(against, table, Some(&out), folder, &Silent).unwrap_err();
+        assert!(!out.exists());
+        error.to_string()
+    };
+    assert!(told(&away, &table).contains("none of the 1 samples"));
+    assert!(told(folder, &table).contains("it has no job.toml"));
+    let kind = write("c.dat", "");
+    assert!(
+        told(&away, &kind).contains("c.dat"),
+        "{}",
+        told(&away, &kind)
+    );
+    assert!(told(&away, &folder.join("none.csv")).contains("none.csv"));
+    let cut = write("d.parquet", "PAR1 and no more");
+    assert!(told(&away, &cut).contains("d.parquet"));
+}

@@ -1,0 +1,284 @@
+//! Scan-head jobs from their files to the folder of results.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use meltpath::job::Job;
+use meltpath::{chain, lpbf};
+use meltpath_base::Silent;
+use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::data;
+use meltpath_machine::scan_head::job::VectorKind;
+use meltpath_machine::scan_head::plate::SquarePlate;
+use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
+use meltpath_programs::vectors;
+
+const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ndelays = \"recipe\"\n";
+
+/// Runs a job text in `folder`; the folder of results.
+fn run(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let job = folder.join(format!("{name}.toml"));
+    fs::write(&job, text).unwrap();
+    let out = folder.join(name);
+    chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap();
+    out
+}
+
+fn refused(folder: &Path, text: &str) -> String {
+    let job = folder.join("wrong.toml");
+    fs::write(&job, text).unwrap();
+    let out = folder.join("wrong");
+    let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
+    assert!(!out.exists(), "nothing is left behind");
+    error.to_string()
+}
+
+/// What the verdict says of the first recipe: share of contour points, fill rate.
+fn shares(out: &Path) -> Vec<f64> {
+    let text = fs::read_to_string(out.join("verdict.json")).unwrap();
+    let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
+    verdict["checks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|c| c["value"]["value"].as_f64())
+        .collect()
+}
+
+/// Small squares as a CLI file of layers, moved by `shift`.
+fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
+    let layer = |number: usize| {
+        let mut items = Vec::new();
+        for square in 0..plate.squares() {
+            let half = 0.5 * plate.side;
+            let ring = [
+                (1.0, -1.0),
+                (1.0, 1.0),
+                (-1.0, 1.0),
+                (-1.0, -1.0),
+                (1.0, -1.0),
+            ]
+            .map(|(x, y)| plate.centre(square) + shift + DVec2::new(x, y) * half);
+            items.push(Item::Polyline {
+                part: square,
+                direction: Direction::Outer,
+                points: ring.to_vec(),
+            });
+            items.push(Item::Hatches {
+                part: square,
+                lines: plate
+                    .hatch_lines(square)
+                    .into_iter()
+                    .map(|(a, b)| [a + shift, b + shift])
+                    .collect(),
+            });
+        }
+        Layer {
+            height: 0.03 * (number + 1) as f64,
+            items,
+        }
+    };
+    LayerFile {
+        labels: vec![(0, "first".to_owned())],
+        layers: (0..layers).map(layer).collect(),
+    }
+}
+
+fn small() -> SquarePlate {
+    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    SquarePlate {
+        columns: 2,
+        rows: 1,
+        side: 2.0,
+        ..head.plate
+    }
+}
+
+#[test]
+fn layers_of_a_cli_file_run_as_text_and_as_binary() {
+    let dir = tempfile::tempdir().unwrap();
+    let shift = DVec2::new(75.0, 75.0);
+    let file = layer_file(&small(), 3, shift);
+    let text = write_ascii(&file).unwrap();
+    fs::write(dir.path().join("a.cli"), &text).unwrap();
+    fs::write(dir.path().join("b.cli"), write_binary(&file).unwrap()).unwrap();
+    let job = |file: &str| {
+        format!(
+            "{JOB}layers = \"{file}\"\n[layers]\nrange = [2, 3]\norigin = [\"75 mm\", \"75 mm\"]\n[output]\nmotion = \"csv\"\n"
+        )
+    };
+    let (a, b) = (
+        run(dir.path(), "a", &job("a.cli")),
+        run(dir.path(), "b", &job("b.cli")),
+    );
+    let found = shares(&a);
+    assert!(found[1] > 40.0, "{found:?}");
+    // coordinates of binary files have 32 bits
+    for (x, y) in found.iter().zip(shares(&b)) {
+        assert!((x - y).abs() < 1.0, "{x} {y}");
+    }
+    let motion = fs::read_to_string(a.join("series/motion-1.csv")).unwrap();
+    let mut lines = motion.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "time [s],x [mm],y [mm],z [mm],speed [mm/s],power [W],vector"
+    );
+    let rows: Vec<Vec<f64>> = lines
+        .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
+        .collect();
+    let heights: Vec<f64> = [rows.first().unwrap()[3], rows.last().unwrap()[3]].to_vec();
+    assert_eq!(heights, [0.06, 0.09]);
+    // energy: the power of lit samples only, for about the time that marks take
+    let energy: f64 = rows.iter().map(|r| r[5]).sum::<f64>() * 50e-6;
+    let most = rows.iter().map(|r| r[5]).fold(0.0, f64::max);
+    assert!(energy > 0.0 && energy < most * rows.len() as f64 * 50e-6);
+    assert!(rows.iter().any(|r| r[5] == 0.0));
+    // the part lies where the job puts it, but for light before the first jump has settled
+    let lit = rows.iter().filter(|r| r[5] > 0.0);
+    let reach = lit.map(|r| r[1].abs()).fold(0.0, f64::max);
+    let plate = small();
+    assert!(
+        (reach - (0.5 * plate.column_pitch + 1.0)).abs() < 0.6,
+        "{reach}"
+    );
+    let page = fs::read_to_string(a.join("report.html")).unwrap();
+    assert!(page.contains("2 layers of 3, 2 to 3, of a.cli"));
+}
+
+/// A plate written as a vector list with every value of its recipe gives the plate's own figures.
+#[test]
+fn a_vector_list_does_what_the_plate_does() {
+    let dir = tempfile::tempdir().unwrap();
+    let recipe = data::parse_recipe(include_str!("../../../data/recipes/industrial.toml")).unwrap();
+    let job = small().job(&recipe).unwrap();
+    let start = vectors::Vector {
+        kind: vectors::Kind::Start,
+        end: job.start,
+        speed: None,
+        power: None,
+        wait: None,
+        part: 0,
+    };
+    let rest = job.vectors.iter().map(|v| vectors::Vector {
+        kind: match v.kind {
+            VectorKind::Contour => vectors::Kind::Contour,
+            VectorKind::Fill => vectors::Kind::Fill,
+            VectorKind::Jump => vectors::Kind::Jump,
+            VectorKind::Connection => vectors::Kind::Connection,
+            VectorKind::Run => vectors::Kind::Run,
+        },
+        end: v.end,
+        speed: Some(v.speed),
+        power: Some(v.power),
+        wait: Some(v.wait),
+        part: v.block,
+    });
+    let layer = vectors::Layer {
+        number: 7,
+        height: 0.21,
+        vectors: std::iter::once(start).chain(rest).collect(),
+    };
+    fs::write(dir.path().join("v.csv"), vectors::write(&[layer])).unwrap();
+    let listed = run(dir.path(), "listed", &format!("{JOB}layers = \"v.csv\"\n"));
+    let plate = run(
+        dir.path(),
+        "plate",
+        &format!("{JOB}[plate]\nblock = [2, 1]\nside = \"2 mm\"\n"),
+    );
+    // the contour share is the same to the bit; surfaces to fill are not defined in the same way
+    assert_eq!(shares(&listed)[0].to_bits(), shares(&plate)[0].to_bits());
+    let path = |out: &Path| fs::read_to_string(out.join("marked-path-1.csv")).unwrap();
+    let (a, b) = (path(&listed), path(&plate));
+    assert!(
+        a.starts_with(&b[..b.len() - 1]),
+        "the plate's file ends after its first square"
+    );
+    let page = fs::read_to_string(listed.join("report.html")).unwrap();
+    assert!(page.contains("layer 7 of 1 of v.csv"));
+}
+
+#[test]
+fn layers_that_cannot_be_run_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = layer_file(&small(), 2, DVec2::new(200.0, 0.0));
+    let text = write_ascii(&file).unwrap();
+    fs::write(dir.path().join("far.cli"), &text).unwrap();
+    fs::write(dir.path().join("cut.cli"), &text[..text.len() / 2]).unwrap();
+    fs::write(
+        dir.path().join("bad.csv"),
+        "kind,x [mm],y [mm]\nstart,0,0\nfill,a,0\n",
+    )
+    .unwrap();
+    fs::write(
+        dir.path().join("dark.csv"),
+        "kind,x [mm],y [mm]\nstart,0,0\njump,1,0\n",
+    )
+    .unwrap();
+    fs::write(dir.path().join("a.step"), "x").unwrap();
+    for (name, more, words) in [
+        ("none.cli", "", "cannot read the layers"),
+        ("a.step", "", ".cli files"),
+        ("cut.cli", "", "layer file"),
+        ("bad.csv", "", "line 3"),
+        ("dark.csv", "", "marks nothing"),
+        ("far.cli", "[layers]\nrange = [5, 9]\n", "the layers 1 to 2"),
+        ("far.cli", "", "field"),
+    ] {
+        let error = refused(dir.path(), &format!("{JOB}layers = \"{name}\"\n{more}"));
+        assert!(error.contains(words), "{name}: {error}");
+    }
+    let (Job::Lpbf(job), text) = meltpath::job::load(&dir.path().join("wrong.toml")).unwrap()
+    else {
+        panic!("a scan-head job")
+    };
+    let lines = lpbf::doctor(&dir.path().join("wrong.toml"), &job, &text).unwrap();
+    assert!(
+        lines.iter().any(|l| l.contains("layers.range")),
+        "{lines:?}"
+    );
+}
+
+/// The found recipe keeps its bounds on the work that is run, not only on the small one it was found on, and is faster.
+#[test]
+fn a_faster_recipe_is_found_and_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\n\
+        [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
+        [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
+    let out = run(dir.path(), "best", text);
+    let verdict: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("verdict.json")).unwrap()).unwrap();
+    let check = |id: &str| {
+        let checks = verdict["checks"].as_array().unwrap();
+        checks.iter().find(|c| c["id"] == id).unwrap().clone()
+    };
+    let saved = check("optimise")["value"]["value"].as_f64().unwrap();
+    assert!(saved > 5.0, "{saved}");
+    let value = |id: &str| check(id)["value"]["value"].as_f64().unwrap();
+    assert!(value("contour-2") >= 80.0, "{}", value("contour-2"));
+    assert!(
+        value("fill-2") >= value("fill-1") - 2.0,
+        "{} {}",
+        value("fill-2"),
+        value("fill-1")
+    );
+    // the found recipe is a recipe file: run from it, it does the same
+    let found = fs::read_to_string(out.join("recipe-optimised.toml")).unwrap();
+    data::parse_recipe(&found).unwrap().check().unwrap();
+    let tried = fs::read_to_string(out.join("series/recipes-tried.csv")).unwrap();
+    assert!(tried.lines().count() > 10);
+    assert!(out.join("series/delays-2.csv").exists());
+
+    // bounds that nothing keeps are told with the nearest
+    let out = run(
+        dir.path(),
+        "none",
+        &text
+            .replace("\"80 %\"", "\"100 %\"")
+            .replace("\"100 µm\"", "\"1 µm\""),
+    );
+    let page = fs::read_to_string(out.join("verdict.json")).unwrap();
+    assert!(page.contains("keeps the bounds; the nearest has"), "{page}");
+    assert!(!out.join("recipe-optimised.toml").exists());
+}
