@@ -3,8 +3,10 @@
 pub mod focus;
 pub mod hatch;
 pub mod judge;
+pub mod optimise;
 pub mod path_file;
 pub mod present;
+mod present_found;
 pub mod region;
 pub mod run;
 pub mod settings;

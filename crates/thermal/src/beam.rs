@@ -165,6 +165,22 @@ impl BeamPath {
         }
     }
 
+    /// The path from one time to another, s.
+    #[must_use]
+    pub fn between(&self, from: f64, to: f64) -> BeamPath {
+        let (from, to) = (from.max(self.begin()), to.min(self.end()));
+        let mut points = vec![self.at(from)];
+        let inside = |p: &&BeamPoint| from < p.time && p.time <= to;
+        points.extend(self.points.iter().filter(inside));
+        if points.last().is_some_and(|p| p.time < to) {
+            points.push(BeamPoint {
+                on: points[points.len() - 1].on,
+                ..self.at(to)
+            });
+        }
+        BeamPath { points }
+    }
+
     /// Reads a path from CSV with the columns of [`COLUMNS`] and that line at its head; lines that begin with `#` are comments.
     ///
     /// # Errors

@@ -94,6 +94,32 @@ impl SpeedProfile {
         BeamPath::new(out)
     }
 
+    /// Each factor replaced by the nearest of `levels` (by ratio): for controllers, or charts, that know only those. Without
+    /// levels nothing changes.
+    #[must_use]
+    pub fn snapped(&self, levels: &[f64]) -> Self {
+        let far = |level: f64, factor: f64| (level / factor).ln().abs();
+        let nearest = |factor: f64| {
+            let nearer = |a: f64, b: &f64| {
+                if far(*b, factor) < far(a, factor) {
+                    *b
+                } else {
+                    a
+                }
+            };
+            let (first, others) = levels.split_first()?;
+            Some(others.iter().fold(*first, nearer))
+        };
+        SpeedProfile {
+            knots: self.knots.clone(),
+            factors: self
+                .factors
+                .iter()
+                .map(|f| nearest(*f).unwrap_or(*f))
+                .collect(),
+        }
+    }
+
     /// One factor per straight piece of the path, that takes the same time: for controllers that cannot vary the speed along
     /// a line (Béraud 2016, section 3.3.2.2).
     #[must_use]

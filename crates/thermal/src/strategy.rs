@@ -1,16 +1,16 @@
-//! Melt strategies optimised by simulation: the speed along a path is chosen so that the highest temperatures meet an aim.
+//! Melt strategies optimised by simulation: controllers that choose the speed along a path from the temperatures while it is
+//! drawn, so that they meet an aim. Learning from whole drawings: [`crate::learning`]; prediction: [`crate::prediction`].
 //!
 //! Béraud 2016, section 3.3.2.2 and annex F (its controller repaired, erratum E13); controllers and learning beyond it:
 //! specification ebm, section 2.14.3. Simulator, controller and aim do not know each other.
 
 use meltpath_base::Observer;
 
-use crate::beam::{Beam, BeamError, BeamPath};
+use crate::beam::{BeamError, BeamPath};
 use crate::chart_simulation::{ChartSimulation, ChartSimulationError};
-use crate::grid::Field;
-use crate::material::{CELSIUS, Material};
-use crate::run::{RunError, draw};
-use crate::solver::Solver;
+use crate::focus::FocusError;
+use crate::material::CELSIUS;
+use crate::run::RunError;
 use crate::speed::SpeedProfile;
 
 /// Why a strategy could not be found.
@@ -25,6 +25,17 @@ pub enum StrategyError {
     /// The path.
     #[error(transparent)]
     Beam(#[from] BeamError),
+    /// The focus of the beam.
+    #[error(transparent)]
+    Focus(#[from] FocusError),
+    /// A beam whose diameter does not depend on its focus current.
+    #[error(
+        "the beam is {diameter} mm wide whatever the focus current: give a focus calibration, or change speed or current"
+    )]
+    FixedFocus {
+        /// Its diameter, mm.
+        diameter: f64,
+    },
     /// An aim no metal can have.
     #[error("the aim is {celsius:.0} °C: it must lie above the melting range")]
     Aim {
@@ -161,158 +172,6 @@ pub fn control(
         told = done;
     }
     Ok(SpeedProfile::from_parts(knots, factors))
-}
-
-/// How learning goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Learning {
-    /// Highest temperature wanted, K.
-    pub aim: f64,
-    /// Rounds at most.
-    pub rounds: u32,
-    /// Relative change of speed per relative excess of temperature, 0.3 to 1.
-    pub gain: f64,
-    /// Slowest and fastest factor on the path's own speed.
-    pub bounds: [f64; 2],
-    /// Length of the intervals of one speed, mm.
-    pub length: f64,
-    /// Radius over which highest temperatures are averaged, mm; 0 for the voxel under the beam alone. With the distance
-    /// between lines what lies between them counts, and the mean meets the aim, at the price of a smaller share in a window
-    /// that is narrower than the difference between lines and what lies between them.
-    pub radius: f64,
-}
-
-/// What learning found.
-#[derive(Debug, Clone)]
-pub struct Learned {
-    /// The best speeds.
-    pub profile: SpeedProfile,
-    /// The path at them.
-    pub path: BeamPath,
-    /// Highest temperatures it leads to, K.
-    pub highest: Field,
-    /// Score of each round, the first with the path's own speed.
-    pub scores: Vec<f64>,
-}
-
-/// What draws a path and tells the highest temperatures it leads to, K, always from the same start: charts or the reference
-/// solver, see [`with_charts`].
-pub type Draw<'a> = dyn FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + 'a;
-
-/// Draws with charts, from the state of `start`.
-pub fn with_charts(
-    start: &ChartSimulation,
-) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + '_ {
-    move |path, observer| {
-        let mut simulation = start.clone();
-        simulation.draw(path, &[], &mut |_, _| (), observer)?;
-        Ok(simulation.highest_temperature())
-    }
-}
-
-/// Draws with the reference solver in explicit steps of at most `step` s, from the state of `start`.
-pub fn with_reference<'a>(
-    start: &'a Solver<f32>,
-    beam: &'a Beam,
-    step: f64,
-) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Field, StrategyError> + 'a {
-    move |path, observer| {
-        let mut solver = start.clone();
-        draw(&mut solver, path, beam, step, &mut [], observer)?;
-        Ok(solver.highest_temperature())
-    }
-}
-
-/// Draws the path again and again, each time faster where it became too hot and slower where too cold, and keeps the round
-/// with the best `score`.
-///
-/// # Errors
-/// [`StrategyError`], cancellation included.
-pub fn learn(
-    simulate: &mut Draw<'_>,
-    material: &Material,
-    path: &BeamPath,
-    learning: &Learning,
-    score: &dyn Fn(&Field) -> f64,
-    observer: &dyn Observer,
-) -> Result<Learned, StrategyError> {
-    let refused = || StrategyError::Aim {
-        celsius: learning.aim - CELSIUS,
-    };
-    if learning.aim <= material.liquidus {
-        return Err(refused());
-    }
-    observer.stage("learn the speeds", u64::from(learning.rounds) + 1);
-    let mut profile = SpeedProfile::of(path, learning.length);
-    let mut best: Option<(f64, Learned)> = None;
-    let mut scores = Vec::new();
-    for round in 0..=learning.rounds {
-        let drawn = profile.apply(path)?;
-        let highest = simulate(&drawn, &Quiet(observer))?;
-        let reached = score(&highest);
-        scores.push(reached);
-        let excess = along(&highest, path, &profile, learning, material.start);
-        if best.as_ref().is_none_or(|(most, _)| reached > *most) {
-            let learned = Learned {
-                profile: profile.clone(),
-                path: drawn,
-                highest,
-                scores: Vec::new(),
-            };
-            best = Some((reached, learned));
-        }
-        observer.advance(1);
-        if round < learning.rounds {
-            for (factor, excess) in profile.factors_mut().iter_mut().zip(smooth(&excess)) {
-                let next = *factor * (1.0 + learning.gain * excess);
-                *factor = next.clamp(learning.bounds[0], learning.bounds[1]);
-            }
-        }
-    }
-    best.map(|(_, learned)| Learned { scores, ..learned })
-        .ok_or_else(refused)
-}
-
-/// Relative excess of the highest temperature over the aim along the path; 0 where the beam is off.
-fn along(
-    highest: &Field,
-    path: &BeamPath,
-    profile: &SpeedProfile,
-    learning: &Learning,
-    ambient: f64,
-) -> Vec<f64> {
-    profile
-        .intervals()
-        .map(|(from, to, _)| {
-            let p = path.at(0.5 * (from + to));
-            if !p.on {
-                return 0.0;
-            }
-            let found = highest.mean_on_top([p.x, p.y], learning.radius);
-            (found.unwrap_or(learning.aim) - learning.aim) / (learning.aim - ambient)
-        })
-        .collect()
-}
-
-fn smooth(values: &[f64]) -> Vec<f64> {
-    let last = values.len().saturating_sub(1);
-    (0..values.len())
-        .map(|n| {
-            let (before, after) = (values[n.saturating_sub(1)], values[(n + 1).min(last)]);
-            0.25 * before + 0.5 * values[n] + 0.25 * after
-        })
-        .collect()
-}
-
-/// Passes cancellation on and keeps the progress of an inner stage to itself.
-struct Quiet<'a>(&'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn stage(&self, _name: &str, _total: u64) {}
-    fn advance(&self, _done: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }
 
 /// The radius at which `diameter(radius)` is `wanted`, by bisection between `radii` to `tolerance` mm; the simulated pairs come

@@ -10,23 +10,20 @@ mod support;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::as_built::strut;
-use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_build::compute;
 use meltpath_thermal::chart_simulation::{ChartSimulation, ChartSimulationError, Settings};
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::fit::{Measured, Prior, fit, which_to_build};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::learning::{Freedom, Learned, Learning, learn};
+use meltpath_thermal::lever::Lever;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::peaks::with_charts;
+use meltpath_thermal::solver::State;
 use meltpath_thermal::speed::SpeedProfile;
-use meltpath_thermal::strategy::{
-    Accelerator, Controller, Learned, Learning, Pid, control, learn, solve_radius, with_charts,
-    with_reference,
-};
-use meltpath_thermal::surface::Surface;
+use meltpath_thermal::strategy::{Accelerator, Controller, Pid, control, solve_radius};
 use support::{FAST, INNER, SLOW, compute_charts, settings, titanium};
 
 const HATCH: f64 = 0.125;
@@ -112,11 +109,9 @@ fn window() -> Classes {
 
 /// Voxels of the last layer more than 0.2 mm inside the triangle.
 fn tally(field: &Field, classes: &Classes) -> Tally {
-    let slant = 8.75_f64.hypot(7.5);
     let inside = |[i, j, k]: [usize; 3]| {
         let c = field.grid.centre(i, j, k);
-        let lateral = 7.5 * (side(c.y) - c.x.abs()) / slant;
-        k + 1 == field.grid.planes() && c.y > 0.2 && lateral > 0.2
+        k + 1 == field.grid.planes() && depth([c.x, c.y]) > 0.2
     };
     Tally::of(field, classes, inside)
 }
@@ -128,12 +123,29 @@ fn learned(path: &BeamPath, classes: &Classes, aim: f64, rounds: u32) -> Learned
         gain: 0.8,
         bounds: [0.6, 3.0],
         length: 0.25,
-        radius: 0.0,
+        lever: Lever::Speed,
+        levels: Vec::new(),
+        freedom: Freedom::Continuous,
     };
     let share = |f: &Field| tally(f, classes).share(Class::Good);
     let start = ready(path);
     let mut draw = with_charts(&start);
-    learn(&mut draw, &titanium(), path, &learning, &share, &Silent).unwrap()
+    learn(
+        &mut draw,
+        &titanium(),
+        path,
+        &learning,
+        None,
+        &|p| depth(p) > 0.15,
+        &share,
+        &Silent,
+    )
+    .unwrap()
+}
+
+/// How far inside the triangle a point lies, mm.
+fn depth([x, y]: [f64; 2]) -> f64 {
+    (7.5 * (side(y) - x.abs()) / 8.75_f64.hypot(7.5)).min(y)
 }
 
 fn middle(classes: &Classes) -> f64 {
@@ -294,102 +306,6 @@ fn ebm_q08_the_contour_of_a_strut_of_one_millimetre() {
     println!("Q8: {radius:.3} mm; {pairs:.3?}");
     assert!((0.33..0.39).contains(&radius), "{radius}");
     assert!(pairs[1][1] > pairs[0][1]);
-}
-
-fn beam(power: f64) -> Beam {
-    Beam {
-        efficiency: 0.9 * power,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.413_67),
-    }
-}
-
-/// The reference solver round a path: fresh powder on metal, 0.5 mm of margin on all sides.
-fn reference(path: &BeamPath, edge: DVec3) -> Solver<f32> {
-    let material = titanium();
-    let (mut low, mut high) = (DVec3::ZERO.with_x(9.0).with_y(9.0), DVec3::ZERO);
-    for p in path.points() {
-        let p = DVec3::new(p.x, p.y, 0.0);
-        (low, high) = (low.min(p), high.max(p));
-    }
-    let margin = DVec3::new(0.5, 0.5, 0.0);
-    let grid = Grid::covering((low - margin).with_z(-0.5), high + margin, edge).unwrap();
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
-    };
-    let mut solver = Solver::new(grid, material, faces).unwrap();
-    solver.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
-    solver
-}
-
-/// The last 2 mm of the triangle on the reference solver: speeds learned on charts and on the solver itself are judged there,
-/// the latter also at half the cell, half the step and ±5 % power.
-#[test]
-#[ignore = "two minutes of computing"]
-fn ebm_q04_the_apex_is_judged_on_the_reference_solver() {
-    let edge = DVec3::new(0.0625, 0.0625, 0.05);
-    let step = |solver: &Solver<f32>| solver.stable_step().min(4e-6);
-    // the window: centre of an un-optimised rectangle
-    let body = serpentine(0.0, 4.0, |_| 7.5);
-    let solver = reference(&body, edge);
-    let dt = step(&solver);
-    let field = with_reference(&solver, &beam(1.0), dt)(&body, &Silent).unwrap();
-    let centre = mean(&field, [-2.0, 2.0], [2.0, 3.0]);
-    let classes = Classes::calibrated(titanium().liquidus, centre, 60.0);
-    let path = apex();
-    let solver = reference(&path, edge);
-    let (plain, strong) = (beam(1.0), [beam(0.95), beam(1.05)]);
-    let mut draw = with_reference(&solver, &plain, dt);
-    let share = |f: &Field| tally(f, &classes).share(Class::Good);
-    let before = share(&draw(&path, &Silent).unwrap());
-    let learning = Learning {
-        aim: centre,
-        rounds: 16,
-        gain: 0.4,
-        bounds: [0.6, 4.0],
-        length: 0.125,
-        radius: 0.0,
-    };
-    // on charts: the window of the charts
-    let on_charts = learned(&path, &window(), middle(&window()), 10);
-    let charts = share(&draw(&on_charts.path, &Silent).unwrap());
-    let found = learn(&mut draw, &titanium(), &path, &learning, &share, &Silent).unwrap();
-    let after = share(&found.highest);
-    let fine = reference(&path, 0.5 * edge);
-    let half_cell =
-        share(&with_reference(&fine, &plain, step(&fine))(&found.path, &Silent).unwrap());
-    let half_step =
-        share(&with_reference(&solver, &plain, 0.5 * dt)(&found.path, &Silent).unwrap());
-    let power =
-        strong.map(|b| share(&with_reference(&solver, &b, dt)(&found.path, &Silent).unwrap()));
-    let shown = |s: f64| format!("{:.1} %", 100.0 * s);
-    let around = mean(&found.highest, [-0.8, 0.8], [5.8, 6.8]);
-    println!(
-        "apex, window round {:.0} °C: {} as given, {} learned on charts, {} learned on the solver (mean {:.0} °C); half cell {}, half step {}, power -5 % {}, +5 % {}; rounds {:.2?}",
-        centre - CELSIUS,
-        shown(before),
-        shown(charts),
-        shown(after),
-        around - CELSIUS,
-        shown(half_cell),
-        shown(half_step),
-        shown(power[0]),
-        shown(power[1]),
-        found.scores
-    );
-    assert!(after > 2.0 * before, "{after} {before}");
-    // recorded: none of these shares is converged
-    assert!((half_step - after).abs() < 0.05, "{half_step} {after}");
 }
 
 /// Efficiency and beam diameter from the thesis' two struts, 657 µm at 0.200 mm and 868 µm at 0.372 mm, and the contour of a

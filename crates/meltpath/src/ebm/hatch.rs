@@ -1,6 +1,7 @@
 //! From a region and a few numbers to the beam's path: planning makes the passes, the beam follows them.
 
-use meltpath_base::{Length, Provenance, Reporter, Speed, Time};
+use meltpath_base::quantity::Positive;
+use meltpath_base::{Length, Provenance, Ratio, Reporter, Speed, Time};
 use meltpath_geometry::boolean::{PlanarError, intersection};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::raster::{Grid, rasterise};
@@ -10,10 +11,13 @@ use meltpath_planning::{
     PassIds, PlanError, Spacing, StartPoints, Strategy, plan_layer,
 };
 use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::modulation::{Modulation, Ramp, hatch_energy};
+use meltpath_thermal::nested::EnergyField;
 use meltpath_thermal::passes::{Defaults, PassesError, beam_path};
 use meltpath_toolpath::{Move, Pass, Profile, Role, Tag, Toolpath};
 
-use crate::job::ebm::{HatchStrategy, HatchTable};
+use super::region::Contour;
+use crate::job::ebm::{Ground, HatchStrategy, HatchTable, ModulationTable};
 
 /// Why a region cannot be hatched.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +31,9 @@ pub enum HatchError {
     /// The beam.
     #[error(transparent)]
     Passes(#[from] PassesError),
+    /// Contours that follow a modulation which is not there.
+    #[error("modulated contours need the table [modulation]")]
+    NotModulated,
     /// A region smaller than a line.
     #[error("no line fits into the region: it is narrower than the spacing of {spacing} mm")]
     Nothing {
@@ -47,8 +54,86 @@ pub enum HatchError {
     },
 }
 
+/// Less energy near powder, and where powder lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modulated {
+    /// The law; nominal is what the hatch brings.
+    pub law: Modulation,
+    /// Metal below the first layer: none where absent and the ground is powder.
+    pub supported: Option<Contour>,
+    /// Whether metal lies below everywhere, or powder.
+    pub ground: Ground,
+}
+
+impl Modulated {
+    /// From the job's table, for a hatch that brings `nominal` J/mm³.
+    pub fn resolve(
+        table: &ModulationTable,
+        nominal: f64,
+        ground: Ground,
+        supported: Option<Contour>,
+        r: &mut Provenance,
+    ) -> Self {
+        let start = Modulation::STARTING;
+        let why = "a starting value to be tuned: those of Béraud 2016 are lost";
+        let mut ramp = |name: &str, least: Option<f64>, length: Option<f64>, default: Ramp| Ramp {
+            least: r
+                .written_or(
+                    &format!("modulation.{name}"),
+                    least.map(Ratio),
+                    Ratio(default.least),
+                    why,
+                )
+                .0,
+            length: r
+                .written_or(
+                    &format!("modulation.{name}_length"),
+                    length.map(Length),
+                    Length(default.length),
+                    "powder is felt 1 to 2 mm away (Béraud 2016, section 2.2.1.1)",
+                )
+                .0,
+        };
+        let share = |v: Option<Positive<Ratio>>| v.map(|v| v.0.0);
+        let length = |v: Option<Positive<Length>>| v.map(|v| v.0.0);
+        Modulated {
+            law: Modulation {
+                nominal,
+                across: ramp(
+                    "across",
+                    share(table.across),
+                    length(table.across_length),
+                    start.across,
+                ),
+                along: ramp(
+                    "along",
+                    share(table.along),
+                    length(table.along_length),
+                    start.along,
+                ),
+            },
+            supported,
+            ground,
+        }
+    }
+
+    /// Wanted energy in layer `number` (from 1), `layer` mm thick.
+    fn field(&self, region: &Region, number: u32, layer: f64, cell: f64) -> EnergyField {
+        let drawn = f64::from(number - 1) * layer;
+        let depth = |p: DVec2| {
+            let on_metal = self.ground == Ground::Metal
+                || self
+                    .supported
+                    .as_ref()
+                    .is_some_and(|s| s.depth(p.to_array()) > 0.0);
+            if on_metal { f64::INFINITY } else { drawn }
+        };
+        EnergyField::new(region, &self.law, cell, &depth)
+    }
+}
+
 /// A hatch with every value resolved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Hatch {
     /// What is drawn.
     pub strategy: HatchStrategy,
@@ -68,11 +153,15 @@ pub struct Hatch {
     pub power: f64,
     /// What lies between passes, voltage and focus.
     pub beam: Defaults,
+    /// Thickness of a layer, mm.
+    pub layer: f64,
+    /// Less energy near powder.
+    pub modulation: Option<Modulated>,
 }
 
 impl Hatch {
-    /// The hatch of a job's table; every value is recorded with its origin.
-    pub fn resolve(table: &HatchTable, r: &mut Provenance) -> Self {
+    /// The hatch of a job's table for layers `layer` mm thick, not modulated; every value is recorded with its origin.
+    pub fn resolve(table: &HatchTable, layer: f64, r: &mut Provenance) -> Self {
         let thesis = "Béraud 2016, table 3.3.2";
         let mm = |v: f64| Length(v);
         r.written_or(
@@ -152,16 +241,24 @@ impl Hatch {
                 // far below a voxel
                 chord_error: 2e-3,
             },
+            layer,
+            modulation: None,
         }
     }
 
-    /// The same beam and distances with straight lines.
+    /// Energy per volume far from powder, J/mm³.
+    pub fn energy(&self) -> f64 {
+        hatch_energy(self.power, self.speed, self.spacing, self.layer)
+    }
+
+    /// The same beam and distances with straight lines, not modulated.
     #[must_use]
-    pub fn of_lines(self) -> Self {
+    pub fn of_lines(&self) -> Self {
         Hatch {
             strategy: HatchStrategy::Lines,
             contours: 0,
-            ..self
+            modulation: None,
+            ..self.clone()
         }
     }
 
@@ -176,7 +273,15 @@ impl Hatch {
         reporter: &Reporter,
     ) -> Result<Toolpath, HatchError> {
         let angle = self.angles[0] + self.angles[1] * f64::from(number - 1);
-        let passes = match self.strategy {
+        let field = self.modulation.as_ref().map(|m| {
+            // a tenth of a spacing: contours stay within a hundredth of it
+            m.field(region, number, self.layer, 0.1 * self.spacing)
+        });
+        let mut passes = match self.strategy {
+            HatchStrategy::Modulated => {
+                let field = field.as_ref().ok_or(HatchError::NotModulated)?;
+                self.nested(field, number)?
+            }
             HatchStrategy::Spots => self.spots(region, number, angle)?,
             HatchStrategy::Islands => self.islands(region, number, angle, reporter)?,
             _ => {
@@ -188,6 +293,11 @@ impl Hatch {
             return Err(HatchError::Nothing {
                 spacing: self.spacing,
             });
+        }
+        if let (Some(field), true) = (&field, self.strategy != HatchStrategy::Modulated) {
+            for pass in &mut passes {
+                self.slow(pass, field);
+            }
         }
         Ok(Toolpath {
             profiles: vec![Profile {
@@ -233,7 +343,10 @@ impl Hatch {
                 order: LineOrder::Across,
                 direction: LineDirection::OneWay,
             },
-            HatchStrategy::Lines | HatchStrategy::Islands | HatchStrategy::Spots => {
+            HatchStrategy::Lines
+            | HatchStrategy::Islands
+            | HatchStrategy::Spots
+            | HatchStrategy::Modulated => {
                 if contours > 0 {
                     Strategy::Hybrid {
                         contours,
@@ -314,6 +427,78 @@ impl Hatch {
         Ok(passes)
     }
 
+    /// Nested contours from the boundary inwards; each begins near the end of the one before and runs against it.
+    fn nested(&self, field: &EnergyField, number: u32) -> Result<Vec<Pass>, HatchError> {
+        let ids = PassIds { part: 0 };
+        let tag = Tag {
+            part: 0,
+            layer: number,
+            entity: 0,
+        };
+        let mut passes: Vec<Pass> = Vec::new();
+        for (level, mut rings) in field
+            .contours(self.power / (self.speed * self.layer))
+            .into_iter()
+            .enumerate()
+        {
+            while !rings.is_empty() {
+                let end = passes.last().and_then(|p| p.points.last().copied());
+                let end = end.map_or(rings[0][0], DVec3::truncate);
+                let near = |ring: &Vec<DVec2>| {
+                    let far = |n: &usize| ring[*n].distance_squared(end);
+                    let best = (0..ring.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+                    best.map_or((f64::INFINITY, 0), |n| (far(&n), n))
+                };
+                let choice = (0..rings.len()).min_by(|a, b| {
+                    let [a, b] = [a, b].map(|n| near(&rings[*n]).0);
+                    a.total_cmp(&b)
+                });
+                let mut ring = rings.swap_remove(choice.unwrap_or_default());
+                let start = near(&ring).1;
+                ring.pop();
+                let start = start % ring.len();
+                ring.rotate_left(start);
+                ring.push(ring[0]);
+                if level % 2 == 1 {
+                    ring.reverse();
+                }
+                let id = ids.id(number, passes.len())?;
+                let points = ring.iter().map(|p| p.extend(0.0)).collect();
+                passes.push(Pass::polyline(id, Role::Contour, tag, points));
+            }
+        }
+        Ok(passes)
+    }
+
+    /// Speed, or time on a spot, so that the energy follows the field; pieces of at most a spacing.
+    fn slow(&self, pass: &mut Pass, field: &EnergyField) {
+        let nominal = self.energy();
+        let share = |p: DVec3| (field.at(p.truncate()) / nominal).clamp(0.05, 1.0);
+        if self.strategy == HatchStrategy::Spots {
+            for (kind, point) in pass.moves.iter_mut().zip(&pass.points[1..]) {
+                if let Move::Spot { time } = kind {
+                    *time *= share(*point);
+                }
+            }
+            return;
+        }
+        let (flat, _) = pass.flatten(self.beam.chord_error);
+        let mut points: Vec<DVec3> = flat.first().copied().into_iter().collect();
+        let mut speeds = Vec::new();
+        for w in flat.windows(2) {
+            let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
+            for n in 1..=pieces {
+                let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
+                points.push(at(n as f64));
+                speeds.push(self.speed / share(at(n as f64 - 0.5)));
+            }
+        }
+        pass.moves = vec![Move::Line; speeds.len()];
+        pass.points = points;
+        pass.channels.speed = Some(speeds);
+        pass.neighbours.clear();
+    }
+
     /// One pass of spots, ordered so that each lies far from those just before: of every fourth column and row first, the
     /// sixteen such grids one after the other in the order of a dispersed dot screen.
     fn spots(&self, region: &Region, number: u32, angle: f64) -> Result<Vec<Pass>, HatchError> {
@@ -382,7 +567,6 @@ fn bounds(region: &Region) -> [DVec2; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ebm::region::Contour;
     use meltpath_thermal::beam::BeamPoint;
 
     fn hatch(strategy: HatchStrategy) -> Hatch {
@@ -390,7 +574,57 @@ mod tests {
             strategy,
             ..HatchTable::default()
         };
-        Hatch::resolve(&table, &mut Provenance::new())
+        Hatch::resolve(&table, 0.05, &mut Provenance::new())
+    }
+
+    fn modulated(strategy: HatchStrategy, ground: Ground, supported: Option<Contour>) -> Hatch {
+        let hatch = hatch(strategy);
+        let r = &mut Provenance::new();
+        let table = ModulationTable::default();
+        let modulation = Modulated::resolve(&table, hatch.energy(), ground, supported, r);
+        Hatch {
+            modulation: Some(modulation),
+            ..hatch
+        }
+    }
+
+    /// A plate that hangs over powder on its right: whatever the strategy, the energy is what the law asks for.
+    #[test]
+    fn every_strategy_follows_the_modulation() {
+        let contour = Contour::rectangle([6.0, 4.0]);
+        let region = contour.region();
+        let foot = Contour::new(vec![[-4.0, -3.0], [0.0, -3.0], [0.0, 3.0], [-4.0, 3.0]]);
+        // mean of F over a width of 6 and of 4 mm, half of it over powder
+        let across = |w: f64| (w - 2.0 + 2.0 * 0.9) / w;
+        let wanted = 48.98 * across(6.0) * across(4.0) * 0.5 * (1.0 + 0.6);
+        for strategy in [
+            HatchStrategy::Modulated,
+            HatchStrategy::Lines,
+            HatchStrategy::OneWay,
+            HatchStrategy::Contours,
+            HatchStrategy::Spots,
+        ] {
+            let hatch = modulated(strategy, Ground::Powder, Some(foot.clone()));
+            let path = hatch.path(&region, 1, &Reporter::new()).unwrap();
+            let found = energy(&path) / (region.area() * 0.05);
+            assert!(
+                (found / wanted - 1.0).abs() < 0.05,
+                "{strategy:?}: {found} {wanted}"
+            );
+        }
+    }
+
+    /// Passes lie farther apart near powder, and the path is shorter than at constant spacing.
+    #[test]
+    fn ebm_q10_the_modulated_path_is_shorter() {
+        let region = Contour::rectangle([8.0, 6.0]).region();
+        let length = |h: &Hatch| {
+            let passes = h.passes(&region, 1, &Reporter::new()).unwrap();
+            passes.deposited_length()
+        };
+        let some = length(&modulated(HatchStrategy::Modulated, Ground::Metal, None));
+        let all = length(&hatch(HatchStrategy::Contours));
+        assert!(some < 0.97 * all, "{some} {all}");
     }
 
     fn energy(path: &BeamPath) -> f64 {

@@ -42,7 +42,7 @@ pub struct JudgedPath {
     /// Highest temperatures of the run as asked, K.
     pub highest: Field,
     /// The same voxels on the charts, in the charts' window.
-    pub on_charts: Tally,
+    pub on_charts: Option<Tally>,
 }
 
 /// What the judge found.
@@ -143,11 +143,13 @@ fn judged(
     settings: &Settings,
     judging: &Judge,
     classes: [&Classes; 2],
-    drawn: &Drawn,
+    path: &BeamPath,
+    on_charts: Option<&Field>,
+    spare: &Field,
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
     let mut paths = Vec::with_capacity(settings.lower.len() + 1);
-    for path in settings.lower.iter().chain([&drawn.path]) {
+    for path in settings.lower.iter().chain([path]) {
         paths.push(match &judging.part {
             Some(part) => cut(path, &part.grown(judging.beyond))?,
             None => path.clone(),
@@ -190,12 +192,12 @@ fn judged(
     Ok(JudgedPath {
         share,
         runs,
-        on_charts: of(&drawn.highest, classes[1]),
-        highest: highest.unwrap_or_else(|| drawn.highest.clone()),
+        on_charts: on_charts.map(|highest| of(highest, classes[1])),
+        highest: highest.unwrap_or_else(|| spare.clone()),
     })
 }
 
-/// Judges the path as given and the one with better speeds.
+/// Judges the path as given and the better one: its path, and what charts say of it where they can.
 ///
 /// # Errors
 /// [`EbmError`].
@@ -204,15 +206,34 @@ pub fn judge_paths(
     judging: &Judge,
     on_charts: &Classes,
     given: &Drawn,
-    better: Option<&Drawn>,
+    better: Option<(&BeamPath, Option<&Drawn>)>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
     let classes = classes(settings, judging, observer)?;
     let both = [&classes, on_charts];
     Ok(Judged {
-        given: judged(settings, judging, both, given, observer)?,
+        given: judged(
+            settings,
+            judging,
+            both,
+            &given.path,
+            Some(&given.highest),
+            &given.highest,
+            observer,
+        )?,
         better: better
-            .map(|b| judged(settings, judging, both, b, observer))
+            .map(|(path, drawn)| {
+                let on_charts = drawn.map(|d| &d.highest);
+                judged(
+                    settings,
+                    judging,
+                    both,
+                    path,
+                    on_charts,
+                    &given.highest,
+                    observer,
+                )
+            })
             .transpose()?,
         classes,
     })

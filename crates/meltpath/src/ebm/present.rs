@@ -16,12 +16,12 @@ use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{
     Field as Image, Values as FieldValues, write_collection, write_height_image,
 };
-use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, gradient, histogram};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
 use super::path_file::write_parquet;
+use super::present_found;
 use super::region::Contour;
 use super::settings::Settings;
 use super::simulate::{Drawn, Outcome, top};
@@ -149,55 +149,6 @@ fn histogram_plot(title: &str, drawn: &Drawn, settings: &Settings, classes: &Cla
     .caption("Voxels of the last layer inside the contour.")
 }
 
-/// Speed along chosen lines of the path: near the beginning, in the middle, near the end.
-fn speed_plot(drawn: &Drawn) -> Plot {
-    let mut plot = Plot::new(
-        "Speed along lines",
-        Axis::new("x", "mm"),
-        Axis::new("speed", "mm/s"),
-    );
-    for (name, share) in [("a tenth", 0.1), ("half", 0.5), ("nine tenths", 0.9)] {
-        let points = line_at(
-            &drawn.path,
-            drawn.path.begin() + share * (drawn.path.end() - drawn.path.begin()),
-        );
-        plot = plot.with(Mark::Line {
-            name: format!("after {name} of the time"),
-            points,
-        });
-    }
-    plot.caption("Each line of the path that is drawn at that time, over its whole length.")
-}
-
-/// Speeds of the straight run through the point at `time`: from turn to turn.
-fn line_at(path: &BeamPath, time: f64) -> Vec<DVec2> {
-    let moves: Vec<[f64; 5]> = path
-        .points()
-        .windows(2)
-        .filter(|w| w[0].on && w[1].time > w[0].time)
-        .map(|w| {
-            let (dx, dy, dt) = (w[1].x - w[0].x, w[1].y - w[0].y, w[1].time - w[0].time);
-            [w[0].time, w[0].x + 0.5 * dx, dx, dy, dx.hypot(dy) / dt]
-        })
-        .collect();
-    let here = moves.partition_point(|m| m[0] <= time).saturating_sub(1);
-    let along = |a: &[f64; 5], b: &[f64; 5]| {
-        a[2] * b[2] + a[3] * b[3] > 0.99 * a[2].hypot(a[3]) * b[2].hypot(b[3])
-    };
-    let mut from = here;
-    while from > 0 && along(&moves[from - 1], &moves[here]) {
-        from -= 1;
-    }
-    let mut to = here;
-    while to + 1 < moves.len() && along(&moves[to + 1], &moves[here]) {
-        to += 1;
-    }
-    moves[from..=to.min(moves.len() - 1)]
-        .iter()
-        .map(|m| DVec2::new(m[1], m[4]))
-        .collect()
-}
-
 fn share_table(outcome: &Outcome) -> Table {
     let mut table = Table::new(
         "Voxels of the region",
@@ -229,8 +180,8 @@ fn share_table(outcome: &Outcome) -> Table {
         ]
     };
     table.rows.push(row("as given", &outcome.given));
-    if let Some((better, _)) = &outcome.better {
-        table.rows.push(row("better speeds", better));
+    if let Some(better) = &outcome.better {
+        table.rows.push(row("better path", better));
     }
     let grid = outcome.given.simulation.grid();
     table.note = format!(
@@ -265,7 +216,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
         |edge: f64, height: f64| Cell::text(&format!("{:.1} x {:.1}", 1e3 * edge, 1e3 * height));
     let paths = [
         ("as given", Some(&judged.given)),
-        ("better speeds", judged.better.as_ref()),
+        ("better path", judged.better.as_ref()),
     ];
     for (name, path) in paths.into_iter().filter_map(|(n, p)| Some((n, p?))) {
         for (n, run) in path.runs.iter().enumerate() {
@@ -291,7 +242,9 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
         }
-        let t = &path.on_charts;
+        let Some(t) = &path.on_charts else {
+            continue;
+        };
         table.rows.push(vec![
             Cell::text("same voxels on charts"),
             cell(outcome.given.simulation.grid().edge[0], height),
@@ -318,10 +271,7 @@ pub fn report(
     verdict: &Verdict,
     provenance: &Provenance,
 ) -> Report {
-    let shown = outcome
-        .better
-        .as_ref()
-        .map_or(&outcome.given, |(better, _)| better);
+    let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
     let scene = heights(shown).ok().map(|heights| Scene {
         lines: vec![beam_lines(shown)],
         surfaces: Vec::new(),
@@ -335,37 +285,16 @@ pub fn report(
         &outcome.classes,
     )];
     let mut sections = Vec::new();
-    if let Some((better, scores)) = &outcome.better {
+    if let Some(better) = &outcome.better {
         plots.push(histogram_plot(
-            "Highest temperatures, better speeds",
+            "Highest temperatures, better path",
             better,
             settings,
             &outcome.classes,
         ));
-        let points = (0..)
-            .zip(scores)
-            .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
-            .collect();
-        let rounds = Plot::new(
-            "Share in the window",
-            Axis::new("round", ""),
-            Axis::new("share", "%"),
-        )
-        .with(Mark::Line {
-            name: "share".to_owned(),
-            points,
-        });
-        let chosen = if outcome.judged.is_some() {
-            "Speeds chosen on the charts; the judge above says what they are worth."
-        } else {
-            "Speeds chosen on the charts, not judged on the reference solver: add [judge] to the job."
-        };
-        sections.push(Section {
-            title: "Better speeds".to_owned(),
-            intro: chosen.to_owned(),
-            plots: vec![rounds, speed_plot(better)],
-            tables: Vec::new(),
-        });
+    }
+    if let Some(found) = &outcome.found {
+        sections.push(present_found::section(found, settings));
     }
     sections.insert(
         0,
@@ -425,10 +354,7 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
 /// # Errors
 /// [`OutputError`].
 pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), OutputError> {
-    let shown = outcome
-        .better
-        .as_ref()
-        .map_or(&outcome.given, |(better, _)| better);
+    let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
     let grid = plan(&shown.highest);
     let mut entries = Vec::new();
     for (n, frame) in shown.frames.iter().enumerate() {
@@ -449,8 +375,9 @@ pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outpu
         entries.push((frame.time, name));
     }
     folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
-    folder.write("path.csv", |w| w.write_all(shown.path.to_csv().as_bytes()))?;
-    folder.write("path.parquet", |w| write_parquet(&shown.path, w))?;
+    let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
+    folder.write("path.csv", |w| w.write_all(path.to_csv().as_bytes()))?;
+    folder.write("path.parquet", |w| write_parquet(path, w))?;
     voxels(folder, shown)
 }
 

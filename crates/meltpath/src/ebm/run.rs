@@ -194,13 +194,13 @@ pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), Run
 
 /// What is judged: of the path with better speeds where there is one.
 fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
-    let drawn = outcome
-        .better
-        .as_ref()
-        .map_or(&outcome.given, |(better, _)| better);
-    let tally = &drawn.tally;
+    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
+    let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
+    let (highest, tally) = there.map_or((&drawn.highest, &drawn.tally), |r| {
+        (&r.better.0, &r.better.1)
+    });
     let (hottest, [i, j, k]) = tally.hottest;
-    let grid = &drawn.highest.grid;
+    let grid = &highest.grid;
     let place = if hottest.is_finite() {
         Place::at(grid.centre(i, j, k).to_array())
     } else {
@@ -223,7 +223,7 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
             Check::not_checked(
                 "reference",
                 "shares on the reference solver, at half the cell, half the step and ±5 % power",
-                "the chart simulation is not converged in itself; [judge] solver = \"reference\" judges on the reference solver",
+                "shares are not converged in themselves; [judge] solver = \"reference\" judges on the reference solver",
             ),
         ],
         Some(judged) => vec![
@@ -238,7 +238,11 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
                 value: Some(percent(on_charts)),
                 ..Check::not_checked(
                     "in-window-charts",
-                    "the same share on the charts, whole region",
+                    if there.is_some() {
+                        "the same share where the path was looked for, whole region"
+                    } else {
+                        "the same share on the charts, whole region"
+                    },
                     "told, not judged: the reference solver judges",
                 )
             },

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Provenance, Reporter, Warning};
+use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
@@ -12,11 +13,12 @@ use meltpath_thermal::material_file::{Readings, read};
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
-use super::hatch::Hatch;
+use super::hatch::{Hatch, Modulated};
+use super::optimise::Optimise;
 use super::region::Contour;
 use super::{focus, path_file};
 use crate::job::TextError;
-use crate::job::ebm::{EbmJob, Ground, OptimiseMethod};
+use crate::job::ebm::{EbmJob, Ground, HatchStrategy, ModulationTable};
 
 /// The materials that ship: name and file.
 pub const MATERIALS: &[(&str, &str)] = &[(
@@ -36,17 +38,6 @@ pub enum Window {
         /// Width, K.
         width: f64,
     },
-}
-
-/// How the speed along the path is changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Optimise {
-    /// How.
-    pub method: OptimiseMethod,
-    /// Rounds of learning.
-    pub rounds: u32,
-    /// Slowest and fastest factor.
-    pub bounds: [f64; 2],
 }
 
 /// How the path is judged on the reference solver.
@@ -81,6 +72,8 @@ pub struct Settings {
     pub layer: f64,
     /// What lies under the first layer.
     pub ground: Ground,
+    /// Metal there, where the ground is powder.
+    pub supported: Option<Contour>,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
     /// Heating of charts stops, cooling begins, K; spacing, mm.
@@ -113,6 +106,15 @@ pub struct Settings {
     pub unmelted: f64,
     /// Every value with its origin.
     pub provenance: Provenance,
+}
+
+impl Settings {
+    /// Whether powder lies at a point before the first layer is drawn; the build plane is at height 0.
+    pub fn powder(&self, point: DVec3) -> bool {
+        let supported = |s: &Contour| s.depth([point.x, point.y]) > 0.0;
+        point.z > -self.layer
+            || (self.ground == Ground::Powder && !self.supported.as_ref().is_some_and(supported))
+    }
 }
 
 fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
@@ -220,13 +222,23 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .clamp(1, 500);
     let reporter = Reporter::new();
-    let drawn = drawn(job, folder, layers, &reporter, &mut r)?;
+    let supported = &job.region.supported;
+    let supported = (!supported.is_empty())
+        .then(|| Contour::new(supported.iter().map(|c| c.map(|v| v.0)).collect()));
+    let drawn = drawn(
+        job,
+        folder,
+        [f64::from(layers), layer],
+        supported.as_ref(),
+        &reporter,
+        &mut r,
+    )?;
     let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
     let Drawing {
         path_file,
         mut paths,
         contour,
-        ..
+        hatch: drawn_hatch,
     } = drawn;
     let path = paths.pop().ok_or_else(|| TextError {
         span: None,
@@ -259,28 +271,15 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .0;
     let optimise = job.optimise.as_ref().map(|o| {
-        let bounds = o.speeds.map(|s| s.map(|r| r.0.0));
-        Optimise {
-            method: o.method,
-            rounds: r
-                .written_or(
-                    "optimise.rounds",
-                    o.rounds,
-                    12,
-                    "the share stops growing by then",
-                )
-                .clamp(1, 200),
-            bounds: r.written_or(
-                "optimise.speeds",
-                bounds,
-                [0.6, 3.0],
-                "what a deflection follows easily",
-            ),
-        }
+        Optimise::resolve(o, drawn_hatch.as_ref(), &contour.region(), &mut r).map_err(|e| {
+            TextError {
+                span: None,
+                message: format!("optimise.strategies: {e}"),
+                help: None,
+            }
+        })
     });
-    if let Some(o) = &optimise {
-        r.written_or("optimise.method", Some(named(&o.method)), String::new(), "");
-    }
+    let optimise = optimise.transpose()?;
     let judge = judge(job, &mut r);
     let simulation = chart_simulation::Settings {
         step,
@@ -294,6 +293,7 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         penetration,
         layer,
         ground: ebm.ground,
+        supported,
         chart_files: charts
             .files
             .iter()
@@ -384,7 +384,8 @@ struct Drawing {
 fn drawn(
     job: &EbmJob,
     folder: &Path,
-    layers: u32,
+    [layers, thickness]: [f64; 2],
+    supported: Option<&Contour>,
     reporter: &Reporter,
     r: &mut Provenance,
 ) -> Result<Drawing, TextError> {
@@ -400,9 +401,20 @@ fn drawn(
         help: None,
     };
     let Some(file) = &job.path else {
-        let hatch = Hatch::resolve(&job.hatch.clone().unwrap_or_default(), r);
+        let table = job.hatch.clone().unwrap_or_default();
+        let mut hatch = Hatch::resolve(&table, thickness, r);
+        let modulated = table.strategy == HatchStrategy::Modulated;
+        if let Some(law) = job
+            .modulation
+            .clone()
+            .or(modulated.then(ModulationTable::default))
+        {
+            let (energy, ground) = (hatch.energy(), job.ebm.ground);
+            let law = Modulated::resolve(&law, energy, ground, supported.cloned(), r);
+            hatch.modulation = Some(law);
+        }
         let body = contour.region();
-        let paths = (1..=layers)
+        let paths = (1..=layers as u32)
             .map(|number| hatch.path(&body, number, reporter))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|e| plain(format!("[hatch]: {e}")))?;

@@ -8,19 +8,17 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_simulation::ChartSimulation;
-use meltpath_thermal::criteria::{Class, Classes, Tally};
+use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
-use meltpath_thermal::strategy::{
-    Accelerator, Controller, Learning, Pid, control, learn, with_charts,
-};
 use meltpath_thermal::{chart_build, chart_file};
 
 use super::judge::{self, Judged};
+use super::optimise::{Found, on_charts, on_reference};
 use super::region::Contour;
 use super::run::EbmError;
-use super::settings::{Optimise, Settings, Window};
-use crate::job::ebm::{Ground, OptimiseMethod};
+use super::settings::{Settings, Window};
+use crate::job::ebm::OptimiseSolver;
 
 /// Temperatures of the build plane at one moment.
 #[derive(Debug, Clone)]
@@ -55,8 +53,10 @@ pub struct Outcome {
     pub classes: Classes,
     /// The path as given.
     pub given: Drawn,
-    /// The path with better speeds, and the shares of each round.
-    pub better: Option<(Drawn, Vec<f64>)>,
+    /// The better path, and what charts say of it where they can.
+    pub found: Option<Found>,
+    /// See `found`.
+    pub better: Option<Drawn>,
     /// What the reference solver says, where the job asks for it.
     pub judged: Option<Judged>,
     /// The charts, to be kept.
@@ -137,8 +137,11 @@ fn start<'a>(
     let mut simulation =
         ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
     simulation.set_state(|c| {
-        let powder = settings.ground == Ground::Powder || c.z > -settings.layer;
-        if powder { State::Powder } else { State::Dense }
+        if settings.powder(c) {
+            State::Powder
+        } else {
+            State::Dense
+        }
     });
     Ok(simulation)
 }
@@ -160,7 +163,7 @@ fn before_last_layer(
 }
 
 /// The judged voxels: of the top plane, inside the contour.
-fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
+pub(super) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
     judge::tally(highest, classes, contour, inside, None)
 }
 
@@ -226,20 +229,30 @@ fn classes(
             )?;
             simulation.draw(path, &[], &mut |_, _| (), observer)?;
             let highest = simulation.highest_temperature();
-            let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
-            let hull = Contour::hull(&points);
-            let deepest = points_inside(&highest, &hull);
-            let any = Classes {
-                melting,
-                window: [melting, f64::INFINITY],
-            };
-            let middle = tally(&highest, &any, &hull, 0.7 * deepest);
-            if middle.molten() == 0 {
-                return Err(EbmError::GoodBody);
-            }
-            Ok(Classes::calibrated(melting, middle.mean, *width))
+            let centre = centre_of_good(&highest, path, melting)?;
+            Ok(Classes::calibrated(melting, centre, *width))
         }
     }
+}
+
+/// Mean highest temperature in the middle of a body known to be good, K.
+pub(super) fn centre_of_good(
+    highest: &Field,
+    path: &BeamPath,
+    melting: f64,
+) -> Result<f64, EbmError> {
+    let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+    let hull = Contour::hull(&points);
+    let deepest = points_inside(highest, &hull);
+    let any = Classes {
+        melting,
+        window: [melting, f64::INFINITY],
+    };
+    let middle = tally(highest, &any, &hull, 0.7 * deepest);
+    if middle.molten() == 0 {
+        return Err(EbmError::GoodBody);
+    }
+    Ok(middle.mean)
 }
 
 /// How far inside the hull the innermost voxel lies, mm.
@@ -278,22 +291,45 @@ pub fn simulate(
     )?;
     let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
     given.simulation.tell(reporter);
-    let better = match &settings.optimise {
-        Some(o) => Some(optimise(settings, o, &ready, &given, &classes, observer)?),
+    let found = match &settings.optimise {
+        Some(how) if how.solver == OptimiseSolver::Reference => {
+            Some(on_reference(settings, how, observer)?)
+        }
+        Some(how) => Some(on_charts(settings, how, &ready, &classes, observer)?),
         None => None,
+    };
+    let served = |path: &BeamPath| {
+        let known = |[voltage, current, focus]: [f64; 3]| {
+            let serves = |s: &ChartSet| s.settings.serves(voltage, current, focus);
+            sets.iter().any(serves)
+        };
+        beam_settings([path].into_iter()).into_iter().all(known)
+    };
+    let better = match &found {
+        // charts know nothing of other currents and focus currents
+        Some(found) if served(&found.path) => Some(draw_last(
+            ready.clone(),
+            &found.path,
+            settings,
+            &classes,
+            observer,
+        )?),
+        _ => None,
     };
     let judged = match &settings.judge {
         Some(judging) => {
-            let better = better.as_ref().map(|(drawn, _)| drawn);
-            let found = judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
-            judge::tell(&found, &settings.material, reporter);
-            Some(found)
+            let better = found.as_ref().map(|f| (&f.path, better.as_ref()));
+            let verdict =
+                judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            judge::tell(&verdict, &settings.material, reporter);
+            Some(verdict)
         }
         None => None,
     };
     Ok(Outcome {
         classes,
         given,
+        found,
         better,
         judged,
         charts: sets,
@@ -315,87 +351,4 @@ pub(crate) fn look_at(
     simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
     simulation.tell(reporter);
     Ok(())
-}
-
-/// Length of a piece of one speed, mm.
-const PIECE: f64 = 0.25;
-/// Steps between two looks of a controller.
-const LOOK: usize = 4;
-
-fn optimise(
-    settings: &Settings,
-    how: &Optimise,
-    ready: &ChartSimulation,
-    given: &Drawn,
-    classes: &Classes,
-    observer: &dyn Observer,
-) -> Result<(Drawn, Vec<f64>), EbmError> {
-    let share = |highest: &Field| {
-        tally(highest, classes, &settings.contour, settings.inside).share(Class::Good)
-    };
-    let aim = 0.5 * (classes.window[0] + classes.window[1]);
-    let ambient = settings.material.start;
-    let first = given.tally.share(Class::Good);
-    let (path, scores) = match how.method {
-        OptimiseMethod::Learning => {
-            let learning = Learning {
-                aim,
-                rounds: how.rounds,
-                gain: 0.8,
-                bounds: how.bounds,
-                length: PIECE,
-                radius: 0.0,
-            };
-            let mut draw = with_charts(ready);
-            let material = &settings.material;
-            let learned = learn(
-                &mut draw,
-                material,
-                &settings.path,
-                &learning,
-                &share,
-                observer,
-            )?;
-            (learned.path, learned.scores)
-        }
-        OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
-            let mut simulation = ready.clone();
-            let look = settings.simulation.step * LOOK as f64;
-            let mut controller: Box<dyn Controller> = if how.method == OptimiseMethod::Pid {
-                // gains of a first-order pool that answers within a beam diameter, some 0.4 ms
-                Box::new(Pid::new(aim, ambient, [2.0, 2e3, 0.0], how.bounds))
-            } else {
-                let (speed, focus) = fastest(&settings.path);
-                let diameter = settings.beam.focus.diameter(focus)?;
-                Box::new(Accelerator::of_thesis(aim, diameter, speed, look))
-            };
-            let profile = control(
-                &mut simulation,
-                &settings.path,
-                controller.as_mut(),
-                LOOK,
-                observer,
-            )?;
-            let path = profile
-                .apply(&settings.path)
-                .map_err(meltpath_thermal::strategy::StrategyError::from)?;
-            (path, vec![first, share(&simulation.highest_temperature())])
-        }
-    };
-    Ok((
-        draw_last(ready.clone(), &path, settings, classes, observer)?,
-        scores,
-    ))
-}
-
-/// The fastest speed of a path with the beam on, mm/s, and the focus there.
-fn fastest(path: &BeamPath) -> (f64, f64) {
-    path.points()
-        .windows(2)
-        .filter(|w| w[0].on && w[1].time > w[0].time)
-        .map(|w| {
-            let way = (w[1].x - w[0].x).hypot(w[1].y - w[0].y);
-            (way / (w[1].time - w[0].time), w[0].focus)
-        })
-        .fold((0.0, 0.0), |best, s| if s.0 > best.0 { s } else { best })
 }

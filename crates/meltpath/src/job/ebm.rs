@@ -33,6 +33,9 @@ pub struct EbmJob {
     /// `[hatch]`.
     #[serde(default)]
     pub hatch: Option<HatchTable>,
+    /// `[modulation]`.
+    #[serde(default)]
+    pub modulation: Option<ModulationTable>,
     /// `[window]`.
     #[serde(default)]
     pub window: WindowTable,
@@ -120,6 +123,8 @@ pub struct RegionTable {
     pub contour: Vec<[Length; 2]>,
     /// Corners of each hole.
     pub holes: Vec<Vec<[Length; 2]>>,
+    /// Corners of the metal below the first layer, where the ground is powder: what the part hangs over from.
+    pub supported: Vec<[Length; 2]>,
     /// How far inside the contour voxels must lie; default 0.2 mm.
     pub inside: Option<NotNegative<Length>>,
 }
@@ -169,8 +174,24 @@ pub enum HatchStrategy {
     Spiral,
     /// A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.
     Islands,
-    /// Spots on a grid, each as far as can be from those before.
+    /// Spots on a grid, each four columns from the one before.
     Spots,
+    /// Nested contours, farther apart where `[modulation]` wants less energy.
+    Modulated,
+}
+
+/// `[modulation]`: less energy near powder. `modulated` hatches follow it by their spacing, all others by their speed.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModulationTable {
+    /// Share of the hatch's energy at contact with powder beside, along each axis; default 80 %.
+    pub across: Option<Positive<Ratio>>,
+    /// Distance from which nothing is taken off; default 1 mm.
+    pub across_length: Option<Positive<Length>>,
+    /// Share at contact with powder below; default 60 %.
+    pub along: Option<Positive<Ratio>>,
+    /// Thickness of metal from which nothing is taken off; default 1 mm.
+    pub along_length: Option<Positive<Length>>,
 }
 
 /// `[window]`: highest temperatures that are wanted.
@@ -189,21 +210,46 @@ pub struct WindowTable {
     pub width: Option<Spanned<Temperature>>,
 }
 
-/// `[optimise]`: change the speed along the path.
+/// `[optimise]`: change the beam along the path, and the path's order.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OptimiseTable {
     /// How.
     pub method: OptimiseMethod,
-    /// Rounds of learning; default 12.
+    /// What is changed; default the speed.
+    #[serde(default)]
+    pub change: Change,
+    /// What the temperatures are taken from; default charts.
+    #[serde(default)]
+    pub solver: OptimiseSolver,
+    /// How often along the path the machine can change it; default as often as wanted.
+    #[serde(default)]
+    pub controller: ControllerKind,
+    /// Orders of the lines to try; default as given.
+    #[serde(default)]
+    pub orders: Vec<OrderChoice>,
+    /// Strategies of `[hatch]` to try; default its own.
+    #[serde(default)]
+    pub strategies: Vec<HatchStrategy>,
+    /// Rounds of learning; default 12, and none after `predictive`.
     #[serde(default)]
     pub rounds: Option<u32>,
-    /// Slowest and fastest speed, as shares of the path's own; default 60 % and 300 %.
+    /// Slowest and fastest speed, as shares of the path's own; default 60 % and 300 %. Where the current is changed it is
+    /// divided by them, where the diameter is changed it is multiplied.
     #[serde(default)]
     pub speeds: Option<[Positive<Ratio>; 2]>,
+    /// Length of a piece of one speed; default 0.25 mm on charts, a cell on the reference solver.
+    #[serde(default)]
+    pub piece: Option<Positive<Length>>,
+    /// Edge of a cell of the reference solver; default 62.5 µm.
+    #[serde(default)]
+    pub cell: Option<Positive<Length>>,
+    /// Longest step of the reference solver; default 8 µs.
+    #[serde(default)]
+    pub step: Option<Positive<Time>>,
 }
 
-/// Ways to change the speed.
+/// Ways to find what the beam does along the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OptimiseMethod {
@@ -211,8 +257,63 @@ pub enum OptimiseMethod {
     Accelerate,
     /// A controller with proportional, integral and derivative action, from the temperature at the beam.
     Pid,
+    /// Draws each piece ahead a few times before it decides.
+    Predictive,
     /// Draws again and again, and learns from the highest temperatures along the path.
     Learning,
+}
+
+/// What is changed along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Change {
+    /// Speed.
+    #[default]
+    Speed,
+    /// Beam current.
+    Current,
+    /// Focus current, and with it the beam's diameter.
+    Focus,
+}
+
+/// What temperatures are taken from while optimising.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OptimiseSolver {
+    /// The chart simulation.
+    #[default]
+    Charts,
+    /// The reference solver.
+    Reference,
+}
+
+/// What a machine's controller can do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ControllerKind {
+    /// Changes speed, current or focus anywhere.
+    #[default]
+    Continuous,
+    /// Changes them from line to line.
+    PerLine,
+}
+
+/// Orders of lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderChoice {
+    /// As the path has them.
+    AsGiven,
+    /// Every second line, then those between.
+    EverySecond,
+    /// Every third line, then those beside them.
+    EveryThird,
+    /// Every fourth line.
+    EveryFourth,
+    /// From the middle outwards, sides in turn.
+    FromTheMiddle,
+    /// The last line first.
+    Backwards,
 }
 
 /// `[judge]`: the path, and the one with better speeds, on the solver that charts are made with.
@@ -278,11 +379,50 @@ impl EbmJob {
                 "name a file of the beam's path, or let [hatch] draw the region",
             );
         }
+        if self.modulation.is_some() && self.hatch.is_none() {
+            return wrong(
+                "[modulation] changes what [hatch] draws, which is not there",
+                "let [hatch] draw the region",
+            );
+        }
+        if !self.region.supported.is_empty() && self.ebm.ground == Ground::Metal {
+            return wrong(
+                "region.supported says where metal lies below, and the ground is metal everywhere",
+                "write ground = \"powder\" under [ebm], or leave region.supported out",
+            );
+        }
+        if !self.region.supported.is_empty() && self.judge.is_some() {
+            return wrong(
+                "[judge] knows one ground below all of the region, and region.supported names another",
+                "judge without region.supported, or let [optimise] solver = \"reference\" tell its shares",
+            );
+        }
         if self.hatch.is_some() && self.region.contour.is_empty() {
             return wrong(
                 "[hatch] has nothing to fill",
                 "give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]",
             );
+        }
+        if let Some(o) = &self.optimise {
+            let online = matches!(o.method, OptimiseMethod::Accelerate | OptimiseMethod::Pid);
+            if online && (o.solver == OptimiseSolver::Reference || o.change != Change::Speed) {
+                return wrong(
+                    "optimise.method accelerate and pid change the speed, on charts",
+                    "use learning or predictive for current and focus, and on the reference solver",
+                );
+            }
+            if o.change != Change::Speed && o.solver == OptimiseSolver::Charts {
+                return wrong(
+                    "optimise.change current and focus need the reference solver",
+                    "write solver = \"reference\" under [optimise]: charts know only the settings they were made for",
+                );
+            }
+            if !o.strategies.is_empty() && self.hatch.is_none() {
+                return wrong(
+                    "optimise.strategies are those of [hatch], which is not there",
+                    "let [hatch] draw the region, or try optimise.orders",
+                );
+            }
         }
         let window = &self.window;
         if window.body.is_some() && (window.good.is_some() || self.hatch.is_none()) {
@@ -329,9 +469,12 @@ impl EbmJob {
         }
         let few = |ring: &Vec<_>| ring.len() < 3;
         let contour = &self.region.contour;
-        if (!contour.is_empty() && few(contour)) || self.region.holes.iter().any(few) {
+        if (!contour.is_empty() && few(contour))
+            || self.region.holes.iter().any(few)
+            || (!self.region.supported.is_empty() && few(&self.region.supported))
+        {
             return wrong(
-                "region.contour or one of region.holes has fewer than three corners",
+                "region.contour, region.supported or one of region.holes has fewer than three corners",
                 "give at least three",
             );
         }

@@ -1,0 +1,561 @@
+//! Better paths: orders and strategies tried, speed, current or focus changed along the path, on charts or on the reference
+//! solver.
+
+use meltpath_base::{Length, Observer, Provenance, Ratio, Reporter, Time};
+use meltpath_geometry::Region;
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::criteria::{Class, Classes, Tally};
+use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::learning::{Freedom, Learning, learn};
+use meltpath_thermal::lever::Lever;
+use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::order::{Order, reorder};
+use meltpath_thermal::peaks::{Draw, with_charts, with_reference};
+use meltpath_thermal::prediction::{Prediction, Reference, predict};
+use meltpath_thermal::solver::{Face, Faces, Solver, State};
+use meltpath_thermal::speed::SpeedProfile;
+use meltpath_thermal::strategy::{Accelerator, Controller, Pid, StrategyError, control};
+use meltpath_thermal::surface::Surface;
+
+use super::hatch::{Hatch, HatchError};
+use super::run::EbmError;
+use super::settings::{Settings, Window};
+use super::simulate::{centre_of_good, tally};
+use crate::job::ebm::{
+    Change, ControllerKind, OptimiseMethod, OptimiseSolver, OptimiseTable, OrderChoice,
+};
+
+/// How a better path is looked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Optimise {
+    /// How.
+    pub method: OptimiseMethod,
+    /// What is changed.
+    pub change: Change,
+    /// What temperatures are taken from.
+    pub solver: OptimiseSolver,
+    /// How often it can be changed.
+    pub controller: ControllerKind,
+    /// Paths to try besides the given one, each with its name.
+    pub others: Vec<(String, BeamPath)>,
+    /// Orders to try.
+    pub orders: Vec<OrderChoice>,
+    /// Rounds of learning.
+    pub rounds: u32,
+    /// Least and greatest factor.
+    pub bounds: [f64; 2],
+    /// Length of a piece of one factor, mm.
+    pub piece: f64,
+    /// Edge of a cell of the reference solver, mm.
+    pub cell: f64,
+    /// Its longest step, s.
+    pub step: f64,
+}
+
+fn kebab(value: &impl std::fmt::Debug) -> String {
+    let mut out = String::new();
+    for c in format!("{value:?}").chars() {
+        if c.is_uppercase() && !out.is_empty() {
+            out.push('-');
+        }
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+impl Optimise {
+    /// From the job's table; `hatch` and `region` where a hatch draws.
+    ///
+    /// # Errors
+    /// [`HatchError`] of a strategy that cannot fill the region.
+    pub fn resolve(
+        table: &OptimiseTable,
+        hatch: Option<&Hatch>,
+        region: &Region,
+        r: &mut Provenance,
+    ) -> Result<Self, HatchError> {
+        for (name, value) in [
+            ("optimise.method", kebab(&table.method)),
+            ("optimise.change", kebab(&table.change)),
+            ("optimise.solver", kebab(&table.solver)),
+            ("optimise.controller", kebab(&table.controller)),
+        ] {
+            r.written_or(name, Some(value), String::new(), "");
+        }
+        let reference = table.solver == OptimiseSolver::Reference;
+        let rounds = if table.method == OptimiseMethod::Predictive {
+            r.written_or("optimise.rounds", table.rounds, 0, "prediction alone")
+        } else {
+            r.written_or(
+                "optimise.rounds",
+                table.rounds,
+                12,
+                "the share hardly grows after them",
+            )
+        };
+        let bounds = table.speeds.map(|s| s.map(|r| r.0.0));
+        let bounds = r.written_or(
+            "optimise.speeds",
+            bounds,
+            [0.6, 3.0],
+            "what a deflection follows easily",
+        );
+        let cell = table.cell.map(|c| c.0);
+        let cell = r
+            .written_or(
+                "optimise.cell",
+                cell,
+                Length(0.0625),
+                "half the thesis' distance of lines",
+            )
+            .0;
+        let step = table.step.map(|s| s.0);
+        let step = r
+            .written_or(
+                "optimise.step",
+                step,
+                Time(8e-6),
+                "half of it moves shares by less than a point",
+            )
+            .0;
+        let default = if reference { cell } else { 0.25 };
+        let piece = r
+            .written_or(
+                "optimise.piece",
+                table.piece.map(|p| p.0),
+                Length(default),
+                "a cell of the reference solver; four voxels of the charts",
+            )
+            .0;
+        let mut others = Vec::new();
+        if let Some(hatch) = hatch {
+            for &strategy in table.strategies.iter().filter(|s| **s != hatch.strategy) {
+                let path = Hatch {
+                    strategy,
+                    ..hatch.clone()
+                }
+                .path(region, 1, &Reporter::new())?;
+                others.push((kebab(&strategy), path));
+            }
+        }
+        Ok(Optimise {
+            method: table.method,
+            change: table.change,
+            solver: table.solver,
+            controller: table.controller,
+            others,
+            orders: table.orders.clone(),
+            rounds: rounds.min(200),
+            bounds,
+            piece,
+            cell,
+            step,
+        })
+    }
+
+    /// The given path and the others to try.
+    fn candidates(&self, given: &BeamPath) -> Result<Vec<(String, BeamPath)>, EbmError> {
+        let mut found = vec![("as given".to_owned(), given.clone())];
+        found.extend(self.others.clone());
+        for choice in &self.orders {
+            let order = match choice {
+                OrderChoice::AsGiven => continue,
+                OrderChoice::EverySecond => Order::Every(2),
+                OrderChoice::EveryThird => Order::Every(3),
+                OrderChoice::EveryFourth => Order::Every(4),
+                OrderChoice::FromTheMiddle => Order::FromTheMiddle,
+                OrderChoice::Backwards => Order::Backwards,
+            };
+            // links between lines are shorter than two voxels
+            let path = reorder(given, order, 0.15).map_err(StrategyError::from)?;
+            found.push((kebab(choice), path));
+        }
+        Ok(found)
+    }
+
+    fn lever(&self, settings: &Settings) -> Lever {
+        match self.change {
+            Change::Speed => Lever::Speed,
+            Change::Current => Lever::Current,
+            Change::Focus => Lever::Diameter(settings.beam.focus.clone()),
+        }
+    }
+
+    fn freedom(&self) -> Freedom {
+        match self.controller {
+            ControllerKind::Continuous => Freedom::Continuous,
+            ControllerKind::PerLine => Freedom::PerLine,
+        }
+    }
+}
+
+/// What was tried of a candidate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Its name.
+    pub name: String,
+    /// Share in the window as drawn, and after a few rounds.
+    pub shares: [f64; 2],
+}
+
+/// A better path.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The path.
+    pub path: BeamPath,
+    /// Share in the window of each round, the first as it was.
+    pub scores: Vec<f64>,
+    /// What was tried before.
+    pub trials: Vec<Trial>,
+    /// What the reference solver says of the given path and of this one, where it was looked for there.
+    pub reference: Option<OnReference>,
+}
+
+/// Shares on the reference solver.
+#[derive(Debug, Clone)]
+pub struct OnReference {
+    /// The window there.
+    pub classes: Classes,
+    /// Highest temperatures and judged voxels of the path as given.
+    pub given: (Field, Tally),
+    /// The same of the better path.
+    pub better: (Field, Tally),
+    /// Longest step, s.
+    pub step: f64,
+    /// Updates of a cell that one drawing takes.
+    pub updates: f64,
+}
+
+/// Rounds of learning that a candidate gets before the best one is chosen.
+const TRIAL_ROUNDS: u32 = 4;
+
+struct Search<'a> {
+    settings: &'a Settings,
+    how: &'a Optimise,
+    classes: &'a Classes,
+    /// Relative change of the factor per relative excess.
+    gain: f64,
+}
+
+impl Search<'_> {
+    fn share(&self, highest: &Field) -> f64 {
+        let s = self.settings;
+        tally(highest, self.classes, &s.contour, s.inside).share(Class::Good)
+    }
+
+    fn aim(&self) -> f64 {
+        0.5 * (self.classes.window[0] + self.classes.window[1])
+    }
+
+    fn learned(
+        &self,
+        draw: &mut Draw<'_>,
+        path: &BeamPath,
+        rounds: u32,
+        first: Option<SpeedProfile>,
+        observer: &dyn Observer,
+    ) -> Result<(BeamPath, SpeedProfile, Vec<f64>), EbmError> {
+        let learning = Learning {
+            aim: self.aim(),
+            rounds,
+            gain: self.gain,
+            bounds: self.how.bounds,
+            length: self.how.piece,
+            lever: self.how.lever(self.settings),
+            levels: Vec::new(),
+            freedom: self.how.freedom(),
+        };
+        let s = self.settings;
+        // a voxel at the border teaches too, so that those just inside are warm from both sides
+        let judged = |p: [f64; 2]| s.contour.depth(p) > 0.75 * s.inside;
+        let score = |f: &Field| self.share(f);
+        let found = learn(
+            draw,
+            &s.material,
+            path,
+            &learning,
+            first,
+            &judged,
+            &score,
+            observer,
+        )?;
+        Ok((found.path, found.profile, found.scores))
+    }
+
+    /// The best candidate after a few rounds each, and where learning stands with it.
+    fn choose(
+        &self,
+        draw: &mut Draw<'_>,
+        observer: &dyn Observer,
+    ) -> Result<(BeamPath, Option<SpeedProfile>, Vec<Trial>), EbmError> {
+        let candidates = self.how.candidates(&self.settings.path)?;
+        if candidates.len() == 1 {
+            return Ok((self.settings.path.clone(), None, Vec::new()));
+        }
+        let mut trials = Vec::new();
+        let mut best: Option<(f64, BeamPath, SpeedProfile)> = None;
+        for (name, path) in candidates {
+            let (_, profile, scores) = self.learned(draw, &path, TRIAL_ROUNDS, None, observer)?;
+            let reached = scores.iter().copied().fold(0.0, f64::max);
+            trials.push(Trial {
+                name,
+                shares: [scores[0], reached],
+            });
+            if best.as_ref().is_none_or(|(most, _, _)| reached > *most) {
+                best = Some((reached, path, profile));
+            }
+        }
+        let best = best.map(|(_, path, profile)| (path, Some(profile)));
+        let (path, profile) = best.unwrap_or((self.settings.path.clone(), None));
+        Ok((path, profile, trials))
+    }
+
+    fn prediction(&self) -> Prediction {
+        let speed = fastest(&self.settings.path).0;
+        Prediction {
+            aim: self.aim(),
+            bounds: self.how.bounds,
+            length: self.how.piece.max(0.125),
+            // the hottest place follows the beam by half its width
+            ahead: 0.2 / speed.max(1.0),
+            lever: self.how.lever(self.settings),
+            levels: Vec::new(),
+        }
+    }
+}
+
+/// Looks for a better path on charts, from the state of `ready`.
+///
+/// # Errors
+/// [`EbmError`].
+pub fn on_charts(
+    settings: &Settings,
+    how: &Optimise,
+    ready: &ChartSimulation,
+    classes: &Classes,
+    observer: &dyn Observer,
+) -> Result<Found, EbmError> {
+    let search = Search {
+        settings,
+        how,
+        classes,
+        gain: 0.8,
+    };
+    let mut draw = with_charts(ready);
+    let (path, profile, trials) = search.choose(&mut draw, observer)?;
+    let first = match how.method {
+        OptimiseMethod::Learning => profile,
+        OptimiseMethod::Predictive => {
+            let material = &settings.material;
+            let mut engine = ready.clone();
+            let found = predict(&mut engine, material, &path, &search.prediction(), observer)?;
+            Some(found)
+        }
+        OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
+            let mut simulation = ready.clone();
+            let mut controller = online(settings, how, search.aim(), &path)?;
+            let found = control(&mut simulation, &path, controller.as_mut(), LOOK, observer)?;
+            let before = draw(&path, observer)?;
+            let better = found.apply(&path).map_err(StrategyError::from)?;
+            return Ok(Found {
+                path: better,
+                scores: vec![
+                    search.share(&before.highest),
+                    search.share(&simulation.highest_temperature()),
+                ],
+                trials,
+                reference: None,
+            });
+        }
+    };
+    let (path, _, scores) = search.learned(&mut draw, &path, how.rounds, first, observer)?;
+    Ok(Found {
+        path,
+        scores,
+        trials,
+        reference: None,
+    })
+}
+
+/// Steps between two looks of a controller.
+const LOOK: usize = 4;
+
+fn online(
+    settings: &Settings,
+    how: &Optimise,
+    aim: f64,
+    path: &BeamPath,
+) -> Result<Box<dyn Controller>, EbmError> {
+    if how.method == OptimiseMethod::Pid {
+        // gains of a first-order pool that answers within a beam diameter, some 0.4 ms
+        let ambient = settings.material.start;
+        return Ok(Box::new(Pid::new(
+            aim,
+            ambient,
+            [2.0, 2e3, 0.0],
+            how.bounds,
+        )));
+    }
+    let (speed, focus) = fastest(path);
+    let diameter = settings.beam.focus.diameter(focus)?;
+    let look = settings.simulation.step * LOOK as f64;
+    Ok(Box::new(Accelerator::of_thesis(aim, diameter, speed, look)))
+}
+
+/// The reference solver round paths: fresh powder on the ground, lower layers drawn.
+fn reference(
+    settings: &Settings,
+    how: &Optimise,
+    lower: &[BeamPath],
+    last: &[&BeamPath],
+    observer: &dyn Observer,
+) -> Result<Solver<f32>, EbmError> {
+    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
+    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
+    let paths = lower.iter().chain(last.iter().copied());
+    for p in paths.flat_map(BeamPath::points) {
+        low = low.min(DVec3::new(p.x, p.y, 0.0));
+        high = high.max(DVec3::new(p.x, p.y, 0.0));
+    }
+    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
+    let depth = DVec3::new(0.0, 0.0, 5.0 * settings.penetration);
+    let edge = DVec3::new(how.cell, how.cell, settings.layer);
+    let failed = |e| StrategyError::from(meltpath_thermal::run::RunError::from(e));
+    let grid = Grid::covering(low - margin - depth, high + margin, edge)
+        .map_err(|e| failed(meltpath_thermal::solver::SolverError::from(e)))?;
+    let start = settings.material.start;
+    let faces = Faces {
+        top: Surface::Radiating {
+            surroundings: 300.0 + CELSIUS,
+        },
+        sides: Face::Imposed(start),
+        bottom: Face::Imposed(start),
+    };
+    let mut solver = Solver::new(grid, settings.material.clone(), faces).map_err(failed)?;
+    solver.set_state(|c| {
+        if settings.powder(c) {
+            State::Powder
+        } else {
+            State::Dense
+        }
+    });
+    let step = how.step.min(solver.stable_step());
+    for path in lower {
+        meltpath_thermal::run::draw(&mut solver, path, &settings.beam, step, &mut [], observer)
+            .map_err(StrategyError::from)?;
+        solver.add_layer(settings.layer).map_err(failed)?;
+        // as deep as the beam reaches: what lies below is back at the start temperature
+        solver.freeze_below(5.0 * settings.penetration);
+    }
+    Ok(solver)
+}
+
+/// Looks for a better path on the reference solver; the window is found there too.
+///
+/// # Errors
+/// [`EbmError`].
+pub fn on_reference(
+    settings: &Settings,
+    how: &Optimise,
+    observer: &dyn Observer,
+) -> Result<Found, EbmError> {
+    let melting = settings.material.liquidus;
+    let classes = match &settings.window {
+        Window::Fixed(window) => Classes {
+            melting,
+            window: *window,
+        },
+        Window::Good { path, width } => {
+            let lower = vec![path.as_ref().clone(); settings.lower.len()];
+            let solver = reference(settings, how, &lower, &[path], observer)?;
+            let step = how.step.min(solver.stable_step());
+            let drawn = with_reference(&solver, &settings.beam, step)(path, observer)?;
+            let centre = centre_of_good(&drawn.highest, path, melting)?;
+            Classes::calibrated(melting, centre, *width)
+        }
+    };
+    let search = Search {
+        settings,
+        how,
+        classes: &classes,
+        gain: 0.5,
+    };
+    let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
+    around.push(&settings.path);
+    let solver = reference(settings, how, &settings.lower, &around, observer)?;
+    let step = how.step.min(solver.stable_step());
+    let mut draw = with_reference(&solver, &settings.beam, step);
+    let (path, profile, trials) = search.choose(&mut draw, observer)?;
+    let first = if how.method == OptimiseMethod::Predictive {
+        let mut engine = Reference {
+            solver: solver.clone(),
+            beam: &settings.beam,
+            step,
+        };
+        let material = &settings.material;
+        Some(predict(
+            &mut engine,
+            material,
+            &path,
+            &search.prediction(),
+            observer,
+        )?)
+    } else {
+        profile
+    };
+    let given = draw(&settings.path, observer)?.highest;
+    let (path, _, scores) = search.learned(&mut draw, &path, how.rounds, first, observer)?;
+    let better = draw(&path, observer)?.highest;
+    let judged = |highest: Field| {
+        let found = tally(&highest, &classes, &settings.contour, settings.inside);
+        (highest, found)
+    };
+    let steps = (settings.path.end() - settings.path.begin()) / step;
+    Ok(Found {
+        path,
+        scores,
+        trials,
+        reference: Some(OnReference {
+            given: judged(given),
+            better: judged(better),
+            classes,
+            step,
+            updates: steps * solver.grid().len() as f64,
+        }),
+    })
+}
+
+/// The fastest speed of a path with the beam on, mm/s, and the focus there.
+fn fastest(path: &BeamPath) -> (f64, f64) {
+    path.points()
+        .windows(2)
+        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .map(|w| {
+            let way = (w[1].x - w[0].x).hypot(w[1].y - w[0].y);
+            (way / (w[1].time - w[0].time), w[0].focus)
+        })
+        .fold((0.0, 0.0), |best, s| if s.0 > best.0 { s } else { best })
+}
+
+/// What a share of a path stands for, told where it is used.
+impl OnReference {
+    /// One line about the solver.
+    pub fn told(&self) -> String {
+        let grid = &self.given.0.grid;
+        format!(
+            "Reference solver; cells of {:.1} x {:.1} x {:.0} µm, steps of {:.2} µs, {:.1} thousand million updates of a cell a drawing.",
+            1e3 * grid.edge[0],
+            1e3 * grid.edge[1],
+            1e3 * grid.heights[0],
+            1e6 * self.step,
+            1e-9 * self.updates
+        )
+    }
+
+    /// Shares in the window, as given and better.
+    pub fn shares(&self) -> [Ratio; 2] {
+        [&self.given, &self.better].map(|(_, tally)| Ratio(tally.share(Class::Good)))
+    }
+}

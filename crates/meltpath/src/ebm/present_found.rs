@@ -1,0 +1,229 @@
+//! The better path as people look at it: rounds, trials, what the beam does along lines, shares on the reference solver.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_report::html::Section;
+use meltpath_report::plot::{Axis, Bar, Mark, Plot};
+use meltpath_report::table::{Cell, Table};
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
+use meltpath_thermal::criteria::{Class, Classes, Tally, histogram};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+
+use super::optimise::{Found, OnReference};
+use super::settings::Settings;
+use crate::job::ebm::Change;
+
+/// Width of a bar of the histograms, K.
+const BIN: f64 = 20.0;
+
+type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
+
+/// What was found.
+pub(super) fn section(found: &Found, settings: &Settings) -> Section {
+    let points = (0..)
+        .zip(&found.scores)
+        .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
+        .collect();
+    let rounds = Plot::new(
+        "Share in the window",
+        Axis::new("round", ""),
+        Axis::new("share", "%"),
+    )
+    .with(Mark::Line {
+        name: "share".to_owned(),
+        points,
+    });
+    let change = settings
+        .optimise
+        .as_ref()
+        .map_or(Change::Speed, |o| o.change);
+    let (axis, of): (Axis, Quantity<'_>) = match change {
+        Change::Speed => (Axis::new("speed", "mm/s"), &|_, speed| speed),
+        Change::Current => (Axis::new("beam current", "mA"), &|p, _| 1e3 * p.current),
+        Change::Focus => (Axis::new("focus current", "mA"), &|p, _| 1e3 * p.focus),
+    };
+    let title = match change {
+        Change::Speed => "Speed along lines",
+        Change::Current => "Beam current along lines",
+        Change::Focus => "Focus current along lines",
+    };
+    let mut plots = vec![rounds, along_lines(&found.path, title, axis, of)];
+    let mut tables = Vec::new();
+    if !found.trials.is_empty() {
+        tables.push(trials(found));
+    }
+    let intro = match &found.reference {
+        Some(r) => {
+            plots.push(bars(
+                "Reference solver, path as given",
+                &r.given.0,
+                r,
+                settings,
+            ));
+            plots.push(bars(
+                "Reference solver, better path",
+                &r.better.0,
+                r,
+                settings,
+            ));
+            tables.push(shares(r, found, settings));
+            r.told()
+        }
+        None => "Found on the charts, not judged on the reference solver here.".to_owned(),
+    };
+    Section {
+        title: "Better path".to_owned(),
+        intro,
+        plots,
+        tables,
+    }
+}
+
+fn trials(found: &Found) -> Table {
+    let mut table = Table::new(
+        "Orders and strategies tried",
+        &["path", "as drawn (%)", "after a few rounds (%)"],
+    );
+    for trial in &found.trials {
+        table.rows.push(vec![
+            Cell::text(&trial.name),
+            Cell::Fixed(100.0 * trial.shares[0], 1),
+            Cell::Fixed(100.0 * trial.shares[1], 1),
+        ]);
+    }
+    "Share of the molten voxels in the window; the best one was gone on with."
+        .clone_into(&mut table.note);
+    table
+}
+
+fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
+    let mut table = Table::new(
+        "Voxels of the region on the reference solver",
+        &[
+            "path",
+            "time",
+            "molten",
+            "unmelted (%)",
+            "below the window (%)",
+            "in the window (%)",
+            "above the window (%)",
+            "mean (°C)",
+            "standard deviation (K)",
+        ],
+    );
+    let mut row = |name: &str, path: &BeamPath, t: &Tally| {
+        table.rows.push(vec![
+            Cell::text(name),
+            Cell::Duration(path.end() - path.begin()),
+            Cell::Fixed(t.molten() as f64, 0),
+            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
+            Cell::Fixed(100.0 * t.share(Class::Porous), 1),
+            Cell::Fixed(100.0 * t.share(Class::Good), 1),
+            Cell::Fixed(100.0 * t.share(Class::Overheated), 1),
+            Cell::Fixed(t.mean - CELSIUS, 0),
+            Cell::Fixed(t.deviation, 0),
+        ]);
+    };
+    row("as given", &settings.path, &r.given.1);
+    row("better path", &found.path, &r.better.1);
+    let [low, high] = r.classes.window.map(|k| k - CELSIUS);
+    table.note = format!(
+        "Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."
+    );
+    table
+}
+
+fn bars(title: &str, highest: &Field, r: &OnReference, settings: &Settings) -> Plot {
+    let top = highest.grid.planes() - 1;
+    let judged = |[i, j, k]: [usize; 3]| {
+        let c = highest.grid.centre(i, j, k);
+        k == top && settings.contour.depth([c.x, c.y]) > settings.inside
+    };
+    let bars: Vec<Bar> = histogram(highest, BIN, judged)
+        .into_iter()
+        .filter(|(from, _)| *from > settings.material.solidus - 200.0)
+        .map(|(from, count)| Bar {
+            from: from - CELSIUS,
+            to: from + BIN - CELSIUS,
+            value: count as f64,
+        })
+        .collect();
+    let tallest = bars.iter().map(|b| b.value).fold(1.0, f64::max);
+    let Classes {
+        window: [low, high],
+        ..
+    } = r.classes;
+    let outline = [[low, 0.0], [high, 0.0], [high, tallest], [low, tallest]];
+    Plot::new(
+        title,
+        Axis::new("highest temperature", "°C"),
+        Axis::new("voxels", ""),
+    )
+    .with(Mark::Area {
+        name: "window".to_owned(),
+        outline: outline.map(|[t, n]| DVec2::new(t - CELSIUS, n)).to_vec(),
+    })
+    .with(Mark::Bars {
+        name: "voxels".to_owned(),
+        bars,
+    })
+    .caption("Voxels of the last layer inside the contour.")
+}
+
+/// A quantity along chosen lines of the path: near the beginning, in the middle, near the end.
+fn along_lines(path: &BeamPath, title: &str, axis: Axis, of: Quantity<'_>) -> Plot {
+    let mut plot = Plot::new(title, Axis::new("x", "mm"), axis);
+    for (name, share) in [("a tenth", 0.1), ("half", 0.5), ("nine tenths", 0.9)] {
+        let points = line_at(path, path.begin() + share * (path.end() - path.begin()), of);
+        plot = plot.with(Mark::Line {
+            name: format!("after {name} of the time"),
+            points,
+        });
+    }
+    plot.caption("Each line of the path that is drawn at that time, over its whole length.")
+}
+
+/// A move with the beam on.
+struct Stretch {
+    time: f64,
+    ends: [DVec2; 2],
+    value: f64,
+}
+
+/// The straight run through the point at `time`: from turn to turn.
+fn line_at(path: &BeamPath, time: f64, of: Quantity<'_>) -> Vec<DVec2> {
+    let moves: Vec<Stretch> = path
+        .points()
+        .windows(2)
+        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .map(|w| {
+            let ends = [DVec2::new(w[0].x, w[0].y), DVec2::new(w[1].x, w[1].y)];
+            let speed = ends[0].distance(ends[1]) / (w[1].time - w[0].time);
+            Stretch {
+                time: w[0].time,
+                ends,
+                value: of(&w[0], speed),
+            }
+        })
+        .collect();
+    let Some(last) = moves.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let here = moves.partition_point(|m| m.time <= time).saturating_sub(1);
+    let joined = |a: &Stretch, b: &Stretch| {
+        let [u, v] = [a, b].map(|m| m.ends[1] - m.ends[0]);
+        a.ends[1].distance(b.ends[0]) < 1e-6 && u.dot(v) > 0.99 * u.length() * v.length()
+    };
+    let mut from = here;
+    while from > 0 && joined(&moves[from - 1], &moves[from]) {
+        from -= 1;
+    }
+    let mut to = here;
+    while to < last && joined(&moves[to], &moves[to + 1]) {
+        to += 1;
+    }
+    moves[from..=to]
+        .iter()
+        .map(|m| DVec2::new(0.5 * (m.ends[0].x + m.ends[1].x), m.value))
+        .collect()
+}

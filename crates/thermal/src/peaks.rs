@@ -1,0 +1,149 @@
+//! The highest temperatures that a path leads to, and when the beam caused each: what strategies learn from.
+
+use meltpath_base::Observer;
+
+use crate::beam::{Beam, BeamPath};
+use crate::chart_simulation::ChartSimulation;
+use crate::grid::{Field, Grid};
+use crate::run::{Sink, draw};
+use crate::solver::Solver;
+use crate::strategy::StrategyError;
+
+/// Highest temperatures and when they were reached.
+#[derive(Debug, Clone)]
+pub struct Peaks {
+    /// Highest temperatures, K.
+    pub highest: Field,
+    /// Time of the path at which each column's top voxel was hottest, s, row by row; not a number where the beam never came
+    /// near.
+    pub when: Vec<f64>,
+}
+
+/// What draws a path and tells the highest temperatures it leads to, always from the same start: charts or the reference
+/// solver, see [`with_charts`] and [`with_reference`].
+pub type Draw<'a> = dyn FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, StrategyError> + 'a;
+
+/// How far from the beam a voxel may still grow hotter, mm: pools are a millimetre long.
+const REACH: f64 = 0.8;
+/// Time between two looks, s: the beam moves by less than a voxel.
+const LOOK: f64 = 4e-5;
+
+/// Remembers when each column was hottest.
+struct Recorder {
+    best: Vec<f64>,
+    when: Vec<f64>,
+}
+
+impl Recorder {
+    fn new(grid: &Grid) -> Self {
+        let columns = grid.cells[0] * grid.cells[1];
+        Recorder {
+            best: vec![0.0; columns],
+            when: vec![f64::NAN; columns],
+        }
+    }
+
+    fn look(
+        &mut self,
+        grid: &Grid,
+        beam: [f64; 2],
+        time: f64,
+        temperature: impl Fn(usize, usize) -> f64,
+    ) {
+        let origin = [grid.origin.x, grid.origin.y];
+        let range = |a: usize| {
+            let index = |at: f64| (at.max(0.0) as usize).min(grid.cells[a]);
+            let middle = (beam[a] - origin[a]) / grid.edge[a];
+            let reach = REACH / grid.edge[a];
+            index(middle - reach)..index(middle + reach + 1.0)
+        };
+        for j in range(1) {
+            for i in range(0) {
+                let column = j * grid.cells[0] + i;
+                let now = temperature(i, j);
+                if now > self.best[column] {
+                    self.best[column] = now;
+                    self.when[column] = time;
+                }
+            }
+        }
+    }
+}
+
+/// Draws with charts, from the state of `start`.
+pub fn with_charts(
+    start: &ChartSimulation,
+) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, StrategyError> + '_ {
+    move |path, observer| {
+        let mut simulation = start.clone();
+        let grid = simulation.grid().clone();
+        let mut recorder = Recorder::new(&grid);
+        let top = grid.planes() - 1;
+        // looks end batches: as long as a batch, so that none is cut
+        let settings = simulation.settings();
+        let every = settings.step * settings.batch as f64;
+        let count = ((path.end() - path.begin()) / every).ceil() as u64;
+        let at: Vec<f64> = (1..=count)
+            .map(|n| (path.begin() + n as f64 * every).min(path.end()))
+            .collect();
+        let mut look = |time: f64, s: &ChartSimulation| {
+            let p = path.at(time);
+            recorder.look(&grid, [p.x, p.y], time, |i, j| s.temperature_at(i, j, top));
+        };
+        simulation.draw(path, &at, &mut look, observer)?;
+        Ok(Peaks {
+            highest: simulation.highest_temperature(),
+            when: recorder.when,
+        })
+    }
+}
+
+struct Listener<'a> {
+    recorder: Recorder,
+    path: &'a BeamPath,
+    /// Time of the path at time 0 of the solver, s.
+    shift: f64,
+}
+
+impl Sink<f32> for Listener<'_> {
+    fn interval(&self) -> f64 {
+        LOOK
+    }
+
+    fn look(&mut self, solver: &Solver<f32>) {
+        let time = solver.time() + self.shift;
+        let p = self.path.at(time);
+        let top = solver.grid().planes() - 1;
+        let temperature = |i, j| solver.temperature_at(i, j, top);
+        self.recorder
+            .look(solver.grid(), [p.x, p.y], time, temperature);
+    }
+}
+
+/// Draws with the reference solver in explicit steps of at most `step` s, from the state of `start`.
+pub fn with_reference<'a>(
+    start: &'a Solver<f32>,
+    beam: &'a Beam,
+    step: f64,
+) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, StrategyError> + 'a {
+    move |path, observer| {
+        let mut solver = start.clone();
+        let mut listener = Listener {
+            recorder: Recorder::new(solver.grid()),
+            path,
+            shift: path.begin() - solver.time(),
+        };
+        draw(
+            &mut solver,
+            path,
+            beam,
+            step,
+            &mut [&mut listener],
+            observer,
+        )?;
+        Ok(Peaks {
+            highest: solver.highest_temperature(),
+            when: listener.recorder.when,
+        })
+    }
+}
