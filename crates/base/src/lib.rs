@@ -12,7 +12,7 @@ pub mod reporter;
 pub mod resolved;
 pub mod verdict;
 
-pub use observer::{Cancelled, Observer, Silent};
+pub use observer::{Cancelled, Observer, Quiet, Silent};
 pub use provenance::Provenance;
 pub use quantity::{
     Angle, Current, Length, QuantityError, Ratio, Speed, Temperature, Time, Voltage,

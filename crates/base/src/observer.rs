@@ -27,6 +27,17 @@ pub trait Observer: Send + Sync {
     }
 }
 
+/// Passes cancellation on and keeps stages and progress to itself: for many small runs inside one stage.
+pub struct Quiet<'a>(pub &'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn stage(&self, _name: &str, _total: u64) {}
+    fn advance(&self, _done: u64) {}
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
+
 /// Watches nothing and never cancels.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;

@@ -3,7 +3,7 @@
 //! Béraud 2016: struts of two circles (section 3.3.1), walls of one line a layer (section 3.2.2.1.3). Efficiency and beam
 //! diameter are corrected from their measured sizes by [`crate::fit`].
 
-use meltpath_base::Observer;
+use meltpath_base::{Observer, Quiet};
 use meltpath_geometry::math::DVec3;
 
 use crate::as_built::strut as cylinder;
@@ -315,17 +315,6 @@ impl Charts {
             sets.push(set);
         }
         Ok(sets)
-    }
-}
-
-/// Passes cancellation on, keeps stages of single coupons to itself.
-struct Quiet<'a>(&'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn stage(&self, _name: &str, _total: u64) {}
-    fn advance(&self, _done: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
     }
 }
 

@@ -4,7 +4,7 @@
 //! Beyond the thesis (specification ebm, section 2.14.3). What a voxel lacks is put down to the piece of the path on which the
 //! beam was when that voxel was hottest: where lines lie close that is often the line after the one that crosses it.
 
-use meltpath_base::Observer;
+use meltpath_base::{Observer, Quiet};
 
 use crate::beam::BeamPath;
 use crate::grid::Field;
@@ -157,15 +157,4 @@ fn excess(
     sums.iter()
         .map(|[sum, weight]| (*weight > 0.0).then(|| sum / weight))
         .collect()
-}
-
-/// Passes cancellation on and keeps the progress of an inner stage to itself.
-pub(crate) struct Quiet<'a>(pub(crate) &'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn stage(&self, _name: &str, _total: u64) {}
-    fn advance(&self, _done: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
-    }
 }

@@ -3,11 +3,10 @@
 //!
 //! Beyond the thesis (specification ebm, sections 1.8 and 2.14.3). The model is the engine itself, charts or reference solver.
 
-use meltpath_base::Observer;
+use meltpath_base::{Observer, Quiet};
 
 use crate::beam::{Beam, BeamPath};
 use crate::chart_simulation::ChartSimulation;
-use crate::learning::Quiet;
 use crate::lever::Lever;
 use crate::material::{CELSIUS, Material};
 use crate::run::draw;

@@ -7,7 +7,7 @@
 //! ones: the rates are not monotone in the speed, and a faster recipe between two scanned speeds may be missed; the found one is
 //! within bounds in any case.
 
-use meltpath_base::Observer;
+use meltpath_base::{Observer, Quiet};
 use rayon::prelude::*;
 
 use super::contour_error::PathErrors;
@@ -138,17 +138,6 @@ impl Found {
             .iter()
             .min_by(|a, b| miss(a).total_cmp(&miss(b)))
             .unwrap_or(&self.start)
-    }
-}
-
-/// Forwards cancellation alone: stages of single runs say nothing to a person.
-struct Quiet<'a>(&'a dyn Observer);
-
-impl Observer for Quiet<'_> {
-    fn stage(&self, _name: &str, _total: u64) {}
-    fn advance(&self, _done: u64) {}
-    fn cancelled(&self) -> bool {
-        self.0.cancelled()
     }
 }
 

@@ -14,7 +14,7 @@ use super::axis::{Axis, Encoder};
 use super::friction::Friction;
 use super::galvanometer::{AxisError, positive};
 
-/// A filter of set-points: y[k] = Σ_i `taps[i]` r[k + `ahead` − i].
+/// A filter of set-points: `y[k] = Σ taps[i] r[k + ahead − i]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Preview {
