@@ -28,6 +28,31 @@ const REACH: f64 = 0.8;
 /// Time between two looks, s: the beam moves by less than a voxel.
 const LOOK: f64 = 4e-5;
 
+/// Which columns of a grid the path crosses with the beam on, row by row.
+///
+/// Where lines lie so far apart that what lies between them must stay colder than a window is wide, only these can be taught.
+pub fn crossed(grid: &Grid, path: &BeamPath) -> Vec<bool> {
+    let [nx, ny] = grid.cells;
+    let mut found = vec![false; nx * ny];
+    for pair in path.points().windows(2).filter(|w| w[0].on) {
+        let (from, to) = ([pair[0].x, pair[0].y], [pair[1].x, pair[1].y]);
+        let way = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let pieces = (4.0 * way / grid.edge[0].min(grid.edge[1])).ceil().max(1.0) as usize;
+        for n in 0..=pieces {
+            let share = n as f64 / pieces as f64;
+            let at = |a: usize, origin: f64| {
+                let p = from[a] + share * (to[a] - from[a]);
+                ((p - origin) / grid.edge[a]).floor()
+            };
+            let (i, j) = (at(0, grid.origin.x), at(1, grid.origin.y));
+            if i >= 0.0 && j >= 0.0 && i < nx as f64 && j < ny as f64 {
+                found[j as usize * nx + i as usize] = true;
+            }
+        }
+    }
+    found
+}
+
 /// Remembers when each column was hottest.
 struct Recorder {
     best: Vec<f64>,

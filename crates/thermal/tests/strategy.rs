@@ -20,7 +20,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::learning::{Freedom, Learned, Learning, learn};
 use meltpath_thermal::lever::Lever;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::peaks::with_charts;
+use meltpath_thermal::peaks::{crossed, with_charts};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, control, solve_radius};
@@ -130,13 +130,19 @@ fn learned(path: &BeamPath, classes: &Classes, aim: f64, rounds: u32) -> Learned
     let share = |f: &Field| tally(f, classes).share(Class::Good);
     let start = ready(path);
     let mut draw = with_charts(&start);
+    let grid = start.grid().clone();
+    let lines = crossed(&grid, path);
+    let on_line = |[x, y]: [f64; 2]| {
+        let index = |p: f64, origin: f64, a: usize| ((p - origin) / grid.edge[a]) as usize;
+        lines[index(y, grid.origin.y, 1) * grid.cells[0] + index(x, grid.origin.x, 0)]
+    };
     learn(
         &mut draw,
         &titanium(),
         path,
         &learning,
         None,
-        &|p| depth(p) > 0.15,
+        &|p| depth(p) > 0.15 && on_line(p),
         &share,
         &Silent,
     )

@@ -12,7 +12,7 @@ use meltpath_thermal::learning::{Freedom, Learning, learn};
 use meltpath_thermal::lever::Lever;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::order::{Order, reorder};
-use meltpath_thermal::peaks::{Draw, with_charts, with_reference};
+use meltpath_thermal::peaks::{Draw, crossed, with_charts, with_reference};
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
 use meltpath_thermal::speed::SpeedProfile;
@@ -237,6 +237,9 @@ struct Search<'a> {
     classes: &'a Classes,
     /// Relative change of the factor per relative excess.
     gain: f64,
+    /// On this grid only columns that the path crosses teach; all of them where there is none. Charts leave what lies
+    /// between lines much colder than the lines.
+    lines: Option<&'a Grid>,
 }
 
 impl Search<'_> {
@@ -269,7 +272,15 @@ impl Search<'_> {
         };
         let s = self.settings;
         // a voxel at the border teaches too, so that those just inside are warm from both sides
-        let judged = |p: [f64; 2]| s.contour.depth(p) > 0.75 * s.inside;
+        let lines = self.lines.map(|grid| (grid, crossed(grid, path)));
+        let on_line = |p: [f64; 2]| {
+            lines.as_ref().is_none_or(|(grid, crossed)| {
+                let [i, j] = [(0, grid.origin.x), (1, grid.origin.y)]
+                    .map(|(a, origin)| ((p[a] - origin) / grid.edge[a]) as usize);
+                crossed[j * grid.cells[0] + i]
+            })
+        };
+        let judged = |p: [f64; 2]| s.contour.depth(p) > 0.75 * s.inside && on_line(p);
         let score = |f: &Field| self.share(f);
         let found = learn(
             draw,
@@ -342,6 +353,7 @@ pub fn on_charts(
         how,
         classes,
         gain: 0.8,
+        lines: Some(ready.grid()),
     };
     let mut draw = with_charts(ready);
     let (path, profile, trials) = search.choose(&mut draw, observer)?;
@@ -481,6 +493,7 @@ pub fn on_reference(
         how,
         classes: &classes,
         gain: 0.5,
+        lines: None,
     };
     let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
     around.push(&settings.path);
