@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
+use meltpath::outcome::RunError;
 use meltpath::start::{self, StartError};
-use meltpath::waam::{self, RunError};
+use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};

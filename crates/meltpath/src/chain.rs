@@ -5,7 +5,7 @@ use std::path::Path;
 use meltpath_base::Observer;
 
 use crate::job::{self, Job};
-use crate::waam::{Outcome, RunError};
+use crate::outcome::{Outcome, RunError};
 use crate::{ebm, lpbf, waam};
 
 /// Runs the whole chain of a job: a new folder `out`, else the next free number in `runs`.

@@ -18,7 +18,7 @@ use crate::ebm::settings::{Settings, resolve};
 use crate::ebm::{EbmError, simulate};
 use crate::job::ebm::WindowTable;
 use crate::job::{self, EbmJob, Job, JobError};
-use crate::waam::RunError;
+use crate::outcome::RunError;
 
 pub use samples::SamplesError;
 

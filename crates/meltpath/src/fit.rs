@@ -15,7 +15,7 @@ use meltpath_thermal::strategy::solve_radius;
 
 use crate::ebm::focus::{self, FocusFileError};
 use crate::ebm::settings::MATERIALS;
-use crate::waam::RunError;
+use crate::outcome::RunError;
 
 pub use measurements::{Measurements, MeasurementsError};
 

@@ -7,8 +7,9 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
 use crate::job::PartUnit;
+use crate::outcome::RunError;
 use crate::waam::part;
-use crate::waam::{RunError, read_toolpath};
+use crate::waam::read_toolpath;
 
 /// Chord error of the mesh made of a STEP file for inspection, mm.
 const CHORD_ERROR: f64 = 0.02;

@@ -10,6 +10,7 @@ pub mod identify;
 pub mod inspect;
 pub mod job;
 pub mod lpbf;
+pub mod outcome;
 pub mod start;
 pub mod tune;
 pub mod waam;

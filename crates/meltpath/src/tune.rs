@@ -26,8 +26,8 @@ use meltpath_machine::scan_head::servo_synthesis::ServoError;
 use meltpath_perception::RecordError;
 
 use crate::job::JobError;
+use crate::outcome::{Outcome, RunError};
 use crate::waam::settings::in_file;
-use crate::waam::{Outcome, RunError};
 use design::AxisResult;
 use settings::Settings;
 
@@ -178,7 +178,7 @@ pub fn tune(
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
-    crate::waam::run::record_inputs(&mut provenance, &[path])?;
+    crate::outcome::record_inputs(&mut provenance, &[path])?;
     observer.stage("write results", 0);
     let name = title(path);
     present::write(&folder, &name, &settings, &results, &verdict, &provenance)?;

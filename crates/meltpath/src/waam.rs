@@ -13,7 +13,4 @@ pub mod sheet;
 pub mod simulate;
 pub mod target;
 
-pub use run::{
-    Outcome, RunError, doctor, plan_to_file, program_to_folder, read_toolpath, run,
-    simulate_program,
-};
+pub use run::{doctor, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};

@@ -23,7 +23,7 @@ levels = 4
 draws = 4
 ";
 
-fn tuned(folder: &Path, text: &str) -> Result<meltpath::waam::Outcome, String> {
+fn tuned(folder: &Path, text: &str) -> Result<meltpath::outcome::Outcome, String> {
     fs::write(folder.join("tune.toml"), text).unwrap();
     tune::tune(
         &folder.join("tune.toml"),

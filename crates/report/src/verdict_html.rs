@@ -87,7 +87,7 @@ pub fn sentence(verdict: &Verdict) -> String {
             String::new()
         };
         return format!(
-            "{fail} of {total} {checks} {}: the part would not be as asked.{more}",
+            "{fail} of {total} {checks} {}: what was asked is not met.{more}",
             verb(fail, "fails", "fail")
         );
     }
@@ -258,7 +258,7 @@ mod tests {
         let mut v = verdict();
         assert_eq!(
             sentence(&v),
-            "1 of 5 checks fails: the part would not be as asked. 1 more cannot be decided."
+            "1 of 5 checks fails: what was asked is not met. 1 more cannot be decided."
         );
         v.checks.remove(2);
         assert!(sentence(&v).contains("1 of 4 checks cannot be decided"));

@@ -22,7 +22,7 @@ use super::present;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use crate::job::{EbmJob, JobError};
-use crate::waam::{self, RunError};
+use crate::outcome::{self, RunError};
 
 /// Why an electron-beam job could not be done.
 #[derive(Debug, thiserror::Error)]
@@ -110,7 +110,7 @@ pub fn run(
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<waam::Outcome, RunError> {
+) -> Result<outcome::Outcome, RunError> {
     let reporter = Reporter::new();
     let settings = resolved(job_file, job, text)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
@@ -167,7 +167,7 @@ pub fn run(
             chart_file::write(set, &mut w)
         })?;
     }
-    Ok(waam::Outcome {
+    Ok(outcome::Outcome {
         folder: folder.commit()?,
         verdict,
     })
@@ -319,5 +319,5 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
     let settings = resolved(job_file, job, text)?;
-    Ok(waam::run::parameter_lines(&settings.provenance))
+    Ok(outcome::parameter_lines(&settings.provenance))
 }

@@ -73,10 +73,10 @@ pub(super) fn write(
             ReportError::Scene(e) => std::io::Error::other(e),
         })
     })?;
-    crate::waam::run::json(folder, "verdict.json", &verdict.to_json())?;
+    crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();
-    crate::waam::run::json(folder, "provenance.json", &provenance)?;
+    crate::outcome::json(folder, "provenance.json", &provenance)?;
     if let Some(found) = told.found {
         optimise::write(folder, found)?;
     }

@@ -19,9 +19,9 @@ use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
 use super::{motion, optimise, present};
 use crate::job::LpbfJob;
+use crate::outcome::{Outcome, RunError};
 use crate::tune::choose::ready;
 use crate::waam::settings::in_file;
-use crate::waam::{Outcome, RunError};
 
 /// The modes in which fill rates are told.
 pub(super) const MODES: [FillMode; 3] = [
@@ -154,7 +154,7 @@ pub fn run(
     let layers = job.lpbf.layers.as_ref().map(|f| here.join(f.get_ref()));
     let mut inputs = vec![path];
     inputs.extend(layers.as_deref());
-    crate::waam::run::record_inputs(&mut provenance, &inputs)?;
+    crate::outcome::record_inputs(&mut provenance, &inputs)?;
     observer.stage("write results", 0);
     let title = present::title(path);
     let told = present::Told {
@@ -357,5 +357,5 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
 pub fn doctor(job_file: &Path, job: &LpbfJob, text: &str) -> Result<Vec<String>, RunError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
     let settings = settings::resolve(job, here).map_err(|e| in_file(job_file, text, e))?;
-    Ok(crate::waam::run::parameter_lines(&settings.provenance))
+    Ok(crate::outcome::parameter_lines(&settings.provenance))
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::design::AxisResult;
 use super::settings::Settings;
-use crate::waam::run::json as write_json;
+use crate::outcome::json as write_json;
 
 /// Most rows of a table of responses.
 const ROWS: usize = 40_000;

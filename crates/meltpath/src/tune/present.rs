@@ -8,7 +8,7 @@ use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 use super::design::AxisResult;
 use super::settings::Settings;
 use super::{TuneError, bode, step, tables};
-use crate::waam::RunError;
+use crate::outcome::RunError;
 
 /// Writes the report, the verdict and the provenance.
 pub(super) fn write(
@@ -63,10 +63,10 @@ pub(super) fn write(
             })
         })
         .map_err(|e: OutputError| RunError::from(e))?;
-    crate::waam::run::json(folder, "verdict.json", &verdict.to_json())?;
+    crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();
-    crate::waam::run::json(folder, "provenance.json", &provenance)?;
+    crate::outcome::json(folder, "provenance.json", &provenance)?;
     Ok(())
 }
 

@@ -1,0 +1,194 @@
+//! What a command leaves: a folder with its verdict, or the reason why not; and what every run writes of itself.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use meltpath_base::container::ContainerError;
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Cancelled, Provenance, Verdict};
+use meltpath_geometry::workpiece::WorkpieceError;
+use meltpath_machine::scan_head::head::HeadError;
+
+use crate::job::JobError;
+use crate::start::StartError;
+use crate::waam::part::PartError;
+use crate::waam::plan::PlanStageError;
+use crate::waam::program::ProgramStageError;
+use crate::waam::simulate::SimulateError;
+use crate::waam::target::TargetError;
+
+/// What a run made.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// Why a command could not be done. Everything here is the input's or the system's doing; nothing was written.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(Cancelled),
+    /// The job file.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// A bench record.
+    #[error(transparent)]
+    Identify(#[from] crate::identify::IdentifyError),
+    /// A comparison.
+    #[error(transparent)]
+    Compare(#[from] crate::compare::CompareError),
+    /// A fit.
+    #[error(transparent)]
+    Fit(#[from] crate::fit::FitCommandError),
+    /// A health test.
+    #[error(transparent)]
+    Health(#[from] crate::health::HealthError),
+    /// An electron-beam job.
+    #[error(transparent)]
+    Ebm(#[from] crate::ebm::EbmError),
+    /// The part.
+    #[error(transparent)]
+    Part(PartError),
+    /// The plan.
+    #[error(transparent)]
+    Plan(PlanStageError),
+    /// The program.
+    #[error(transparent)]
+    Program(#[from] ProgramStageError),
+    /// The simulation.
+    #[error(transparent)]
+    Simulate(SimulateError),
+    /// The comparison with the part.
+    #[error("cannot compare with the part: {0}")]
+    Target(TargetError),
+    /// The height map.
+    #[error(transparent)]
+    Workpiece(#[from] WorkpieceError),
+    /// A native file.
+    #[error("cannot use {}: {source}", .path.display())]
+    Container {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: ContainerError,
+    },
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The scan head.
+    #[error(transparent)]
+    ScanHead(HeadError),
+    /// A tuning of axes.
+    #[error(transparent)]
+    Tune(crate::tune::TuneError),
+    /// A new job.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A file to inspect.
+    #[error("{0}")]
+    Inspect(String),
+}
+
+/// Turns a stage's cancellation into the run's.
+macro_rules! cancellable {
+    ($error:ty, $variant:ident, $($cancelled:pat => $inner:expr),+) => {
+        impl From<$error> for RunError {
+            fn from(error: $error) -> Self {
+                match error {
+                    $($cancelled => RunError::Cancelled($inner),)+
+                    other => RunError::$variant(other),
+                }
+            }
+        }
+    };
+}
+cancellable!(PartError, Part, PartError::Cancelled(c) => c);
+cancellable!(PlanStageError, Plan,
+    PlanStageError::Cancelled(c) => c,
+    PlanStageError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c,
+    PlanStageError::Overhang(meltpath_geometry::overhang::OverhangError::Cancelled(c)) => c,
+    PlanStageError::Fill(meltpath_planning::PlanError::Cancelled(c)) => c);
+cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_machine::fir::MotionError::Cancelled(c)) => c);
+cancellable!(HeadError, ScanHead, HeadError::Cancelled(c) => c);
+cancellable!(TargetError, Target,
+    TargetError::Cancelled(c) => c,
+    TargetError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c);
+
+impl From<Cancelled> for RunError {
+    fn from(c: Cancelled) -> Self {
+        RunError::Cancelled(c)
+    }
+}
+
+pub(crate) fn json(
+    folder: &OutputFolder,
+    name: &str,
+    value: &serde_json::Value,
+) -> Result<(), OutputError> {
+    folder.write(name, |w| {
+        serde_json::to_writer_pretty(&mut *w, value)?;
+        w.write_all(b"\n")
+    })
+}
+
+pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), RunError> {
+    for path in files {
+        let failed = |source| JobError::Io {
+            path: path.to_path_buf(),
+            source,
+        };
+        let mut reader = BufReader::new(File::open(path).map_err(failed)?);
+        let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
+        let name = path
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned())
+            .unwrap_or_default();
+        provenance.inputs.insert(name, hash);
+    }
+    Ok(())
+}
+
+/// Every parameter with its value and origin, one a line.
+pub(crate) fn parameter_lines(provenance: &Provenance) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (name, value) in &provenance.parameters {
+        let shown = |key: &str| {
+            value
+                .get(key)
+                .filter(|v| !v.is_null())
+                .map(plain)
+                .unwrap_or_default()
+        };
+        let sigma = shown("sigma");
+        let spread = if sigma.is_empty() {
+            String::new()
+        } else {
+            format!(" ± {sigma}")
+        };
+        let origin = value.get("origin").map(origin_words).unwrap_or_default();
+        lines.push(format!("{name} = {}{spread}    {origin}", shown("value")));
+    }
+    lines
+}
+
+fn plain(value: &serde_json::Value) -> String {
+    value
+        .as_str()
+        .map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn origin_words(origin: &serde_json::Value) -> String {
+    let what = origin.get("what").map(plain).unwrap_or_default();
+    match origin.get("kind").and_then(|k| k.as_str()) {
+        Some("job") => "(the job)".to_owned(),
+        Some("default") => format!("(default: {what})"),
+        Some("data") => format!("(data: {what})"),
+        Some("computed") => format!("(computed: {what})"),
+        _ => String::new(),
+    }
+}
