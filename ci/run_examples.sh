@@ -16,6 +16,6 @@ while IFS=$'\t' read -r job expected; do
   [ "$code" = "$expected" ] || { wrong=1; tail -n 20 "$out/$name.log"; }
   run=$((run + 1))
 done <examples/expected.tsv
-jobs=$(find examples -name '*.toml' | wc -l)
+jobs=$(find examples -name job.toml | wc -l)
 [ "$run" = "$jobs" ] || { echo "examples/ holds $jobs jobs, examples/expected.tsv lists $run"; wrong=1; }
 exit $wrong

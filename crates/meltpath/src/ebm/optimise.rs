@@ -558,12 +558,12 @@ impl OnReference {
     pub fn told(&self) -> String {
         let grid = &self.given.0.grid;
         format!(
-            "Reference solver; cells of {:.1} x {:.1} x {:.0} µm, steps of {:.2} µs, {:.1} thousand million updates of a cell a drawing.",
+            "Reference solver; cells of {:.1} x {:.1} x {:.0} µm, steps of {:.2} µs, {:.0} million updates of a cell a drawing.",
             1e3 * grid.edge[0],
             1e3 * grid.edge[1],
             1e3 * grid.heights[0],
             1e6 * self.step,
-            1e-9 * self.updates
+            1e-6 * self.updates
         )
     }
 

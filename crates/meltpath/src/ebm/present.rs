@@ -330,11 +330,11 @@ pub fn report(
                 &format!("{:.3} s", shown.path.end() - shown.path.begin()),
             ),
             Fact::new(
-                "in the window",
+                "in the window, on charts",
                 &format!("{:.1} %", 100.0 * shown.tally.share(Class::Good)),
             ),
             Fact::new(
-                "hottest",
+                "hottest, on charts",
                 &format!("{:.0} °C", shown.tally.hottest.0 - CELSIUS),
             ),
         ],
