@@ -54,14 +54,6 @@ pub enum HealthError {
         /// The names.
         known: String,
     },
-    /// The mapping does not open.
-    #[error("cannot open the mapping `{}`: {source}", path.display())]
-    Open {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
     /// A record or its mapping.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -338,11 +330,7 @@ fn recorded(
     mapping: &Path,
     reporter: &Reporter,
 ) -> Result<(Km0Stage1, AxisRecord), HealthError> {
-    let text = std::fs::read_to_string(mapping).map_err(|source| HealthError::Open {
-        path: mapping.to_path_buf(),
-        source,
-    })?;
-    let mapping = Mapping::parse(&mapping.display().to_string(), &text)?;
+    let mapping = Mapping::load(mapping)?;
     let one = read(first, &mapping, reporter)?;
     let bench = BenchRecord {
         period: one.period,

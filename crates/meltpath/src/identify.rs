@@ -18,14 +18,6 @@ const COLOURED: f64 = 0.1;
 /// Why a record gave no motor.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
-    /// The mapping does not open.
-    #[error("cannot open the mapping `{}`: {source}", path.display())]
-    Open {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
     /// The record or its mapping.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -60,11 +52,7 @@ pub fn identify(
     mapping_file: &Path,
     reporter: &Reporter,
 ) -> Result<Identification, IdentifyError> {
-    let text = std::fs::read_to_string(mapping_file).map_err(|source| IdentifyError::Open {
-        path: mapping_file.to_path_buf(),
-        source,
-    })?;
-    let mapping = Mapping::parse(&mapping_file.display().to_string(), &text)?;
+    let mapping = Mapping::load(mapping_file)?;
     let record = read(record_file, &mapping, reporter)?;
     let whole = BenchRecord {
         period: record.period,

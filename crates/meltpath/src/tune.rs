@@ -47,14 +47,6 @@ pub enum TuneError {
     /// The record of a refinement.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// Its mapping does not open.
-    #[error("cannot open the mapping `{}`: {source}", path.display())]
-    Open {
-        /// Which file.
-        path: std::path::PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
     /// A record that was sampled otherwise than the head.
     #[error(
         "the record is sampled every {found:.4} µs, the head every {wanted:.4} µs: refine on a record at the head's rate"

@@ -10,6 +10,7 @@ use meltpath_machine::scan_head::data;
 use meltpath_machine::scan_head::friction::Friction;
 use meltpath_machine::scan_head::galvanometer::Galvanometer;
 use meltpath_machine::scan_head::plant::Plant;
+use meltpath_perception::RecordError;
 
 const MAPPING: &str = "time = { column = \"t\", unit = \"us\" }
 [channels.voltage]
@@ -84,5 +85,8 @@ fn a_csv_of_counts_gives_the_motor_that_made_it() {
         .any(|w| w.code == "channels-exchanged");
     assert!(noted || result.is_err());
     let error = identify(&at("bench.csv"), &at("absent.toml"), &Reporter::new()).unwrap_err();
-    assert!(matches!(error, IdentifyError::Open { .. }));
+    assert!(matches!(
+        error,
+        IdentifyError::Record(RecordError::File { .. })
+    ));
 }

@@ -170,6 +170,21 @@ impl Unit {
 }
 
 impl Mapping {
+    /// Reads a mapping from its file.
+    ///
+    /// # Errors
+    /// [`RecordError::File`] where it does not open, else those of [`Mapping::parse`].
+    pub fn load(path: &std::path::Path) -> Result<Self, RecordError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Mapping::parse(&file, &text),
+            Err(e) => Err(RecordError::File {
+                file,
+                message: e.to_string(),
+            }),
+        }
+    }
+
     /// Reads a mapping; `file` names it in errors.
     ///
     /// # Errors

@@ -5,15 +5,17 @@
 //! brought up to date between batches of a few steps, within which columns do not see each other and may run on any
 //! thread: the bits do not depend on how many there are.
 
-use meltpath_base::{Cancelled, Observer, Reporter};
+mod readings;
+
+use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 
 use crate::beam::{BeamPath, BeamPoint};
 use crate::chart::{ChartError, ChartSet};
 use crate::enthalpy::{CurveError, Enthalpy};
-use crate::grid::{Field, Grid, GridError};
-use crate::material::{CELSIUS, Material};
+use crate::grid::{Grid, GridError};
+use crate::material::Material;
 use crate::neighbourhood::Neighbourhood;
 use crate::rates::{Between, PastTheEnd, Rates, Ring};
 use crate::solver::State;
@@ -561,156 +563,6 @@ impl ChartSimulation {
         };
         let end = (index(high) + 1).min(self.grid.cells[1]);
         (index(low) < end).then(|| index(low)..end)
-    }
-
-    /// Enthalpy of a voxel now.
-    fn now(&self, column: usize, k: usize) -> f32 {
-        let voxel = &self.voxels[column * self.planes() + k];
-        let c = &self.columns[column];
-        let g = voxel.enthalpy;
-        if g <= 0.0 {
-            return g;
-        }
-        self.rates[usize::from(c.set)].cooled(c.between, k, g, self.time - c.since)
-    }
-
-    fn field(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Field {
-        let columns = self.columns.len();
-        let planes = self.planes();
-        let values = (0..columns * planes)
-            .into_par_iter()
-            .map(|n| value(n % columns, planes - 1 - n / columns) as f32)
-            .collect();
-        Field {
-            grid: self.grid.clone(),
-            values,
-        }
-    }
-
-    /// Temperatures now, K.
-    pub fn temperature(&self) -> Field {
-        self.field(|c, k| self.curve.temperature(f64::from(self.now(c, k))))
-    }
-
-    /// Temperature of cell `(i, j, k)` now, K.
-    pub fn temperature_at(&self, i: usize, j: usize, k: usize) -> f64 {
-        let g = self.now(j * self.grid.cells[0] + i, self.planes() - 1 - k);
-        self.curve.temperature(f64::from(g))
-    }
-
-    /// The column that holds a point; `None` outside the voxels.
-    fn column_at(&self, point: [f64; 2]) -> Option<usize> {
-        let index = |a: usize| {
-            let origin = [self.grid.origin.x, self.grid.origin.y][a];
-            let at = ((point[a] - origin) / self.grid.edge[a]).floor();
-            (at >= 0.0 && at < self.grid.cells[a] as f64).then_some(at as usize)
-        };
-        Some(index(1)? * self.grid.cells[0] + index(0)?)
-    }
-
-    /// Temperature of the top voxel that holds the point, K; `None` outside the voxels.
-    pub fn surface_at(&self, point: [f64; 2]) -> Option<f64> {
-        let column = self.column_at(point)?;
-        Some(self.curve.temperature(f64::from(self.now(column, 0))))
-    }
-
-    /// Highest temperature since the layer began of the top voxel that holds the point, K; `None` outside the voxels.
-    pub fn highest_surface_at(&self, point: [f64; 2]) -> Option<f64> {
-        let column = self.column_at(point)?;
-        let highest = self.voxels[column * self.planes()].highest;
-        Some(self.curve.temperature(f64::from(highest)))
-    }
-
-    /// Highest temperatures since the layer began, K.
-    pub fn highest_temperature(&self) -> Field {
-        let planes = self.planes();
-        self.field(|c, k| {
-            self.curve
-                .temperature(f64::from(self.voxels[c * planes + k].highest))
-        })
-    }
-
-    /// Time above the timed temperature since the layer began, s; what is still above it counts up to now.
-    pub fn time_above(&self) -> Field {
-        self.field(|c, k| f64::from(self.settled(c, k).above))
-    }
-
-    /// When each voxel last fell through the timed temperature, s since the layer began; NaN where it has not yet.
-    pub fn fell(&self) -> Field {
-        self.field(|c, k| f64::from(self.settled(c, k).fell))
-    }
-
-    /// How fast each voxel last fell through the timed temperature, K/s; NaN where it has not yet.
-    pub fn cooling_rate(&self) -> Field {
-        // just above the timed temperature
-        let capacity = self.material.heat_capacity(self.settings.timed + 1e-3);
-        self.field(|c, k| {
-            let voxel = self.settled(c, k);
-            if voxel.fell.is_nan() {
-                f64::NAN
-            } else {
-                f64::from(voxel.rate) / capacity
-            }
-        })
-    }
-
-    /// The voxel as it stands now.
-    fn settled(&self, column: usize, k: usize) -> Voxel {
-        let c = &self.columns[column];
-        let mut voxel = self.voxels[column * self.planes() + k];
-        let rates = &self.rates[usize::from(c.set)];
-        cool(rates, c, k, &mut voxel, self.time, self.timed);
-        voxel
-    }
-
-    /// Metal or powder, 1 or 0.
-    pub fn metal(&self) -> Field {
-        let planes = self.planes();
-        self.field(|c, k| f64::from(!self.voxels[c * planes + k].powder))
-    }
-
-    /// Metal of a column, from the top voxel down, through all layers built.
-    pub fn metal_of_column(&self, i: usize, j: usize) -> impl Iterator<Item = bool> + '_ {
-        let column = j * self.grid.cells[0] + i;
-        let planes = self.planes();
-        self.voxels[column * planes..(column + 1) * planes]
-            .iter()
-            .map(|v| !v.powder)
-            .chain(self.below.iter().map(move |plane| plane[column]))
-    }
-
-    /// Warns where temperatures lie beyond what laws or charts tell.
-    pub fn tell(&self, reporter: &Reporter) {
-        let highest = self.voxels.iter().map(|v| v.highest).fold(0.0, f32::max);
-        let hottest = self.curve.temperature(f64::from(highest));
-        if hottest > self.material.range[1] {
-            reporter.warn(
-                "laws-extrapolated",
-                format!(
-                    "the hottest voxel reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
-                    hottest - CELSIUS,
-                    self.material.name,
-                    self.material.range[1] - CELSIUS
-                ),
-                "compare temperatures of one model with each other, not with the boiling point; calibrate the window on a built part",
-            );
-        }
-        let stop = self
-            .sets
-            .iter()
-            .map(|s| s.settings.stop)
-            .fold(f64::INFINITY, f64::min);
-        if hottest > stop - 0.05 * (stop - self.material.start) {
-            reporter.warn(
-                "charts-saturated",
-                format!(
-                    "the hottest voxel reaches {:.0} °C, the charts end at {:.0} °C: what lies near their end is told apart badly",
-                    hottest - CELSIUS,
-                    stop - CELSIUS
-                ),
-                "charts with a higher stop temperature",
-            );
-        }
     }
 }
 

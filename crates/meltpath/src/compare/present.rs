@@ -9,8 +9,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Fact, Report, Section};
 use meltpath_report::plot::{Axis, Mark, Plot, histogram};
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
-use meltpath_report::series::csv::CsvWriter;
-use meltpath_report::series::{Column, Kind, SeriesError, Values};
+use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
 use meltpath_thermal::comparison::{PERCENTILES, Pair};
@@ -302,19 +301,7 @@ fn write_csv(
     name: &str,
     columns: &[(&str, &str, Vec<f64>)],
 ) -> Result<(), OutputError> {
-    folder.write(name, |out| {
-        let heads = columns
-            .iter()
-            .map(|(name, unit, _)| Column::new(name, unit, Kind::Float))
-            .collect();
-        let values: Vec<Values<'_>> = columns.iter().map(|(_, _, v)| Values::Float(v)).collect();
-        let write = || -> Result<(), SeriesError> {
-            let mut csv = CsvWriter::new(out, heads)?;
-            csv.block(&values)?;
-            csv.finish()
-        };
-        write().map_err(as_io)
-    })
+    folder.write(name, |out| write_columns(out, columns).map_err(as_io))
 }
 
 /// Writes the pairs, the map and the verdict.

@@ -10,8 +10,7 @@ use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
-use meltpath_report::series::csv::CsvWriter;
-use meltpath_report::series::{Column, Kind, SeriesError, Values};
+use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{
     Field as Image, Values as FieldValues, write_collection, write_height_image,
@@ -412,16 +411,6 @@ fn voxels(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
         ("gradient", "K/mm", pick(&top(&steep))),
     ];
     folder.write("series/voxels.csv", |out| {
-        let heads = columns
-            .iter()
-            .map(|(name, unit, _)| Column::new(name, unit, Kind::Float))
-            .collect();
-        let values: Vec<Values<'_>> = columns.iter().map(|(_, _, v)| Values::Float(v)).collect();
-        let write = || -> Result<(), SeriesError> {
-            let mut csv = CsvWriter::new(out, heads)?;
-            csv.block(&values)?;
-            csv.finish()
-        };
-        write().map_err(as_io)
+        write_columns(out, &columns).map_err(as_io)
     })
 }

@@ -116,11 +116,7 @@ pub(super) fn record(
     let Some([record, mapping]) = &settings.record else {
         return Ok(None);
     };
-    let text = std::fs::read_to_string(mapping).map_err(|source| TuneError::Open {
-        path: mapping.clone(),
-        source,
-    })?;
-    let map = Mapping::parse(&mapping.display().to_string(), &text)?;
+    let map = Mapping::load(mapping)?;
     let found = read(record, &map, reporter)?;
     let period = settings.data.head.period;
     if (found.period / period - 1.0).abs() > 1e-3 {

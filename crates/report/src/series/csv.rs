@@ -3,7 +3,32 @@
 
 use std::io::Write;
 
-use super::{Column, SeriesError, Values, check};
+use super::{Column, Kind, SeriesError, Values, check};
+
+/// Writes columns of numbers, each with its name and unit, as one series.
+///
+/// # Errors
+/// [`SeriesError`] as of [`CsvWriter::block`].
+///
+/// ```
+/// use meltpath_report::series::csv::write_columns;
+/// let mut out = Vec::new();
+/// write_columns(&mut out, &[("x", "mm", vec![0.0, 0.5]), ("temperature", "K", vec![300.0, 1900.0])]).unwrap();
+/// assert_eq!(String::from_utf8(out).unwrap(), "x [mm],temperature [K]\r\n0,300\r\n0.5,1900\r\n");
+/// ```
+pub fn write_columns(
+    out: &mut dyn Write,
+    columns: &[(&str, &str, Vec<f64>)],
+) -> Result<(), SeriesError> {
+    let heads = columns
+        .iter()
+        .map(|(name, unit, _)| Column::new(name, unit, Kind::Float))
+        .collect();
+    let values: Vec<Values<'_>> = columns.iter().map(|c| Values::Float(&c.2)).collect();
+    let mut csv = CsvWriter::new(out, heads)?;
+    csv.block(&values)?;
+    csv.finish()
+}
 
 /// Writes a series as CSV.
 ///
