@@ -107,8 +107,8 @@ impl FeedResponse {
     /// it was planned to: the error of height E that follows from E′ = growth − slope · E, as the source answers to the
     /// distance that the error changes, within its limits.
     ///
-    /// Layers are taken as thin beside 1/slope (45 mm on the seed map), and planned for the reference distance. Ours;
-    /// checked against the simulated raster wall.
+    /// Layers are taken as thin beside 1/slope (45 mm on the seed map), and planned for the reference distance. The uncertainty
+    /// of the slope, a quarter on the seed map, is not carried. Ours; checked against the simulated raster wall.
     ///
     /// ```
     /// use meltpath_deposition::feed_response::FeedResponse;
