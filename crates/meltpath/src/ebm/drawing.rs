@@ -12,8 +12,8 @@ use super::hatch::{Hatch, HatchError, Modulated};
 use super::region::{Below, Contour};
 use super::section::{Cut, SectionError, Sections, sections};
 use super::settings::{at, beam_path};
-use crate::job::TextError;
 use crate::job::ebm::{EbmJob, Ground, HatchStrategy, ModulationTable};
+use crate::job::{PartUnit, TextError};
 use crate::part;
 
 /// The part of which a section is drawn.
@@ -96,7 +96,12 @@ impl Drawing {
             });
         };
         let cut = cut(job, material, [layers, thickness], r);
-        let up = job.build_direction.unwrap_or([0.0, 0.0, 1.0]);
+        let up = r.written_or(
+            "build_direction",
+            job.build_direction,
+            [0.0, 0.0, 1.0],
+            "+Z of the part file",
+        );
         let part = part::load(
             &folder.join(file.get_ref()),
             job.part_unit,
@@ -111,7 +116,13 @@ impl Drawing {
         let below = found.below.as_ref().map_or(Below::Metal, |regions| {
             Below::Areas(regions.iter().map(Contour::of).collect())
         });
-        r.written_or("ebm.part", Some(part.name), String::new(), "");
+        r.written_or("part", Some(part.name), String::new(), "");
+        r.written_or(
+            "part_unit",
+            Some(job.part_unit),
+            PartUnit::Millimetre,
+            "of files that carry none",
+        );
         let (paths, hatch, below) = hatched(&found.drawn, below, r)?;
         let Sections {
             drawn,
