@@ -1,9 +1,11 @@
 //! The laser scan-head pipeline: recipes on a plate of squares or on read layers, where the laser really goes, comparison,
 //! verdict.
 
+pub mod heat;
 mod motion;
 mod optimise;
 mod present;
+mod present_heat;
 pub mod run;
 pub mod settings;
 pub mod work;

@@ -12,10 +12,10 @@ use meltpath_report::plot::{Aspect, Axis, Bar, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
 
-use super::optimise;
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;
 use super::work::Work;
+use super::{optimise, present_heat};
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -59,6 +59,9 @@ pub(super) fn write(
         scene: results.first().map(scene),
         sections: {
             let mut all = sections(settings, results);
+            if let Some(heat) = &settings.heat {
+                all.insert(2, present_heat::section(heat, results));
+            }
             if let Some(found) = told.found {
                 all.insert(1, optimise::section(found));
             }
@@ -81,6 +84,9 @@ pub(super) fn write(
         optimise::write(folder, found)?;
     }
     for (k, r) in results.iter().enumerate() {
+        if let Some(heat) = &r.heat {
+            present_heat::write(folder, k + 1, heat)?;
+        }
         if !r.front.is_empty() {
             folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
                 writeln!(w, "laser-on [s],laser-off [s],spurious [mm],missing [mm]")?;

@@ -15,6 +15,7 @@ use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_machine::scan_head::recipe_search::with_filter;
 use meltpath_toolpath::MotionSink;
 
+use super::heat::{self, BeamRecord, RecipeHeat};
 use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
 use super::{motion, optimise, present};
@@ -54,6 +55,8 @@ pub(super) struct RecipeResult<'a> {
     /// For each square or layer, its rates.
     pub(super) rates: Vec<Vec<f64>>,
     pub(super) path: Path2d,
+    /// What the first square or layer melts, where the job asks for it.
+    pub(super) heat: Option<RecipeHeat>,
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
@@ -144,7 +147,7 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(&settings, &results);
+    let mut checks = checks(&settings, &results, &reporter);
     checks.extend(found.as_ref().map(optimise::check));
     let verdict = Verdict {
         checks,
@@ -251,22 +254,31 @@ impl<'a> Run<'a> {
                 FillRate::of_layers(job, &firsts, hatch, spot, &MODES)
             }
         };
+        let last = self.last_shown();
+        let heat = self.settings.heat.as_ref();
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let wanted = motion.is_some() || record.is_some();
+        let mut motion = (motion, record.as_mut());
         let mut sinks = (
             PathErrors::new(job, WINDOW, period),
             (
                 (
                     fill,
                     Path2d {
-                        last: self.last_shown(),
+                        last,
                         ..Path2d::default()
                     },
                 ),
-                motion.map(|sink| AsMotion::new(job, &heights, sink)),
+                wanted.then(|| AsMotion::new(job, &heights, &mut motion)),
             ),
         );
         let RunSummary { duration, .. } =
             self.head.run(job, delays, 1, self.observer, &mut sinks)?;
         let (errors, ((fill, path), _)) = sinks;
+        let heat = match heat.zip(record) {
+            None => None,
+            Some((settings, record)) => Some(heat::melt(settings, job, record, self.observer)?),
+        };
         let rates = fill.finish();
         let fill = (0..MODES.len())
             .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
@@ -283,6 +295,7 @@ impl<'a> Run<'a> {
             fill,
             rates,
             path,
+            heat,
         })
     }
 
@@ -303,7 +316,7 @@ impl<'a> Run<'a> {
     }
 }
 
-fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
+fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
@@ -342,11 +355,19 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
             },
         });
     }
-    checks.push(Check::not_checked(
-        "melt-pool",
-        "fusion of the powder",
-        "no melt pool is modelled by this version: fast recipes may not melt well",
-    ));
+    let melted = |k: usize, r: &RecipeResult<'_>| {
+        let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);
+        Some(heat::check(settings, k + 1, &r.recipe.name, heat, reporter))
+    };
+    if settings.heat.is_some() {
+        checks.extend(results.iter().enumerate().filter_map(|(k, r)| melted(k, r)));
+    } else {
+        checks.push(Check::not_checked(
+            "melt-pool",
+            "fusion of the powder",
+            "the job does not ask for it: fast recipes may not melt well; add [heat]",
+        ));
+    }
     checks
 }
 
