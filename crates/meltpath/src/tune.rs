@@ -8,6 +8,7 @@ pub mod choose;
 mod design;
 mod export;
 mod present;
+mod refinement;
 pub mod settings;
 mod tables;
 

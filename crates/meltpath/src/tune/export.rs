@@ -85,7 +85,12 @@ fn summary(result: &AxisResult) -> serde_json::Value {
         "exported": result.choice,
         "targets": result.task.targets,
         "synthesis": result.tuned.gains,
-        "refined": result.refined.as_ref().map(|r| r.gains),
+        "refined": result.refined.as_ref().map(|r| json!({
+            "gains": r.gains,
+            "gained": r.gained,
+            "held": r.held,
+        })),
+        "cascade": result.gains,
         "h_infinity": {
             "targets": result.task.hinf,
             "level": result.hinf.level,
