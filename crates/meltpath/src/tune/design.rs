@@ -20,7 +20,8 @@ use meltpath_machine::scan_head::servo_synthesis::{Tuned, tune};
 use meltpath_perception::{Mapping, read};
 use rayon::prelude::*;
 
-use super::settings::{AxisTask, Choice, ExportForm, Settings};
+use super::file::{Choice, ExportForm};
+use super::settings::{AxisTask, Settings};
 use super::{StepError, TuneError, refinement, step};
 
 /// Time at each step where many runs are made, s: the longer hold of the comparison tells them nothing more.
@@ -68,13 +69,18 @@ impl Candidate {
     }
 }
 
+/// Whether an axis with this largest error (rad) under steps of an `amplitude` counts as lost.
+pub(super) fn is_lost(largest: f64, amplitude: f64) -> bool {
+    largest > LOST * amplitude
+}
+
 /// Root mean square and largest error (rad), in ascending order, of scattered motors that neither ran away nor ring under steps of
 /// an `amplitude`, rad.
 pub(super) fn errors_kept(draws: &[Draw], amplitude: f64) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = draws
         .iter()
         .filter_map(|d| d.error)
-        .filter(|e| e.1 <= LOST * amplitude)
+        .filter(|e| !is_lost(e.1, amplitude))
         .collect();
     kept.sort_by(|a, b| a.0.total_cmp(&b.0));
     kept

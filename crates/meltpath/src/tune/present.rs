@@ -6,7 +6,7 @@ use meltpath_machine::scan_head::servo::Loop;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 
 use super::design::AxisResult;
-use super::refinement::held_words;
+use super::refinement::words;
 use super::settings::Settings;
 use super::{TuneError, bode, step, tables};
 use crate::outcome::RunError;
@@ -114,12 +114,7 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
     by_loop.extend(bode::steps(result).map_err(step(letter, drawn))?);
     by_loop.push(bode::actions(result));
     let refinement = match &result.refined {
-        Some(r) => format!(
-            " A swarm then changed all eight parameters ({} places tried): the errors of its runs fell to {:.0} % in the mean, and none rose. {}",
-            r.search.evaluations,
-            100.0 * r.search.cost,
-            held_words(&r.held)
-        ),
+        Some(r) => format!(" {}", words(r, &result.gains)),
         None => String::new(),
     };
     let mut cascade = vec![

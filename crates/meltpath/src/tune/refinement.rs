@@ -1,14 +1,18 @@
 //! The cascade's gains refined: on a record of the real drive, or for the least error over motors and delays that differ.
 
+use std::fmt::Write as _;
+
 use meltpath_base::{Observer, Reporter};
-use meltpath_machine::scan_head::axis::{Axis, Encoder};
+use meltpath_machine::scan_head::axis::Axis;
 use meltpath_machine::scan_head::servo::{Loop, ServoModel};
 use meltpath_machine::scan_head::servo_compare::{Draw, monte_carlo, scattered};
 use meltpath_machine::scan_head::servo_loop::{CascadeGains, Controller};
 use meltpath_machine::scan_head::servo_refine::{Bounds, Held, Refined, Signal, Trial, refine};
 
-use super::design::{errors_kept, short_signal, trial};
-use super::settings::{AxisTask, RefineOn, Settings};
+use super::bode::loop_name;
+use super::design::{errors_kept, is_lost, short_signal, trial};
+use super::file::RefineOn;
+use super::settings::{AxisTask, Settings};
 use super::{StepError, TuneError, step};
 
 /// Below this modulus margin refined gains are warned about.
@@ -45,11 +49,11 @@ fn trials(task: &AxisTask, settings: &Settings) -> Vec<Trial> {
     let mut all = vec![
         named("as the head has it", bare.clone()),
         named(
-            "heavier, modes lower",
+            "heavier, modes lower, coil warm, late, noise",
             scattered(&bare, &corner(settings, 1.0)),
         ),
         named(
-            "lighter, modes higher, coil cold, late",
+            "lighter, modes higher, coil cold, late, noise",
             scattered(&bare, &corner(settings, -1.0)),
         ),
     ];
@@ -69,9 +73,10 @@ pub(super) fn refined(
 ) -> Result<Option<Refined>, TuneError> {
     let failed = "refinement";
     let letter = task.name.letter();
-    let margins = Bounds::Margins {
+    let loops = Bounds::Loops {
         motor: &task.axis.motor,
         targets: &task.targets,
+        loss: settings.refine_loss,
     };
     let (set_points, wanted, trials, bounds) = match settings.refine {
         RefineOn::Nothing => return Ok(None),
@@ -80,16 +85,13 @@ pub(super) fn refined(
             let column = |k: usize| rows.iter().map(|r| r[k]).collect::<Vec<f64>>();
             let one = Trial {
                 name: "the record".to_owned(),
-                axis: Axis {
-                    encoder: Encoder::default(),
-                    ..task.axis.clone()
-                },
+                axis: task.axis.clone(),
             };
             (column(0), column(1), vec![one], Bounds::Reach)
         }
         RefineOn::Tracking => {
             let samples = short_signal(task, settings).map_err(step(letter, failed))?;
-            (samples.clone(), samples, trials(task, settings), margins)
+            (samples.clone(), samples, trials(task, settings), loops)
         }
     };
     let signal = Signal {
@@ -206,6 +208,27 @@ pub(super) fn kept(
             return Ok(*start);
         }
     }
+    let lost: Vec<&str> = refined
+        .runs
+        .iter()
+        .filter(|r| {
+            settings.refine == RefineOn::Tracking
+                && r.after
+                    .as_ref()
+                    .is_none_or(|e| is_lost(e.largest(), task.signal.amplitude))
+        })
+        .map(|r| r.name.as_str())
+        .collect();
+    if !lost.is_empty() {
+        reporter.warn(
+            "refined-lost",
+            format!(
+                "{upper}: with the refined gains the axis still rings or runs away in: {}",
+                lost.join("; ")
+            ),
+            "slower loops (cascade.first_maximum), a larger cascade.refine.slower, a shorter delay, or export.controller = \"robust\"",
+        );
+    }
     let thin = [Loop::Current, Loop::Speed, Loop::Position]
         .into_iter()
         .filter_map(|l| model.figures(l))
@@ -223,21 +246,47 @@ pub(super) fn kept(
     Ok(refined.gains)
 }
 
-/// What held the swarm back, for people.
-pub(super) fn held_words(held: &[Held]) -> String {
-    if held.is_empty() {
-        return "No bound holds it.".to_owned();
+/// What the swarm did, for people: `kept` are the gains that the tuning went on with.
+pub(super) fn words(refined: &Refined, kept: &CascadeGains) -> String {
+    let mut said = format!(
+        "A swarm then changed all eight parameters ({} places tried): its runs are in a table below.",
+        refined.search.evaluations
+    );
+    if *kept != refined.gains || !refined.gained {
+        said.push_str(" The gains of the synthesis are kept: see the warnings.");
     }
-    let words: Vec<String> = held
+    let rising: Vec<&str> = refined
+        .runs
+        .iter()
+        .filter(|r| match (&r.before, &r.after) {
+            (Some(before), Some(after)) => after.largest() > before.largest(),
+            _ => false,
+        })
+        .map(|r| r.name.as_str())
+        .collect();
+    if !rising.is_empty() {
+        let _ = write!(said, " The largest error rose in: {}.", rising.join("; "));
+    }
+    if !refined.held.is_empty() {
+        let _ = write!(said, " {}", held(&refined.held));
+    }
+    said
+}
+
+/// What held the swarm back.
+fn held(by: &[Held]) -> String {
+    let words: Vec<String> = by
         .iter()
         .map(|h| match h {
             Held::Range { parameter, value } => {
                 format!("{parameter} = {value:.3e} lies at an end of its range")
             }
             Held::Margin { which } => format!(
-                "the {} loop stands at the margin asked for",
-                super::bode::loop_name(*which).to_lowercase()
+                "the {} loop stands at its margin",
+                loop_name(*which).to_lowercase()
             ),
+            Held::Bandwidth => "feedback alone has the least bandwidth allowed".to_owned(),
+            Held::Disturbance => "the axis gives way to disturbances as far as allowed".to_owned(),
         })
         .collect();
     format!("Held by its bounds: {}.", words.join("; "))

@@ -71,7 +71,12 @@ pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
         table.rows.push(named(THESIS[0].0, THESIS[0].1));
     }
     if let Some(refined) = &result.refined {
-        table.rows.push(row("after the swarm", &refined.gains));
+        let name = if refined.gains == result.gains {
+            "after the swarm"
+        } else {
+            "after the swarm, not kept"
+        };
+        table.rows.push(row(name, &refined.gains));
     }
     if with_thesis {
         table.rows.push(named(THESIS[1].0, THESIS[1].1));
@@ -172,7 +177,7 @@ pub(super) fn loops(result: &AxisResult) -> Table {
         ],
     );
     let mut ways = vec![("synthesis", result.tuned.gains)];
-    if result.refined.is_some() {
+    if result.gains != result.tuned.gains {
         ways.push(("refined", result.gains));
     }
     let motor = &result.task.axis.motor;
