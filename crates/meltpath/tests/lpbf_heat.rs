@@ -16,12 +16,12 @@ recipes = ["soft.toml"]
 [plate]
 block = [1, 1]
 side = "1.5 mm"
-hatch = "0.06 mm"
+hatch = "0.045 mm"
 [heat]
-layer = "15 µm"
+layer = "10 µm"
 "#;
 
-/// A recipe of 55 W: a surface that does not boil under a spot of 70 µm.
+/// A recipe of 70 W: a surface that does not boil under a spot of 70 µm.
 const SOFT: &str = include_str!("../../../data/recipes/industrial.toml");
 
 fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outcome, String> {
@@ -42,7 +42,7 @@ fn soft(power: &str) -> String {
 #[test]
 fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
     let place = tempfile::tempdir().unwrap();
-    let outcome = run(place.path(), JOB, &soft("55 W")).unwrap();
+    let outcome = run(place.path(), JOB, &soft("70 W")).unwrap();
     let find = |o: &meltpath::outcome::Outcome| {
         let all = &o.verdict.checks;
         all.iter().find(|c| c.id == "fusion-1").unwrap().clone()
@@ -52,7 +52,7 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
     assert!(kept.value > 80.0 && kept.value <= 100.0, "{kept:?}");
     assert!(!outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
     // light that comes on late leaves the starts of lines
-    let late = soft("55 W").replace("395 µs", "1000 µs");
+    let late = soft("70 W").replace("395 µs", "1000 µs");
     let job = JOB.replace("[plate]", "delays = \"recipe\"\n[plate]");
     let worse = find(&run(place.path(), &job, &late).unwrap());
     assert!(
@@ -77,7 +77,7 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
 #[test]
 fn a_boiling_surface_is_told_and_not_judged_against() {
     let place = tempfile::tempdir().unwrap();
-    let outcome = run(place.path(), &JOB.replace("15 µm", "90 µm"), &soft("300 W")).unwrap();
+    let outcome = run(place.path(), &JOB.replace("10 µm", "90 µm"), &soft("300 W")).unwrap();
     assert!(outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
     let all = &outcome.verdict.checks;
     let check = all.iter().find(|c| c.id == "fusion-1").unwrap();
@@ -90,21 +90,21 @@ fn mistakes_are_named() {
     let place = tempfile::tempdir().unwrap();
     for (wrong, right, words) in [
         (
-            "layer = \"15 µm\"",
+            "layer = \"10 µm\"",
             "material = \"cheese\"",
             "no material \"cheese\"",
         ),
-        ("layer = \"15 µm\"", "absorptivity = \"140 %\"", "140 %"),
+        ("layer = \"10 µm\"", "absorptivity = \"140 %\"", "140 %"),
         (
-            "layer = \"15 µm\"",
+            "layer = \"10 µm\"",
             "preheat = \"1500 degC\"",
             "liquid from 1347",
         ),
-        ("layer = \"15 µm\"", "cell = \"0.1 µm\"", "larger cells"),
-        ("layer = \"15 µm\"", "layer = \"0 µm\"", "layer"),
+        ("layer = \"10 µm\"", "cell = \"0.1 µm\"", "larger cells"),
+        ("layer = \"10 µm\"", "layer = \"0 µm\"", "above zero"),
     ] {
         let text = JOB.replace(wrong, right);
-        let told = run(place.path(), &text, &soft("55 W")).unwrap_err();
+        let told = run(place.path(), &text, &soft("70 W")).unwrap_err();
         assert!(told.contains(words), "{right}: {told}");
         assert!(
             !place.path().join("runs").exists()

@@ -190,7 +190,7 @@ pub struct LpbfChecksTable {
     pub contour_share: Option<NotNegative<Ratio>>,
     /// Least fill rate (centres of cells under the swept spot); default none: told.
     pub fill_rate: Option<NotNegative<Ratio>>,
-    /// Least share of what the commanded path melts through that the marked path melts through too; default 98 %.
+    /// Least share of the surface that is melted through; default 98 %.
     pub fusion: Option<NotNegative<Ratio>>,
 }
 

@@ -1,13 +1,13 @@
 //! What the laser melts: the marked path, with its lag, its corners and its late light, drawn by the semi-analytic heat engine
 //! beside the commanded one.
 //!
-//! A layer is joined to the one below where the metal was liquid at its lower face. Whatever the commanded path melts there and
-//! the marked one does not is the machine's doing.
+//! A layer is joined to the one below where the metal was liquid at its lower face. What the commanded path melts there and
+//! the marked one does not is the machine's doing; what neither melts, the recipe's.
 
 use std::path::Path;
 
 use meltpath_base::{
-    Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved,
+    Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
 };
 use meltpath_machine::scan_head::job::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
@@ -287,20 +287,20 @@ pub struct Melted {
     pub trace: Vec<TracePoint>,
     /// Area melted through, mm².
     pub area: f64,
-    /// Share of what the commanded path melts through that this one does too.
-    pub kept: f64,
-}
-
-/// Where something stayed powder: middle of a square of [`Lost::SIDE`] mm, and the share of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lost {
-    /// Middle, mm.
-    pub place: [f64; 2],
-    /// Share of its cells that the commanded path melts through and the marked one does not.
+    /// Share of the surface that is melted through.
     pub share: f64,
 }
 
-impl Lost {
+/// Where something stayed powder under the marked path: middle of a square of [`Cold::SIDE`] mm, and the share of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cold {
+    /// Middle, mm.
+    pub place: [f64; 2],
+    /// Share of its cells that belong to the surface and are not melted through.
+    pub share: f64,
+}
+
+impl Cold {
     /// Side of the squares, mm.
     pub const SIDE: f64 = 0.1;
 }
@@ -319,15 +319,17 @@ pub struct Boiling {
 pub struct RecipeHeat {
     /// As commanded, as marked, as marked with a tenth less absorbed.
     pub drawings: [Melted; 3],
-    /// Where the marked path melts less, by squares.
-    pub lost: Vec<Lost>,
+    /// The surface, mm²: what the commanded path melts through, with the gaps between its lines.
+    pub surface: f64,
+    /// Where the marked path leaves powder, by squares.
+    pub cold: Vec<Cold>,
     /// How near the surface is to boiling.
     pub boiling: Vec<Boiling>,
     /// Whether marks were left out.
     pub cut: bool,
 }
 
-/// Draws the first square or layer of a recipe.
+/// Draws the first square or layer of a recipe, whose lines lie `hatch` mm apart.
 ///
 /// # Errors
 /// [`HeatError`].
@@ -335,6 +337,7 @@ pub fn melt(
     settings: &HeatSettings,
     job: &ScanJob,
     record: BeamRecord,
+    hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
     let asked = commanded(job, record.last, settings.marks)?;
@@ -378,7 +381,7 @@ pub fn melt(
             map,
             trace,
             area: 0.0,
-            kept: 1.0,
+            share: 0.0,
         })
     };
     let (first, (second, third)) = rayon::join(
@@ -395,45 +398,73 @@ pub fn melt(
     let melted = drawings
         .each_ref()
         .map(|d| d.map.hotter(liquidus).collect::<Vec<bool>>());
+    let surface = closed(&melted[0], plain.cells, hatch / settings.cell);
+    let count = |cells: &mut dyn Iterator<Item = bool>| cells.filter(|c| *c).count() as f64;
+    let all = count(&mut surface.iter().copied());
+    let one = settings.cell * settings.cell;
     for (drawing, here) in drawings.iter_mut().zip(&melted) {
-        let count = here.iter().filter(|m| **m).count();
-        drawing.area = count as f64 * settings.cell * settings.cell;
-        let both = here
-            .iter()
-            .zip(&melted[0])
-            .filter(|(a, b)| **a && **b)
-            .count();
-        let all = melted[0].iter().filter(|m| **m).count();
-        drawing.kept = both as f64 / all.max(1) as f64;
+        let inside = count(&mut here.iter().zip(&surface).map(|(a, b)| *a && *b));
+        drawing.area = count(&mut here.iter().copied()) * one;
+        drawing.share = inside / all.max(1.0);
     }
     Ok(RecipeHeat {
-        lost: lost(&plain, &melted[0], &melted[1]),
+        surface: all * one,
+        cold: cold(&plain, &surface, &melted[1]),
         boiling: boiling(settings, job, last),
         drawings,
         cut,
     })
 }
 
-/// Squares in which the marked path melts less than the commanded one, from below to above.
-fn lost(map: &FusionMap, asked: &[bool], marked: &[bool]) -> Vec<Lost> {
-    let wide = (Lost::SIDE / map.cell).round().max(1.0) as usize;
+/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
+fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
+    let reach = reach.ceil().max(0.0) as usize;
+    let grown = |cells: &[bool], wanted: bool| {
+        let rows = spread(cells, nx, wanted, reach);
+        let columns = spread(&turned(&rows, nx), ny, wanted, reach);
+        turned(&columns, ny)
+    };
+    grown(&grown(cells, true), false)
+}
+
+/// Rows of `width` in which the wanted cells have spread by `reach` cells to either side.
+fn spread(cells: &[bool], width: usize, wanted: bool, reach: usize) -> Vec<bool> {
+    let mut out = vec![!wanted; cells.len()];
+    for (row, to) in cells.chunks(width).zip(out.chunks_mut(width)) {
+        for (i, _) in row.iter().enumerate().filter(|(_, c)| **c == wanted) {
+            to[i.saturating_sub(reach)..(i + reach + 1).min(width)].fill(wanted);
+        }
+    }
+    out
+}
+
+/// Rows of `width` as columns.
+fn turned(cells: &[bool], width: usize) -> Vec<bool> {
+    let height = cells.len() / width.max(1);
+    (0..cells.len())
+        .map(|n| cells[(n % height) * width + n / height])
+        .collect()
+}
+
+/// Squares in which the marked path leaves powder on the surface, from below to above.
+fn cold(map: &FusionMap, surface: &[bool], marked: &[bool]) -> Vec<Cold> {
+    let wide = (Cold::SIDE / map.cell).round().max(1.0) as usize;
     let [nx, ny] = map.cells;
     let mut squares = Vec::new();
     for j in (0..ny).step_by(wide) {
         for i in (0..nx).step_by(wide) {
             let (mut missing, mut all) = (0_u32, 0_u32);
             for y in j..(j + wide).min(ny) {
-                for x in i..(i + wide).min(nx) {
-                    let n = y * nx + x;
+                for n in y * nx + i..y * nx + (i + wide).min(nx) {
                     all += 1;
-                    missing += u32::from(asked[n] && !marked[n]);
+                    missing += u32::from(surface[n] && !marked[n]);
                 }
             }
             if missing > 0 {
                 let middle = |k: usize, axis: usize| {
                     map.origin[axis] + (k as f64 + 0.5 * wide as f64) * map.cell
                 };
-                squares.push(Lost {
+                squares.push(Cold {
                     place: [middle(i, 0), middle(j, 1)],
                     share: f64::from(missing) / f64::from(all),
                 });
@@ -522,19 +553,22 @@ pub fn check(
         .remedy("more power, slower marks or thinner layers");
     }
     let value = Measure::new(
-        100.0 * marked.kept,
-        100.0 * (marked.kept - less.kept).abs(),
+        100.0 * marked.share,
+        100.0 * (marked.share - less.share).abs(),
         "%",
     );
+    let remedy = if asked.share < settings.share {
+        "the path is too thin as commanded: a closer hatch, more power, slower marks or thinner layers"
+    } else {
+        "the machine loses it: other laser delays, slower marks or a controller that lags less"
+    };
     let check = Check::judge(
         &id,
-        &format!(
-            "{recipe}: melted through {depth:.0} µm, of what the commanded path melts through"
-        ),
+        &format!("{recipe}: share of the surface melted through {depth:.0} µm"),
         value,
         Limit::AtLeast(100.0 * settings.share),
     )
-    .remedy("other laser delays, a closer hatch, slower marks or a controller that lags less");
+    .remedy(remedy);
     let check = match (worst, check.status) {
         (Some(_), Status::Fail | Status::Warn) => {
             let found = check.reason.clone();
@@ -542,7 +576,7 @@ pub fn check(
         }
         _ => check,
     };
-    match heat.lost.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
+    match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
         Some(worst) => check.at(Place::at([worst.place[0], worst.place[1], 0.0])),
         None => check,
     }
@@ -593,6 +627,17 @@ mod tests {
             ]
         );
         assert_eq!(record.lit, 2.0);
+    }
+
+    #[test]
+    fn gaps_are_filled_and_borders_stay() {
+        let lines = |x: usize, y: usize| (3..17).contains(&y) && (4..26).contains(&x) && y % 3 == 0;
+        let cells: Vec<bool> = (0..600).map(|n| lines(n % 30, n / 30)).collect();
+        let filled = closed(&cells, [30, 20], 2.0);
+        let all = |x: usize, y: usize| (3..16).contains(&y) && (4..26).contains(&x);
+        for (n, c) in filled.iter().enumerate() {
+            assert_eq!(*c, all(n % 30, n / 30), "{} {}", n % 30, n / 30);
+        }
     }
 
     #[test]

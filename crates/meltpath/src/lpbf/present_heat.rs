@@ -11,7 +11,7 @@ use meltpath_report::vtk::{Field, Values, write_height_image};
 use meltpath_thermal::fusion::{FusionMap, TracePoint};
 use meltpath_thermal::material::CELSIUS;
 
-use super::heat::{HeatSettings, Lost, RecipeHeat};
+use super::heat::{Cold, HeatSettings, RecipeHeat};
 use super::run::RecipeResult;
 
 /// Bars of histograms.
@@ -70,7 +70,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
         &[
             "drawing",
             "melted through, mm²",
-            "of the commanded, %",
+            "of the surface, %",
             "pool width, median, µm",
             "pool depth, 1 %, µm",
             "pool depth, median, µm",
@@ -83,7 +83,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
         table.rows.push(vec![
             Cell::text(d.name),
             Cell::Fixed(d.area, 3),
-            Cell::Fixed(100.0 * d.kept, 2),
+            Cell::Fixed(100.0 * d.share, 2),
             quantile(&width, 0.5),
             quantile(&depth, 0.01),
             quantile(&depth, 0.5),
@@ -101,18 +101,22 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
             format!("{kind} {:.2}", b.number)
         })
         .collect();
+    let surface = format!(
+        "The surface, {:.3} mm², is what the commanded path melts through with the gaps between its lines.",
+        heat.surface
+    );
     table.note = if numbers.is_empty() {
-        "The material's file has no boiling point: nothing is said of keyholes.".to_owned()
+        format!("{surface} The material's file has no boiling point: nothing is said of keyholes.")
     } else {
-        format!("Boiling number: {}.", numbers.join(", "))
+        format!("{surface} Boiling number: {}.", numbers.join(", "))
     };
     table
 }
 
-/// Where the marked path leaves what the commanded one melts.
+/// Where the marked path leaves powder.
 fn places(name: &str, heat: &RecipeHeat) -> Plot {
     let some = |from: f64, to: f64| -> Vec<DVec2> {
-        heat.lost
+        heat.cold
             .iter()
             .filter(|l| l.share > from && l.share <= to)
             .map(|l| DVec2::from_array(l.place))
@@ -140,10 +144,10 @@ fn places(name: &str, heat: &RecipeHeat) -> Plot {
             });
         }
     }
-    let few = heat.lost.iter().filter(|l| l.share <= 0.1).count();
+    let few = heat.cold.iter().filter(|l| l.share <= 0.1).count();
     plot.caption(&format!(
-        "Squares of {:.0} µm of which the commanded path melts more than the marked one; {few} more lose a tenth or less.",
-        1e3 * Lost::SIDE
+        "Squares of {:.0} µm in which the marked path leaves powder on the surface; {few} more keep a tenth or less of it.",
+        1e3 * Cold::SIDE
     ))
 }
 

@@ -247,12 +247,13 @@ impl<'a> Run<'a> {
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
         let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
+        let hatch = match &self.settings.work {
+            Work::Plate(plate) => plate.hatch,
+            Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+        };
         let fill = match &self.settings.work {
             Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
-            Work::Layers(set) => {
-                let hatch = set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot);
-                FillRate::of_layers(job, &firsts, hatch, spot, &MODES)
-            }
+            Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
         let last = self.last_shown();
         let heat = self.settings.heat.as_ref();
@@ -277,7 +278,9 @@ impl<'a> Run<'a> {
         let (errors, ((fill, path), _)) = sinks;
         let heat = match heat.zip(record) {
             None => None,
-            Some((settings, record)) => Some(heat::melt(settings, job, record, self.observer)?),
+            Some((settings, record)) => {
+                Some(heat::melt(settings, job, record, hatch, self.observer)?)
+            }
         };
         let rates = fill.finish();
         let fill = (0..MODES.len())
