@@ -420,8 +420,11 @@ fn lpbf_ac41_where_the_fill_goes() {
         axis.motor.friction = Friction::None;
     }
     // X and Y with the same filters: equal lags
-    let mut together = smooth.clone();
-    together.mirrors[1].prefilter = together.mirrors[0].prefilter;
+    let mut alike = smooth.clone();
+    alike.filter_alike();
+    let mut sticky = data.head.clone();
+    sticky.filter_alike();
+    assert!(data.head.mirrors_apart() > 10e-6 && alike.mirrors_apart() < 1e-9);
     let mirror_lag = |head: &ScanHead| {
         head.mirrors[0]
             .prefilter
@@ -434,7 +437,8 @@ fn lpbf_ac41_where_the_fill_goes() {
             period: 1.0 / frequency,
             ..head.clone()
         };
-        let (head, smooth, together) = (at(&data.head), at(&smooth), at(&together));
+        let (head, smooth) = (at(&data.head), at(&smooth));
+        let (alike, sticky) = (at(&alike), at(&sticky));
         let mut rates = Vec::new();
         for recipe in &recipes() {
             let rate = |head: &ScanHead, delays: LaserDelays| {
@@ -451,6 +455,7 @@ fn lpbf_ac41_where_the_fill_goes() {
             let ideal = 100.0 * ideal(plate, recipe.fill_speed, head.period, &modes)[0];
             let lag = mirror_lag(&head);
             let late = LaserDelays { on: lag, off: lag };
+            let slow = mirror_lag(&alike);
             let own = tuned(&head, &plate, recipe);
             let long = LaserDelays {
                 on: lag,
@@ -462,10 +467,17 @@ fn lpbf_ac41_where_the_fill_goes() {
                 rate(&head, long),
                 rate(&head, own),
                 rate(&smooth, late),
-                rate(&together, late),
+                rate(
+                    &alike,
+                    LaserDelays {
+                        on: slow,
+                        off: slow,
+                    },
+                ),
+                rate(&sticky, tuned(&sticky, &plate, recipe)),
             ];
             println!(
-                "{frequency} Hz, {}: commanded {:.1}, delays of the lag ({:.0} µs) {:.1}, tuned off-delay {:.1}, tuned ({:.0}/{:.0} µs) {:.1}, delays of the lag without friction {:.1}, and X and Y filtered alike {:.1} %",
+                "{frequency} Hz, {}: commanded {:.1}, delays of the lag ({:.0} µs) {:.1}, tuned off-delay {:.1}, tuned ({:.0}/{:.0} µs) {:.1}, delays of the lag without friction {:.1}, and X and Y filtered alike {:.1}; filtered alike with friction and tuned delays {:.1} %",
                 recipe.name,
                 row[0],
                 1e6 * lag,
@@ -475,7 +487,8 @@ fn lpbf_ac41_where_the_fill_goes() {
                 1e6 * own.off,
                 row[3],
                 row[4],
-                row[5]
+                row[5],
+                row[6]
             );
             rates.push(row);
         }

@@ -6,6 +6,7 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Measure, Observer, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::energy::PowerLaw;
 use meltpath_machine::scan_head::fill_rate::{FillRate, hatch_distance};
 use meltpath_machine::scan_head::head::HeadError;
 use meltpath_machine::scan_head::job::{Recipe, ScanJob};
@@ -273,6 +274,12 @@ fn recipe_file(c: &Candidate) -> String {
         );
     }
     let _ = writeln!(text, "name = \"{}\"", r.name.replace('"', "'"));
+    let mut line = |key: &str, value: f64, unit: &str| {
+        let _ = writeln!(
+            text,
+            "{key} = {{ value = \"{value:.3} {unit}\", source = \"recipe search\" }}"
+        );
+    };
     for (key, value, unit) in [
         ("contour_speed", r.contour_speed, "mm/s"),
         ("fill_speed", r.fill_speed, "mm/s"),
@@ -285,10 +292,14 @@ fn recipe_file(c: &Candidate) -> String {
         ("laser_on_delay", 1e6 * r.delays.on, "µs"),
         ("laser_off_delay", 1e6 * r.delays.off, "µs"),
     ] {
-        let _ = writeln!(
-            text,
-            "{key} = {{ value = \"{value:.3} {unit}\", source = \"recipe search\" }}"
-        );
+        line(key, value, unit);
+    }
+    if let PowerLaw::WithSpeed { least } = r.power_law {
+        line("power_down_to", least, "W");
+    }
+    if let Some(sky) = r.sky_writing {
+        line("run_in", 1e6 * sky.run_in, "µs");
+        line("run_out", 1e6 * sky.run_out, "µs");
     }
     text
 }

@@ -235,6 +235,20 @@ fn comparison(results: &[RecipeResult<'_>]) -> Table {
             Cell::Fixed(100.0 * r.fill[m], 2)
         });
     }
+    for (q, name) in [(0.5, "median"), (0.99, "99 % of pieces below")] {
+        row(
+            &format!("energy a millimetre, contours, {name}, % of power over speed"),
+            &|r| Cell::Fixed(100.0 * r.energy.contour.quantile(q), 1),
+        );
+        row(
+            &format!("energy a millimetre, fills, {name}, % of power over speed"),
+            &|r| Cell::Fixed(100.0 * r.energy.fill.quantile(q), 1),
+        );
+    }
+    row("energy a millimetre, most, % of power over speed", &|r| {
+        let energy = &r.energy;
+        Cell::Fixed(100.0 * energy.contour.largest.max(energy.fill.largest), 0)
+    });
     table
 }
 

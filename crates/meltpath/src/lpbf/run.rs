@@ -5,12 +5,12 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::as_motion::AsMotion;
 use meltpath_machine::scan_head::contour_error::PathErrors;
 use meltpath_machine::scan_head::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
+use meltpath_machine::scan_head::energy::EnergyAlong;
 use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate, hatch_distance};
-use meltpath_machine::scan_head::head::{
-    AsMotion, HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary,
-};
+use meltpath_machine::scan_head::head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
 use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_machine::scan_head::recipe_search::with_filter;
 use meltpath_toolpath::MotionSink;
@@ -49,6 +49,7 @@ pub(super) struct RecipeResult<'a> {
     pub(super) front: Vec<DelayScore>,
     pub(super) duration: f64,
     pub(super) errors: PathErrors<'a>,
+    pub(super) energy: EnergyAlong<'a>,
     /// Mean rate over the squares or layers, in each of [`MODES`].
     pub(super) fill: Vec<f64>,
     /// For each square or layer, its rates.
@@ -243,6 +244,7 @@ impl<'a> Run<'a> {
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
+        let law = self.recipe.power_law;
         let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
         let fill = match &self.settings.work {
             Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
@@ -252,7 +254,10 @@ impl<'a> Run<'a> {
             }
         };
         let mut sinks = (
-            PathErrors::new(job, WINDOW, period),
+            (
+                PathErrors::new(job, WINDOW, period),
+                EnergyAlong::new(job, law, spot),
+            ),
             (
                 (
                     fill,
@@ -261,12 +266,12 @@ impl<'a> Run<'a> {
                         ..Path2d::default()
                     },
                 ),
-                motion.map(|sink| AsMotion::new(job, &heights, sink)),
+                motion.map(|sink| AsMotion::new(job, law, &heights, sink)),
             ),
         );
         let RunSummary { duration, .. } =
             self.head.run(job, delays, 1, self.observer, &mut sinks)?;
-        let (errors, ((fill, path), _)) = sinks;
+        let ((errors, energy), ((fill, path), _)) = sinks;
         let rates = fill.finish();
         let fill = (0..MODES.len())
             .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
@@ -280,6 +285,7 @@ impl<'a> Run<'a> {
             front,
             duration,
             errors,
+            energy,
             fill,
             rates,
             path,

@@ -5,6 +5,7 @@ use std::path::Path;
 use meltpath_base::quantity::Positive;
 use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
 use meltpath_machine::scan_head::data::{self, HeadData, HeadFileError};
+use meltpath_machine::scan_head::energy::PowerLaw;
 use meltpath_machine::scan_head::job::Recipe;
 use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_machine::scan_head::recipe_search::Bounds;
@@ -252,6 +253,26 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
                 value.into(),
                 Origin::Data(r.name.clone()),
             );
+        }
+        let sky = r.sky_writing;
+        for (key, value) in [
+            (
+                "power_down_to",
+                match r.power_law {
+                    PowerLaw::Constant => None,
+                    PowerLaw::WithSpeed { least } => Some(least),
+                },
+            ),
+            ("run_in", sky.map(|s| s.run_in)),
+            ("run_out", sky.map(|s| s.run_out)),
+        ] {
+            if let Some(value) = value {
+                tell(
+                    &format!("recipe.{}.{key}", r.name),
+                    value.into(),
+                    Origin::Data(r.name.clone()),
+                );
+            }
         }
     }
     let search = job

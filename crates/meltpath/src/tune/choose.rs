@@ -88,12 +88,17 @@ pub fn apply(
         ),
     };
     provenance.parameter("lpbf.prefilter", &Resolved::new(choice, origin));
-    if choice == PreFilterChoice::Off {
-        for axis in &mut head.mirrors {
-            axis.prefilter = None;
-        }
-        if let Some((axis, _)) = &mut head.focus {
-            axis.prefilter = None;
+    match choice {
+        PreFilterChoice::On => {}
+        PreFilterChoice::FirstOnly => head.filter_acceleration(),
+        PreFilterChoice::Alike => head.filter_alike(),
+        PreFilterChoice::Off => {
+            for axis in &mut head.mirrors {
+                axis.prefilter = None;
+            }
+            if let Some((axis, _)) = &mut head.focus {
+                axis.prefilter = None;
+            }
         }
     }
     Ok(others)

@@ -1,6 +1,8 @@
 //! Scan-head jobs from their files to the folder of results.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod options;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +34,17 @@ fn refused(folder: &Path, text: &str) -> String {
     let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
     assert!(!out.exists(), "nothing is left behind");
     error.to_string()
+}
+
+/// The figures of the row of the report's first table whose name begins so, one a recipe.
+fn figures(out: &Path, name: &str) -> Vec<f64> {
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let begin = page.find(&format!("<td>{name}")).unwrap();
+    let row = &page[begin..begin + page[begin..].find("</tr>").unwrap()];
+    row.split("</td>")
+        .skip(1)
+        .filter_map(|cell| cell.rsplit('>').next().and_then(|text| text.parse().ok()))
+        .collect()
 }
 
 /// What the verdict says of the first recipe: share of contour points, fill rate.
@@ -86,7 +99,10 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    let head = data::parse(include_str!(
+        "../../../../data/scan-heads/two-axis-150.toml"
+    ))
+    .unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,
@@ -150,7 +166,8 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 #[test]
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
-    let recipe = data::parse_recipe(include_str!("../../../data/recipes/industrial.toml")).unwrap();
+    let recipe =
+        data::parse_recipe(include_str!("../../../../data/recipes/industrial.toml")).unwrap();
     let job = small().job(&recipe).unwrap();
     let start = vectors::Vector {
         kind: vectors::Kind::Start,
