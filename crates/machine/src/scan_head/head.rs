@@ -63,6 +63,19 @@ pub enum HeadError {
         /// Sampling frequency, Hz.
         frequency: f64,
     },
+    /// Delays that leave every mark dark.
+    #[error(
+        "no mark is lit: the laser-on delay, {:.0} µs, outlasts the longest mark between jumps, {:.0} µs, and the laser-off delay, {:.0} µs: a shorter laser-on delay, or tuned delays",
+        1e6 * .on, 1e6 * .longest, 1e6 * .off
+    )]
+    Dark {
+        /// On-delay, s.
+        on: f64,
+        /// Off-delay, s.
+        off: f64,
+        /// Duration of the longest chain of marks, s.
+        longest: f64,
+    },
     /// Cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -11,6 +11,7 @@ use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_machine::scan_head::recipe_search::Bounds;
 use toml::Spanned;
 
+use super::thesis::Structure;
 use super::work::{self, Work};
 use crate::job::TextError;
 use crate::job::lpbf::{
@@ -54,6 +55,8 @@ pub struct Settings {
     pub work: Work,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
+    /// Which controllers drive the mirrors.
+    pub structure: Structure,
     /// Which delays.
     pub delays: DelayChoice,
     /// Contour error that counts as good, mm.
@@ -323,6 +326,11 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         }
     }
     Ok(Settings {
+        structure: match job.lpbf.controller.as_ref().map(|c| c.get_ref().as_str()) {
+            None | Some(crate::tune::choose::OWN) => Structure::Conventional,
+            Some(crate::tune::choose::HINF) => Structure::HInfinity,
+            Some(_) => Structure::Other,
+        },
         search,
         data,
         work,

@@ -3,10 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::{figures, refused, run};
-
-const THREE: &str = include_str!("../../../../data/scan-heads/three-axis-350.toml");
-const INDUSTRIAL: &str = include_str!("../../../../data/recipes/industrial.toml");
+use super::{INDUSTRIAL, THREE, figures, refused, run};
 
 /// A job of one small square on the three-axis head, with files of its own.
 fn job(head: &str, recipe: &str, more: &str) -> String {
@@ -201,7 +198,7 @@ fn power_follows_the_speed_down_to_the_recipes_least() {
     assert!(error.contains("least power with speed"), "{error}");
 }
 
-/// Sky-writing: lines of fills are marked at their speed, without waits, in less time. Runs last longer than the pre-filter of 650 µs.
+/// Sky-writing: lines of fills are marked at their speed, without waits. Runs last longer than the pre-filter of 650 µs.
 #[test]
 fn runs_before_and_after_lines_keep_them_at_speed() {
     let dir = tempfile::tempdir().unwrap();
@@ -213,10 +210,7 @@ fn runs_before_and_after_lines_keep_them_at_speed() {
     let flown = run(dir.path(), "flown", &job("two-axis-150", "sky.toml", ""));
     let row = "energy a millimetre, fills, 99 %";
     let (before, after) = (figures(&plain, row)[0], figures(&flown, row)[0]);
-    println!("energy of fills, 99 %: {before} then {after} %");
     assert!(after < before && after < 115.0, "{before} {after}");
-    let time_of = |out: &Path| figures(out, "time, s")[0];
-    assert!(time_of(&flown) < time_of(&plain));
     fs::write(
         dir.path().join("back.toml"),
         sky.replacen("\"1 ms\"", "\"-1 ms\"", 1),
