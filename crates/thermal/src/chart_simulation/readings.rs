@@ -3,7 +3,8 @@
 use meltpath_base::Reporter;
 use rayon::prelude::*;
 
-use super::{ChartSimulation, Voxel, cool};
+use super::ChartSimulation;
+use super::batch::{Standing, Voxel, cool};
 use crate::grid::Field;
 use crate::material::CELSIUS;
 
@@ -12,11 +13,14 @@ impl ChartSimulation {
     fn now(&self, column: usize, k: usize) -> f32 {
         let voxel = &self.voxels[column * self.planes() + k];
         let c = &self.columns[column];
+        let rates = &self.rates[usize::from(c.set)];
+        let under = Standing::when(c, self.ground.as_ref(), rates, self.time).at(self.depths[k]);
         let g = voxel.enthalpy;
         if g <= 0.0 {
-            return g;
+            return under.enthalpy;
         }
-        self.rates[usize::from(c.set)].cooled(c.between, k, g, self.time - c.since)
+        let own = rates.cooled(c.between, under.warmth, k, g, self.time - c.since);
+        under.enthalpy + own
     }
 
     fn field(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Field {
@@ -104,7 +108,8 @@ impl ChartSimulation {
         let c = &self.columns[column];
         let mut voxel = self.voxels[column * self.planes() + k];
         let rates = &self.rates[usize::from(c.set)];
-        cool(rates, c, k, &mut voxel, self.time, self.timed);
+        let under = Standing::of(c, self.ground.as_ref(), rates).at(self.depths[k]);
+        cool(rates, c, k, &mut voxel, under, self.time, self.timed);
         voxel
     }
 
