@@ -11,11 +11,10 @@ use meltpath_thermal::run::RunError;
 use meltpath_thermal::solver::State;
 use meltpath_thermal::strategy::StrategyError;
 
-use super::region::Contour;
+use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Judge, Settings, Window};
 use super::simulate::Drawn;
-use crate::job::ebm::Ground;
 
 /// One run of the judge.
 #[derive(Debug, Clone)]
@@ -86,9 +85,9 @@ fn body(settings: &Settings) -> Body<'_> {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
-        ground: match settings.ground {
-            Ground::Metal => State::Dense,
-            Ground::Powder => State::Powder,
+        ground: match settings.below {
+            Below::Metal => State::Dense,
+            Below::Areas(_) => State::Powder,
         },
     }
 }
