@@ -149,6 +149,26 @@ fn beside(charts: &Field, solver: &Field, path: &BeamPath) -> Beside {
             pairs.push([ours, theirs]);
         }
     }
+    if std::env::var("MAP").is_ok() {
+        for j in (0..grid.cells[1]).rev() {
+            let mut line = String::new();
+            for i in (0..grid.cells[0]).step_by(2) {
+                let c = grid.centre(i, j, top);
+                if c.x > low.x - 0.1
+                    && c.x < high.x + 0.1
+                    && c.y > low.y - 0.1
+                    && c.y < high.y + 0.1
+                {
+                    line += &format!(
+                        "{:5.0}/{:<5.0}",
+                        charts.at(i, j, plane) - CELSIUS,
+                        solver.at(i, j, top) - CELSIUS
+                    );
+                }
+            }
+            println!("{line}");
+        }
+    }
     let n = pairs.len() as f64;
     let mean = |f: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(f).sum::<f64>() / n;
     let [a, b] = [mean(&|p| p[0]), mean(&|p| p[1])];

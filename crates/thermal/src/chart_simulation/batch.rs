@@ -44,6 +44,11 @@ pub(super) struct Column {
     pub(super) set: u8,
     /// The ground it stands on.
     pub(super) below: Below,
+    /// When the beam was nearest last, s, and whether it has gone away since.
+    nearest: f64,
+    receding: bool,
+    /// Square of the distance of the beam, mm².
+    square: f64,
 }
 
 impl Column {
@@ -54,6 +59,9 @@ impl Column {
             between,
             set,
             below: Below::NOTHING,
+            nearest: f64::NEG_INFINITY,
+            receding: false,
+            square: f64::INFINITY,
         }
     }
 }
@@ -101,20 +109,29 @@ impl Batch<'_> {
                 continue;
             }
             let ring = rates.ring(square.sqrt() as f32);
-            let away = step.time - column.since;
-            if away > 0.5 * self.dt {
+            let left = step.time - column.since > 0.5 * self.dt;
+            if left {
                 let before = &self.rates[usize::from(column.set)];
                 let ground = Standing::of(column, self.ground, before);
                 for (k, voxel) in voxels.iter_mut().enumerate() {
                     let under = ground.at(self.depths[k]);
                     cool(before, column, k, voxel, under, step.time, self.timed);
                 }
-                if let Some(ground) = self.ground.filter(|g| away > g.away) {
-                    column.below = ground.below(centre, step.time);
-                    voxels.iter_mut().for_each(|v| v.enthalpy = 0.0);
-                }
             }
-            if between.is_none() || away > 0.5 * self.dt {
+            let back = left || column.receding && square < column.square;
+            if let Some(ground) = self.ground.filter(|_| back) {
+                let new = ground.share(step.time - column.nearest);
+                let read = ground.below(centre, step.time);
+                column.below = column.below.mixed(&read, new, step.time, ground.away);
+                let own = (1.0 - new) as f32;
+                voxels.iter_mut().for_each(|v| v.enthalpy *= own);
+            }
+            column.receding = !back && square > column.square;
+            if !column.receding {
+                column.nearest = step.time;
+            }
+            column.square = square;
+            if between.is_none() || back {
                 column.since = step.time;
                 let ground = Standing::of(column, self.ground, rates);
                 for (under, depth) in under.iter_mut().zip(self.depths) {

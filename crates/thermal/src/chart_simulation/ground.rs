@@ -57,6 +57,27 @@ impl Below {
         (-self.fall * depth * depth).exp()
     }
 
+    /// This ground at `time` s with a share `new` of `other`, read then; `later` s lie between the two readings of both.
+    pub(super) fn mixed(&self, other: &Below, new: f64, time: f64, later: f64) -> Self {
+        let (ours, theirs) = ((1.0 - new) as f32, new as f32);
+        let surface = [time, time + later].map(|t| ours * self.at(t, later));
+        let sum: [f32; 2] = std::array::from_fn(|n| surface[n] + theirs * other.surface[n]);
+        if sum[0] <= 0.0 {
+            return Below {
+                read: time,
+                ..Below::NOTHING
+            };
+        }
+        let part = surface[0] / sum[0];
+        let both = |a: f32, b: f32| part * a + (1.0 - part) * b;
+        Below {
+            read: time,
+            surface: sum,
+            fall: both(self.fall, other.fall),
+            mean: both(self.mean, other.mean),
+        }
+    }
+
     /// Whether there is any.
     pub(super) fn is_cold(&self) -> bool {
         self.surface[0] <= 0.0
@@ -74,8 +95,7 @@ pub(super) struct Ground {
     depth: f64,
     /// Depth at which the fall with depth is read, mm.
     reach: f64,
-    /// A column whose beam was away for longer reads the ground anew, s: heat laid down before has then spread by the beam's
-    /// own width, and is a Gaussian whatever the pool was like.
+    /// Time in which heat spreads by the beam's own width, s.
     pub(super) away: f64,
 }
 
@@ -116,6 +136,16 @@ impl Ground {
             depth: depth_variance(depth),
             reach,
             away: variance / (2.0 * diffusivity),
+        }
+    }
+
+    /// How much of what a column holds is the ground's when the beam comes back `time` s after it was nearest: the share of
+    /// spreading in the variance of heat that was laid down then.
+    pub(super) fn share(&self, time: f64) -> f64 {
+        if time.is_finite() {
+            time / (time + self.away)
+        } else {
+            1.0
         }
     }
 
