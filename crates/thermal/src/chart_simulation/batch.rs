@@ -44,6 +44,8 @@ pub(super) struct Column {
     pub(super) set: u8,
     /// The ground it stands on.
     pub(super) below: Below,
+    /// The warmest that ground was, mean over the depth of the heated zone, J/mm³.
+    pub(super) warmest: f32,
     /// When the beam was nearest last, s, and whether it has gone away since.
     nearest: f64,
     receding: bool,
@@ -59,6 +61,7 @@ impl Column {
             between,
             set,
             below: Below::NOTHING,
+            warmest: 0.0,
             nearest: f64::NEG_INFINITY,
             receding: false,
             square: f64::INFINITY,
@@ -123,8 +126,11 @@ impl Batch<'_> {
                 let new = ground.share(step.time - column.nearest);
                 let read = ground.below(centre, step.time);
                 column.below = column.below.mixed(&read, new, step.time, ground.away);
+                column.warmest = column.warmest.max(column.below.mean());
                 let own = (1.0 - new) as f32;
-                voxels.iter_mut().for_each(|v| v.enthalpy *= own);
+                for voxel in voxels.iter_mut() {
+                    voxel.enthalpy *= own;
+                }
             }
             column.receding = !back && square > column.square;
             if !column.receding {

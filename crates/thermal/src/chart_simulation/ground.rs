@@ -51,6 +51,11 @@ impl Below {
         }
     }
 
+    /// Mean over the depth of the heated zone when it was read, J/mm³.
+    pub(super) fn mean(&self) -> f32 {
+        self.surface[0] * self.mean
+    }
+
     /// How much of the surface's enthalpy there is at a depth, mm.
     #[inline]
     pub(super) fn share(&self, depth: f32) -> f32 {
@@ -234,4 +239,95 @@ fn effective_diffusivity(material: &Material) -> f64 {
             .sum()
     };
     mean(&|t| material.conductivity(t)) / mean(&|t| material.heat_capacity(t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material_file::{Readings, read};
+
+    fn titanium() -> Material {
+        let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+        read(text, Readings::default()).unwrap()
+    }
+
+    /// Ground under three lines of 2 mm to and fro, 0.2 mm apart, and the heat laid down, J.
+    fn three_lines(body: Body) -> (Ground, f64, f64) {
+        let depth = Depth::Falling { penetration: 0.1 };
+        let mut ground = Ground::new(&titanium(), body, 0.0107, depth, 0.35);
+        let (step, heat) = (2.5e-6, 270.0 * 2.5e-6);
+        let count = 2450;
+        for n in 0..count {
+            let way = 980.0 * step * f64::from(n);
+            let (line, along) = ((way / 2.0).floor(), way % 2.0);
+            let x = if line % 2.0 == 0.0 {
+                along
+            } else {
+                2.0 - along
+            };
+            ground.add(&Deposit {
+                heat,
+                time: (f64::from(n) + 0.5) * step,
+                centre: [x, 0.2 * line],
+                variance: 0.0107,
+            });
+        }
+        (ground, f64::from(count) * heat, f64::from(count) * step)
+    }
+
+    /// What all columns together read.
+    fn stored(ground: &Ground, time: f64) -> f64 {
+        let edge = 0.05;
+        let mut sum = 0.0;
+        for i in -40..80 {
+            for j in -40..50 {
+                let place = [(f64::from(i) + 0.5) * edge, (f64::from(j) + 0.5) * edge];
+                let below = ground.below(place, time);
+                if !below.is_cold() {
+                    // the half of a Gaussian over the depth
+                    let thick = 0.5 * (std::f64::consts::PI / f64::from(below.fall)).sqrt();
+                    sum += f64::from(below.surface[0]) * thick * edge * edge;
+                }
+            }
+        }
+        sum
+    }
+
+    /// No joule is invented: all columns together read the heat of the path, to what one Gaussian over the depth in place of
+    /// several takes.
+    #[test]
+    fn columns_read_the_heat_of_the_path() {
+        let (ground, heat, end) = three_lines(Body::HalfSpace);
+        for later in [1e-3, 5e-3, 2e-2] {
+            let share = stored(&ground, end + later) / heat;
+            assert!((0.93..1.01).contains(&share), "{later} s: {share}");
+        }
+        // held cold below, it leaves
+        let (cooled, ..) = three_lines(Body::Cooled { thickness: 0.5 });
+        let place = [1.0, 0.2];
+        let [free, held] = [&ground, &cooled].map(|g| g.below(place, end + 0.05).surface[0]);
+        assert!(held < 0.3 * free, "{held} {free}");
+    }
+
+    /// Two estimates of what a column holds are mixed, never added.
+    #[test]
+    fn mixing_lies_between() {
+        let (ground, _, end) = three_lines(Body::HalfSpace);
+        let (early, late) = (
+            ground.below([1.0, 0.2], end + 1e-3),
+            ground.below([1.0, 0.5], end + 2e-3),
+        );
+        let at = end + 2e-3;
+        let old = early.at(at, ground.away);
+        for new in [0.0, 0.3, 1.0] {
+            let mixed = early.mixed(&late, new, at, ground.away);
+            let wanted = (1.0 - new as f32) * old + new as f32 * late.surface[0];
+            assert!((mixed.at(at, ground.away) / wanted - 1.0).abs() < 1e-5);
+            let ends = [early.fall.min(late.fall), early.fall.max(late.fall)];
+            assert!((ends[0]..=ends[1]).contains(&mixed.fall));
+        }
+        assert_eq!(ground.share(0.0), 0.0);
+        assert_eq!(ground.share(f64::INFINITY), 1.0);
+        assert!((ground.share(ground.away) - 0.5).abs() < 1e-12);
+    }
 }

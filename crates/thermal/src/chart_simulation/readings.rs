@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::ChartSimulation;
 use super::batch::{Standing, Voxel, cool};
+use crate::chart::ChartSet;
 use crate::grid::Field;
 use crate::material::CELSIUS;
 
@@ -145,6 +146,7 @@ impl ChartSimulation {
                 "compare temperatures of one model with each other, not with the boiling point; calibrate the window on a built part",
             );
         }
+        self.tell_of_ground(reporter);
         let stop = self
             .sets
             .iter()
@@ -159,6 +161,30 @@ impl ChartSimulation {
                     stop - CELSIUS
                 ),
                 "charts with a higher stop temperature",
+            );
+        }
+    }
+
+    /// Warns where the ground became warmer than that of the charts.
+    fn tell_of_ground(&self, reporter: &Reporter) {
+        if self.ground.is_none() {
+            return;
+        }
+        let last = |s: &ChartSet| s.warm.last().map_or(0.0, |w| w.enthalpy as f32);
+        let known = self.sets.iter().map(last).fold(f32::INFINITY, f32::min);
+        let beyond = self.columns.iter().filter(|c| c.warmest > known).count();
+        if beyond > 0 {
+            let warmest = self.columns.iter().map(|c| c.warmest);
+            let celsius = |g: f32| self.curve.temperature(f64::from(g)) - CELSIUS;
+            reporter.warn(
+                "ground-beyond-charts",
+                format!(
+                    "earlier lines left the ground at up to {:.0} °C, the charts know it up to {:.0} °C: {:.1} % of the columns go on as on the warmest they know",
+                    celsius(warmest.fold(0.0, f32::max)),
+                    celsius(known),
+                    100.0 * beyond as f64 / self.columns.len() as f64
+                ),
+                "judge the hottest places on the reference solver, or give lines more time to cool before the next",
             );
         }
     }

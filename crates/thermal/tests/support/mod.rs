@@ -37,9 +37,14 @@ pub(crate) fn compute_charts(current: f64, focus: f64, diameter: f64, stop: f64)
 /// The same, over warm ground too.
 pub(crate) fn compute_warm_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
     let mut set = compute_charts(current, focus, diameter, stop);
-    let material = titanium();
-    warm(&mut set, &warm_grounds(&material), &material, &Silent).unwrap();
+    with_warm_ground(&mut set);
     set
+}
+
+/// Adds histories over warm ground.
+pub(crate) fn with_warm_ground(set: &mut ChartSet) {
+    let material = titanium();
+    warm(set, &warm_grounds(&material), &material, &Silent).unwrap();
 }
 
 /// The same, kept for the other tests of the file.
