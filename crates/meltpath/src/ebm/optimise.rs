@@ -3,23 +3,22 @@
 
 use meltpath_base::{Length, Observer, Provenance, Ratio, Reporter, Time};
 use meltpath_geometry::Region;
-use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::bed::Bed;
 use meltpath_thermal::chart_simulation::ChartSimulation;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::learning::{Freedom, Learning, learn};
 use meltpath_thermal::lever::Lever;
-use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::order::{Order, reorder};
 use meltpath_thermal::peaks::{Draw, crossed, with_charts, with_reference};
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
 use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, StrategyError, control};
-use meltpath_thermal::surface::Surface;
 
 use super::hatch::{Hatch, HatchError};
+use super::judge::{body, ground, ground_of_good};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use super::simulate::{centre_of_good, tally};
@@ -416,54 +415,6 @@ fn online(
     Ok(Box::new(Accelerator::of_thesis(aim, diameter, speed, look)))
 }
 
-/// The reference solver round paths: fresh powder on the ground, lower layers drawn.
-fn reference(
-    settings: &Settings,
-    how: &Optimise,
-    lower: &[BeamPath],
-    last: &[&BeamPath],
-    observer: &dyn Observer,
-) -> Result<Solver<f32>, EbmError> {
-    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    let paths = lower.iter().chain(last.iter().copied());
-    for p in paths.flat_map(BeamPath::points) {
-        low = low.min(DVec3::new(p.x, p.y, 0.0));
-        high = high.max(DVec3::new(p.x, p.y, 0.0));
-    }
-    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
-    let depth = DVec3::new(0.0, 0.0, 5.0 * settings.penetration);
-    let edge = DVec3::new(how.cell, how.cell, settings.layer);
-    let failed = |e| StrategyError::from(meltpath_thermal::run::RunError::from(e));
-    let grid = Grid::covering(low - margin - depth, high + margin, edge)
-        .map_err(|e| failed(meltpath_thermal::solver::SolverError::from(e)))?;
-    let start = settings.material.start;
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(start),
-        bottom: Face::Imposed(start),
-    };
-    let mut solver = Solver::new(grid, settings.material.clone(), faces).map_err(failed)?;
-    solver.set_state(|c| {
-        if settings.powder(c) {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
-    let step = how.step.min(solver.stable_step());
-    for path in lower {
-        meltpath_thermal::run::draw(&mut solver, path, &settings.beam, step, &mut [], observer)
-            .map_err(StrategyError::from)?;
-        solver.add_layer(settings.layer).map_err(failed)?;
-        // as deep as the beam reaches: what lies below is back at the start temperature
-        solver.freeze_below(5.0 * settings.penetration);
-    }
-    Ok(solver)
-}
-
 /// Looks for a better path on the reference solver; the window is found there too.
 ///
 /// # Errors
@@ -474,6 +425,12 @@ pub fn on_reference(
     observer: &dyn Observer,
 ) -> Result<Found, EbmError> {
     let melting = settings.material.liquidus;
+    let resolution = Resolution {
+        cell: how.cell,
+        planes: 1,
+        step: how.step,
+        power: 1.0,
+    };
     let classes = match &settings.window {
         Window::Fixed(window) => Classes {
             melting,
@@ -481,9 +438,10 @@ pub fn on_reference(
         },
         Window::Good { path, width } => {
             let lower = vec![path.as_ref().clone(); settings.lower.len()];
-            let solver = reference(settings, how, &lower, &[path], observer)?;
-            let step = how.step.min(solver.stable_step());
-            let drawn = with_reference(&solver, &settings.beam, step)(path, observer)?;
+            let ground = ground_of_good(settings);
+            let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
+            let bed = bed.map_err(StrategyError::from)?;
+            let drawn = with_reference(&bed.solver, &bed.beam, bed.step)(path, observer)?;
             let centre = centre_of_good(&drawn.highest, path, melting)?;
             Classes::calibrated(melting, centre, *width)
         }
@@ -497,14 +455,15 @@ pub fn on_reference(
     };
     let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
     around.push(&settings.path);
-    let solver = reference(settings, how, &settings.lower, &around, observer)?;
-    let step = how.step.min(solver.stable_step());
-    let mut draw = with_reference(&solver, &settings.beam, step);
+    let ground = ground(settings);
+    let bed = body(settings, &ground).bed(&around, &settings.lower, &resolution, observer);
+    let Bed { solver, beam, step } = bed.map_err(StrategyError::from)?;
+    let mut draw = with_reference(&solver, &beam, step);
     let (path, profile, trials) = search.choose(&mut draw, observer)?;
     let first = if how.method == OptimiseMethod::Predictive {
         let mut engine = Reference {
             solver: solver.clone(),
-            beam: &settings.beam,
+            beam: &beam,
             step,
         };
         let material = &settings.material;
