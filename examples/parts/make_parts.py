@@ -77,6 +77,23 @@ def bracket() -> cq.Workplane:
     return body
 
 
+def bridge() -> cq.Workplane:
+    """Arch 16 x 4 x 8: two legs of 4 x 4, 8 apart, under a half ellipse 4 high at its feet and 6 in its middle."""
+    return (
+        cq.Workplane("XZ", origin=(0, 2, 0))
+        .moveTo(-8, 0)
+        .lineTo(-4, 0)
+        .lineTo(-4, 4)
+        .ellipseArc(4, 2, 0, 180, startAtCurrent=True, sense=-1)
+        .lineTo(4, 0)
+        .lineTo(8, 0)
+        .lineTo(8, 8)
+        .lineTo(-8, 8)
+        .close()
+        .extrude(4)
+    )
+
+
 def write(shape: cq.Workplane, name: str) -> None:
     """Writes one named part, with the time stamp and the running number of the writer removed."""
     assembly = cq.Assembly(shape, name=name)
@@ -88,7 +105,7 @@ def write(shape: cq.Workplane, name: str) -> None:
 
 
 if __name__ == "__main__":
-    for make in (flange, bracket):
+    for make in (flange, bracket, bridge):
         shape = make()
         solid = shape.val()
         assert solid.isValid() and len(shape.solids().vals()) == 1, make.__name__

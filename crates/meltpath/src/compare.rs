@@ -14,6 +14,7 @@ use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::comparison::{Apart, Missing, Pair, Places, Sample, apart, around};
 use toml::Spanned;
 
+use crate::ebm::run::part_copy;
 use crate::ebm::settings::{Settings, resolve};
 use crate::ebm::{EbmError, simulate};
 use crate::job::ebm::WindowTable;
@@ -222,7 +223,7 @@ fn cell_of(pairs: &[Pair]) -> f64 {
 }
 
 /// The job of a run, so that its field can be drawn again: its path and its charts lie in its folder.
-fn settings_of(folder: &Path) -> Result<Settings, RunError> {
+fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunError> {
     let wrong = |what: String| CompareError::Run {
         path: folder.to_path_buf(),
         what,
@@ -249,6 +250,7 @@ fn settings_of(folder: &Path) -> Result<Settings, RunError> {
     }
     let job = EbmJob {
         path: job.path.map(|_| spanned("path.csv".to_owned())),
+        part: job.part.map(|p| spanned(part_copy(Path::new(p.get_ref())))),
         charts: crate::job::ebm::ChartsTable {
             files: charts,
             ..job.charts
@@ -258,7 +260,7 @@ fn settings_of(folder: &Path) -> Result<Settings, RunError> {
         judge: None,
         ..*job
     };
-    let mut settings = resolve(&job, folder).map_err(|e| {
+    let mut settings = resolve(&job, folder, observer).map_err(|e| {
         RunError::Job(JobError::Text {
             path: file,
             text,
@@ -282,7 +284,7 @@ fn with_run(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Paired, RunError> {
-    let settings = settings_of(folder)?;
+    let settings = settings_of(folder, observer)?;
     let top = settings.lower.len() as f64 * settings.layer;
     let mut samples: Vec<(usize, Sample)> = samples::read(table, top, reporter)
         .map_err(CompareError::from)?

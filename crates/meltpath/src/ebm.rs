@@ -1,5 +1,6 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+pub mod drawing;
 pub mod focus;
 pub mod hatch;
 pub mod judge;
@@ -7,8 +8,10 @@ pub mod optimise;
 pub mod path_file;
 pub mod present;
 mod present_found;
+mod present_part;
 pub mod region;
 pub mod run;
+pub mod section;
 pub mod settings;
 pub mod simulate;
 

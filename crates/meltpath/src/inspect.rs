@@ -8,7 +8,7 @@ use meltpath_programs::fanuc_ls;
 
 use crate::job::PartUnit;
 use crate::outcome::RunError;
-use crate::waam::part;
+use crate::part;
 use crate::waam::read_toolpath;
 
 /// Chord error of the mesh made of a STEP file for inspection, mm.

@@ -11,6 +11,7 @@ pub mod inspect;
 pub mod job;
 pub mod lpbf;
 pub mod outcome;
+pub mod part;
 pub mod start;
 pub mod tune;
 pub mod waam;

@@ -11,8 +11,8 @@ use meltpath_geometry::workpiece::WorkpieceError;
 use meltpath_machine::scan_head::head::HeadError;
 
 use crate::job::JobError;
+use crate::part::PartError;
 use crate::start::StartError;
-use crate::waam::part::PartError;
 use crate::waam::plan::PlanStageError;
 use crate::waam::program::ProgramStageError;
 use crate::waam::simulate::SimulateError;

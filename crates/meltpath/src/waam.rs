@@ -2,7 +2,6 @@
 
 mod checks;
 pub mod judge;
-pub mod part;
 pub mod plan;
 pub mod present;
 pub mod program;

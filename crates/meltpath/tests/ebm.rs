@@ -134,7 +134,7 @@ fn ebm_q09_modulated_energy_evens_out_an_overhang() {
         let (Job::Ebm(job), _) = load(&file).unwrap() else {
             panic!("an electron-beam job")
         };
-        let settings = resolve(&job, dir.path()).unwrap();
+        let settings = resolve(&job, dir.path(), &Silent).unwrap();
         let given = simulate(&settings, &Reporter::new(), &Silent)
             .unwrap()
             .given;

@@ -26,17 +26,13 @@ scale = 1e-5
 offset = 1000000
 ";
 
-#[test]
-fn a_csv_of_counts_gives_the_motor_that_made_it() {
-    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
-    let motor = Galvanometer {
-        friction: Friction::None,
-        ..head.head.mirrors[1].motor.clone()
-    };
-    let mut plant = Plant::<5>::new(&motor, &[50e-6], 0.0).unwrap();
+/// A bench's record of the two-axis head's Y motor without dry friction, `samples` long: voltage of a pseudo-random
+/// sequence, current held within `limit` A by the probe's range, angle in counts.
+fn bench(motor: &Galvanometer, samples: u32, limit: f64) -> String {
+    let mut plant = Plant::<5>::new(motor, &[50e-6], 0.0).unwrap();
     let mut text = String::from("t,U,i,n\n");
     let mut register = 0x1u32;
-    for k in 0..90_000u32 {
+    for k in 0..samples {
         // a shift register of 16 stages
         let bit = (register ^ (register >> 1) ^ (register >> 3) ^ (register >> 12)) & 1;
         register = (register >> 1) | (bit << 15);
@@ -46,11 +42,26 @@ fn a_csv_of_counts_gives_the_motor_that_made_it() {
             text,
             "{},{voltage},{:.4},{counts}",
             50 * k,
-            1e3 * plant.current()
+            1e3 * plant.current().clamp(-limit, limit)
         )
         .unwrap();
         plant.advance(0, voltage, 0.0);
     }
+    text
+}
+
+fn motor() -> Galvanometer {
+    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    Galvanometer {
+        friction: Friction::None,
+        ..head.head.mirrors[1].motor.clone()
+    }
+}
+
+#[test]
+fn a_csv_of_counts_gives_the_motor_that_made_it() {
+    let motor = motor();
+    let text = bench(&motor, 90_000, f64::INFINITY);
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::write(at("bench.csv"), &text).unwrap();
@@ -89,4 +100,65 @@ fn a_csv_of_counts_gives_the_motor_that_made_it() {
         error,
         IdentifyError::Record(RecordError::File { .. })
     ));
+}
+
+#[test]
+fn bad_records_are_named_with_what_to_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = bench(&motor(), 3_000, f64::INFINITY);
+    let refused = |record: &str, mapping: &str| {
+        fs::write(at("bench.csv"), record).unwrap();
+        fs::write(at("map.toml"), mapping).unwrap();
+        identify(&at("bench.csv"), &at("map.toml"), &Reporter::new())
+            .unwrap_err()
+            .to_string()
+    };
+    let without = |gap: std::ops::Range<usize>| {
+        let kept = text.lines().enumerate().filter(|(n, _)| !gap.contains(n));
+        let kept: Vec<&str> = kept.map(|(_, line)| line).collect();
+        kept.join("\n")
+    };
+    let gap = refused(&without(1001..1011), MAPPING);
+    assert!(
+        gap.contains("samples are missing") && gap.contains("rows = [1001, 2990]"),
+        "{gap}"
+    );
+    let blank = text.replacen(&format!("\n{},", 50 * 2_000), "\n,", 1);
+    let blank = refused(&blank, MAPPING);
+    assert!(
+        blank.contains("row 2001") && blank.contains("rows = [1, 2000]"),
+        "{blank}"
+    );
+    let wrong_rate = refused(&text, &format!("sample_time = \"40 us\"\n{MAPPING}"));
+    assert!(
+        wrong_rate.contains("the mapping says 0.000040000 s"),
+        "{wrong_rate}"
+    );
+    let missing = refused(&text, &MAPPING.replace("channels.current", "channels.amps"));
+    assert!(missing.contains("[channels.current]"), "{missing}");
+    let short = refused(&text, MAPPING);
+    assert!(short.contains("record longer"), "{short}");
+}
+
+#[test]
+fn a_probe_at_the_end_of_its_range_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let peak = bench(&motor(), 6_000, f64::INFINITY)
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').nth(2).unwrap().parse::<f64>().unwrap().abs())
+        .fold(0.0, f64::max)
+        * 1e-3;
+    fs::write(at("bench.csv"), bench(&motor(), 90_000, 0.5 * peak)).unwrap();
+    fs::write(at("map.toml"), MAPPING).unwrap();
+    let reporter = Reporter::new();
+    let result = identify(&at("bench.csv"), &at("map.toml"), &reporter);
+    let warnings = reporter.warnings();
+    let noted = warnings.iter().find(|w| w.code == "channel-saturated");
+    assert!(
+        noted.is_some_and(|w| w.message.contains("current") && w.remedy.is_some()),
+        "{warnings:?} {result:?}"
+    );
 }

@@ -37,6 +37,19 @@ pub struct Powder {
     pub emissivity: f64,
 }
 
+/// Arithmetic roughness Ra of what is built, µm. It depends on the powder, whose grains stick to the melt, and on the face's
+/// direction; no beam setting changes it (Béraud 2016, annex A: 64 planes over 3 to 15 mA, 500 to 1400 mm/s, 0 to 21 mA of
+/// focus show no correlation). Hence nothing here asks for the beam.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roughness {
+    /// Of vertical faces, measured in the build plane: mean, least, greatest.
+    pub in_plane: [f64; 3],
+    /// Of vertical faces, measured along the build direction: mean, least, greatest.
+    pub along_build: [f64; 3],
+    /// Of faces of any direction: least, greatest.
+    pub any_face: [f64; 2],
+}
+
 /// Loss by evaporation from the hottest surfaces (Hertz-Knudsen with Clausius-Clapeyron).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evaporation {
@@ -109,6 +122,11 @@ pub struct Material {
     pub emissivity: f64,
     /// Loss by evaporation, where the data give it; the solver applies it only when its surface says so.
     pub evaporation: Option<Evaporation>,
+    /// What parts are drawn larger by, since they shrink on cooling: in the build plane, along the build direction; 1 where the
+    /// data give nothing.
+    pub scaling: [f64; 2],
+    /// Roughness of what is built, where the data give it.
+    pub roughness: Option<Roughness>,
 }
 
 impl Material {
@@ -136,6 +154,8 @@ impl Material {
             },
             emissivity: 0.0,
             evaporation: None,
+            scaling: [1.0, 1.0],
+            roughness: None,
         }
     }
 

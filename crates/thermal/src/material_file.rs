@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::law::Law;
-use crate::material::{CELSIUS, Evaporation, LatentShape, Material, Powder, PowderConduction};
+use crate::material::{
+    CELSIUS, Evaporation, LatentShape, Material, Powder, PowderConduction, Roughness,
+};
 
 /// How the porosity law of the thesis is read (erratum E1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -176,6 +178,14 @@ struct EvaporationEntry {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+struct RoughnessEntry {
+    in_plane: Number<[f64; 3]>,
+    along_build: Number<[f64; 3]>,
+    any_face: Number<[f64; 2]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct File {
     schema: u32,
     name: String,
@@ -193,6 +203,8 @@ struct File {
     // belongs to the machine's surroundings; kept beside the laws because the thesis states them together
     heat_shield: Option<Number>,
     evaporation: Option<EvaporationEntry>,
+    scaling: Option<Number<[f64; 2]>>,
+    roughness: Option<RoughnessEntry>,
 }
 
 struct Checker<'a> {
@@ -237,6 +249,24 @@ impl Checker<'_> {
             });
         }
         Ok(value)
+    }
+
+    fn numbers<const N: usize>(
+        &self,
+        key: &'static str,
+        numbers: &Number<[f64; N]>,
+        expected: &'static str,
+    ) -> Result<[f64; N], MaterialError> {
+        self.entry(key, &numbers.unit, &numbers.source, expected)?;
+        if numbers.value.iter().any(|v| !v.is_finite() || *v <= 0.0) {
+            return Err(MaterialError::Value {
+                what: format!(
+                    "`{key}` is {:?}: all must be finite and above 0",
+                    numbers.value
+                ),
+            });
+        }
+        Ok(numbers.value)
     }
 
     fn law(
@@ -309,6 +339,16 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
             net_fraction: checker.number("evaporation.net_fraction", &e.net_fraction, "1")?,
         }),
     };
+    let scaling = file.scaling.as_ref();
+    let scaling = scaling.map_or(Ok([1.0; 2]), |s| checker.numbers("scaling", s, "1"))?;
+    let roughness = match &file.roughness {
+        None => None,
+        Some(r) => Some(Roughness {
+            in_plane: checker.numbers("roughness.in_plane", &r.in_plane, "µm")?,
+            along_build: checker.numbers("roughness.along_build", &r.along_build, "µm")?,
+            any_face: checker.numbers("roughness.any_face", &r.any_face, "µm")?,
+        }),
+    };
     let material = Material {
         name: file.name.clone(),
         range: file.range.value.map(|t| t + CELSIUS),
@@ -359,6 +399,8 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         },
         emissivity: checker.number("emissivity.dense", &file.emissivity.dense, "1")?,
         evaporation,
+        scaling,
+        roughness,
     };
     if !(start < solidus && solidus < liquidus) {
         return Err(MaterialError::Value {

@@ -16,8 +16,8 @@ use meltpath_thermal::nested::EnergyField;
 use meltpath_thermal::passes::{Defaults, PassesError, beam_path};
 use meltpath_toolpath::{Move, Pass, Profile, Role, Tag, Toolpath};
 
-use super::region::Contour;
-use crate::job::ebm::{Ground, HatchStrategy, HatchTable, ModulationTable};
+use super::region::Below;
+use crate::job::ebm::{HatchStrategy, HatchTable, ModulationTable};
 
 /// Why a region cannot be hatched.
 #[derive(Debug, thiserror::Error)]
@@ -59,10 +59,8 @@ pub enum HatchError {
 pub struct Modulated {
     /// The law; nominal is what the hatch brings.
     pub law: Modulation,
-    /// Metal below the first layer: none where absent and the ground is powder.
-    pub supported: Option<Contour>,
-    /// Whether metal lies below everywhere, or powder.
-    pub ground: Ground,
+    /// What lies below the first layer.
+    pub below: Below,
 }
 
 impl Modulated {
@@ -70,8 +68,7 @@ impl Modulated {
     pub fn resolve(
         table: &ModulationTable,
         nominal: f64,
-        ground: Ground,
-        supported: Option<Contour>,
+        below: Below,
         r: &mut Provenance,
     ) -> Self {
         let start = Modulation::STARTING;
@@ -112,8 +109,7 @@ impl Modulated {
                     start.along,
                 ),
             },
-            supported,
-            ground,
+            below,
         }
     }
 
@@ -121,12 +117,11 @@ impl Modulated {
     fn field(&self, region: &Region, number: u32, layer: f64, cell: f64) -> EnergyField {
         let drawn = f64::from(number - 1) * layer;
         let depth = |p: DVec2| {
-            let on_metal = self.ground == Ground::Metal
-                || self
-                    .supported
-                    .as_ref()
-                    .is_some_and(|s| s.depth(p.to_array()) > 0.0);
-            if on_metal { f64::INFINITY } else { drawn }
+            if self.below.is_metal(p.to_array()) {
+                f64::INFINITY
+            } else {
+                drawn
+            }
         };
         EnergyField::new(region, &self.law, cell, &depth)
     }
@@ -320,13 +315,36 @@ impl Hatch {
         number: u32,
         reporter: &Reporter,
     ) -> Result<BeamPath, HatchError> {
-        let toolpath = self.passes(region, number, reporter)?;
-        Ok(beam_path(
-            &toolpath.passes,
-            &toolpath.profiles,
-            &self.beam,
-            0.0,
-        )?)
+        self.path_over(std::slice::from_ref(region), number, reporter)
+    }
+
+    /// The beam's path over several areas of layer `number`, one after the other.
+    ///
+    /// # Errors
+    /// [`HatchError`].
+    pub fn path_over(
+        &self,
+        regions: &[Region],
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<BeamPath, HatchError> {
+        let ids = PassIds { part: 0 };
+        let mut whole = Toolpath {
+            profiles: Vec::new(),
+            passes: Vec::new(),
+        };
+        for region in regions {
+            let toolpath = self.passes(region, number, reporter)?;
+            whole.profiles = toolpath.profiles;
+            for mut pass in toolpath.passes {
+                if regions.len() > 1 {
+                    pass.id = ids.id(number, whole.passes.len())?;
+                    pass.neighbours.clear();
+                }
+                whole.passes.push(pass);
+            }
+        }
+        Ok(beam_path(&whole.passes, &whole.profiles, &self.beam, 0.0)?)
     }
 
     fn fill(&self, angle: f64, contours: u32) -> Strategy {
@@ -567,6 +585,7 @@ fn bounds(region: &Region) -> [DVec2; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ebm::region::Contour;
     use meltpath_thermal::beam::BeamPoint;
 
     fn hatch(strategy: HatchStrategy) -> Hatch {
@@ -577,11 +596,11 @@ mod tests {
         Hatch::resolve(&table, 0.05, &mut Provenance::new())
     }
 
-    fn modulated(strategy: HatchStrategy, ground: Ground, supported: Option<Contour>) -> Hatch {
+    fn modulated(strategy: HatchStrategy, below: Below) -> Hatch {
         let hatch = hatch(strategy);
         let r = &mut Provenance::new();
         let table = ModulationTable::default();
-        let modulation = Modulated::resolve(&table, hatch.energy(), ground, supported, r);
+        let modulation = Modulated::resolve(&table, hatch.energy(), below, r);
         Hatch {
             modulation: Some(modulation),
             ..hatch
@@ -604,7 +623,7 @@ mod tests {
             HatchStrategy::Contours,
             HatchStrategy::Spots,
         ] {
-            let hatch = modulated(strategy, Ground::Powder, Some(foot.clone()));
+            let hatch = modulated(strategy, Below::Areas(vec![foot.clone()]));
             let path = hatch.path(&region, 1, &Reporter::new()).unwrap();
             let found = energy(&path) / (region.area() * 0.05);
             assert!(
@@ -622,7 +641,7 @@ mod tests {
             let passes = h.passes(&region, 1, &Reporter::new()).unwrap();
             passes.deposited_length()
         };
-        let some = length(&modulated(HatchStrategy::Modulated, Ground::Metal, None));
+        let some = length(&modulated(HatchStrategy::Modulated, Below::Metal));
         let all = length(&hatch(HatchStrategy::Contours));
         assert!(some < 0.97 * all, "{some} {all}");
     }

@@ -12,11 +12,10 @@ use meltpath_thermal::run::RunError;
 use meltpath_thermal::solver::State;
 use meltpath_thermal::strategy::StrategyError;
 
-use super::region::Contour;
+use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Judge, Settings, Window};
 use super::simulate::Drawn;
-use crate::job::ebm::Ground;
 
 /// One run of the judge.
 #[derive(Debug, Clone)]
@@ -97,21 +96,22 @@ pub(super) fn body<'a>(settings: &'a Settings, ground: &'a dyn Fn([f64; 2]) -> S
 }
 
 /// What lies under the first layer at a place of the region.
-pub(super) fn ground(settings: &Settings) -> impl Fn([f64; 2]) -> State {
+pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State {
     move |point| {
-        let metal = match (&settings.supported, settings.ground) {
-            (_, Ground::Metal) => true,
-            (Some(metal), Ground::Powder) => metal.depth(point) > 0.0,
-            (None, Ground::Powder) => false,
-        };
-        if metal { State::Dense } else { State::Powder }
+        if below.is_metal(point) {
+            State::Dense
+        } else {
+            State::Powder
+        }
     }
 }
 
 /// What lies under the body known to be good: metal where the region hangs over, since what is below is the region's own.
-pub(super) fn ground_of_good(settings: &Settings) -> impl Fn([f64; 2]) -> State {
-    let powder = settings.supported.is_none() && settings.ground == Ground::Powder;
-    move |_| if powder { State::Powder } else { State::Dense }
+pub(super) fn below_good(settings: &Settings) -> Below {
+    match &settings.below {
+        Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
+        _ => Below::Metal,
+    }
 }
 
 fn cut(path: &BeamPath, rectangle: &Rectangle) -> Result<BeamPath, EbmError> {
@@ -147,7 +147,8 @@ fn classes(
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
             // as many layers of the good body as of the job
             let lower = vec![part.clone(); settings.lower.len()];
-            let ground = ground_of_good(settings);
+            let below = below_good(settings);
+            let ground = ground(&below);
             let drawn = judge(
                 &body(settings, &ground),
                 &lower,
@@ -210,7 +211,7 @@ fn judged(
     let of = |highest: &Field, classes: &Classes| {
         tally(highest, classes, &settings.contour, settings.inside, part)
     };
-    let ground = ground(settings);
+    let ground = ground(&settings.below);
     let body = body(settings, &ground);
     let mut runs: Vec<Run> = Vec::new();
     let mut first: Option<(Field, Classes, f64)> = None;

@@ -18,7 +18,7 @@ use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, StrategyError, control};
 
 use super::hatch::{Hatch, HatchError};
-use super::judge::{body, ground, ground_of_good};
+use super::judge::{below_good, body, ground};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use super::simulate::{centre_of_good, tally};
@@ -438,7 +438,8 @@ pub fn on_reference(
         },
         Window::Good { path, width } => {
             let lower = vec![path.as_ref().clone(); settings.lower.len()];
-            let ground = ground_of_good(settings);
+            let below = below_good(settings);
+            let ground = ground(&below);
             let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
             let bed = bed.map_err(StrategyError::from)?;
             let drawn = with_reference(&bed.solver, &bed.beam, bed.step)(path, observer)?;
@@ -455,7 +456,7 @@ pub fn on_reference(
     };
     let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
     around.push(&settings.path);
-    let ground = ground(settings);
+    let ground = ground(&settings.below);
     let bed = body(settings, &ground).bed(&around, &settings.lower, &resolution, observer);
     let Bed { solver, beam, step } = bed.map_err(StrategyError::from)?;
     let mut draw = with_reference(&solver, &beam, step);

@@ -20,10 +20,10 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
 use super::path_file::write_parquet;
-use super::present_found;
 use super::region::Contour;
 use super::settings::Settings;
 use super::simulate::{Drawn, Outcome, top};
+use super::{present_found, present_part};
 
 /// Width of the bars of histograms, K.
 const BIN: f64 = 20.0;
@@ -318,6 +318,7 @@ pub fn report(
             },
         );
     }
+    sections.extend(present_part::section(settings));
     Report {
         title: title.to_owned(),
         subtitle: format!(

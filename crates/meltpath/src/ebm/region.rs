@@ -1,8 +1,33 @@
-//! Which columns of voxels are judged, and what is filled: a contour with holes.
+//! Which columns of voxels are judged, and what is filled: a contour with holes. What lies below the first layer.
 
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::region::signed_area;
+
+/// What lies below the first layer that is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Below {
+    /// Dense metal everywhere: the start plate, or a part that is larger than what is drawn.
+    Metal,
+    /// Metal in these areas, powder elsewhere; powder everywhere where there are none.
+    Areas(Vec<Contour>),
+}
+
+impl Below {
+    /// Whether metal lies below a point.
+    ///
+    /// ```
+    /// use meltpath::ebm::region::{Below, Contour};
+    /// let legs = Below::Areas(vec![Contour::rectangle([2.0, 2.0])]);
+    /// assert!(legs.is_metal([0.5, 0.0]) && !legs.is_metal([3.0, 0.0]));
+    /// ```
+    pub fn is_metal(&self, point: [f64; 2]) -> bool {
+        match self {
+            Below::Metal => true,
+            Below::Areas(areas) => areas.iter().any(|a| a.depth(point) > 0.0),
+        }
+    }
+}
 
 /// A closed contour with holes, mm.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +42,15 @@ impl Contour {
         Contour {
             corners,
             holes: Vec::new(),
+        }
+    }
+
+    /// The contour of a region.
+    pub fn of(region: &Region) -> Self {
+        let corners = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect::<Vec<_>>();
+        Contour {
+            corners: corners(&region.outer),
+            holes: region.holes.iter().map(corners).collect(),
         }
     }
 

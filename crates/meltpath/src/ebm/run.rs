@@ -87,9 +87,14 @@ impl EbmError {
     }
 }
 
-fn resolved(job_file: &Path, job: &EbmJob, text: &str) -> Result<Settings, RunError> {
+fn resolved(
+    job_file: &Path,
+    job: &EbmJob,
+    text: &str,
+    observer: &dyn Observer,
+) -> Result<Settings, RunError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    resolve(job, folder).map_err(|e| {
+    resolve(job, folder, observer).map_err(|e| {
         RunError::Job(JobError::Text {
             path: job_file.to_path_buf(),
             text: text.to_owned(),
@@ -113,7 +118,7 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<outcome::Outcome, RunError> {
     let reporter = Reporter::new();
-    let settings = resolved(job_file, job, text)?;
+    let settings = resolved(job_file, job, text, observer)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     settings
         .warnings
@@ -137,7 +142,8 @@ pub fn run(
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
-    if let Some(file) = &settings.path_file {
+    let part = settings.part.as_ref().map(|p| &p.file);
+    for file in settings.path_file.iter().chain(part) {
         record(&mut provenance, file)?;
     }
     observer.stage("write results", 0);
@@ -162,6 +168,11 @@ pub fn run(
         &serde_json::to_value(&provenance).unwrap_or_default(),
     )?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
+    if let Some(part) = part {
+        folder.write(&part_copy(part), |w| {
+            std::io::copy(&mut File::open(part)?, w).map(drop)
+        })?;
+    }
     present::write_files(&folder, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
@@ -179,6 +190,12 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
+}
+
+/// The name of a part in the folder of a run, so that the run can be drawn again without anything outside.
+pub(crate) fn part_copy(file: &Path) -> String {
+    let extension = file.extension().unwrap_or_default().to_string_lossy();
+    format!("part.{}", extension.to_lowercase())
 }
 
 pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
@@ -330,6 +347,6 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// # Errors
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
-    let settings = resolved(job_file, job, text)?;
+    let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
     Ok(outcome::parameter_lines(&settings.provenance))
 }

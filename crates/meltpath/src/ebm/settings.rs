@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Provenance, Reporter, Warning};
+use meltpath_base::{Observer, Provenance, Reporter, Warning};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
@@ -13,12 +13,13 @@ use meltpath_thermal::material_file::{Readings, read};
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
-use super::hatch::{Hatch, Modulated};
+use super::drawing::{Drawing, DrawnPart};
+use super::hatch::Hatch;
 use super::optimise::Optimise;
-use super::region::Contour;
+use super::region::{Below, Contour};
 use super::{focus, path_file};
 use crate::job::TextError;
-use crate::job::ebm::{EbmJob, Ground, HatchStrategy, ModulationTable};
+use crate::job::ebm::EbmJob;
 
 /// The materials that ship: name and file.
 pub const MATERIALS: &[(&str, &str)] = &[(
@@ -70,10 +71,10 @@ pub struct Settings {
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
-    /// What lies under the first layer.
-    pub ground: Ground,
-    /// Metal there, where the ground is powder.
-    pub supported: Option<Contour>,
+    /// What lies below the first layer.
+    pub below: Below,
+    /// The part it is a section of.
+    pub part: Option<DrawnPart>,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
     /// Heating of charts stops, cooling begins, K; spacing, mm.
@@ -111,13 +112,11 @@ pub struct Settings {
 impl Settings {
     /// Whether powder lies at a point before the first layer is drawn; the build plane is at height 0.
     pub fn powder(&self, point: DVec3) -> bool {
-        let supported = |s: &Contour| s.depth([point.x, point.y]) > 0.0;
-        point.z > -self.layer
-            || (self.ground == Ground::Powder && !self.supported.as_ref().is_some_and(supported))
+        point.z > -self.layer || !self.below.is_metal([point.x, point.y])
     }
 }
 
-fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
+pub(super) fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
     TextError {
         span: Some(span),
         message: message.to_string(),
@@ -130,7 +129,7 @@ fn named(value: &impl std::fmt::Debug) -> String {
 }
 
 /// Reads a beam path.
-fn beam_path(
+pub(super) fn beam_path(
     folder: &Path,
     name: &toml::Spanned<String>,
 ) -> Result<(PathBuf, BeamPath), TextError> {
@@ -151,7 +150,11 @@ fn beam_path(
 ///
 /// # Errors
 /// [`TextError`] with the place in the job where one value is to blame.
-pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
+pub fn resolve(
+    job: &EbmJob,
+    folder: &Path,
+    observer: &dyn Observer,
+) -> Result<Settings, TextError> {
     let mut r = Provenance::new();
     let (material, beam, penetration) = process(job, &mut r)?;
     let mm = |v: f64| meltpath_base::Length(v);
@@ -168,7 +171,9 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
     let layers = r
         .written_or("ebm.layers", ebm.layers, 1, "the path is drawn once")
         .max(1);
-    r.written_or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
+    if job.part.is_none() {
+        r.written_or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
+    }
     let charts = &job.charts;
     let chart_stop = r.written_or(
         "charts.stop",
@@ -222,15 +227,12 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         )
         .clamp(1, 500);
     let reporter = Reporter::new();
-    let supported = &job.region.supported;
-    let supported = (!supported.is_empty())
-        .then(|| Contour::new(supported.iter().map(|c| c.map(|v| v.0)).collect()));
-    let drawn = drawn(
+    let drawn = Drawing::of(
         job,
         folder,
+        &material,
         [f64::from(layers), layer],
-        supported.as_ref(),
-        &reporter,
+        (&reporter, observer),
         &mut r,
     )?;
     let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
@@ -239,6 +241,8 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         mut paths,
         contour,
         hatch: drawn_hatch,
+        below,
+        part,
     } = drawn;
     let path = paths.pop().ok_or_else(|| TextError {
         span: None,
@@ -292,8 +296,8 @@ pub fn resolve(job: &EbmJob, folder: &Path) -> Result<Settings, TextError> {
         warnings: reporter.warnings(),
         penetration,
         layer,
-        ground: ebm.ground,
-        supported,
+        below,
+        part,
         chart_files: charts
             .files
             .iter()
@@ -369,74 +373,6 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
             step,
             power: 1.0,
         },
-    })
-}
-
-/// What the beam draws.
-struct Drawing {
-    path_file: Option<PathBuf>,
-    /// A path for each layer.
-    paths: Vec<BeamPath>,
-    contour: Contour,
-    hatch: Option<Hatch>,
-}
-
-fn drawn(
-    job: &EbmJob,
-    folder: &Path,
-    [layers, thickness]: [f64; 2],
-    supported: Option<&Contour>,
-    reporter: &Reporter,
-    r: &mut Provenance,
-) -> Result<Drawing, TextError> {
-    let corners = |ring: &Vec<[meltpath_base::Length; 2]>| {
-        ring.iter().map(|c| c.map(|v| v.0)).collect::<Vec<_>>()
-    };
-    let region = &job.region;
-    let contour = Contour::new(corners(&region.contour))
-        .with_holes(region.holes.iter().map(corners).collect());
-    let plain = |message: String| TextError {
-        span: None,
-        message,
-        help: None,
-    };
-    let Some(file) = &job.path else {
-        let table = job.hatch.clone().unwrap_or_default();
-        let mut hatch = Hatch::resolve(&table, thickness, r);
-        let modulated = table.strategy == HatchStrategy::Modulated;
-        if let Some(law) = job
-            .modulation
-            .clone()
-            .or(modulated.then(ModulationTable::default))
-        {
-            let (energy, ground) = (hatch.energy(), job.ebm.ground);
-            let law = Modulated::resolve(&law, energy, ground, supported.cloned(), r);
-            hatch.modulation = Some(law);
-        }
-        let body = contour.region();
-        let paths = (1..=layers as u32)
-            .map(|number| hatch.path(&body, number, reporter))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(|e| plain(format!("[hatch]: {e}")))?;
-        return Ok(Drawing {
-            path_file: None,
-            paths,
-            contour,
-            hatch: Some(hatch),
-        });
-    };
-    let (path_file, path) = beam_path(folder, file)?;
-    let contour = if region.contour.is_empty() {
-        let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
-        Contour::hull(&on)
-    } else {
-        contour
-    };
-    Ok(Drawing {
-        path_file: Some(path_file),
-        paths: vec![path; layers as usize],
-        contour,
-        hatch: None,
     })
 }
 

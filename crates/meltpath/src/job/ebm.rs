@@ -6,7 +6,7 @@ use meltpath_thermal::material_file::{DensityReading, PorosityReading};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{ProcessTable, TextError};
+use super::{PartUnit, ProcessTable, TextError};
 
 /// An electron-beam job, as written.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -16,6 +16,18 @@ pub struct EbmJob {
     /// place `[hatch]` draws the region.
     #[serde(default)]
     pub path: Option<Spanned<String>>,
+    /// The part: STEP, STL or 3MF, relative to the job file; `[hatch]` draws the section that `[section]` names.
+    #[serde(default)]
+    pub part: Option<Spanned<String>>,
+    /// Unit of a part file that carries none (STL); default mm.
+    #[serde(default)]
+    pub part_unit: PartUnit,
+    /// The direction of the part file that points up in the build; default +Z.
+    #[serde(default)]
+    pub build_direction: Option<[f64; 3]>,
+    /// `[section]`.
+    #[serde(default)]
+    pub section: SectionTable,
     /// `[process]`.
     pub process: ProcessTable,
     /// `[ebm]`.
@@ -48,6 +60,19 @@ pub struct EbmJob {
     /// `[checks]`.
     #[serde(default)]
     pub checks: EbmChecksTable,
+}
+
+/// `[section]`: which layer of `part` is drawn.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SectionTable {
+    /// Height on the part, as designed, of the last layer; default half the part's.
+    pub height: Option<Spanned<NotNegative<Length>>>,
+    /// Which of the separate areas of that layer, the largest first; default 1.
+    pub island: Option<Spanned<u32>>,
+    /// What the part is drawn larger by, in the plane and along the build direction; default the material's, since parts
+    /// shrink on cooling.
+    pub scaling: Option<[Positive<Ratio>; 2]>,
 }
 
 /// What lies under the first layer.
@@ -391,12 +416,13 @@ impl EbmJob {
                 "write ground = \"powder\" under [ebm], or leave region.supported out",
             );
         }
-        if self.hatch.is_some() && self.region.contour.is_empty() {
+        if self.hatch.is_some() && self.region.contour.is_empty() && self.part.is_none() {
             return wrong(
                 "[hatch] has nothing to fill",
-                "give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]",
+                "name a part: part = \"bracket.step\", or give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]",
             );
         }
+        self.check_part(&wrong)?;
         if let Some(o) = &self.optimise {
             let online = matches!(o.method, OptimiseMethod::Accelerate | OptimiseMethod::Pid);
             if online && (o.solver == OptimiseSolver::Reference || o.change != Change::Speed) {
@@ -470,6 +496,48 @@ impl EbmJob {
             return wrong(
                 "region.contour, region.supported or one of region.holes has fewer than three corners",
                 "give at least three",
+            );
+        }
+        Ok(())
+    }
+
+    /// A part gives its own region and ground.
+    fn check_part(
+        &self,
+        wrong: &impl Fn(&str, &str) -> Result<(), TextError>,
+    ) -> Result<(), TextError> {
+        let region = &self.region;
+        let drawn = [&region.contour, &region.supported];
+        if self.part.is_none() {
+            if self.section != SectionTable::default() {
+                return wrong(
+                    "[section] cuts a part, and none is named",
+                    "write part = \"bracket.step\" at the top of the job",
+                );
+            }
+            return Ok(());
+        }
+        if self.hatch.is_none() {
+            return wrong(
+                "a part is drawn by [hatch], which is not there",
+                "write [hatch], with nothing in it for the thesis' lines",
+            );
+        }
+        if drawn.iter().any(|ring| !ring.is_empty())
+            || !region.holes.is_empty()
+            || self.ebm.ground == Ground::Powder
+        {
+            return wrong(
+                "the part says what is drawn and where metal lies below; region.contour, region.holes, region.supported or ebm.ground says it again",
+                "leave them out, or leave the part out",
+            );
+        }
+        if let Some(up) = self.build_direction
+            && !(up.iter().all(|v| v.is_finite()) && up.iter().any(|v| v.abs() > 0.0))
+        {
+            return wrong(
+                "build_direction has no direction",
+                "give a vector of the part file, such as [0.0, 0.0, 1.0]",
             );
         }
         Ok(())

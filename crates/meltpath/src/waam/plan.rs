@@ -17,9 +17,9 @@ use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, nominal_length,
 use meltpath_toolpath::{Pass, Profile, Toolpath};
 use rayon::prelude::*;
 
-use super::part::Part;
 use super::settings::Settings;
 use super::simulate::PlannedLayer;
+use crate::part::Part;
 
 /// Why there is no plan.
 #[derive(Debug, thiserror::Error)]

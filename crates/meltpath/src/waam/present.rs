@@ -18,9 +18,9 @@ use meltpath_report::vtk::{
 use meltpath_toolpath::{Pass, Toolpath};
 
 use super::judge::{GrowthError, LayerOutcome, Limits};
-use super::part::Part;
 use super::record::Sample;
 use super::simulate::Simulation;
+use crate::part::Part;
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;

@@ -13,7 +13,6 @@ use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
-use super::part::{self, Part, PartError};
 use super::plan::{self, PlanStageError};
 use super::present;
 use super::program::{self, Commands};
@@ -23,6 +22,7 @@ use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Outcome, RunError, json, parameter_lines, record_inputs};
+use crate::part::{self, Part, PartError};
 
 /// Warnings of one kind that a verdict tells one by one.
 const SHOWN_WARNINGS: usize = 3;

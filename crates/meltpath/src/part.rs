@@ -79,7 +79,7 @@ fn hint(area: f64) -> &'static str {
     }
 }
 
-/// Extents beyond these, mm, are a wrong unit and not a wire-arc part.
+/// Extents beyond these, mm, are a wrong unit and not a part.
 const SMALLEST: f64 = 1.0;
 const LARGEST: f64 = 20_000.0;
 
