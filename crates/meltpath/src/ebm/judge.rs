@@ -106,14 +106,6 @@ pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State {
     }
 }
 
-/// What lies under the body known to be good: metal where the region hangs over, since what is below is the region's own.
-pub(super) fn below_good(settings: &Settings) -> Below {
-    match &settings.below {
-        Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
-        _ => Below::Metal,
-    }
-}
-
 fn cut(path: &BeamPath, rectangle: &Rectangle) -> Result<BeamPath, EbmError> {
     let part = within(path, rectangle).map_err(StrategyError::from)?;
     part.ok_or(EbmError::EmptyPart {
@@ -147,7 +139,7 @@ fn classes(
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
             // as many layers of the good body as of the job
             let lower = vec![part.clone(); settings.lower.len()];
-            let below = below_good(settings);
+            let below = settings.below_good();
             let ground = ground(&below);
             let drawn = judge(
                 &body(settings, &ground),
