@@ -56,7 +56,13 @@ impl Range {
         }
     }
 
-    fn share(&self, value: f64) -> f64 {
+    /// Where a value lies between the bounds, 0 at the lower and 1 at the upper one, as the unknown is explored.
+    ///
+    /// ```
+    /// use meltpath_control::swarm::Range;
+    /// assert!((Range::logarithmic(1.0, 100.0).share(10.0) - 0.5).abs() < 1e-12);
+    /// ```
+    pub fn share(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),

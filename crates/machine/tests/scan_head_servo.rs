@@ -1,4 +1,5 @@
 //! Acceptance cases of the scan-head specification on the conventional control of an axis (section 17.3).
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 mod reference_axis;
 
@@ -7,11 +8,15 @@ use std::f64::consts::TAU;
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
 use meltpath_control::swarm::Swarm;
+use meltpath_machine::scan_head::axis::Axis;
+use meltpath_machine::scan_head::galvanometer::AxisError;
 use meltpath_machine::scan_head::prefilter::{Kernel, PreFilter};
 use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
-use meltpath_machine::scan_head::servo_compare::{MultiStep, run};
-use meltpath_machine::scan_head::servo_loop::Controller;
-use meltpath_machine::scan_head::servo_refine::refine;
+use meltpath_machine::scan_head::servo_compare::{MultiStep, TrackingError, run};
+use meltpath_machine::scan_head::servo_loop::{CascadeGains, Controller};
+use meltpath_machine::scan_head::servo_refine::{
+    Bounds, Held, RefineError, Refined, Signal, Trial, refine,
+};
 use meltpath_machine::scan_head::servo_synthesis::{Targets, tune};
 use reference_axis::{axis, motor, prefilter, refined, synthesised};
 
@@ -191,24 +196,180 @@ fn lpbf_ac20_swarm_refines_the_gains_on_a_record() {
         iterations: 60,
         ..Swarm::default()
     };
-    let found = refine(
-        &model,
-        &synthesised(),
-        &set_points,
-        &record,
+    let trials = [Trial {
+        name: "record".to_owned(),
+        axis: model,
+    }];
+    let signal = Signal {
+        set_points: &set_points,
+        wanted: &record,
         period,
-        |_| true,
+    };
+    let found = refine(
+        &trials,
+        &synthesised(),
+        &signal,
+        Bounds::Reach,
         &swarm,
         &Silent,
     )
     .unwrap();
-    let (before, after) = (
-        found.before.largest().to_degrees(),
-        found.after.largest().to_degrees(),
-    );
-    assert!(after <= 0.5 * before);
-    assert!(found.after.share_below(0.05f64.to_radians()) >= 0.92);
+    let errors = [&found.runs[0].before, &found.runs[0].after].map(|e| e.as_ref().unwrap());
+    let [before, after] = errors.map(|e| e.largest().to_degrees());
+    assert!(found.gained && after <= 0.5 * before);
+    assert!(errors[1].share_below(0.05f64.to_radians()) >= 0.92);
     // annex R has 0.069 deg with a law run every 1 µs, here every 10 µs
     near(before, 0.069, 0.01);
     assert!(after < 0.02);
+}
+
+/// At rest, without an integral of the speed, a current that disturbs is held by K_θ K_iω alone.
+#[test]
+fn stiffness_at_rest_is_the_product_of_the_gains() {
+    let motor = motor();
+    let gains = CascadeGains {
+        speed_integral_time: f64::INFINITY,
+        ..synthesised()
+    };
+    let model = ServoModel::new(&motor, &gains);
+    let at_rest = model.compliance(Complex64::new(0.0, 1e-4)).norm();
+    let expected = 1.0 / (gains.position_gain * gains.speed_gain);
+    near(at_rest, expected, 1e-4 * expected);
+    // the integral takes the offset away, and a peak is left
+    let whole = synthesised();
+    let whole = ServoModel::new(&motor, &whole);
+    assert!(whole.compliance(Complex64::new(0.0, 1e-4)).norm() < 1e-3 * expected);
+    assert!(whole.softest() > 0.1 * expected && whole.softest() < expected);
+}
+
+/// The thesis' signal, shorter, for the reference axis with and without a delay.
+fn refined_for_tracking(
+    swarm: &Swarm,
+    start: &CascadeGains,
+    loss: f64,
+) -> Result<Refined, RefineError> {
+    refined_on(&axis(Controller::Cascade(*start), None), swarm, start, loss)
+}
+
+fn refined_on(
+    nominal: &Axis,
+    swarm: &Swarm,
+    start: &CascadeGains,
+    loss: f64,
+) -> Result<Refined, RefineError> {
+    let period = 50e-6;
+    let signal = MultiStep {
+        hold: 10e-3,
+        levels: 5,
+        ..MultiStep::thesis()
+    };
+    let set_points = signal.samples(period).unwrap();
+    let mut late = nominal.clone();
+    late.delay += 10e-6;
+    let trials = [("nominal", nominal.clone()), ("late", late)].map(|(name, axis)| Trial {
+        name: name.to_owned(),
+        axis,
+    });
+    refine(
+        &trials,
+        start,
+        &Signal {
+            set_points: &set_points,
+            wanted: &set_points,
+            period,
+        },
+        Bounds::Loops {
+            motor: &motor(),
+            targets: &Targets::default(),
+            loss,
+        },
+        swarm,
+        &Silent,
+    )
+}
+
+#[test]
+fn gains_refined_for_tracking_are_nowhere_worse_and_keep_their_feedback() {
+    let swarm = Swarm {
+        particles: 12,
+        iterations: 20,
+        ..Swarm::default()
+    };
+    let start = synthesised();
+    let found = refined_for_tracking(&swarm, &start, 0.1).unwrap();
+    assert!(found.gained);
+    for run in &found.runs {
+        let [before, after] =
+            [&run.before, &run.after].map(|e| e.as_ref().map(TrackingError::rms).unwrap());
+        assert!(after < before, "{}: {before} {after}", run.name);
+    }
+    let motor = motor();
+    let [was, is] = [&start, &found.gains].map(|gains| ServoModel::new(&motor, gains));
+    let bandwidth = |m: &ServoModel| m.bandwidth(Actions::Feedback).unwrap();
+    assert!(bandwidth(&is) >= 0.9 * bandwidth(&was));
+    assert!(is.softest() <= was.softest() / 0.9);
+    for (which, least) in [
+        (Loop::Current, 63.0f64),
+        (Loop::Speed, 63.0),
+        (Loop::Position, 73.0),
+    ] {
+        let margin = is.figures(which).unwrap().crossover.value.to_degrees();
+        // the thesis' gains have 64.9 deg of the 65 and 75.2 of the 75 to begin with
+        assert!(margin >= least - 1e-6, "{which:?} {margin}");
+    }
+    // the same bits on any number of threads
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
+    let again = one.install(|| refined_for_tracking(&swarm, &start, 0.1).unwrap());
+    assert_eq!(again, found);
+}
+
+#[test]
+fn a_start_that_nothing_beats_stays() {
+    let idle = Swarm {
+        particles: 2,
+        iterations: 0,
+        ..Swarm::default()
+    };
+    let found = refined_for_tracking(&idle, &synthesised(), 0.0).unwrap();
+    assert!(!found.gained && found.held.is_empty());
+    assert_eq!(found.gains, synthesised());
+    assert!(found.runs.iter().all(|run| run.before == run.after));
+    let error = refined_for_tracking(&idle, &synthesised(), 1.0).unwrap_err();
+    assert!(matches!(
+        error,
+        RefineError::Axis(AxisError::Parameter { .. })
+    ));
+    // three times the travel is left whatever the gains
+    let mut short = axis(Controller::Cascade(synthesised()), None);
+    short.travel = 1f64.to_radians();
+    let error = refined_on(&short, &idle, &synthesised(), 0.1).map(|found| found.gained);
+    assert!(
+        matches!(error, Err(RefineError::Unstable { runs: 2 })),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn a_swarm_that_is_held_says_by_what() {
+    // nothing may be lost: the start stands at its own bandwidth and stiffness
+    let swarm = Swarm {
+        particles: 12,
+        iterations: 20,
+        ..Swarm::default()
+    };
+    let found = refined_for_tracking(&swarm, &synthesised(), 0.0).unwrap();
+    assert!(found.gained);
+    for held in &found.held {
+        match held {
+            Held::Range { parameter, value } => {
+                // one sample is the shortest integral
+                assert!(parameter == "T_ii" && (value / 50e-6 - 1.0).abs() < 0.05);
+            }
+            Held::Margin { .. } | Held::Bandwidth | Held::Disturbance => {}
+        }
+    }
+    assert!(!found.held.is_empty());
 }

@@ -7,7 +7,9 @@ mod bode;
 pub mod choose;
 mod design;
 mod export;
+pub mod file;
 mod present;
+mod refinement;
 pub mod settings;
 mod tables;
 
@@ -141,7 +143,7 @@ pub fn tune(
         source,
     })?;
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = settings::read(&text)
+    let settings = file::read(&text)
         .and_then(|file| settings::resolve(&file, here))
         .map_err(|e| in_file(path, &text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;

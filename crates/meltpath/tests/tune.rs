@@ -132,6 +132,47 @@ fn an_identified_motor_takes_the_place_of_the_heads() {
 }
 
 #[test]
+fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
+    let place = tempfile::tempdir().unwrap();
+    let text = |refine: &str| {
+        SHORT
+            .replace(
+                "[cascade.refine]\non = \"nothing\"",
+                &format!("axes = [\"y\"]\n[cascade.refine]\n{refine}"),
+            )
+            .replace("\"5 %\"", "\"0 %\"")
+            + "[export]\ncontroller = \"cascade\"\n"
+    };
+    let rms = |refine: &str| {
+        let outcome = tuned(place.path(), &text(refine)).unwrap();
+        let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
+        let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+        (page, told)
+    };
+    let (page, plain) = rms("on = \"nothing\"");
+    assert!(!page.contains("Refinement") && plain[0]["refined"].is_null());
+    let (page, told) = rms("particles = 10\niterations = 12");
+    for words in [
+        "Refinement: the swarm",
+        "heavier, modes lower, coil warm, late, noise",
+        "as the head has it",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // the gains that leave are the swarm's, or those of the start with a warning
+    let axis = &told[0];
+    let kept = axis["cascade"] == axis["refined"]["gains"];
+    assert_eq!(axis["synthesis"], plain[0]["synthesis"]);
+    assert_eq!(page.contains("The gains of the synthesis are kept"), !kept);
+    let error = |told: &serde_json::Value| {
+        let all = told[0]["candidates"].as_array().unwrap();
+        all[0]["rms_deg"].as_f64().unwrap()
+    };
+    assert!(error(&told) <= error(&plain));
+}
+
+#[test]
 fn mistakes_are_named() {
     let place = tempfile::tempdir().unwrap();
     for (wrong, right, expected) in [
@@ -145,6 +186,7 @@ fn mistakes_are_named() {
             "travels",
         ),
         ("\"nothing\"", "\"record\"", "mapping"),
+        ("\"nothing\"", "\"tracking\"\nslower = \"100 %\"", "slower"),
         (
             "[cascade",
             "[h-infinity]\nsensitivity = { low = 0.001, high = 0.9, crossover = \"3000 rad/s\" }\n[cascade",

@@ -144,6 +144,18 @@ impl<'a> ServoModel<'a> {
         filter * (back + forward) / (s + back)
     }
 
+    /// Angle over a disturbing torque that is told as current (in the gains' unit, per A), feedback alone: how soft the axis is.
+    pub fn compliance(&self, s: Complex64) -> Complex64 {
+        let speed = self.speed_over_current(s) / (1.0 + self.open(Loop::Speed, s));
+        speed / (s * (1.0 + self.open(Loop::Position, s)))
+    }
+
+    /// The largest compliance at any frequency, in the gains' unit per A.
+    pub fn softest(&self) -> f64 {
+        let at = |w: f64| self.compliance(Complex64::new(0.0, w)).norm();
+        self.grid().into_iter().map(at).fold(0.0, f64::max)
+    }
+
     /// Frequencies (rad/s) that resolve the loops of this motor.
     pub fn grid(&self) -> Vec<f64> {
         grid_for(self.motor)

@@ -308,7 +308,8 @@ pub fn monte_carlo(
 }
 
 /// The axis with a drawn motor; the controller stays the one designed for the nominal motor.
-fn scattered(axis: &Axis, draw: &Draw) -> Axis {
+#[must_use]
+pub fn scattered(axis: &Axis, draw: &Draw) -> Axis {
     let mut out = axis.clone();
     out.motor.resistance *= draw.resistance;
     // the modal gain K_r scales with Kc/J as the rigid one does

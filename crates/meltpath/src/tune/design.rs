@@ -14,23 +14,18 @@ use meltpath_machine::scan_head::servo_hinf::{
 use meltpath_machine::scan_head::servo_loop::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward,
 };
-use meltpath_machine::scan_head::servo_refine::{Refined, refine};
+use meltpath_machine::scan_head::servo_refine::Refined;
 use meltpath_machine::scan_head::servo_robust::{RobustDesign, RobustError, search};
 use meltpath_machine::scan_head::servo_synthesis::{Tuned, tune};
 use meltpath_perception::{Mapping, read};
 use rayon::prelude::*;
 
-use super::settings::{AxisTask, Choice, ExportForm, RefineOn, Settings};
-use super::{StepError, TuneError, step};
+use super::file::{Choice, ExportForm};
+use super::settings::{AxisTask, Settings};
+use super::{StepError, TuneError, refinement, step};
 
-/// Time at each step in the signal of the refinement, s: the longer hold of the comparison tells a swarm nothing more.
-const REFINE_HOLD: f64 = 15e-3;
-/// How much faster than asked a refined loop may be.
-const FASTER: f64 = 1.25;
-/// What a refined loop may lack of its margin, rad: 2°, as in the synthesis.
-const SLACK: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// Below this modulus margin refined gains are warned about.
-const THIN: f64 = 0.4;
+/// Time at each step where many runs are made, s: the longer hold of the comparison tells them nothing more.
+const SHORT_HOLD: f64 = 15e-3;
 /// An error beyond this share of the first amplitude is a lost axis, even where it does not run away.
 const LOST: f64 = 0.05;
 /// Factors on the modes for which the distance to the critical point is drawn.
@@ -65,12 +60,30 @@ pub(super) struct Candidate {
 impl Candidate {
     /// Scattered motors that ran away or ring.
     pub(super) fn lost(&self) -> usize {
-        let gone = |d: &&Draw| {
-            d.error
-                .is_none_or(|(_, largest)| largest > LOST * self.amplitude)
-        };
-        self.draws.iter().filter(gone).count()
+        self.draws.len() - self.errors_kept().len()
     }
+
+    /// Root mean square and largest error (rad) of the others, in ascending order.
+    pub(super) fn errors_kept(&self) -> Vec<(f64, f64)> {
+        errors_kept(&self.draws, self.amplitude)
+    }
+}
+
+/// Whether an axis with this largest error (rad) under steps of an `amplitude` counts as lost.
+pub(super) fn is_lost(largest: f64, amplitude: f64) -> bool {
+    largest > LOST * amplitude
+}
+
+/// Root mean square and largest error (rad), in ascending order, of scattered motors that neither ran away nor ring under steps of
+/// an `amplitude`, rad.
+pub(super) fn errors_kept(draws: &[Draw], amplitude: f64) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = draws
+        .iter()
+        .filter_map(|d| d.error)
+        .filter(|e| !is_lost(e.1, amplitude))
+        .collect();
+    kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+    kept
 }
 
 /// All that was designed for an axis.
@@ -152,11 +165,11 @@ pub(super) fn design(
     let tuned =
         tune(motor, &task.targets, filter).map_err(step(letter, "synthesis in frequency"))?;
     let position = ServoModel::new(motor, &tuned.gains).figures(Loop::Position);
-    let refined = refined(task, settings, &tuned, record, observer)?;
-    let mut gains = tuned.gains;
-    if let Some(found) = &refined {
-        gains = judged(task, &found.gains, &tuned.gains, reporter)?;
-    }
+    let refined = refinement::refined(task, settings, &tuned.gains, record, observer)?;
+    let gains = match &refined {
+        Some(found) => refinement::kept(task, settings, &tuned.gains, found, reporter, observer)?,
+        None => tuned.gains,
+    };
     observer.stage("H-infinity", 0);
     let current = tuned.gains.current;
     let unit = AngleUnit::Degree;
@@ -274,110 +287,6 @@ fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> 
     Ok(())
 }
 
-fn refined(
-    task: &AxisTask,
-    settings: &Settings,
-    tuned: &Tuned,
-    record: Option<&[[f64; 2]]>,
-    observer: &dyn Observer,
-) -> Result<Option<Refined>, TuneError> {
-    let letter = task.name.letter();
-    let period = settings.data.head.period;
-    let (set_points, wanted, axis) = match settings.refine {
-        RefineOn::Nothing => return Ok(None),
-        RefineOn::Record => {
-            let rows = record.unwrap_or_default();
-            let column = |k: usize| rows.iter().map(|r| r[k]).collect::<Vec<f64>>();
-            (column(0), column(1), task.axis.clone())
-        }
-        RefineOn::Tracking => {
-            let signal = MultiStep {
-                hold: REFINE_HOLD.min(task.signal.hold),
-                ..task.signal
-            };
-            let samples = signal.samples(period).map_err(step(letter, "refinement"))?;
-            // with the longest delay that motors are scattered with: a swarm on the nominal one would spend it
-            let bare = Axis {
-                prefilter: None,
-                delay: task.axis.delay + settings.scatter.delay,
-                ..task.axis.clone()
-            };
-            (samples.clone(), samples, bare)
-        }
-    };
-    refine(
-        &axis,
-        &tuned.gains,
-        &set_points,
-        &wanted,
-        period,
-        |gains| within(task, gains, settings.refine),
-        &settings.refine_swarm,
-        observer,
-    )
-    .map(Some)
-    .map_err(step(letter, "refinement"))
-}
-
-/// Whether gains may be tried: on a record any, as the drive has what it has; else those whose loops keep their margins and are not
-/// much faster than asked.
-fn within(task: &AxisTask, gains: &CascadeGains, on: RefineOn) -> bool {
-    if on == RefineOn::Record {
-        return true;
-    }
-    let model = ServoModel::new(&task.axis.motor, gains);
-    [
-        (Loop::Current, task.targets.current),
-        (Loop::Speed, task.targets.speed),
-        (Loop::Position, task.targets.position),
-    ]
-    .into_iter()
-    .all(|(which, target)| {
-        model.figures(which).is_some_and(|f| {
-            f.crossover.omega <= FASTER * target.crossover
-                && f.crossover.value >= target.margin - SLACK
-        })
-    })
-}
-
-/// Refined gains, unless the linear loop that they make is unstable.
-fn judged(
-    task: &AxisTask,
-    refined: &CascadeGains,
-    tuned: &CascadeGains,
-    reporter: &Reporter,
-) -> Result<CascadeGains, TuneError> {
-    let letter = task.name.letter();
-    let upper = letter.to_ascii_uppercase();
-    let model = ServoModel::new(&task.axis.motor, refined);
-    let failed = |e: meltpath_control::SystemError| step(letter, "refinement")(StepError::from(e));
-    let stable = model
-        .closed_loop()
-        .and_then(|l| l.is_stable().map_err(Into::into))
-        .map_err(failed)?;
-    if !stable {
-        reporter.warn(
-            "refined-unstable",
-            format!("{upper}: the refined gains make an unstable linear loop; those of the synthesis are kept"),
-            "refine with more particles, or on a signal with less noise",
-        );
-        return Ok(*tuned);
-    }
-    let thin = [Loop::Current, Loop::Speed, Loop::Position]
-        .into_iter()
-        .filter_map(|l| model.figures(l))
-        .map(|f| f.margins.modulus.value)
-        .fold(f64::INFINITY, f64::min);
-    if thin < THIN {
-        reporter.warn(
-            "refined-thin",
-            format!("{upper}: a loop of the refined gains comes within {thin:.2} of the critical point; the swarm sees one motor only"),
-            "keep the gains of the synthesis where motors differ",
-        );
-    }
-    Ok(*refined)
-}
-
 fn robust(
     task: &AxisTask,
     settings: &Settings,
@@ -413,7 +322,21 @@ fn robust(
     }
 }
 
-fn trial(axis: &Axis, set_points: &[f64], settings: &Settings) -> Result<Trial, AxisError> {
+/// The comparison signal with its holds cut.
+pub(super) fn short_signal(task: &AxisTask, settings: &Settings) -> Result<Vec<f64>, AxisError> {
+    let signal = MultiStep {
+        hold: SHORT_HOLD.min(task.signal.hold),
+        ..task.signal
+    };
+    signal.samples(settings.data.head.period)
+}
+
+/// One run of the comparison signal.
+pub(super) fn trial(
+    axis: &Axis,
+    set_points: &[f64],
+    settings: &Settings,
+) -> Result<Trial, AxisError> {
     let record = run(axis, set_points, settings.data.head.period, settings.seed)?;
     Ok(Trial {
         error: TrackingError::of(set_points, &record.angle),
@@ -451,17 +374,12 @@ fn candidate(
     let draws = if settings.draws == 0 {
         Vec::new()
     } else {
-        // a shorter hold: what scatters is how the axis arrives
-        let signal = MultiStep {
-            hold: REFINE_HOLD.min(task.signal.hold),
-            ..task.signal
-        };
-        let period = settings.data.head.period;
-        let samples = signal.samples(period).map_err(step(letter, failed))?;
+        // what scatters is how the axis arrives
+        let samples = short_signal(task, settings).map_err(step(letter, failed))?;
         monte_carlo(
             &bare,
             &samples,
-            period,
+            settings.data.head.period,
             &settings.scatter,
             settings.draws,
             settings.seed,

@@ -1,6 +1,7 @@
 //! What leaves: the chosen controllers for drives and for whole jobs, and the responses as tables.
 
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_machine::scan_head::servo_compare::TrackingError;
 use meltpath_machine::scan_head::servo_file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
 use meltpath_machine::scan_head::servo_loop::AngleUnit;
 use serde_json::json;
@@ -80,12 +81,23 @@ fn summary(result: &AxisResult) -> serde_json::Value {
             })
         })
         .collect();
+    let degrees = |e: Option<f64>| e.map(f64::to_degrees);
     json!({
         "axis": result.task.name,
         "exported": result.choice,
         "targets": result.task.targets,
         "synthesis": result.tuned.gains,
-        "refined": result.refined.as_ref().map(|r| r.gains),
+        "refined": result.refined.as_ref().map(|r| json!({
+            "gains": r.gains,
+            "gained": r.gained,
+            "held": r.held,
+            "runs": r.runs.iter().map(|run| json!({
+                "name": run.name,
+                "rms_before_deg": degrees(run.before.as_ref().map(TrackingError::rms)),
+                "rms_after_deg": degrees(run.after.as_ref().map(TrackingError::rms)),
+            })).collect::<Vec<_>>(),
+        })),
+        "cascade": result.gains,
         "h_infinity": {
             "targets": result.task.hinf,
             "level": result.hinf.level,

@@ -6,6 +6,7 @@ use meltpath_machine::scan_head::servo::Loop;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 
 use super::design::AxisResult;
+use super::refinement::words;
 use super::settings::Settings;
 use super::{TuneError, bode, step, tables};
 use crate::outcome::RunError;
@@ -113,14 +114,17 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
     by_loop.extend(bode::steps(result).map_err(step(letter, drawn))?);
     by_loop.push(bode::actions(result));
     let refinement = match &result.refined {
-        Some(r) => format!(
-            " The swarm then changed all eight parameters: root mean square of what it minimises {:.4}° before, {:.4}° after ({} simulations).",
-            r.before.rms().to_degrees(),
-            r.after.rms().to_degrees(),
-            r.search.evaluations
-        ),
+        Some(r) => format!(" {}", words(r, &result.gains)),
         None => String::new(),
     };
+    let mut cascade = vec![
+        tables::gains(result, head),
+        tables::loops(result),
+        tables::steps(result),
+    ];
+    if let Some(refined) = &result.refined {
+        cascade.insert(1, tables::refinement(refined));
+    }
     let mut out = vec![
         Section {
             title: format!("{name} axis: cascade, loop by loop"),
@@ -128,11 +132,7 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
                 "From the inside out: first the integral (or derivative) time, bounded by the phase margin, then the gain for the crossover.{refinement}"
             ),
             plots: by_loop,
-            tables: vec![
-                tables::gains(result, head),
-                tables::loops(result),
-                tables::steps(result),
-            ],
+            tables: cascade,
         },
         Section {
             title: format!("{name} axis: H-infinity"),

@@ -1,8 +1,10 @@
 //! Tables of a tuning: gains as the thesis tells them, loops, combinations, scattered motors.
 
 use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
+use meltpath_machine::scan_head::servo_compare::TrackingError;
 use meltpath_machine::scan_head::servo_hinf::LoopQuality;
 use meltpath_machine::scan_head::servo_loop::CascadeGains;
+use meltpath_machine::scan_head::servo_refine::Refined;
 use meltpath_machine::scan_head::servo_synthesis::Stage;
 use meltpath_report::table::{Cell, Table};
 
@@ -69,7 +71,12 @@ pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
         table.rows.push(named(THESIS[0].0, THESIS[0].1));
     }
     if let Some(refined) = &result.refined {
-        table.rows.push(row("after the swarm", &refined.gains));
+        let name = if refined.gains == result.gains {
+            "after the swarm"
+        } else {
+            "after the swarm, not kept"
+        };
+        table.rows.push(row(name, &refined.gains));
     }
     if with_thesis {
         table.rows.push(named(THESIS[1].0, THESIS[1].1));
@@ -84,6 +91,34 @@ pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
     } else {
         String::new()
     };
+    table
+}
+
+/// The runs of the swarm, before and after.
+pub(super) fn refinement(refined: &Refined) -> Table {
+    let mut table = Table::new(
+        "Refinement: the swarm's runs",
+        &[
+            "run",
+            "rms before (deg)",
+            "rms after (deg)",
+            "largest before (deg)",
+            "largest after (deg)",
+        ],
+    );
+    for run in &refined.runs {
+        let both = |of: fn(&TrackingError) -> f64, digits| {
+            [&run.before, &run.after].map(|e| {
+                e.as_ref().map_or(Cell::text("ran away"), |e| {
+                    Cell::Fixed(of(e).to_degrees(), digits)
+                })
+            })
+        };
+        let mut cells = vec![Cell::text(&run.name)];
+        cells.extend(both(TrackingError::rms, 5));
+        cells.extend(both(TrackingError::largest, 4));
+        table.rows.push(cells);
+    }
     table
 }
 
@@ -142,7 +177,7 @@ pub(super) fn loops(result: &AxisResult) -> Table {
         ],
     );
     let mut ways = vec![("synthesis", result.tuned.gains)];
-    if result.refined.is_some() {
+    if result.gains != result.tuned.gains {
         ways.push(("refined", result.gains));
     }
     let motor = &result.task.axis.motor;
@@ -322,13 +357,7 @@ pub(super) fn scattered(result: &AxisResult) -> Table {
         ],
     );
     for c in &result.candidates {
-        let mut kept: Vec<(f64, f64)> = c
-            .draws
-            .iter()
-            .filter_map(|d| d.error)
-            .filter(|e| e.1 <= 0.05 * c.amplitude)
-            .collect();
-        kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let kept = c.errors_kept();
         let degrees = |v: Option<f64>| v.map_or(Cell::Empty, |v| Cell::Fixed(v.to_degrees(), 4));
         table.rows.push(vec![
             Cell::text(c.name),
