@@ -4,13 +4,18 @@
 
 use crate::material::Material;
 
-/// The body under the beam; its faces are insulated.
+/// The body under the beam; its faces are insulated unless said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Body {
     /// Everything below the build plane.
     HalfSpace,
     /// A plate of this thickness, mm.
     Plate {
+        /// Thickness, mm.
+        thickness: f64,
+    },
+    /// A plate whose lower face is held at the ambient temperature.
+    Cooled {
         /// Thickness, mm.
         thickness: f64,
     },
@@ -89,7 +94,7 @@ impl Medium {
     pub fn check(&self) -> Result<(), MediumError> {
         let thickness = match self.body {
             Body::HalfSpace => 1.0,
-            Body::Plate { thickness } => thickness,
+            Body::Plate { thickness } | Body::Cooled { thickness } => thickness,
         };
         let all = [
             ("the conductivity", self.conductivity),
@@ -145,6 +150,34 @@ impl Medium {
                         sum += height * (wave * depth / thickness).cos();
                     }
                     sum / thickness
+                }
+            }
+            Body::Cooled { thickness } => {
+                let ratio = spread / (thickness * thickness);
+                if ratio < 0.4 {
+                    let mut sum = half(depth);
+                    let mut sign = -1.0;
+                    for m in 1..=4 {
+                        let image = 2.0 * f64::from(m) * thickness;
+                        let part = half(image - depth);
+                        sum += sign * (part + half(image + depth));
+                        if part < 1e-14 {
+                            break;
+                        }
+                        sign = -sign;
+                    }
+                    norm * sum.max(0.0)
+                } else {
+                    let mut sum = 0.0;
+                    for m in 0..=6 {
+                        let wave = (f64::from(m) + 0.5) * std::f64::consts::PI;
+                        let height = 2.0 * (-0.5 * wave * wave * ratio).exp();
+                        if height < 1e-14 {
+                            break;
+                        }
+                        sum += height * (wave * depth / thickness).cos();
+                    }
+                    sum.max(0.0) / thickness
                 }
             }
         }

@@ -88,6 +88,16 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.960_289_856_497_536_3, 0.101_228_536_290_376_3],
 ];
 
+/// Variance of the half Gaussian with the mean depth of a law, mm².
+pub(crate) fn depth_variance(depth: Depth) -> f64 {
+    let mean = match depth {
+        Depth::Surface => 0.0,
+        Depth::Falling { penetration } => penetration / 3.0,
+        Depth::Even { depth } => 0.5 * depth,
+    };
+    mean * mean * std::f64::consts::FRAC_PI_2
+}
+
 impl MovingSource {
     /// An engine at the beginning of `path`.
     ///
@@ -145,13 +155,7 @@ impl MovingSource {
     }
 
     fn depth_variance(&self) -> f64 {
-        // a half Gaussian with the mean depth of the law
-        let mean = match self.beam.depth {
-            Depth::Surface => 0.0,
-            Depth::Falling { penetration } => penetration / 3.0,
-            Depth::Even { depth } => 0.5 * depth,
-        };
-        mean * mean * std::f64::consts::FRAC_PI_2
+        depth_variance(self.beam.depth)
     }
 
     /// Goes on to `time`, s.

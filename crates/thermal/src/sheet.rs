@@ -198,7 +198,7 @@ fn along_depth<const N: usize>(medium: &Medium, places: &[f64; N], spread: f64) 
             let norm = 2.0 / (2.0 * std::f64::consts::PI * spread).sqrt();
             bell(places, 0.0, spread).map(|b| norm * b)
         }
-        Body::Plate { .. } => places.map(|z| medium.along_depth(z, spread)),
+        Body::Plate { .. } | Body::Cooled { .. } => places.map(|z| medium.along_depth(z, spread)),
     }
 }
 
