@@ -13,10 +13,11 @@ kind = "lpbf"
 [lpbf]
 head = "three-axis-350"
 recipes = ["soft.toml"]
+delays = "recipe"
 [plate]
 block = [1, 1]
-side = "1.5 mm"
-hatch = "0.045 mm"
+side = "3 mm"
+hatch = "0.05 mm"
 [heat]
 layer = "10 µm"
 "#;
@@ -48,15 +49,14 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
         all.iter().find(|c| c.id == "fusion-1").unwrap().clone()
     };
     let check = find(&outcome);
-    let kept = check.value.clone().unwrap();
-    assert!(kept.value > 80.0 && kept.value <= 100.0, "{kept:?}");
+    let share = check.value.clone().unwrap();
+    assert!(share.value > 60.0 && share.value <= 100.0, "{share:?}");
     assert!(!outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
     // light that comes on late leaves the starts of lines
     let late = soft("70 W").replace("395 µs", "1000 µs");
-    let job = JOB.replace("[plate]", "delays = \"recipe\"\n[plate]");
-    let worse = find(&run(place.path(), &job, &late).unwrap());
+    let worse = find(&run(place.path(), JOB, &late).unwrap());
     assert!(
-        worse.value.clone().unwrap().value < kept.value - 5.0,
+        worse.value.clone().unwrap().value < share.value - 5.0,
         "{worse:?}"
     );
     assert_eq!(worse.status, Status::Fail);

@@ -222,6 +222,16 @@ impl<'a> Run<'a> {
         let radius = head.head().beam.waist;
         let tuning = DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, radius);
         let tuned = tuning.tune();
+        if tuned.held {
+            self.reporter.warn(
+                "spurious-light",
+                format!(
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a tenth of the marks dark",
+                    recipe.name, tuned.best.spurious_start
+                ),
+                "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",
+            );
+        }
         if tuned.best.delays.on.max(tuned.best.delays.off) > LONGEST_DELAY - 2.0 * period {
             self.reporter.warn(
                 "delays-long",
