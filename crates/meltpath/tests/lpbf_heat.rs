@@ -30,7 +30,7 @@ fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outco
     let file = place.join("job.toml");
     fs::write(&file, job).unwrap();
     let Job::Lpbf(parsed) = parse(job).map_err(|e| e.message)? else {
-        panic!("a scan-head job")
+        return Err("this is no scan-head job".to_owned());
     };
     meltpath::lpbf::run(&file, &parsed, job, None, &place.join("runs"), &Silent)
         .map_err(|e| e.to_string())

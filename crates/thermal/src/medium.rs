@@ -21,6 +21,9 @@ pub enum Body {
     },
 }
 
+/// Temperatures at which laws are read for their means.
+const STEPS: u32 = 4000;
+
 /// Constant properties of a body. For metals with a latent heat take effective ones, fitted to the reference solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Medium {
@@ -68,7 +71,6 @@ impl Medium {
                 value: span,
             });
         }
-        const STEPS: u32 = 4000;
         let step = span / f64::from(STEPS);
         let mut conductivity = 0.0;
         let mut capacity = 0.0;

@@ -631,7 +631,9 @@ mod tests {
 
     #[test]
     fn gaps_are_filled_and_borders_stay() {
-        let lines = |x: usize, y: usize| (3..17).contains(&y) && (4..26).contains(&x) && y % 3 == 0;
+        let lines = |x: usize, y: usize| {
+            (3..17).contains(&y) && (4..26).contains(&x) && y.is_multiple_of(3)
+        };
         let cells: Vec<bool> = (0..600).map(|n| lines(n % 30, n / 30)).collect();
         let filled = closed(&cells, [30, 20], 2.0);
         let all = |x: usize, y: usize| (3..16).contains(&y) && (4..26).contains(&x);

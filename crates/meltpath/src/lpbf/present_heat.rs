@@ -178,7 +178,7 @@ fn pools(
     let bar = 1e3 * end / BARS as f64;
     for (name, heat) in heats {
         let trace = &heat.drawings[1].trace;
-        let mut counts = vec![0_u32; BARS + 1];
+        let mut counts = [0_u32; BARS + 1];
         for t in trace {
             counts[((1e3 * of(t) / bar) as usize).min(BARS)] += 1;
         }
