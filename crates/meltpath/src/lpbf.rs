@@ -2,9 +2,11 @@
 //! verdict.
 
 mod comparison;
+pub mod heat;
 mod motion;
 mod optimise;
 mod present;
+mod present_heat;
 mod refuse;
 pub mod run;
 pub mod settings;

@@ -2,6 +2,8 @@
 //!
 //! Carslaw and Jaeger 1959, chapter X: products of one-dimensional kernels, images for insulated faces.
 
+use crate::material::Material;
+
 /// The body under the beam; its faces are insulated unless said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Body {
@@ -18,6 +20,9 @@ pub enum Body {
         thickness: f64,
     },
 }
+
+/// Temperatures at which laws are read for their means.
+const STEPS: u32 = 4000;
 
 /// Constant properties of a body. For metals with a latent heat take effective ones, fitted to the reference solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +48,47 @@ pub struct MediumError {
 }
 
 impl Medium {
+    /// The constant properties that stand for `material` between `ambient` K and its liquidus: conductivity is its mean over
+    /// the temperature (what Kirchhoff's transform needs), heat capacity is what takes a unit volume from `ambient` to the
+    /// liquid, latent heat included. What is hotter or colder is seen through these means.
+    ///
+    /// # Errors
+    /// [`MediumError`] where `ambient` is not below the liquidus.
+    ///
+    /// ```
+    /// # let text = include_str!("../../../data/materials/in625-laser.toml");
+    /// # let alloy = meltpath_thermal::material_file::read(text, Default::default()).unwrap();
+    /// use meltpath_thermal::medium::{Body, Medium};
+    /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
+    /// let heat = medium.heat_capacity() * (alloy.liquidus - 293.15); // J/mm³ to melt it
+    /// assert!((heat - 7.64).abs() < 0.05, "{heat}");
+    /// ```
+    pub fn effective(material: &Material, ambient: f64, body: Body) -> Result<Self, MediumError> {
+        let span = material.liquidus - ambient;
+        if !(span > 0.0 && span.is_finite()) {
+            return Err(MediumError {
+                what: "the liquidus above the ambient temperature",
+                value: span,
+            });
+        }
+        let step = span / f64::from(STEPS);
+        let mut conductivity = 0.0;
+        let mut capacity = 0.0;
+        for n in 0..STEPS {
+            let kelvin = ambient + (f64::from(n) + 0.5) * step;
+            conductivity += material.conductivity(kelvin) / f64::from(STEPS);
+            capacity += material.heat_capacity(kelvin) / f64::from(STEPS);
+        }
+        let medium = Medium {
+            conductivity,
+            diffusivity: conductivity / capacity,
+            ambient,
+            body,
+        };
+        medium.check()?;
+        Ok(medium)
+    }
+
     /// Whether all properties are finite and above zero.
     ///
     /// # Errors

@@ -345,7 +345,25 @@ impl MovingSource {
         }
     }
 
-    /// Rises of temperature on the nodes of the sheet's two planes: the build plane and the one below the path.
+    /// The region in which the last measured pool lay, round `centre` and along `direction` (of length 1), with its
+    /// horizontal plane at `depth` mm below the build plane, and the rises of temperature there.
+    pub(crate) fn plane(&self, centre: [f64; 2], direction: [f64; 2], depth: f64) -> (Sheet, Sums) {
+        let sheet = Sheet::new(centre, direction, self.box_guess).at_depth(depth);
+        let sums = self.sums(&sheet);
+        (sheet, sums)
+    }
+
+    /// The path.
+    pub fn path(&self) -> &BeamPath {
+        &self.path
+    }
+
+    /// The body's properties.
+    pub fn medium(&self) -> &Medium {
+        &self.medium
+    }
+
+    /// Rises of temperature on the nodes of the sheet's two planes: the horizontal one and the one below the path.
     fn sums(&self, sheet: &Sheet) -> Sums {
         let depth = self.depth_variance();
         let mut smooth = Smooth::new(sheet);

@@ -14,11 +14,11 @@ use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibilit
 use meltpath_report::table::{Cell, Table};
 
 use super::comparison::Comparison;
-use super::optimise;
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;
 use super::thesis::printed;
 use super::work::Work;
+use super::{optimise, present_heat};
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -62,6 +62,9 @@ pub(super) fn write(
         scene: (!results.is_empty()).then(|| scene(results)),
         sections: {
             let mut all = sections(settings, results);
+            if let Some(heat) = &settings.heat {
+                all.insert(2, present_heat::section(heat, results));
+            }
             if let Some(found) = told.found {
                 all.insert(1, optimise::section(found));
             }
@@ -85,6 +88,9 @@ pub(super) fn write(
         optimise::write(folder, found)?;
     }
     for (k, r) in results.iter().enumerate() {
+        if let Some(heat) = &r.heat {
+            present_heat::write(folder, k + 1, heat)?;
+        }
         if !r.front.is_empty() {
             folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
                 writeln!(w, "laser-on [s],laser-off [s],spurious [mm],missing [mm]")?;

@@ -16,6 +16,7 @@ use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_machine::scan_head::recipe_search::with_filter;
 use meltpath_toolpath::MotionSink;
 
+use super::heat::{self, BeamRecord, RecipeHeat};
 use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
 use super::{motion, optimise, present, refuse};
@@ -56,6 +57,8 @@ pub(super) struct RecipeResult<'a> {
     /// For each square or layer, its rates.
     pub(super) rates: Vec<Vec<f64>>,
     pub(super) path: Path2d,
+    /// What the first square or layer melts, where the job asks for it.
+    pub(super) heat: Option<RecipeHeat>,
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
@@ -160,7 +163,7 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(&settings, &results);
+    let mut checks = checks(&settings, &results, &reporter);
     checks.extend(found.as_ref().map(optimise::check));
     let verdict = Verdict {
         checks,
@@ -219,6 +222,16 @@ impl<'a> Run<'a> {
         let radius = head.head().beam.waist;
         let tuning = DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, radius);
         let tuned = tuning.tune();
+        if tuned.held {
+            self.reporter.warn(
+                "spurious-light",
+                format!(
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a tenth of the marks dark",
+                    recipe.name, tuned.best.spurious_start
+                ),
+                "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",
+            );
+        }
         if tuned.best.delays.on.max(tuned.best.delays.off) > LONGEST_DELAY - 2.0 * period {
             self.reporter.warn(
                 "delays-long",
@@ -262,13 +275,19 @@ impl<'a> Run<'a> {
         let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
         let law = self.recipe.power_law;
         let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
+        let hatch = match &self.settings.work {
+            Work::Plate(plate) => plate.hatch,
+            Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+        };
         let fill = match &self.settings.work {
             Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
-            Work::Layers(set) => {
-                let hatch = set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot);
-                FillRate::of_layers(job, &firsts, hatch, spot, &MODES)
-            }
+            Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
+        let last = self.last_shown();
+        let heat = self.settings.heat.as_ref();
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let wanted = motion.is_some() || record.is_some();
+        let mut motion = (motion, record.as_mut());
         let mut sinks = (
             (
                 PathErrors::new(job, WINDOW, period),
@@ -278,17 +297,23 @@ impl<'a> Run<'a> {
                 (
                     fill,
                     Path2d {
-                        last: self.last_shown(),
+                        last,
                         ..Path2d::default()
                     },
                 ),
-                motion.map(|sink| AsMotion::new(job, law, &heights, sink)),
+                wanted.then(|| AsMotion::new(job, law, &heights, &mut motion)),
             ),
         );
         let RunSummary { duration, .. } =
             self.head.run(job, delays, 1, self.observer, &mut sinks)?;
         let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
         self.judge_reach(&reach);
+        let heat = match heat.zip(record) {
+            None => None,
+            Some((settings, record)) => {
+                Some(heat::melt(settings, job, record, hatch, self.observer)?)
+            }
+        };
         let rates = fill.finish();
         let fill = (0..MODES.len())
             .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
@@ -306,6 +331,7 @@ impl<'a> Run<'a> {
             fill,
             rates,
             path,
+            heat,
         })
     }
 
@@ -386,7 +412,7 @@ impl<'a> Run<'a> {
     }
 }
 
-fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
+fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
@@ -432,11 +458,19 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
             },
         });
     }
-    checks.push(Check::not_checked(
-        "melt-pool",
-        "fusion of the powder",
-        "no melt pool is modelled by this version: fast recipes may not melt well",
-    ));
+    let melted = |k: usize, r: &RecipeResult<'_>| {
+        let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);
+        Some(heat::check(settings, k + 1, &r.recipe.name, heat, reporter))
+    };
+    if settings.heat.is_some() {
+        checks.extend(results.iter().enumerate().filter_map(|(k, r)| melted(k, r)));
+    } else {
+        checks.push(Check::not_checked(
+            "melt-pool",
+            "fusion of the powder",
+            "the job does not ask for it: fast recipes may not melt well; add [heat]",
+        ));
+    }
     checks
 }
 

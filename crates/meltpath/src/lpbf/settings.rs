@@ -11,6 +11,7 @@ use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_machine::scan_head::recipe_search::Bounds;
 use toml::Spanned;
 
+use super::heat::{self, HeatSettings};
 use super::thesis::Structure;
 use super::work::{self, Work};
 use crate::job::TextError;
@@ -73,6 +74,8 @@ pub struct Settings {
     pub search: Option<Bounds>,
     /// The form in which whole marked paths are written.
     pub motion: Option<MotionForm>,
+    /// What the heat engine is told, where the job asks for it.
+    pub heat: Option<HeatSettings>,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -325,7 +328,18 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
             tell(&format!("optimise.{name}"), value.into(), origin);
         }
     }
+    let heat = match &job.heat {
+        None => None,
+        Some(table) => Some(heat::resolve(
+            table,
+            c.fusion.map(|r| r.0.0),
+            2.0 * data.head.beam.waist,
+            folder,
+            &mut provenance,
+        )?),
+    };
     Ok(Settings {
+        heat,
         structure: match job.lpbf.controller.as_ref().map(|c| c.get_ref().as_str()) {
             None | Some(crate::tune::choose::OWN) => Structure::Conventional,
             Some(crate::tune::choose::HINF) => Structure::HInfinity,
