@@ -12,7 +12,8 @@ use meltpath::ebm::region::Below;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
-use meltpath_base::{Reporter, Silent};
+use meltpath::outcome::RunError;
+use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 
 const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\nvoxel = \"100 µm\"\n[hatch]\n";
@@ -134,6 +135,27 @@ fn a_section_that_is_not_there_is_refused_where_it_is_written() {
         assert!(refused.to_string().contains(told), "{refused}");
         assert!(!out.exists());
     }
+}
+
+/// Stops at once.
+struct Stopped;
+
+impl Observer for Stopped {
+    fn stage(&self, _name: &str, _total: u64) {}
+    fn advance(&self, _done: u64) {}
+    fn cancelled(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn stopping_while_the_part_is_read_is_no_fault_of_the_job() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = job(dir.path(), "");
+    let out = dir.path().join("out");
+    let stopped = chain::run(&file, Some(&out), dir.path(), &Stopped).unwrap_err();
+    assert!(matches!(stopped, RunError::Cancelled(_)), "{stopped}");
+    assert!(!out.exists());
 }
 
 /// The reference solver judges the layer just above the opening: hotter over powder, and the window is that of a body on metal.

@@ -318,7 +318,8 @@ impl Hatch {
         self.path_over(std::slice::from_ref(region), number, reporter)
     }
 
-    /// The beam's path over several areas of layer `number`, one after the other.
+    /// The beam's path over several areas of layer `number`, one after the other. Areas too narrow for a line are left out with a
+    /// warning, unless all are.
     ///
     /// # Errors
     /// [`HatchError`].
@@ -333,8 +334,15 @@ impl Hatch {
             profiles: Vec::new(),
             passes: Vec::new(),
         };
+        let mut narrow: Vec<f64> = Vec::new();
         for region in regions {
-            let toolpath = self.passes(region, number, reporter)?;
+            let toolpath = match self.passes(region, number, reporter) {
+                Err(HatchError::Nothing { .. }) if regions.len() > 1 => {
+                    narrow.push(region.area());
+                    continue;
+                }
+                other => other?,
+            };
             whole.profiles = toolpath.profiles;
             for mut pass in toolpath.passes {
                 if regions.len() > 1 {
@@ -343,6 +351,24 @@ impl Hatch {
                 }
                 whole.passes.push(pass);
             }
+        }
+        if narrow.len() == regions.len() {
+            return Err(HatchError::Nothing {
+                spacing: self.spacing,
+            });
+        }
+        if !narrow.is_empty() {
+            reporter.warn(
+                "area-not-drawn",
+                format!(
+                    "layer {number}: {} of its {} areas, {:.3} mm² in all, are narrower than the spacing of {} mm and stay powder",
+                    narrow.len(),
+                    regions.len(),
+                    narrow.iter().sum::<f64>(),
+                    self.spacing
+                ),
+                "a smaller hatch.spacing draws them",
+            );
         }
         Ok(beam_path(&whole.passes, &whole.profiles, &self.beam, 0.0)?)
     }
@@ -699,6 +725,35 @@ mod tests {
             .filter(|w| w[0].distance(w[1]) < 0.4)
             .count();
         assert_eq!(near, 0);
+    }
+
+    #[test]
+    fn areas_are_drawn_one_after_the_other_and_slivers_left_out() {
+        let square = |x: f64| {
+            Contour::new(vec![[x, 0.0], [x + 2.0, 0.0], [x + 2.0, 2.0], [x, 2.0]]).region()
+        };
+        let sliver = Contour::new(vec![[9.0, 0.0], [14.0, 0.0], [14.0, 0.01], [9.0, 0.01]]);
+        let regions = [square(5.0), sliver.region(), square(0.0)];
+        let hatch = hatch(HatchStrategy::OneWay);
+        let reporter = Reporter::new();
+        let path = hatch.path_over(&regions, 3, &reporter).unwrap();
+        let right: Vec<bool> = path
+            .points()
+            .iter()
+            .filter(|p| p.on)
+            .map(|p| p.x > 4.0)
+            .collect();
+        assert!(right[0] && !right[right.len() - 1]);
+        assert_eq!(right.windows(2).filter(|w| w[0] != w[1]).count(), 1);
+        let told = reporter.warnings();
+        let left_out = told.iter().filter(|w| w.code == "area-not-drawn");
+        let words: Vec<&str> = left_out.map(|w| w.message.as_str()).collect();
+        assert!(
+            words.len() == 1 && words[0].starts_with("layer 3: 1 of its 3 areas"),
+            "{told:?}"
+        );
+        let none = hatch.path_over(&[sliver.region(), sliver.region()], 3, &reporter);
+        assert!(matches!(none, Err(HatchError::Nothing { .. })));
     }
 
     #[test]

@@ -96,14 +96,16 @@ fn resolved(
     observer: &dyn Observer,
 ) -> Result<Settings, RunError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    resolve(job, folder, observer).map_err(|e| {
-        RunError::Job(JobError::Text {
+    resolve(job, folder, observer).map_err(|e| match observer.check() {
+        // whatever reading the part says of it, the job is not to blame
+        Err(cancelled) => RunError::Cancelled(cancelled),
+        Ok(()) => RunError::Job(JobError::Text {
             path: job_file.to_path_buf(),
             text: text.to_owned(),
             span: e.span,
             message: e.message,
             help: e.help,
-        })
+        }),
     })
 }
 
