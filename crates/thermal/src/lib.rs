@@ -4,6 +4,7 @@
 
 pub mod as_built;
 pub mod beam;
+pub mod bed;
 mod block;
 pub mod chart;
 pub mod chart_build;
@@ -17,6 +18,7 @@ pub mod enthalpy;
 mod fast_exp;
 pub mod fit;
 pub mod focus;
+pub mod fusion;
 pub mod grid;
 pub mod history;
 mod implicit;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
-use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::medium::Body;
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
@@ -19,13 +19,17 @@ use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use super::{focus, path_file};
 use crate::job::TextError;
-use crate::job::ebm::EbmJob;
+use crate::job::ebm::{ChartMemory, EbmJob};
 
 /// The materials that ship: name and file.
 pub const MATERIALS: &[(&str, &str)] = &[(
     "ti6al4v-ebm",
     include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
 )];
+
+/// What remembers earlier lines: the thesis' domain, at the start temperature half a millimetre below the build plane, as the
+/// reference solver that judges has it.
+const GROUND: Body = Body::Cooled { thickness: 0.5 };
 
 /// Where the window of good temperatures lies.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,9 +114,12 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Whether powder lies at a point before the first layer is drawn; the build plane is at height 0.
-    pub fn powder(&self, point: DVec3) -> bool {
-        point.z > -self.layer || !self.below.is_metal([point.x, point.y])
+    /// What lies below the body known to be good: metal where the region hangs over, since what lies there is the region's own.
+    pub fn below_good(&self) -> Below {
+        match &self.below {
+            Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
+            _ => Below::Metal,
+        }
     }
 }
 
@@ -192,6 +199,12 @@ pub fn resolve(
         charts.spacing.map(|s| s.0),
         mm(0.025),
         "converged within 2 °C of mean error",
+    );
+    r.written_or(
+        "charts.memory",
+        charts.memory.map(|m| named(&m)),
+        named(&ChartMemory::default()),
+        "Béraud 2016: a voxel knows its own history only",
     );
     let sim = &job.simulation;
     let voxel = r
@@ -285,15 +298,12 @@ pub fn resolve(
     });
     let optimise = optimise.transpose()?;
     let judge = judge(job, &mut r);
-    if judge.is_some() && matches!(&below, Below::Areas(areas) if !areas.is_empty()) {
-        return Err(TextError {
-            span: None,
-            message: "[judge] knows one ground below all of the region, and this part hangs over".to_owned(),
-            help: Some("choose a section.height that metal carries everywhere, or let [optimise] solver = \"reference\" tell its shares".to_owned()),
-        });
-    }
     let simulation = chart_simulation::Settings {
         step,
+        memory: match charts.memory.unwrap_or_default() {
+            ChartMemory::None => chart_simulation::Memory::None,
+            ChartMemory::Ground => chart_simulation::Memory::Ground(GROUND),
+        },
         ..chart_simulation::Settings::of(&material)
     };
     Ok(Settings {

@@ -7,7 +7,8 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::chart_build::warm_grounds;
+use meltpath_thermal::chart_simulation::{ChartSimulation, Memory};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
@@ -15,7 +16,7 @@ use meltpath_thermal::{chart_build, chart_file};
 
 use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
-use super::region::Contour;
+use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use crate::job::ebm::OptimiseSolver;
@@ -92,35 +93,40 @@ fn charts(
             chart_file::read(&mut BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
         known.push(set);
     }
-    let mut sets = Vec::new();
+    let material = &settings.material;
+    let remember = settings.simulation.memory != Memory::None;
+    let mut sets: Vec<ChartSet> = Vec::new();
     for [voltage, current, focus] in beam_settings(paths.iter().copied()) {
-        if let Some(n) = known
-            .iter()
-            .position(|s| s.settings.serves(voltage, current, focus))
-        {
-            sets.push(known[n].clone());
-            continue;
-        }
-        let diameter = settings.beam.focus.diameter(focus)?;
-        let wanted = ChartSettings {
-            efficiency: settings.beam.efficiency,
-            depth: settings.beam.depth,
-            layer: settings.layer,
-            stop: settings.chart_stop,
-            cooling_from: settings.chart_cooling_from,
-            cell: settings.chart_spacing,
-            reach: 3.5 * settings.penetration,
-            ..ChartSettings::of_thesis(voltage, current, focus, diameter)
+        let serves = |s: &&ChartSet| s.settings.serves(voltage, current, focus);
+        let mut set = if let Some(set) = known.iter().find(serves) {
+            set.clone()
+        } else {
+            let diameter = settings.beam.focus.diameter(focus)?;
+            let wanted = ChartSettings {
+                efficiency: settings.beam.efficiency,
+                depth: settings.beam.depth,
+                layer: settings.layer,
+                stop: settings.chart_stop,
+                cooling_from: settings.chart_cooling_from,
+                cell: settings.chart_spacing,
+                reach: 3.5 * settings.penetration,
+                ..ChartSettings::of_thesis(voltage, current, focus, diameter)
+            };
+            chart_build::compute(&wanted, material, observer)?
         };
-        sets.push(chart_build::compute(&wanted, &settings.material, observer)?);
+        if remember && set.warm.is_empty() {
+            chart_build::warm(&mut set, &warm_grounds(material), material, observer)?;
+        }
+        sets.push(set);
     }
     Ok(sets)
 }
 
-/// Voxels round paths, fresh powder on the ground.
+/// Voxels round paths, fresh powder on what lies below.
 fn start<'a>(
     settings: &Settings,
     paths: impl Iterator<Item = &'a BeamPath>,
+    below: &Below,
     sets: Vec<ChartSet>,
 ) -> Result<ChartSimulation, EbmError> {
     let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
@@ -137,7 +143,7 @@ fn start<'a>(
     let mut simulation =
         ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
     simulation.set_state(|c| {
-        if settings.powder(c) {
+        if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {
             State::Powder
         } else {
             State::Dense
@@ -151,10 +157,11 @@ fn before_last_layer(
     settings: &Settings,
     lower: &[BeamPath],
     last: &BeamPath,
+    below: &Below,
     sets: Vec<ChartSet>,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, lower.iter().chain([last]), sets)?;
+    let mut simulation = start(settings, lower.iter().chain([last]), below, sets)?;
     for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
@@ -224,6 +231,7 @@ fn classes(
                 settings,
                 &vec![path.as_ref().clone(); settings.lower.len()],
                 path,
+                &settings.below_good(),
                 sets.to_vec(),
                 observer,
             )?;
@@ -286,6 +294,7 @@ pub fn simulate(
         settings,
         &settings.lower,
         &settings.path,
+        &settings.below,
         sets.clone(),
         observer,
     )?;
@@ -346,8 +355,14 @@ pub(crate) fn look_at(
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
     let sets = charts(settings, &paths, observer)?;
-    let mut simulation =
-        before_last_layer(settings, &settings.lower, &settings.path, sets, observer)?;
+    let mut simulation = before_last_layer(
+        settings,
+        &settings.lower,
+        &settings.path,
+        &settings.below,
+        sets,
+        observer,
+    )?;
     simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
     simulation.tell(reporter);
     Ok(())

@@ -124,6 +124,19 @@ pub struct ChartsTable {
     pub cooling_from: Option<Temperature>,
     /// Spacing of the charts; default 25 µm.
     pub spacing: Option<Positive<Length>>,
+    /// What the ground keeps of earlier lines; default nothing, the thesis' model.
+    pub memory: Option<ChartMemory>,
+}
+
+/// What the ground under a chart simulation keeps of earlier beam positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartMemory {
+    /// Nothing.
+    #[default]
+    None,
+    /// Their heat, spread in the ground.
+    Ground,
 }
 
 /// `[simulation]`.
@@ -414,12 +427,6 @@ impl EbmJob {
             return wrong(
                 "region.supported says where metal lies below, and the ground is metal everywhere",
                 "write ground = \"powder\" under [ebm], or leave region.supported out",
-            );
-        }
-        if !self.region.supported.is_empty() && self.judge.is_some() {
-            return wrong(
-                "[judge] knows one ground below all of the region, and region.supported names another",
-                "judge without region.supported, or let [optimise] solver = \"reference\" tell its shares",
             );
         }
         if self.hatch.is_some() && self.region.contour.is_empty() && self.part.is_none() {
