@@ -83,6 +83,12 @@ pub(crate) enum Command {
         /// The mapping: which column is "voltage", "current", "angle" (and "set-point", if the loop was closed), in which unit.
         #[arg(long)]
         mapping: PathBuf,
+        /// A second record: ramps up and down at several speeds, for the friction.
+        #[arg(long)]
+        ramps: Option<PathBuf>,
+        /// The mapping of the ramps, channels "current" and "angle"; default that of the first record.
+        #[arg(long, requires = "ramps")]
+        ramps_mapping: Option<PathBuf>,
     },
     /// Design the control of a scan head's axes: cascade step by step, H-infinity, a controller for motors that differ;
     /// compare them, export one.

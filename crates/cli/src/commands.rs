@@ -51,7 +51,17 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
         Command::Tune { file, out } => tuned(file, out.as_deref()),
-        Command::Identify { record, mapping } => identified(record, mapping),
+        Command::Identify {
+            record,
+            mapping,
+            ramps,
+            ramps_mapping,
+        } => {
+            let ramps = ramps
+                .as_deref()
+                .map(|r| (r, ramps_mapping.as_deref().unwrap_or(mapping)));
+            identified(record, mapping, ramps)
+        }
     };
     match outcome {
         Ok(code) => code,
@@ -227,9 +237,16 @@ fn made(job: Result<PathBuf, StartError>) -> Result<u8, RunError> {
     Ok(0)
 }
 
-fn identified(record: &Path, mapping: &Path) -> Result<u8, RunError> {
+fn identified(
+    record: &Path,
+    mapping: &Path,
+    ramps: Option<(&Path, &Path)>,
+) -> Result<u8, RunError> {
     let reporter = Reporter::new();
-    let found = identify::identify(record, mapping, &reporter)?;
+    let mut found = identify::identify(record, mapping, &reporter)?;
+    if let Some((ramps, mapping)) = ramps {
+        identify::add_friction(&mut found, ramps, mapping, &reporter)?;
+    }
     for finding in found.lines(record) {
         line(&finding);
     }

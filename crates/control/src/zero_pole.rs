@@ -127,6 +127,9 @@ impl ZeroPoleGain {
     }
 }
 
+/// A sampled pole this near to one is an integrator with rounding.
+const INTEGRATOR: f64 = 1e-9;
+
 /// Roots grouped into sections: complex pairs of poles each with the nearest pair of zeros, then real ones two by two.
 pub(crate) type Section = (Vec<Complex64>, Vec<Complex64>);
 
@@ -140,6 +143,17 @@ pub(crate) fn pair_sections(system: &ZeroPoleGain) -> Result<Vec<Section>, Syste
     let (mut pairs, mut reals) = conjugate_pairs(&system.poles)?;
     let (zero_pairs, mut zero_reals) = conjugate_pairs(&system.zeros)?;
     reals.sort_by(|a, b| b.re.abs().total_cmp(&a.re.abs()));
+    // an integrator stands alone where the zeros leave it: rounded together with another pole it would not stay on the circle
+    let integrates = matches!(system.domain, Domain::Sampled { .. })
+        && reals
+            .first()
+            .is_some_and(|p| (p.re - 1.0).abs() < INTEGRATOR);
+    if integrates
+        && system.zeros.len() == system.poles.len()
+        && pairs.len() + (reals.len() - 1) / 2 >= zero_pairs.len()
+    {
+        pairs.push(vec![reals.remove(0)]);
+    }
     for two in reals.chunks(2) {
         pairs.push(two.to_vec());
     }

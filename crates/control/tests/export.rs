@@ -220,3 +220,28 @@ fn hexadecimal(text: &str) -> f64 {
     let power: i32 = power.parse().unwrap();
     sign * bits as f64 * 2f64.powi(power - 4 * i32::try_from(fraction.len()).unwrap())
 }
+
+/// An integrator that shares a section with another pole leaves the unit circle when coefficients are rounded.
+#[test]
+fn an_integrator_stays_on_the_circle_in_single_precision() {
+    for k in 0..40 {
+        let fast = 0.6 + 0.009 * f64::from(k);
+        let c = Complex64::new;
+        let controller = ZeroPoleGain {
+            zeros: vec![c(0.93, 0.2), c(0.93, -0.2), c(0.99, 0.0), c(0.5, 0.0)],
+            poles: vec![c(1.0 - 6e-16, 0.0), c(fast, 0.0), c(0.7, 0.1), c(0.7, -0.1)],
+            gain: 2.0,
+            delay: 0.0,
+            domain: Domain::Sampled { period: 1e-5 },
+        };
+        let system = controller.to_state_space().unwrap();
+        Exported::sections(
+            "integrates",
+            &system,
+            Word::Single,
+            Some(5.0),
+            AntiWindup::Conditioned,
+        )
+        .unwrap_or_else(|e| panic!("with a pole at {fast}: {e}"));
+    }
+}

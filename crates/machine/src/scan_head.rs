@@ -41,6 +41,7 @@ pub mod geometry;
 pub mod head;
 pub mod identification;
 pub mod identification_modes;
+pub mod identification_ramps;
 pub mod interpolation;
 pub mod job;
 pub mod km0;

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use meltpath_base::Reporter;
 use meltpath_machine::scan_head::identification::{
     self, BenchRecord, Excitation, IdentificationError, Identified, Method, Prediction,
+    RampFriction, friction_of_ramps,
 };
 use meltpath_machine::scan_head::identification_modes::{ModeSearch, identify_modes};
+use meltpath_machine::scan_head::identification_ramps::steady_ramps;
 use meltpath_perception::{Mapping, RecordError, read};
 
 /// Share of the record that is fitted; the rest is predicted.
@@ -14,6 +16,9 @@ const FITTED: f64 = 2.0 / 3.0;
 
 /// Share of coloured lags beyond which a prediction is said to leave something unexplained.
 const COLOURED: f64 = 0.1;
+
+/// Relative deviation beyond which a friction is said to be undetermined.
+const UNSURE: f64 = 0.5;
 
 /// Why a record gave no motor.
 #[derive(Debug, thiserror::Error)]
@@ -40,6 +45,53 @@ pub struct Identification {
     pub prediction: Prediction,
     /// Samples of the record and of its fitted part.
     pub samples: [usize; 2],
+    /// Friction, where ramps were recorded too, and how many ramps were found.
+    pub friction: Option<(RampFriction, usize)>,
+}
+
+/// Friction from a record of ramps up and down at several speeds, put to a motor that was identified. Channels: `current`
+/// (A) and `angle` (rad).
+///
+/// # Errors
+/// [`IdentifyError`].
+pub fn add_friction(
+    found: &mut Identification,
+    record_file: &Path,
+    mapping_file: &Path,
+    reporter: &Reporter,
+) -> Result<(), IdentifyError> {
+    let mapping = Mapping::load(mapping_file)?;
+    let record = read(record_file, &mapping, reporter)?;
+    let wrong = |source| IdentifyError::Identification {
+        path: record_file.to_path_buf(),
+        source,
+    };
+    let (angle, current) = (record.channel("angle")?, record.channel("current")?);
+    let ramps = steady_ramps(angle, current, record.period).map_err(wrong)?;
+    let motor = &found.found.motor;
+    let friction = friction_of_ramps(&ramps, motor.torque_constant).map_err(wrong)?;
+    if friction.coulomb[0] < 0.0 {
+        return Err(wrong(IdentificationError::Reversed {
+            what: "the current of the ramps",
+            share: 1.0,
+        }));
+    }
+    for (what, [value, sigma]) in [
+        ("viscous friction", friction.viscous),
+        ("Coulomb friction", friction.coulomb),
+    ] {
+        if sigma > UNSURE * value.abs() {
+            reporter.warn(
+                "friction-unsure",
+                format!(
+                    "the {what} of the ramps is {value:.2e} ± {sigma:.2e}: they do not determine it"
+                ),
+                "ramps at more speeds, from a few to a thousand degrees a second, both ways",
+            );
+        }
+    }
+    found.friction = Some((friction, ramps.len()));
+    Ok(())
 }
 
 /// Reads a record and finds its motor. Channels: `voltage` (V), `current` (A), `angle` (rad), and `set-point` (rad) where the
@@ -78,6 +130,16 @@ pub fn identify(
     let method = Method::at(record.period);
     let found =
         identify_modes(&first, excitation, &method, &ModeSearch::default()).map_err(wrong)?;
+    for peak in &found.refused {
+        reporter.warn(
+            "peak-refused",
+            format!(
+                "a peak at {:.0} Hz, {:.1} times the rigid motor's response, is not taken for a mode: {}",
+                peak.frequency, peak.ratio, peak.why
+            ),
+            "",
+        );
+    }
     let prediction = identification::predict(&found.motor, &whole, fitted).map_err(wrong)?;
     for (what, quality) in [
         ("current", &prediction.current),
@@ -98,6 +160,7 @@ pub fn identify(
         found,
         prediction,
         samples: [record.len(), fitted],
+        friction: None,
     })
 }
 
@@ -116,17 +179,36 @@ impl Identification {
             self.samples[0],
             self.samples[0] - self.samples[1]
         )];
+        // ramps tell viscous friction apart from dry friction, which the response does not
+        let (viscous, b) = match &self.friction {
+            Some((friction, _)) if friction.viscous[0] > 0.0 => (
+                friction.viscous[0],
+                friction.viscous[1] / friction.viscous[0].abs(),
+            ),
+            _ => (motor.viscous, b),
+        };
         for (name, value, unit, sigma) in [
             ("resistance", motor.resistance, "Ω", r),
             ("inductance", motor.inductance * 1e6, "µH", l),
             ("torque_constant", motor.torque_constant, "N·m/A", k),
             ("back_emf", motor.back_emf, "V·s/rad", k),
             ("inertia", motor.inertia, "kg·m²", j),
-            ("viscous", motor.viscous, "N·m·s/rad", b),
+            ("viscous", viscous, "N·m·s/rad", b),
         ] {
             lines.push(format!(
                 "{name} = {{ value = \"{value:.5e} {unit}\", source = \"identified from {file}, ± {:.2} %\" }}",
                 100.0 * sigma
+            ));
+        }
+        if let Some((friction, ramps)) = &self.friction {
+            for (name, [value, sigma]) in [("coulomb", friction.coulomb), ("bias", friction.bias)] {
+                lines.push(format!(
+                    "{name} = {{ value = \"{value:.5e} N·m\", source = \"identified from {ramps} ramps, ± {sigma:.1e} N·m\" }}"
+                ));
+            }
+            lines.push(format!(
+                "# torque of the ramps: {:.2e} N·m rms beside this friction, {:.2e} beside viscous friction alone",
+                friction.rms, friction.rms_viscous_only
             ));
         }
         let per_inertia = motor.torque_constant / motor.inertia;

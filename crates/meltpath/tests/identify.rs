@@ -4,12 +4,13 @@
 use std::fmt::Write;
 use std::fs;
 
-use meltpath::identify::{IdentifyError, identify};
+use meltpath::identify::{IdentifyError, add_friction, identify};
 use meltpath_base::Reporter;
 use meltpath_machine::scan_head::data;
 use meltpath_machine::scan_head::friction::Friction;
 use meltpath_machine::scan_head::galvanometer::Galvanometer;
 use meltpath_machine::scan_head::plant::Plant;
+use meltpath_machine::scan_head::servo_compare::run;
 use meltpath_perception::RecordError;
 
 const MAPPING: &str = "time = { column = \"t\", unit = \"us\" }
@@ -139,6 +140,87 @@ fn bad_records_are_named_with_what_to_change() {
     assert!(missing.contains("[channels.current]"), "{missing}");
     let short = refused(&text, MAPPING);
     assert!(short.contains("record longer"), "{short}");
+}
+
+/// A record of ramps up and down of the two-axis head's Y axis, friction included: current in mA, angle in counts.
+fn ramps() -> String {
+    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    let mut set_points = vec![(-15f64).to_radians(); 2000];
+    for speed in [20.0f64, 50.0, 100.0, 200.0, 400.0] {
+        let step = speed.to_radians() * 50e-6;
+        for sign in [1.0, -1.0] {
+            let from = set_points.last().copied().unwrap();
+            let count = (30f64.to_radians().min(0.25 * speed.to_radians()) / step) as usize;
+            set_points.extend((1..=count).map(|k| from + sign * step * k as f64));
+            let end = set_points.last().copied().unwrap();
+            set_points.extend(vec![end; 600]);
+        }
+    }
+    let record = run(&head.head.mirrors[1], &set_points, 50e-6, 1).unwrap();
+    let mut text = String::from("t,U,i,n\n");
+    for (k, (i, a)) in record.current.iter().zip(&record.angle).enumerate() {
+        let counts = 1e6 + (a.to_degrees() * 1e5).round();
+        writeln!(text, "{},0,{:.4},{counts}", 50 * k, 1e3 * i).unwrap();
+    }
+    text
+}
+
+#[test]
+fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
+    let motor = motor();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("bench.csv"), bench(&motor, 90_000, f64::INFINITY)).unwrap();
+    fs::write(at("ramps.csv"), ramps()).unwrap();
+    fs::write(at("map.toml"), MAPPING).unwrap();
+    let reporter = Reporter::new();
+    let mut found = identify(&at("bench.csv"), &at("map.toml"), &reporter).unwrap();
+    add_friction(&mut found, &at("ramps.csv"), &at("map.toml"), &reporter).unwrap();
+    let lines = found.lines(&at("bench.csv"));
+    let file: Vec<&str> = lines
+        .iter()
+        .map(String::as_str)
+        .filter(|l| !l.starts_with('#'))
+        .collect();
+    let shipped = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    let shipped = &shipped.head.mirrors[1].motor;
+    let read = data::parse_motor(&file.join("\n"), shipped).unwrap();
+    let (
+        Friction::Coulomb { coulomb, .. },
+        Friction::Coulomb {
+            coulomb: wanted, ..
+        },
+    ) = (read.friction, shipped.friction)
+    else {
+        unreachable!("the head has dry friction");
+    };
+    assert!((coulomb / wanted - 1.0).abs() < 0.1, "{coulomb} {wanted}");
+    assert!(
+        (read.viscous / shipped.viscous - 1.0).abs() < 0.25,
+        "{} {}",
+        read.viscous,
+        shipped.viscous
+    );
+    // a record without ramps, and one whose current is reversed
+    let error = add_friction(&mut found, &at("bench.csv"), &at("map.toml"), &reporter).unwrap_err();
+    assert!(error.to_string().contains("ramps"), "{error}");
+    let reversed = MAPPING.replace("unit = \"mA\"", "unit = \"mA\"\nscale = -1.0");
+    fs::write(at("reversed.toml"), reversed).unwrap();
+    let error = add_friction(
+        &mut found,
+        &at("ramps.csv"),
+        &at("reversed.toml"),
+        &reporter,
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("sign is reversed"), "{error}");
+    let error = identify(&at("bench.csv"), &at("reversed.toml"), &reporter).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("the current answers against its cause"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -1,12 +1,16 @@
 //! From a tuning file to controllers, and from controllers to a whole job.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 use meltpath::{chain, tune};
 use meltpath_base::{Silent, Status};
+use meltpath_machine::scan_head::data;
+use meltpath_machine::scan_head::servo_compare::{MultiStep, run};
 use meltpath_machine::scan_head::servo_file::ControllerFile;
+use meltpath_machine::scan_head::servo_loop::Controller;
 
 /// A tuning that takes a second.
 const SHORT: &str = "head = \"two-axis-150\"
@@ -62,6 +66,9 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     // the thesis' gains stand beside ours, and frequencies on decades
     for words in [
         "thesis, after the swarm",
+        "fitted to the thesis: the motor",
+        "thesis: below 0.1",
+        "thesis: phase margin",
         "Current loop, open: phase",
         "10000",
         "Scattered motors",
@@ -170,6 +177,95 @@ fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
         all[0]["rms_deg"].as_f64().unwrap()
     };
     assert!(error(&told) <= error(&plain));
+}
+
+/// A bench's multi-step of the two-axis head's Y axis, whose drive has other gains than the synthesis finds: CSV in degrees.
+fn multi_step() -> String {
+    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    let mut axis = head.head.mirrors[1].clone();
+    let Controller::Cascade(gains) = &mut axis.controller else {
+        unreachable!("the shipped head has a cascade");
+    };
+    // table 2.1 of the thesis, after the swarm
+    gains.speed_integral_time = 0.005;
+    gains.position_gain = 24.0;
+    gains.position_derivative_time = 0.09;
+    let signal = MultiStep {
+        hold: 10e-3,
+        levels: 4,
+        ..MultiStep::thesis()
+    };
+    let set_points = signal.samples(head.head.period).unwrap();
+    let angles = run(&axis, &set_points, head.head.period, 1).unwrap().angle;
+    let mut text = String::from("set,encoder\n");
+    for (s, a) in set_points.iter().zip(angles) {
+        writeln!(text, "{:.6},{:.6}", s.to_degrees(), a.to_degrees()).unwrap();
+    }
+    text
+}
+
+#[test]
+fn gains_are_refined_on_a_record_of_the_drive() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("bench.csv"), multi_step()).unwrap();
+    let mapping = |time: &str| {
+        let text = format!(
+            "sample_time = \"{time}\"\n[channels.set-point]\ncolumn = \"set\"\nunit = \"deg\"\n[channels.angle]\ncolumn = \"encoder\"\nunit = \"deg\"\n"
+        );
+        fs::write(place.path().join("map.toml"), text).unwrap();
+    };
+    let text = SHORT
+        .replace(
+            "[cascade.refine]\non = \"nothing\"",
+            "axes = [\"y\"]\n[cascade.refine]\non = \"record\"\nrecord = \"bench.csv\"\nmapping = \"map.toml\"\niterations = 60",
+        )
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"cascade\"\n";
+    mapping("50 us");
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let refined = &told[0]["refined"];
+    let run = &refined["runs"][0];
+    let [before, after] = ["rms_before_deg", "rms_after_deg"].map(|key| run[key].as_f64().unwrap());
+    assert_eq!(run["name"], "the record");
+    assert!(after < 0.2 * before, "{before} {after}");
+    // towards what the drive has, away from what the synthesis would give it; one record does not tell all eight apart
+    let product = |gains: &serde_json::Value| {
+        let of = |key: &str| gains[key].as_f64().unwrap();
+        of("position_gain") * of("position_derivative_time")
+    };
+    let [start, found] =
+        [&told[0]["synthesis"], &refined["gains"]].map(|g| (product(g) - 24.0 * 0.09).abs());
+    assert!(found < 0.5 * start, "{found} {start}");
+    assert_eq!(told[0]["cascade"], refined["gains"]);
+    // a record at another rate is refused, with both rates
+    mapping("40 us");
+    let error = tuned(place.path(), &text).unwrap_err();
+    assert!(error.contains("40") && error.contains("50"), "{error}");
+}
+
+#[test]
+fn the_focus_axis_gets_an_h_infinity_controller() {
+    let place = tempfile::tempdir().unwrap();
+    let text = SHORT
+        .replace("two-axis-150", "three-axis-350")
+        .replace("[cascade", "axes = [\"z\"]\n[cascade")
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"h-infinity\"\n";
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&json).unwrap();
+    assert_eq!((file.axes.len(), file.axes[0].axis), (1, 'z'));
+    let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+    // continuous and sampled
+    for loops in told[0]["h_infinity"]["loops"].as_array().unwrap() {
+        assert_eq!(loops["stable"], true);
+        assert!(loops["modulus_margin"].as_f64().unwrap() > 0.4, "{loops}");
+    }
+    let [cascade, hinf] = [0, 1].map(|k| told[0]["candidates"][k]["rms_deg"].as_f64().unwrap());
+    assert!(hinf < 2.0 * cascade, "{hinf} {cascade}");
 }
 
 #[test]

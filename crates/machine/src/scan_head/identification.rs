@@ -55,6 +55,27 @@ pub enum IdentificationError {
         /// To, Hz.
         high: f64,
     },
+    /// A channel with the wrong sign.
+    #[error(
+        "{what} answers against its cause over {:.0} % of the band: its sign is reversed (a negative `scale` in the mapping turns it), or two channels are exchanged",
+        100.0 * share
+    )]
+    Reversed {
+        /// Which channel.
+        what: &'static str,
+        /// Share of the band, as the fit weighs it.
+        share: f64,
+    },
+    /// Two channels stand in each other's place.
+    #[error(
+        "{one} and {other} are exchanged: the response of one to the other runs over the frequencies as a motor's inverse does"
+    )]
+    Exchanged {
+        /// The one.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
     /// Numbers that no motor has.
     #[error(
         "the transfers give {what} = {value:.4e}, which no motor has: check units and signs of the columns (a swapped or reversed one does this)"
@@ -179,12 +200,60 @@ pub struct Identified {
     pub sigma: [f64; 5],
     /// The same of pulsation, damping and gain (over Kc/J) of each mode.
     pub mode_sigma: Vec<[f64; 3]>,
+    /// Peaks that were not taken for modes.
+    pub refused: Vec<RefusedPeak>,
     /// Root mean square of the complex logarithmic residuals (0.1 is about 0.9 dB or 6°).
     pub rms: f64,
     /// Estimated θ/i, rad/A.
     pub angle_over_current: Vec<Point>,
     /// Estimated i/U, A/V.
     pub current_over_voltage: Vec<Point>,
+}
+
+/// A peak of angle over current that stands out of the rigid motor's, and why it is no mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefusedPeak {
+    /// Where, Hz.
+    pub frequency: f64,
+    /// How far it stands out, as a ratio.
+    pub ratio: f64,
+    /// Why it is no mode.
+    pub why: Refusal,
+}
+
+/// Why a peak is no mode.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The response has not fallen again at the end of the band that is searched.
+    #[error(
+        "the response has not fallen again where the search ends, at {end:.0} Hz: sample faster to see what is there"
+    )]
+    Edge {
+        /// The end, Hz.
+        end: f64,
+    },
+    /// Most of the angle there is not an answer to the current.
+    #[error("only {:.0} % of the angle there answers the current, the rest is noise or the encoder's steps: excite more, or average longer", 100.0 * coherence)]
+    Noise {
+        /// Coherence at the peak.
+        coherence: f64,
+    },
+    /// Thinner than the windows of the estimate tell from a line.
+    #[error(
+        "it is {width:.1} Hz wide, thinner than the {resolved:.1} Hz that windows of this length resolve: record longer, in longer windows"
+    )]
+    Thin {
+        /// Width at −3 dB, Hz.
+        width: f64,
+        /// Width of a line in the estimate, Hz.
+        resolved: f64,
+    },
+    /// The fit with it does not determine it.
+    #[error("its frequency, damping and gain are known to ± {:.0} % only: record longer, or excite more", 100.0 * sigma)]
+    Unsure {
+        /// The largest of the three relative deviations.
+        sigma: f64,
+    },
 }
 
 /// How estimates are made and fitted.
@@ -228,11 +297,13 @@ pub fn identify(
     method: &Method,
 ) -> Result<Identified, IdentificationError> {
     let (angle_over_current, current_over_voltage) = responses(record, excitation, method)?;
+    check_channels(&angle_over_current, &current_over_voltage)?;
     let fit = fit(&angle_over_current, &current_over_voltage, record.period)?;
     Ok(Identified {
         motor: motor(&fit.values),
         sigma: [0, 1, 2, 3, 4].map(|i| fit.sigma.get(i).copied().unwrap_or(f64::NAN)),
         mode_sigma: Vec::new(),
+        refused: Vec::new(),
         rms: fit.rms,
         angle_over_current,
         current_over_voltage,
@@ -305,6 +376,58 @@ pub fn responses(
         points(record.current, record.angle)?,
         points(record.voltage, record.current)?,
     ))
+}
+
+/// Share of the band that has to answer the wrong way round before a sign is called reversed.
+const AGAINST: f64 = 0.75;
+/// Power of the frequency with which angle over current may rise; a motor's falls with the first or second power.
+const RISES: f64 = 0.5;
+
+/// How far, in the logarithm, current over voltage may lie below its ends in the middle; a motor's lies above, between back-EMF
+/// and inductance.
+const HOLLOW: f64 = -0.3;
+
+/// Refuses channels of which one is reversed or in another's place: θ/i lags by 90 to 180°, i/U by less than 90° either way.
+fn check_channels(angle: &[Point], current: &[Point]) -> Result<(), IdentificationError> {
+    let size = |p: &Point| p.response.norm().ln();
+    // both hold three points or more
+    if let (Some(first), Some(last)) = (angle.first(), angle.last()) {
+        let power = (size(last) - size(first)) / (last.omega / first.omega).ln();
+        if power > RISES {
+            return Err(IdentificationError::Exchanged {
+                one: "the current",
+                other: "the angle",
+            });
+        }
+    }
+    if let (Some(first), Some(last)) = (current.first(), current.last()) {
+        let whole: f64 = current.iter().map(|p| p.weight).sum();
+        let mean = current.iter().map(|p| p.weight * size(p)).sum::<f64>() / whole;
+        if mean - 0.5 * (size(first) + size(last)) < HOLLOW {
+            return Err(IdentificationError::Exchanged {
+                one: "the voltage",
+                other: "the current",
+            });
+        }
+    }
+    let against = |points: &[Point], lag: f64| -> f64 {
+        let turned = Complex64::cis(lag);
+        let whole: f64 = points.iter().map(|p| p.weight).sum();
+        let wrong = points.iter().filter(|p| (p.response * turned).re < 0.0);
+        wrong.map(|p| p.weight).sum::<f64>() / whole
+    };
+    let shares = [
+        against(angle, 0.75 * std::f64::consts::PI),
+        against(current, 0.0),
+    ];
+    // a reversed current turns both transfers, the other channels only their own
+    let (what, share) = match shares.map(|share| share > AGAINST) {
+        [false, false] => return Ok(()),
+        [true, false] => ("the angle", shares[0]),
+        [false, true] => ("the voltage", shares[1]),
+        [true, true] => ("the current", shares[0].min(shares[1])),
+    };
+    Err(IdentificationError::Reversed { what, share })
 }
 
 /// The motor of the logarithms of R, L, Kc, J, B.

@@ -10,6 +10,7 @@ use meltpath_machine::scan_head::identification::{
     motor_of, predict, transfers_of,
 };
 use meltpath_machine::scan_head::identification_modes::{ModeSearch, identify_modes};
+use meltpath_machine::scan_head::identification_ramps::steady_ramps;
 use meltpath_machine::scan_head::plant::Plant;
 use meltpath_machine::scan_head::servo_compare::run;
 use proptest::prelude::*;
@@ -373,4 +374,121 @@ proptest! {
             prop_assert!(error.abs() < 1e-9, "{error}");
         }
     }
+}
+
+#[test]
+fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
+    let motor = Galvanometer {
+        friction: Friction::None,
+        ..reference::motor()
+    };
+    for step in [1e-4f64, 1e-3, 3e-3] {
+        let mut columns = bench(&motor, 0.5, 12);
+        let step = step.to_radians();
+        for angle in &mut columns[2] {
+            *angle = (*angle / step).round() * step;
+        }
+        let found = identify_modes(
+            &record(&columns),
+            Excitation::Voltage,
+            &Method::default(),
+            &ModeSearch::default(),
+        )
+        .unwrap();
+        println!("{step}: {:?} {:?}", found.motor.modes, found.refused);
+        assert_eq!(found.motor.modes.len(), 1, "{:?}", found.motor.modes);
+        let (got, wanted) = (found.motor.modes[0], motor.modes[0]);
+        assert!((got.omega / wanted.omega - 1.0).abs() < 2e-3);
+        assert!(!found.refused.is_empty());
+        for peak in &found.refused {
+            assert!(
+                peak.ratio > 2.0 && peak.why.to_string().contains("record")
+                    || peak.why.to_string().contains("excite"),
+                "{peak:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn reversed_and_exchanged_channels_are_named() {
+    let motor = Galvanometer {
+        friction: Friction::None,
+        ..reference::motor()
+    };
+    let columns = bench(&motor, 0.5, 8);
+    let refused = |change: &dyn Fn(&mut [Vec<f64>; 3])| {
+        let mut columns = columns.clone();
+        change(&mut columns);
+        identify(&record(&columns), Excitation::Voltage, &Method::default())
+            .unwrap_err()
+            .to_string()
+    };
+    for (k, name) in ["the voltage", "the current", "the angle"]
+        .into_iter()
+        .enumerate()
+    {
+        let error = refused(&|c| c[k].iter_mut().for_each(|v| *v = -*v));
+        assert!(
+            error.starts_with(name) && error.contains("negative `scale`"),
+            "{error}"
+        );
+    }
+    let error = refused(&|c| c.swap(1, 2));
+    assert!(error.contains("current and angle are exchanged"), "{error}");
+    // dry friction bends the responses, but exchanges nothing
+    for amplitude in [0.1, 0.2, 0.5, 2.0] {
+        let columns = bench(&reference::motor(), amplitude, 8);
+        let found = identify(&record(&columns), Excitation::Voltage, &Method::default())
+            .map(|found| found.motor);
+        assert!(
+            !matches!(
+                found,
+                Err(IdentificationError::Exchanged { .. } | IdentificationError::Reversed { .. })
+            ),
+            "{amplitude} V: {found:?}"
+        );
+    }
+    for (a, b) in [(0, 1), (0, 2)] {
+        let error = refused(&|c| c.swap(a, b));
+        assert!(error.contains("exchanged"), "{a} {b}: {error}");
+    }
+}
+
+#[test]
+fn ramps_of_a_record_give_the_friction_of_the_motor() {
+    let axis = reference::two_axis().mirrors[1].clone();
+    let motor = axis.motor.clone();
+    let Friction::Coulomb { coulomb, bias } = motor.friction else {
+        unreachable!("the reference motor has dry friction")
+    };
+    // up and down at six speeds, with rests between
+    let mut set_points = vec![(-15f64).to_radians(); 2000];
+    for speed in [20.0f64, 50.0, 100.0, 200.0, 400.0, 800.0] {
+        let reach = 30f64.to_radians().min(0.25 * speed.to_radians());
+        let step = speed.to_radians() * PERIOD;
+        for sign in [1.0, -1.0] {
+            let from = *set_points.last().unwrap();
+            let n = (reach / step) as usize;
+            set_points.extend((1..=n).map(|k| from + sign * step * k as f64));
+            let end = *set_points.last().unwrap();
+            set_points.extend(vec![end; 600]);
+        }
+    }
+    let driven = run(&axis, &set_points, PERIOD, 1).unwrap();
+    let ramps = steady_ramps(&driven.angle, &driven.current, PERIOD).unwrap();
+    let found = friction_of_ramps(&ramps, motor.torque_constant).unwrap();
+    println!("{} ramps: {found:?}", ramps.len());
+    assert!(ramps.len() >= 8, "{ramps:?}");
+    for (what, [value, sigma], wanted, within) in [
+        ("B", found.viscous, motor.viscous, 0.1),
+        ("T_C", found.coulomb, coulomb, 0.1),
+        ("T_P", found.bias, bias, 0.2),
+    ] {
+        assert!(
+            (value / wanted - 1.0).abs() < within,
+            "{what} {value} ± {sigma}, {wanted}"
+        );
+    }
+    assert!(found.rms < 0.1 * found.rms_viscous_only);
 }

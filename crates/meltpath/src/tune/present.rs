@@ -119,7 +119,7 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
     };
     let mut cascade = vec![
         tables::gains(result, head),
-        tables::loops(result),
+        tables::loops(result, head),
         tables::steps(result),
     ];
     if let Some(refined) = &result.refined {

@@ -10,24 +10,52 @@ use meltpath_report::table::{Cell, Table};
 
 use super::bode::loop_name;
 use super::design::{AxisResult, Trial};
+use super::file::Choice;
 
-/// Rasoanarivo 2020, table 2.1: K_ii, T_ii, K_iω, T_iω, K_θ, T_dθ, K1, K2 after the synthesis and after the swarm.
-const THESIS: [(&str, [f64; 8]); 2] = [
+/// Rasoanarivo 2020, table 2.1, after the synthesis and after the swarm, and what of ours was fitted to it.
+const THESIS: [([f64; 2], &str); 8] = [
+    ([1.91, 2.15], COIL),
+    ([7e-5, 8e-5], COIL),
     (
-        "thesis, after the synthesis",
-        [1.91, 7e-5, 7.48e-4, 0.04, 32.0, 0.1, 1.0, 1.0],
+        [7.48e-4, 7.08e-4],
+        "fitted to the thesis: the motor's inertia",
     ),
     (
-        "thesis, after the swarm",
-        [2.15, 8e-5, 7.08e-4, 0.005, 24.0, 0.09, 1.0, 1.0],
+        [0.04, 0.005],
+        "taken from the thesis where no phase is spare",
     ),
+    ([32.0, 24.0], NOT_FITTED),
+    ([0.1, 0.09], NOT_FITTED),
+    ([1.0, 1.0], NOT_FITTED),
+    ([1.0, 1.0], NOT_FITTED),
+];
+const COIL: &str = "fitted to the thesis: the motor's coil";
+const NOT_FITTED: &str = "not fitted";
+
+/// What the loops are called, with the unit.
+const PARAMETERS: [&str; 8] = [
+    "K_ii (V/A)",
+    "T_ii (s)",
+    "K_iω (A·s/deg)",
+    "T_iω (s)",
+    "K_θ (1/s)",
+    "T_dθ (s)",
+    "K1",
+    "K2",
+];
+
+/// Crossover (rad/s) and phase margin (deg) that the thesis tells for the loops after the synthesis.
+const THESIS_LOOPS: [(Loop, [&str; 2]); 3] = [
+    (Loop::Current, ["≈ 10000", "above 90"]),
+    (Loop::Speed, ["≈ 5000", "65"]),
+    (Loop::Position, ["≈ 3000", "75"]),
 ];
 
 /// The head whose Y axis the thesis' table is about.
 const THESIS_HEAD: &str = "two-axis head, 150 mm";
 
-fn row(name: &str, g: &CascadeGains) -> Vec<Cell> {
-    let values = [
+fn values(g: &CascadeGains) -> [f64; 8] {
+    [
         g.current.gain,
         g.current.integral_time,
         g.speed_gain,
@@ -36,61 +64,46 @@ fn row(name: &str, g: &CascadeGains) -> Vec<Cell> {
         g.position_derivative_time,
         g.feed_forward.speed,
         g.feed_forward.current,
-    ];
-    named(name, values)
+    ]
 }
 
-fn named(name: &str, values: [f64; 8]) -> Vec<Cell> {
-    let mut cells = vec![Cell::text(name)];
-    cells.extend(values.map(Cell::Number));
-    cells
-}
-
-/// The table of gains, with the thesis' rows where its head is tuned.
+/// The table of gains, one a row; where the thesis' head is tuned its value stands beside ours.
 pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
-    let mut table = Table::new(
-        "Gains of the cascade",
-        &[
-            "",
-            "K_ii (V/A)",
-            "T_ii (s)",
-            "K_iω (A·s/deg)",
-            "T_iω (s)",
-            "K_θ (1/s)",
-            "T_dθ (s)",
-            "K1",
-            "K2",
-        ],
-    );
-    let own = result.task.own.as_ref();
     let with_thesis = head == THESIS_HEAD;
-    table
-        .rows
-        .push(row("after the synthesis", &result.tuned.gains));
+    let mut headings = vec!["", "after the synthesis"];
+    let mut columns: Vec<[Cell; 8]> = vec![values(&result.tuned.gains).map(Cell::Number)];
     if with_thesis {
-        table.rows.push(named(THESIS[0].0, THESIS[0].1));
+        headings.push("thesis, after the synthesis");
+        columns.push(THESIS.map(|(v, _)| Cell::Number(v[0])));
     }
     if let Some(refined) = &result.refined {
-        let name = if refined.gains == result.gains {
+        headings.push(if refined.gains == result.gains {
             "after the swarm"
         } else {
             "after the swarm, not kept"
-        };
-        table.rows.push(row(name, &refined.gains));
+        });
+        columns.push(values(&refined.gains).map(Cell::Number));
     }
     if with_thesis {
-        table.rows.push(named(THESIS[1].0, THESIS[1].1));
-    } else if let Some(gains) = own {
-        table.rows.push(row("those of the head's file", gains));
+        headings.extend(["thesis, after the swarm", "what was fitted"]);
+        columns.push(THESIS.map(|(v, _)| Cell::Number(v[1])));
+        columns.push(THESIS.map(|(_, fitted)| Cell::text(fitted)));
+    } else if let Some(own) = &result.task.own {
+        headings.push("those of the head's file");
+        columns.push(values(own).map(Cell::Number));
     }
-    table.note = if with_thesis {
+    let mut table = Table::new("Gains of the cascade", &headings);
+    for (k, name) in PARAMETERS.into_iter().enumerate() {
+        let mut row = vec![Cell::text(name)];
+        row.extend(columns.iter().map(|column| column[k].clone()));
+        table.rows.push(row);
+    }
+    if with_thesis {
         "Thesis: Rasoanarivo 2020, table 2.1, Y axis of the two-axis head. Its motor is not printed: inertia and coil of the head's file \
          were chosen so that its current and speed loops cross where it says; position loop and margins were not fitted. Its swarm follows a record of \
          the real drive, which is not printed either."
-            .to_owned()
-    } else {
-        String::new()
-    };
+            .clone_into(&mut table.note);
+    }
     table
 }
 
@@ -165,7 +178,7 @@ pub(super) fn steps(result: &AxisResult) -> Table {
 }
 
 /// Crossovers and margins of the loops.
-pub(super) fn loops(result: &AxisResult) -> Table {
+pub(super) fn loops(result: &AxisResult, head: &str) -> Table {
     let mut table = Table::new(
         "Loops",
         &[
@@ -176,6 +189,12 @@ pub(super) fn loops(result: &AxisResult) -> Table {
             "distance to the critical point",
         ],
     );
+    let with_thesis = head == THESIS_HEAD;
+    if with_thesis {
+        for heading in ["thesis: crossover (rad/s)", "thesis: phase margin (deg)"] {
+            table.columns.push(heading.to_owned());
+        }
+    }
     let mut ways = vec![("synthesis", result.tuned.gains)];
     if result.gains != result.tuned.gains {
         ways.push(("refined", result.gains));
@@ -184,17 +203,21 @@ pub(super) fn loops(result: &AxisResult) -> Table {
     let mut notes = Vec::new();
     for (name, gains) in ways {
         let model = ServoModel::new(motor, &gains);
-        for which in [Loop::Current, Loop::Speed, Loop::Position] {
+        for (which, thesis) in THESIS_LOOPS {
             let Some(f) = model.figures(which) else {
                 continue;
             };
-            table.rows.push(vec![
+            let mut row = vec![
                 Cell::text(name),
                 Cell::text(loop_name(which)),
                 Cell::Fixed(f.crossover.omega, 0),
                 Cell::Fixed(f.crossover.value.to_degrees(), 1),
                 Cell::Fixed(f.margins.modulus.value, 3),
-            ]);
+            ];
+            if with_thesis && name == "synthesis" {
+                row.extend(thesis.map(Cell::text));
+            }
+            table.rows.push(row);
         }
         let hertz = |actions| {
             model.bandwidth(actions).map_or("none".to_owned(), |w| {
@@ -208,6 +231,11 @@ pub(super) fn loops(result: &AxisResult) -> Table {
         ));
     }
     table.note = format!("{}.", notes.join("; "));
+    if with_thesis {
+        table.note.push_str(
+            " Thesis: Rasoanarivo 2020, § 2.2.2.2. Crossovers are asked for, and the motor was fitted to the thesis so that its printed gains cross there; margins were not fitted.",
+        );
+    }
     table
 }
 
@@ -279,9 +307,19 @@ pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
             "peak current (A)",
         ],
     );
-    let mut push = |name: &str, filter: &str, t: &Trial| {
+    let with_thesis = head == THESIS_HEAD;
+    if with_thesis {
+        for heading in [
+            "thesis: largest (deg)",
+            "thesis: below 0.1° (%)",
+            "thesis: below 0.2° (%)",
+        ] {
+            table.columns.push(heading.to_owned());
+        }
+    }
+    let mut push = |name: &str, filter: &str, t: &Trial, thesis: [Cell; 3]| {
         let below = |d: f64| Cell::Fixed(100.0 * t.error.share_below(d.to_radians()), 2);
-        table.rows.push(vec![
+        let mut row = vec![
             Cell::text(name),
             Cell::text(filter),
             Cell::Fixed(t.error.rms().to_degrees(), 4),
@@ -291,51 +329,43 @@ pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
             below(0.1),
             below(0.2),
             Cell::Fixed(t.peak_current, 2),
-        ]);
+        ];
+        if with_thesis {
+            row.extend(thesis);
+        }
+        table.rows.push(row);
     };
+    let none = || [Cell::Empty, Cell::Empty, Cell::Empty];
     for c in &result.candidates {
-        push(c.name, "no", &c.bare);
+        let thesis = if c.choice == Choice::HInfinity {
+            [
+                Cell::text("below 0.2"),
+                Cell::Fixed(99.44, 2),
+                Cell::Fixed(100.0, 2),
+            ]
+        } else {
+            none()
+        };
+        push(c.name, "no", &c.bare, thesis);
     }
     for c in &result.candidates {
         if let Some(t) = &c.filtered {
-            push(c.name, "yes", t);
+            let thesis = if c.choice == Choice::Cascade {
+                [Cell::text("up to 0.5"), Cell::Fixed(90.84, 2), Cell::Empty]
+            } else {
+                none()
+            };
+            push(c.name, "yes", t, thesis);
         }
     }
     if let Some(t) = &result.as_exported {
-        push(&format!("{}, as exported", result.chosen().name), "no", t);
+        let name = format!("{}, as exported", result.chosen().name);
+        push(&name, "no", t, none());
     }
-    if head == THESIS_HEAD {
-        let shares = [
-            (
-                "thesis, conventional",
-                "yes",
-                "up to 0.5",
-                90.84,
-                Cell::Empty,
-            ),
-            (
-                "thesis, H-infinity",
-                "not said",
-                "below 0.2",
-                99.44,
-                Cell::Fixed(100.0, 2),
-            ),
-        ];
-        for (name, filter, largest, tenth, fifth) in shares {
-            table.rows.push(vec![
-                Cell::text(name),
-                Cell::text(filter),
-                Cell::Empty,
-                Cell::text(largest),
-                Cell::Empty,
-                Cell::Empty,
-                Cell::Fixed(tenth, 2),
-                fifth,
-                Cell::Empty,
-            ]);
-        }
-        "Thesis: Rasoanarivo 2020, fig. 3.8. Slope and hold of the signal were fitted to that figure, so that agreement of the shares is no evidence. \
-            The thesis compares the first of its rows with the second: controller and pre-filter change together."
+    if with_thesis {
+        "Thesis: Rasoanarivo 2020, fig. 3.8. Slope and hold of the signal were fitted to that figure (fitted to the thesis): agreement of the shares \
+            is no evidence. The thesis compares its conventional control, behind the pre-filter, with H-infinity, of which it does not say whether \
+            a pre-filter stood before it: controller and pre-filter change together."
             .clone_into(&mut table.note);
     } else {
         "Against the set-point before the pre-filter.".clone_into(&mut table.note);
