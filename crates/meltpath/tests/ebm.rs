@@ -38,7 +38,7 @@ fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
 #[test]
 fn a_small_job_runs_and_learns() {
     let dir = tempfile::tempdir().unwrap();
-    let extra = "[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
+    let extra = "sections = [[\"1 mm\", \"0.25 mm\"], [\"50 mm\", \"0 mm\"]]\n[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
@@ -60,8 +60,19 @@ fn a_small_job_runs_and_learns() {
         "series/voxels.csv",
         "fields/temperature.pvd",
         "fields/frames/003.vti",
+        "fields/voxels.vti",
     ] {
         assert!(out.join(name).is_file(), "{name}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for said in [
+        "Section along x through the hottest place, charts",
+        "Section along y through x 1 mm, y 0.25 mm, charts",
+        "x 50 mm, y 0 mm lies outside the voxels",
+        "as given",
+        "better path",
+    ] {
+        assert!(report.contains(said), "{said}");
     }
     // the charts it wrote serve the next run, and the path it wrote is one
     let again = dir.path().join("again.toml");
@@ -283,8 +294,10 @@ fn a_small_job_is_judged() {
     );
     assert_eq!(outcome.verdict.checks[1].id, "in-window-charts");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(out.join("fields/voxels-reference.vti").is_file());
     for said in [
         "Judged on the reference solver",
+        "Section along x through the hottest place, reference solver",
         "half the cell",
         "5 % more power",
     ] {

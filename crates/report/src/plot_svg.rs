@@ -298,22 +298,25 @@ fn drawing(plot: &Plot) -> String {
         "<svg x=\"{0}\" y=\"{1}\" width=\"{w}\" height=\"{h}\" viewBox=\"{0} {1} {w} {h}\">",
         frame.left, frame.top
     );
-    for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
-        draw(&mut out, mark, style, &frame, &plot.y);
+    let styles = styles(&plot.marks);
+    for (n, (mark, style)) in plot.marks.iter().zip(styles).enumerate() {
+        draw(&mut out, mark, style, &frame, &plot.y, &plot.marks[..n]);
     }
     out.push_str("</svg></svg>");
     out
 }
 
-fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis) {
+/// `under` are the marks drawn before it.
+fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis, under: &[Mark]) {
+    let on_map = under.iter().any(|m| matches!(m, Mark::Map(_)));
     let class = class(mark, style);
     match mark {
         Mark::Line { points, .. } => {
-            let _ = write!(
-                out,
-                "<path class=\"{class}\" d=\"{}\"/>",
-                line_path(points, frame)
-            );
+            let d = line_path(points, frame);
+            if on_map {
+                let _ = write!(out, "<path class=\"halo\" d=\"{d}\"/>");
+            }
+            let _ = write!(out, "<path class=\"{class}\" d=\"{d}\"/>");
         }
         Mark::Dots { points, .. } => {
             let mut d = String::new();

@@ -1,5 +1,6 @@
 //! Vertical sections of the highest temperatures, and the volume of voxels for ParaView.
 
+use std::fmt::Write as _;
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -80,6 +81,7 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
 /// Sections through the hottest place of each field and through the places that the job names.
 pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
     let mut plots = Vec::new();
+    let mut outside = String::new();
     for cut in cuts(outcome) {
         let grid = &cut.highest.grid;
         let top = grid.planes() - 1;
@@ -98,12 +100,17 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
             .map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
         for (name, place) in hottest.into_iter().chain(chosen) {
             let both = [Along::X, Along::Y].map(|along| plot(&cut, along, &name, place, settings));
+            if both.iter().all(Option::is_none) {
+                let _ = write!(outside, " {name} lies outside the voxels ({}).", cut.solver);
+            }
             plots.extend(both.into_iter().flatten());
         }
     }
     Section {
         title: "Sections".to_owned(),
-        intro: "Highest temperatures on vertical planes through the last layer; depths are drawn larger than widths. The whole volume lies in fields/voxels.vti.".to_owned(),
+        intro: format!(
+            "Highest temperatures on vertical planes through the last layer; depths are drawn larger than widths. The whole volume lies in fields/voxels.vti.{outside}"
+        ),
         plots,
         tables: Vec::new(),
     }
@@ -125,6 +132,7 @@ fn plot(
 ) -> Option<Plot> {
     let (grid, axis) = (&cut.highest.grid, along.axis());
     let across = along.other();
+    index(cut.highest, axis, place[axis])?;
     let row = index(cut.highest, across.axis(), place[across.axis()])?;
     let columns = grid.cells[axis];
     let cell = |n: usize| match along {
@@ -151,7 +159,7 @@ fn plot(
         Axis::new("z", "mm").between(bottom, grid.top()),
     )
     .with(Mark::Map(Map {
-        name: String::new(),
+        name: "highest".to_owned(),
         unit: "°C".to_owned(),
         corners: [DVec2::new(ends[0], bottom), DVec2::new(ends[1], grid.top())],
         columns,
@@ -162,7 +170,7 @@ fn plot(
     for (name, kelvin) in [
         ("liquidus", settings.material.liquidus),
         ("window, from", cut.classes.window[0]),
-        ("to", cut.classes.window[1]),
+        ("window, to", cut.classes.window[1]),
     ] {
         let points = (0..columns)
             .map(|n| {
