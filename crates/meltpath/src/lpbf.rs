@@ -1,11 +1,14 @@
 //! The laser scan-head pipeline: recipes on a plate of squares or on read layers, where the laser really goes, comparison,
 //! verdict.
 
+mod comparison;
 mod motion;
 mod optimise;
 mod present;
+mod refuse;
 pub mod run;
 pub mod settings;
+pub mod thesis;
 pub mod work;
 
 pub use run::{doctor, run};

@@ -1,12 +1,19 @@
 //! A layer of a part drawn by the electron beam: cut, scaled, hatched, over the metal and the powder that lie below it.
-#![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
 
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::ebm::region::Below;
 use meltpath::ebm::settings::resolve;
+use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
-use meltpath_base::Silent;
+use meltpath_base::{Reporter, Silent};
+use meltpath_thermal::criteria::{Classes, Tally};
 
 const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\nvoxel = \"100 µm\"\n[hatch]\n";
 
@@ -120,10 +127,6 @@ fn a_section_that_is_not_there_is_refused_where_it_is_written() {
             "2 separate areas",
         ),
         ("[ebm]\nground = \"powder\"\n", "says it again"),
-        (
-            "[section]\nheight = \"6.02 mm\"\n[judge]\nsolver = \"reference\"\n",
-            "hangs over",
-        ),
     ] {
         let file = job(dir.path(), extra);
         let out = dir.path().join("out");
@@ -131,4 +134,55 @@ fn a_section_that_is_not_there_is_refused_where_it_is_written() {
         assert!(refused.to_string().contains(told), "{refused}");
         assert!(!out.exists());
     }
+}
+
+/// The reference solver judges the layer just above the opening: hotter over powder, and the window is that of a body on metal.
+#[test]
+fn a_layer_that_hangs_over_is_judged_on_the_reference_solver() {
+    let dir = tempfile::tempdir().unwrap();
+    let extra = "[section]\nheight = \"6.02 mm\"\n[window]\nbody = [\"1.5 mm\", \"1.5 mm\"]\n[checks]\nin_window = \"0 %\"\n[judge]\nsolver = \"reference\"\nbeyond = \"0 mm\"\ncell = \"0.2 mm\"\nstep = \"40 us\"\npart = [[\"-3 mm\", \"-0.3 mm\"], [\"3 mm\", \"0.3 mm\"]]\n";
+    let file = job(dir.path(), extra);
+    let (Job::Ebm(read), _) = load(&file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    let settings = resolve(&read, dir.path(), &Silent).unwrap();
+    let found = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let judged = found.judged.unwrap().given;
+    let any = Classes {
+        melting: 0.0,
+        window: [0.0, f64::INFINITY],
+    };
+    // all of it on metal: colder where the opening was, as warm elsewhere, and the same window
+    let mut carried = settings.clone();
+    carried.below = Below::Metal;
+    let on_metal = simulate(&carried, &Reporter::new(), &Silent).unwrap();
+    let other = on_metal.judged.unwrap().given;
+    let difference = |away: std::ops::Range<f64>| {
+        let [here, there] = [&judged.highest, &other.highest].map(|field| {
+            Tally::of(field, &any, |[i, j, k]| {
+                let c = field.grid.centre(i, j, k);
+                k + 1 == field.grid.planes() && away.contains(&c.x.abs()) && c.y.abs() < 0.3
+            })
+            .mean
+        });
+        here - there
+    };
+    let [powder, metal] = [0.0..0.6, 1.5..2.5].map(difference);
+    println!("over powder {powder:.1} K hotter than over metal, beside it {metal:.2} K");
+    assert!(powder > 2.0 && metal.abs() < 0.5, "{powder} {metal}");
+    assert_eq!(other.runs[0].classes, judged.runs[0].classes);
+    // on charts too the good body lies on metal
+    assert_eq!(on_metal.classes, found.classes);
+
+    let out = dir.path().join("out");
+    let run = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let check = &run.verdict.checks[0];
+    assert!(check.title.ends_with("on the reference solver"));
+    assert!(
+        check.reason.contains("in the window as it was"),
+        "{}",
+        check.reason
+    );
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("Judged on the reference solver"));
 }

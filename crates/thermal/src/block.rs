@@ -147,7 +147,7 @@ impl<R: Real> Block<R> {
                 theta: &mut *t,
                 conduction: &mut *c,
             });
-            fill_ghosts(cells, sides, t, c);
+            fill_ghosts(cells, rows, sides, t, c);
             separate(cells, rows, t);
         };
         if share {
@@ -332,31 +332,34 @@ fn separate<R: Real>([nx, ny]: [usize; 2], rows: &[Range<usize>], theta: &mut [R
     }
 }
 
-/// Ghost cells of a plane at faces that are not neighbours: mirrored, so that the face is insulated or at `θ`.
+/// Ghost cells of a plane at faces that are not neighbours, beside awake rows: mirrored, so that the face is insulated or at
+/// `θ`.
 fn fill_ghosts<R: Real>(
     [nx, ny]: [usize; 2],
+    rows: &[Range<usize>],
     sides: Beyond,
     theta: &mut [R],
     conduction: &mut [R],
 ) {
-    let reflect: &dyn Fn(R) -> R = match sides {
-        Beyond::Nothing => &|t| t,
-        Beyond::Imposed(value) => &move |t| R::of(2.0 * value) - t,
+    let reflect = |t: R| match sides {
+        Beyond::Nothing => t,
+        Beyond::Imposed(value) => R::of(2.0 * value) - t,
     };
     let stride = nx + 2;
-    for j in 1..=ny {
-        for (ghost, inner) in [
-            (j * stride, j * stride + 1),
-            (j * stride + nx + 1, j * stride + nx),
-        ] {
+    for j in rows.iter().cloned().flatten() {
+        let row = (j + 1) * stride;
+        for (ghost, inner) in [(row, row + 1), (row + nx + 1, row + nx)] {
             theta[ghost] = reflect(theta[inner]);
             conduction[ghost] = conduction[inner];
         }
     }
-    for i in 1..=nx {
-        for (ghost, inner) in [(i, stride + i), ((ny + 1) * stride + i, ny * stride + i)] {
-            theta[ghost] = reflect(theta[inner]);
-            conduction[ghost] = conduction[inner];
+    let awake = |j: usize| rows.iter().any(|r| r.contains(&j));
+    for (ghost, inner) in [(0, 1), (ny + 1, ny)] {
+        if awake(inner - 1) {
+            for i in 1..=nx {
+                theta[ghost * stride + i] = reflect(theta[inner * stride + i]);
+                conduction[ghost * stride + i] = conduction[inner * stride + i];
+            }
         }
     }
 }

@@ -65,6 +65,8 @@ pub struct Enthalpy {
     pub at_liquidus: f64,
     /// Largest diffusivity `dθ/dg` anywhere, mm²/s.
     pub diffusivity_max: f64,
+    /// The same below the solidus, mm²/s.
+    pub diffusivity_solid: f64,
     formulas: Formulas<f64>,
     /// Largest difference between formulas and tables, K.
     pub fit_error: f64,
@@ -251,7 +253,7 @@ impl Enthalpy {
             }
         }
         let mut sums = [vec![0.0], vec![0.0], vec![0.0]];
-        let mut diffusivity_max = 0.0_f64;
+        let [mut diffusivity_max, mut diffusivity_solid] = [0.0_f64; 2];
         for pair in kelvin.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             // two-point Gauss: never on a corner, where a law may jump
@@ -264,6 +266,9 @@ impl Enthalpy {
                 material.relative_density(t.max(material.start)) * material.heat_capacity(t)
             });
             diffusivity_max = diffusivity_max.max(kirchhoff / dense);
+            if b <= material.solidus {
+                diffusivity_solid = diffusivity_max;
+            }
             for (sum, part) in sums.iter_mut().zip([dense, kirchhoff, powder]) {
                 sum.push(sum[sum.len() - 1] + part);
             }
@@ -282,6 +287,7 @@ impl Enthalpy {
             at_solidus: 0.0,
             at_liquidus: 0.0,
             diffusivity_max,
+            diffusivity_solid,
             formulas: Formulas {
                 kirchhoff: Piecewise {
                     solidus: 0.0,

@@ -7,39 +7,17 @@
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
-use crate::beam::{Beam, BeamError, BeamPath, BeamPoint};
+use crate::beam::{BeamError, BeamPath, BeamPoint};
+use crate::bed::{Body, MARGIN};
 use crate::grid::{Field, Grid};
-use crate::material::{CELSIUS, Material};
 use crate::run::{RunError, draw};
-use crate::solver::{Face, Faces, Solver, SolverError, State};
-use crate::surface::Surface;
 
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;
 /// Change of the power that a share must bear.
 pub const POWER: f64 = 0.05;
-/// Temperature of the heat shield above the build plane, K (Béraud 2016, section 3.2.2.1).
-const SHIELD: f64 = 300.0 + CELSIUS;
-/// Rows this close to the start temperature sleep, K.
-const TOLERANCE: f64 = 2.0;
 /// How long the ground remembers a beam, s.
 const MEMORY: f64 = 0.04;
-/// Metal or powder below and beside the path, mm (Béraud 2016, section 3.2.2.1).
-const MARGIN: f64 = 0.5;
-
-/// What is drawn on.
-#[derive(Debug, Clone)]
-pub struct Body<'a> {
-    /// The material.
-    pub material: &'a Material,
-    /// Beam to heat.
-    pub beam: &'a Beam,
-    /// Thickness of a layer, mm.
-    pub layer: f64,
-    /// What lies under the first layer.
-    pub ground: State,
-}
-
 /// Cell, longest step and power of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
@@ -180,87 +158,55 @@ fn awake_area(path: &BeamPath) -> f64 {
     span(&mut places.iter().map(|p| p.x)) * along / SAMPLES as f64
 }
 
-/// Draws `paths` on `body`, each on a fresh layer, from the start temperature, with margins of 0.5 mm. Rows that are as at
-/// the start sleep, see [`Solver::let_rows_sleep`]; x and y are exchanged where fewer cells are awake then.
+/// Draws `lower` layers and then `path` on `body`, each on a fresh layer, from the start temperature, with margins of 0.5 mm.
+/// Rows that are as at the start sleep, see [`crate::solver::Solver::let_rows_sleep`]; x and y are exchanged where fewer cells
+/// are awake then.
 ///
 /// # Errors
 /// [`RunError`].
 pub fn judge(
     body: &Body<'_>,
-    paths: &[BeamPath],
+    lower: &[BeamPath],
+    path: &BeamPath,
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
-    let others: Vec<BeamPath> = paths.iter().filter_map(|p| turned(p).ok()).collect();
-    let area = |paths: &[BeamPath]| paths.iter().map(awake_area).sum::<f64>();
-    if others.len() == paths.len() && area(&others) < area(paths) {
-        let drawn = draw_rows(body, &others, resolution, observer)?;
-        return Ok(Drawn {
-            highest: turned_field(&drawn.highest),
-            ..drawn
-        });
-    }
-    draw_rows(body, paths, resolution, observer)
+    let others: Vec<BeamPath> = lower.iter().filter_map(|p| turned(p).ok()).collect();
+    let areas = |lower: &[BeamPath], path: &BeamPath| {
+        lower.iter().map(awake_area).sum::<f64>() + awake_area(path)
+    };
+    let fewer = turned(path)
+        .ok()
+        .filter(|other| others.len() == lower.len() && areas(&others, other) < areas(lower, path));
+    let Some(path) = fewer else {
+        return draw_rows(body, lower, path, resolution, observer);
+    };
+    let ground = |[x, y]: [f64; 2]| (body.ground)([y, x]);
+    let turned = Body {
+        ground: &ground,
+        ..*body
+    };
+    let drawn = draw_rows(&turned, &others, &path, resolution, observer)?;
+    Ok(Drawn {
+        highest: turned_field(&drawn.highest),
+        ..drawn
+    })
 }
 
 fn draw_rows(
     body: &Body<'_>,
-    paths: &[BeamPath],
+    lower: &[BeamPath],
+    path: &BeamPath,
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
-    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    for w in paths
-        .iter()
-        .flat_map(|p| p.points().windows(2))
-        .filter(|w| w[0].on)
-    {
-        for p in w {
-            low = low.min(DVec3::new(p.x, p.y, 0.0));
-            high = high.max(DVec3::new(p.x, p.y, 0.0));
-        }
-    }
-    let margin = DVec3::new(MARGIN, MARGIN, 0.0);
-    let height = body.layer / f64::from(resolution.planes.max(1));
-    // whole layers, so that the powder of the first one ends on a plane of cells
-    let depth = ((MARGIN / body.layer - 1e-6).ceil() * body.layer).max(body.layer);
-    let edge = DVec3::new(resolution.cell, resolution.cell, height);
-    let grid = Grid::covering((low - margin).with_z(-depth), high + margin, edge)
-        .map_err(SolverError::from)?;
-    let material = body.material;
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: SHIELD,
-        },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
-    };
-    let mut solver = Solver::<f32>::new(grid, material.clone(), faces)?;
-    solver.set_state(|c| {
-        if c.z > -body.layer {
-            State::Powder
-        } else {
-            body.ground
-        }
-    });
-    let beam = Beam {
-        efficiency: body.beam.efficiency * resolution.power,
-        ..body.beam.clone()
-    };
-    let step = resolution.step.min(solver.stable_step());
-    solver.let_rows_sleep(TOLERANCE);
-    for (layer, path) in paths.iter().enumerate() {
-        if layer > 0 {
-            solver.add_layer(body.layer)?;
-            solver.freeze_below(depth);
-        }
-        draw(&mut solver, path, &beam, step, &mut [], observer)?;
-    }
+    let mut bed = body.bed(&[path], lower, resolution, observer)?;
+    let solver = &mut bed.solver;
+    draw(solver, path, &bed.beam, bed.step, &mut [], observer)?;
     Ok(Drawn {
         residual: solver.ledger().residual(solver.stored()),
         highest: solver.highest_temperature(),
-        step,
+        step: bed.step,
         updates: solver.updates(),
     })
 }

@@ -4,6 +4,7 @@
 
 pub mod as_built;
 pub mod beam;
+pub mod bed;
 mod block;
 pub mod chart;
 pub mod chart_build;

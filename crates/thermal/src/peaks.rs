@@ -63,7 +63,7 @@ impl Recorder {
     fn new(grid: &Grid) -> Self {
         let columns = grid.cells[0] * grid.cells[1];
         Recorder {
-            best: vec![0.0; columns],
+            best: vec![f64::NEG_INFINITY; columns],
             when: vec![f64::NAN; columns],
         }
     }
@@ -73,7 +73,7 @@ impl Recorder {
         grid: &Grid,
         beam: [f64; 2],
         time: f64,
-        temperature: impl Fn(usize, usize) -> f64,
+        warmth: impl Fn(usize, usize) -> f64,
     ) {
         let origin = [grid.origin.x, grid.origin.y];
         let range = |a: usize| {
@@ -85,7 +85,7 @@ impl Recorder {
         for j in range(1) {
             for i in range(0) {
                 let column = j * grid.cells[0] + i;
-                let now = temperature(i, j);
+                let now = warmth(i, j);
                 if now > self.best[column] {
                     self.best[column] = now;
                     self.when[column] = time;
@@ -139,9 +139,9 @@ impl Sink<f32> for Listener<'_> {
         let time = solver.time() + self.shift;
         let p = self.path.at(time);
         let top = solver.grid().planes() - 1;
-        let temperature = |i, j| solver.temperature_at(i, j, top);
-        self.recorder
-            .look(solver.grid(), [p.x, p.y], time, temperature);
+        // enthalpy grows with temperature, and needs no table
+        let warmth = |i, j| solver.enthalpy_at(i, j, top);
+        self.recorder.look(solver.grid(), [p.x, p.y], time, warmth);
     }
 }
 

@@ -282,7 +282,7 @@ impl<R: Real> Solver<R> {
     }
 
     /// The largest stable explicit time step, s: the worst diffusivity of the laws on the smallest cells, with the
-    /// thesis specification's margin for powder beside dense metal.
+    /// thesis specification's margin for powder, which is never molten, beside dense metal.
     pub fn stable_step(&self) -> f64 {
         let [dx, dy, dz] = self.smallest_edges();
         let fresh = self.material.relative_density(self.material.start);
@@ -290,8 +290,8 @@ impl<R: Real> Solver<R> {
         let [a, b] = self.material.powder_conduction();
         let share = a + b * fresh;
         let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
-        let rate =
-            2.0 * self.curve.diffusivity_max * contrast * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
+        let worst = (self.curve.diffusivity_solid * contrast).max(self.curve.diffusivity_max);
+        let rate = 2.0 * worst * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
         0.95 / rate
     }
 
@@ -527,9 +527,13 @@ impl<R: Real> Solver<R> {
 
     /// Temperature of cell `(i, j, k)`, K.
     pub fn temperature_at(&self, i: usize, j: usize, k: usize) -> f64 {
+        self.curve.temperature(self.enthalpy_at(i, j, k))
+    }
+
+    /// Enthalpy of cell `(i, j, k)` as if it were dense, J/mm³.
+    pub(crate) fn enthalpy_at(&self, i: usize, j: usize, k: usize) -> f64 {
         let [nx, ny] = self.grid.cells;
-        self.curve
-            .temperature(self.block.enthalpy[(k * ny + j) * nx + i].wide())
+        self.block.enthalpy[(k * ny + j) * nx + i].wide()
     }
 
     /// The hottest temperature anywhere, K.

@@ -175,10 +175,18 @@ impl<R: Real> CellLoop for Radiate<'_, R> {
             let mut heat = [R::ZERO; LANES];
             let n = g.len().min(r.len()).min(LANES);
             let (g, r) = (&mut g[..n], &mut r[..n]);
-            for lane in 0..n {
-                let emissivity = if r[lane] < R::ONE { powder } else { dense };
-                heat[lane] = emissivity * black.at(g[lane]);
-                (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
+            let powdery = r.iter().fold(0_u32, |any, r| any | u32::from(*r < R::ONE));
+            if powdery == 0 {
+                for lane in 0..n {
+                    heat[lane] = dense * black.at(g[lane]);
+                    g[lane] += -heat[lane];
+                }
+            } else {
+                for lane in 0..n {
+                    let emissivity = if r[lane] < R::ONE { powder } else { dense };
+                    heat[lane] = emissivity * black.at(g[lane]);
+                    (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
+                }
             }
             for (sum, heat) in sums.iter_mut().zip(&heat) {
                 *sum += heat.wide();

@@ -11,10 +11,11 @@ mod support;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::bed::Body;
 use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
-use meltpath_thermal::judgement::{Body, Resolution, judge};
+use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::State;
 use meltpath_thermal::source::Depth;
@@ -66,7 +67,7 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         material: &material,
         beam: &beam,
         layer: 0.05,
-        ground: State::Dense,
+        ground: &|_| State::Dense,
     };
     let resolution = Resolution {
         cell,
@@ -74,7 +75,7 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         step: 4e-6,
         power: 1.0,
     };
-    judge(&body, std::slice::from_ref(path), &resolution, &Silent)
+    judge(&body, &[], path, &resolution, &Silent)
         .unwrap()
         .highest
 }

@@ -10,9 +10,10 @@ mod support;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::bed::Body;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::judgement::{Body, Resolution, judge};
+use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::run::draw;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
@@ -115,7 +116,7 @@ fn a_long_track_costs_where_it_is_hot() {
         material: &material,
         beam: &beam,
         layer: 0.05,
-        ground: State::Dense,
+        ground: &|_| State::Dense,
     };
     let resolution = Resolution {
         cell: 0.0625,
@@ -126,7 +127,7 @@ fn a_long_track_costs_where_it_is_hot() {
     let cost = |length: f64| {
         let path =
             BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 200.0, settings(1e-3, 4e-3)).unwrap();
-        let drawn = judge(&body, &[path], &resolution, &Silent).unwrap();
+        let drawn = judge(&body, &[], &path, &resolution, &Silent).unwrap();
         let most = drawn.highest.largest().0 - CELSIUS;
         println!(
             "track of {length} mm: {:.2e} updates per mm, {most:.0} °C, heat lost {:.1e}",

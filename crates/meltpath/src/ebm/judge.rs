@@ -2,9 +2,10 @@
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::bed::Body;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::judgement::{Body, Resolution, Share, Variant, judge};
+use meltpath_thermal::judgement::{Resolution, Share, Variant, judge};
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::part::{Rectangle, within};
 use meltpath_thermal::run::RunError;
@@ -23,8 +24,12 @@ pub struct Run {
     pub variant: Variant,
     /// Cell, step as taken, power.
     pub resolution: Resolution,
-    /// The judged voxels.
+    /// The judged voxels, in the window of this run: that of the good body drawn with the same cell, step and power.
     pub tally: Tally,
+    /// That window.
+    pub classes: Classes,
+    /// The share in the window of the run as asked, which a change between the good body and this one would hit.
+    pub as_it_was: f64,
     /// What the solver lost of the heat.
     pub residual: f64,
     /// Updates of cells.
@@ -80,15 +85,24 @@ pub(super) fn tally(
     Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
 }
 
-fn body(settings: &Settings) -> Body<'_> {
+/// What the region is drawn on, with `ground` from [`ground`].
+pub(super) fn body<'a>(settings: &'a Settings, ground: &'a dyn Fn([f64; 2]) -> State) -> Body<'a> {
     Body {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
-        ground: match settings.below {
-            Below::Metal => State::Dense,
-            Below::Areas(_) => State::Powder,
-        },
+        ground,
+    }
+}
+
+/// What lies under the first layer at a place of the region.
+pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State {
+    move |point| {
+        if below.is_metal(point) {
+            State::Dense
+        } else {
+            State::Powder
+        }
     }
 }
 
@@ -100,10 +114,11 @@ fn cut(path: &BeamPath, rectangle: &Rectangle) -> Result<BeamPath, EbmError> {
     })
 }
 
-/// The window on the scale of the reference solver.
+/// The window on the scale of the reference solver with these cells, steps and power.
 fn classes(
     settings: &Settings,
     judging: &Judge,
+    resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Classes, EbmError> {
     let melting = settings.material.liquidus;
@@ -123,8 +138,16 @@ fn classes(
             .grown(MIDDLE);
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
             // as many layers of the good body as of the job
-            let layers = vec![part; settings.lower.len() + 1];
-            let drawn = judge(&body(settings), &layers, &judging.resolution, observer)?;
+            let lower = vec![part.clone(); settings.lower.len()];
+            let below = settings.below_good();
+            let ground = ground(&below);
+            let drawn = judge(
+                &body(settings, &ground),
+                &lower,
+                &part,
+                resolution,
+                observer,
+            )?;
             let any = Classes {
                 melting,
                 window: [melting, f64::INFINITY],
@@ -138,45 +161,71 @@ fn classes(
     }
 }
 
+/// The windows of the variants, found when first needed.
+struct Windows<'a> {
+    settings: &'a Settings,
+    judging: &'a Judge,
+    found: Vec<Classes>,
+}
+
+impl Windows<'_> {
+    fn of(
+        &mut self,
+        variant: usize,
+        resolution: &Resolution,
+        observer: &dyn Observer,
+    ) -> Result<Classes, EbmError> {
+        if let Some(found) = self.found.get(variant) {
+            return Ok(*found);
+        }
+        let found = classes(self.settings, self.judging, resolution, observer)?;
+        self.found.push(found);
+        Ok(found)
+    }
+}
+
 fn judged(
-    settings: &Settings,
-    judging: &Judge,
-    classes: [&Classes; 2],
+    windows: &mut Windows<'_>,
+    on_charts: &Classes,
     path: &BeamPath,
-    on_charts: Option<&Field>,
-    spare: &Field,
+    charts: Option<&Field>,
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
-    let mut paths = Vec::with_capacity(settings.lower.len() + 1);
-    for path in settings.lower.iter().chain([path]) {
-        paths.push(match &judging.part {
-            Some(part) => cut(path, &part.grown(judging.beyond))?,
-            None => path.clone(),
-        });
-    }
+    let (settings, judging) = (windows.settings, windows.judging);
+    let wanted = |path: &BeamPath| match &judging.part {
+        Some(part) => cut(path, &part.grown(judging.beyond)),
+        None => Ok(path.clone()),
+    };
+    let lower = settings.lower.iter().map(wanted);
+    let lower = lower.collect::<Result<Vec<BeamPath>, _>>()?;
+    let path = wanted(path)?;
     let part = judging.part.as_ref().map(|p| (p, judging.beyond));
     let of = |highest: &Field, classes: &Classes| {
         tally(highest, classes, &settings.contour, settings.inside, part)
     };
+    let ground = ground(&settings.below);
+    let body = body(settings, &ground);
     let mut runs: Vec<Run> = Vec::new();
-    let mut highest = None;
-    for variant in Variant::ALL {
-        let taken = runs
-            .first()
-            .map_or(judging.resolution.step, |r: &Run| r.resolution.step);
+    let mut first: Option<(Field, Classes, f64)> = None;
+    for (n, variant) in Variant::ALL.into_iter().enumerate() {
+        let taken = first.as_ref().map_or(judging.resolution.step, |f| f.2);
         let wanted = judging.resolution.of(variant, taken);
-        let drawn = judge(&body(settings), &paths, &wanted, observer)?;
+        let drawn = judge(&body, &lower, &path, &wanted, observer)?;
+        let classes = windows.of(n, &wanted, observer)?;
+        let window = first.as_ref().map_or(classes, |f| f.1);
         runs.push(Run {
             variant,
             resolution: Resolution {
                 step: drawn.step,
                 ..wanted
             },
-            tally: of(&drawn.highest, classes[0]),
+            tally: of(&drawn.highest, &classes),
+            as_it_was: of(&drawn.highest, &window).share(Class::Good),
+            classes,
             residual: drawn.residual,
             updates: drawn.updates,
         });
-        highest.get_or_insert(drawn.highest);
+        first.get_or_insert((drawn.highest, classes, drawn.step));
     }
     let shares: Vec<f64> = runs.iter().map(|r| r.tally.share(Class::Good)).collect();
     let share = Share {
@@ -188,11 +237,14 @@ fn judged(
             .map(|(r, s)| (r.variant, s - shares[0]))
             .collect(),
     };
+    let Some((highest, _, _)) = first else {
+        return Err(EbmError::GoodBody);
+    };
     Ok(JudgedPath {
         share,
         runs,
-        on_charts: on_charts.map(|highest| of(highest, classes[1])),
-        highest: highest.unwrap_or_else(|| spare.clone()),
+        on_charts: charts.map(|highest| of(highest, on_charts)),
+        highest,
     })
 }
 
@@ -208,33 +260,21 @@ pub fn judge_paths(
     better: Option<(&BeamPath, Option<&Drawn>)>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
-    let classes = classes(settings, judging, observer)?;
-    let both = [&classes, on_charts];
+    let mut windows = Windows {
+        settings,
+        judging,
+        found: Vec::new(),
+    };
+    let mut one = |path: &BeamPath, drawn: Option<&Drawn>| {
+        let highest = drawn.map(|d| &d.highest);
+        judged(&mut windows, on_charts, path, highest, observer)
+    };
+    let given = one(&given.path, Some(given))?;
+    let better = better.map(|(path, drawn)| one(path, drawn)).transpose()?;
     Ok(Judged {
-        given: judged(
-            settings,
-            judging,
-            both,
-            &given.path,
-            Some(&given.highest),
-            &given.highest,
-            observer,
-        )?,
-        better: better
-            .map(|(path, drawn)| {
-                let on_charts = drawn.map(|d| &d.highest);
-                judged(
-                    settings,
-                    judging,
-                    both,
-                    path,
-                    on_charts,
-                    &given.highest,
-                    observer,
-                )
-            })
-            .transpose()?,
-        classes,
+        classes: given.runs[0].classes,
+        given,
+        better,
     })
 }
 

@@ -1,25 +1,28 @@
 //! Better paths: orders and strategies tried, speed, current or focus changed along the path, on charts or on the reference
 //! solver.
 
+use std::time::{Duration, Instant};
+
 use meltpath_base::{Length, Observer, Provenance, Ratio, Reporter, Time};
 use meltpath_geometry::Region;
-use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::bed::Bed;
 use meltpath_thermal::chart_simulation::ChartSimulation;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
-use meltpath_thermal::learning::{Freedom, Learning, learn};
+use meltpath_thermal::judgement::Resolution;
+use meltpath_thermal::learning::{Freedom, Learned, Learning, learn};
 use meltpath_thermal::lever::Lever;
-use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::order::{Order, reorder};
 use meltpath_thermal::peaks::{Draw, crossed, with_charts, with_reference};
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
+use meltpath_thermal::run::draw as draw_path;
+use meltpath_thermal::solver::Solver;
 use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, StrategyError, control};
-use meltpath_thermal::surface::Surface;
 
 use super::hatch::{Hatch, HatchError};
+use super::judge::{body, ground};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use super::simulate::{centre_of_good, tally};
@@ -175,6 +178,30 @@ impl Optimise {
         Ok(found)
     }
 
+    /// What looking on the reference solver costs where one drawing takes `one`, in words.
+    fn cost(&self, one: Duration) -> String {
+        let orders = self.orders.iter().filter(|o| **o != OrderChoice::AsGiven);
+        let tried = match self.others.len() + orders.count() {
+            0 => 0,
+            others => (others as u32 + 1) * (TRIAL_ROUNDS + 1),
+        };
+        let mut drawings = f64::from(tried + self.rounds + 1);
+        if self.method == OptimiseMethod::Predictive {
+            // each piece is drawn ahead twice, a little further than it reaches, and then once
+            drawings += 1.0 + 2.0 * (1.0 + AHEAD / self.predicted_piece());
+        }
+        let one = one.as_secs_f64();
+        format!(
+            "as much as {drawings:.0} drawings of {one:.1} s in all, {:.1} min",
+            drawings * one / 60.0
+        )
+    }
+
+    /// Length of the pieces that are predicted, mm.
+    fn predicted_piece(&self) -> f64 {
+        self.piece.max(0.125)
+    }
+
     fn lever(&self, settings: &Settings) -> Lever {
         match self.change {
             Change::Speed => Lever::Speed,
@@ -228,6 +255,8 @@ pub struct OnReference {
     pub updates: f64,
 }
 
+/// How far beyond a piece its effect is looked at, mm: the hottest place follows the beam by half its width.
+const AHEAD: f64 = 0.2;
 /// Rounds of learning that a candidate gets before the best one is chosen.
 const TRIAL_ROUNDS: u32 = 4;
 
@@ -259,7 +288,7 @@ impl Search<'_> {
         rounds: u32,
         first: Option<SpeedProfile>,
         observer: &dyn Observer,
-    ) -> Result<(BeamPath, SpeedProfile, Vec<f64>), EbmError> {
+    ) -> Result<Learned, EbmError> {
         let learning = Learning {
             aim: self.aim(),
             rounds,
@@ -292,7 +321,7 @@ impl Search<'_> {
             &score,
             observer,
         )?;
-        Ok((found.path, found.profile, found.scores))
+        Ok(found)
     }
 
     /// The best candidate after a few rounds each, and where learning stands with it.
@@ -308,14 +337,14 @@ impl Search<'_> {
         let mut trials = Vec::new();
         let mut best: Option<(f64, BeamPath, SpeedProfile)> = None;
         for (name, path) in candidates {
-            let (_, profile, scores) = self.learned(draw, &path, TRIAL_ROUNDS, None, observer)?;
-            let reached = scores.iter().copied().fold(0.0, f64::max);
+            let found = self.learned(draw, &path, TRIAL_ROUNDS, None, observer)?;
+            let reached = found.scores.iter().copied().fold(0.0, f64::max);
             trials.push(Trial {
                 name,
-                shares: [scores[0], reached],
+                shares: [found.scores[0], reached],
             });
             if best.as_ref().is_none_or(|(most, _, _)| reached > *most) {
-                best = Some((reached, path, profile));
+                best = Some((reached, path, found.profile));
             }
         }
         let best = best.map(|(_, path, profile)| (path, Some(profile)));
@@ -328,9 +357,8 @@ impl Search<'_> {
         Prediction {
             aim: self.aim(),
             bounds: self.how.bounds,
-            length: self.how.piece.max(0.125),
-            // the hottest place follows the beam by half its width
-            ahead: 0.2 / speed.max(1.0),
+            length: self.how.predicted_piece(),
+            ahead: AHEAD / speed.max(1.0),
             lever: self.how.lever(self.settings),
             levels: Vec::new(),
         }
@@ -382,10 +410,10 @@ pub fn on_charts(
             });
         }
     };
-    let (path, _, scores) = search.learned(&mut draw, &path, how.rounds, first, observer)?;
+    let found = search.learned(&mut draw, &path, how.rounds, first, observer)?;
     Ok(Found {
-        path,
-        scores,
+        path: found.path,
+        scores: found.scores,
         trials,
         reference: None,
     })
@@ -416,54 +444,6 @@ fn online(
     Ok(Box::new(Accelerator::of_thesis(aim, diameter, speed, look)))
 }
 
-/// The reference solver round paths: fresh powder on the ground, lower layers drawn.
-fn reference(
-    settings: &Settings,
-    how: &Optimise,
-    lower: &[BeamPath],
-    last: &[&BeamPath],
-    observer: &dyn Observer,
-) -> Result<Solver<f32>, EbmError> {
-    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    let paths = lower.iter().chain(last.iter().copied());
-    for p in paths.flat_map(BeamPath::points) {
-        low = low.min(DVec3::new(p.x, p.y, 0.0));
-        high = high.max(DVec3::new(p.x, p.y, 0.0));
-    }
-    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
-    let depth = DVec3::new(0.0, 0.0, 5.0 * settings.penetration);
-    let edge = DVec3::new(how.cell, how.cell, settings.layer);
-    let failed = |e| StrategyError::from(meltpath_thermal::run::RunError::from(e));
-    let grid = Grid::covering(low - margin - depth, high + margin, edge)
-        .map_err(|e| failed(meltpath_thermal::solver::SolverError::from(e)))?;
-    let start = settings.material.start;
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(start),
-        bottom: Face::Imposed(start),
-    };
-    let mut solver = Solver::new(grid, settings.material.clone(), faces).map_err(failed)?;
-    solver.set_state(|c| {
-        if settings.powder(c) {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
-    let step = how.step.min(solver.stable_step());
-    for path in lower {
-        meltpath_thermal::run::draw(&mut solver, path, &settings.beam, step, &mut [], observer)
-            .map_err(StrategyError::from)?;
-        solver.add_layer(settings.layer).map_err(failed)?;
-        // as deep as the beam reaches: what lies below is back at the start temperature
-        solver.freeze_below(5.0 * settings.penetration);
-    }
-    Ok(solver)
-}
-
 /// Looks for a better path on the reference solver; the window is found there too.
 ///
 /// # Errors
@@ -474,6 +454,12 @@ pub fn on_reference(
     observer: &dyn Observer,
 ) -> Result<Found, EbmError> {
     let melting = settings.material.liquidus;
+    let resolution = Resolution {
+        cell: how.cell,
+        planes: 1,
+        step: how.step,
+        power: 1.0,
+    };
     let classes = match &settings.window {
         Window::Fixed(window) => Classes {
             melting,
@@ -481,9 +467,11 @@ pub fn on_reference(
         },
         Window::Good { path, width } => {
             let lower = vec![path.as_ref().clone(); settings.lower.len()];
-            let solver = reference(settings, how, &lower, &[path], observer)?;
-            let step = how.step.min(solver.stable_step());
-            let drawn = with_reference(&solver, &settings.beam, step)(path, observer)?;
+            let below = settings.below_good();
+            let ground = ground(&below);
+            let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
+            let bed = bed.map_err(StrategyError::from)?;
+            let drawn = with_reference(&bed.solver, &bed.beam, bed.step)(path, observer)?;
             let centre = centre_of_good(&drawn.highest, path, melting)?;
             Classes::calibrated(melting, centre, *width)
         }
@@ -497,14 +485,22 @@ pub fn on_reference(
     };
     let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
     around.push(&settings.path);
-    let solver = reference(settings, how, &settings.lower, &around, observer)?;
-    let step = how.step.min(solver.stable_step());
-    let mut draw = with_reference(&solver, &settings.beam, step);
+    let ground = ground(&settings.below);
+    let bed = body(settings, &ground).bed(&around, &settings.lower, &resolution, observer);
+    let Bed { solver, beam, step } = bed.map_err(StrategyError::from)?;
+    let begun = Instant::now();
+    let (given, updates) = drawn_as_given(&solver, &beam, step, &settings.path, observer)?;
+    let told = Told {
+        observer,
+        what: how.cost(begun.elapsed()),
+    };
+    let observer: &dyn Observer = &told;
+    let mut draw = with_reference(&solver, &beam, step);
     let (path, profile, trials) = search.choose(&mut draw, observer)?;
     let first = if how.method == OptimiseMethod::Predictive {
         let mut engine = Reference {
             solver: solver.clone(),
-            beam: &settings.beam,
+            beam: &beam,
             step,
         };
         let material = &settings.material;
@@ -518,26 +514,58 @@ pub fn on_reference(
     } else {
         profile
     };
-    let given = draw(&settings.path, observer)?.highest;
-    let (path, _, scores) = search.learned(&mut draw, &path, how.rounds, first, observer)?;
-    let better = draw(&path, observer)?.highest;
+    let found = search.learned(&mut draw, &path, how.rounds, first, observer)?;
     let judged = |highest: Field| {
         let found = tally(&highest, &classes, &settings.contour, settings.inside);
         (highest, found)
     };
-    let steps = (settings.path.end() - settings.path.begin()) / step;
     Ok(Found {
-        path,
-        scores,
+        path: found.path,
+        scores: found.scores,
         trials,
         reference: Some(OnReference {
             given: judged(given),
-            better: judged(better),
+            better: judged(found.highest),
             classes,
             step,
-            updates: steps * solver.grid().len() as f64,
+            updates,
         }),
     })
+}
+
+/// Highest temperatures of the path as given, and the updates of a cell that drawing it takes.
+fn drawn_as_given(
+    bed: &Solver<f32>,
+    beam: &Beam,
+    step: f64,
+    path: &BeamPath,
+    observer: &dyn Observer,
+) -> Result<(Field, f64), EbmError> {
+    let mut solver = bed.clone();
+    draw_path(&mut solver, path, beam, step, &mut [], observer).map_err(StrategyError::from)?;
+    let updates = solver.updates() - bed.updates();
+    Ok((solver.highest_temperature(), updates as f64))
+}
+
+/// Adds to the name of every stage how long it will take in all.
+struct Told<'a> {
+    observer: &'a dyn Observer,
+    what: String,
+}
+
+impl Observer for Told<'_> {
+    fn stage(&self, name: &str, total: u64) {
+        self.observer
+            .stage(&format!("{name}; {}", self.what), total);
+    }
+
+    fn advance(&self, done: u64) {
+        self.observer.advance(done);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
 }
 
 /// The fastest speed of a path with the beam on, mm/s, and the focus there.

@@ -146,6 +146,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             "unmelted (%)",
             "in window (%)",
             "change (points)",
+            "in the window as it was (%)",
             "mean (°C)",
             "heat lost (%)",
         ],
@@ -177,6 +178,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
                 Cell::Fixed(100.0 * t.share(Class::Good), 1),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
+                Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
@@ -192,12 +194,13 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
             Cell::Fixed(100.0 * t.share(Class::Good), 1),
             Cell::Empty,
+            Cell::Empty,
             Cell::Fixed(t.mean - CELSIUS, 0),
         ]);
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window {low:.0} to {high:.0} °C on its scale. A share that moves by more than 5 points with half the cell, half the step or 5 % of the power is not converged: compare it with shares of the same cell and step only."
+        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window of the run as asked {low:.0} to {high:.0} °C on its scale. Every run has its own window, round the good body drawn with the same cell, step and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }

@@ -14,6 +14,7 @@ use meltpath_thermal::chart_file;
 use meltpath_thermal::chart_simulation::ChartSimulationError;
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::focus::FocusError;
+use meltpath_thermal::judgement::Variant;
 use meltpath_thermal::solver::SolverError;
 use meltpath_thermal::strategy::StrategyError;
 
@@ -302,10 +303,21 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
         Limit::AtLeast(100.0 * settings.in_window),
     );
     let run = &judged.runs[0].resolution;
-    let changes: Vec<String> = share
-        .changes
+    let changes: Vec<String> = judged.runs[1..]
         .iter()
-        .map(|(v, c)| format!("{:+.1} at {}", 100.0 * c, v.words()))
+        .zip(&share.changes)
+        .map(|(run, (v, c))| {
+            let told = format!("{:+.1} at {}", 100.0 * c, v.words());
+            match v {
+                Variant::LessPower | Variant::MorePower => {
+                    format!(
+                        "{told}, {:.1} % in the window as it was",
+                        100.0 * run.as_it_was
+                    )
+                }
+                _ => told,
+            }
+        })
         .collect();
     let marked = if share.converged() {
         "converged within 5 points"
@@ -326,7 +338,7 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
             celsius(window[1]),
             1e3 * run.cell,
             1e6 * run.step,
-            changes.join(", ")
+            changes.join("; ")
         ),
         ..check
     }

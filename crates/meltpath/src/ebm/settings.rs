@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
-use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
@@ -117,9 +116,12 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Whether powder lies at a point before the first layer is drawn; the build plane is at height 0.
-    pub fn powder(&self, point: DVec3) -> bool {
-        point.z > -self.layer || !self.below.is_metal([point.x, point.y])
+    /// What lies below the body known to be good: metal where the region hangs over, since what lies there is the region's own.
+    pub fn below_good(&self) -> Below {
+        match &self.below {
+            Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
+            _ => Below::Metal,
+        }
     }
 }
 
@@ -298,13 +300,6 @@ pub fn resolve(
     });
     let optimise = optimise.transpose()?;
     let judge = judge(job, &mut r);
-    if judge.is_some() && matches!(&below, Below::Areas(areas) if !areas.is_empty()) {
-        return Err(TextError {
-            span: None,
-            message: "[judge] knows one ground below all of the region, and this part hangs over".to_owned(),
-            help: Some("choose a section.height that metal carries everywhere, or let [optimise] solver = \"reference\" tell its shares".to_owned()),
-        });
-    }
     let simulation = chart_simulation::Settings {
         step,
         memory: match charts.memory.unwrap_or_default() {

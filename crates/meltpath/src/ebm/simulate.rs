@@ -16,7 +16,7 @@ use meltpath_thermal::{chart_build, chart_file};
 
 use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
-use super::region::Contour;
+use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use crate::job::ebm::OptimiseSolver;
@@ -122,10 +122,11 @@ fn charts(
     Ok(sets)
 }
 
-/// Voxels round paths, fresh powder on the ground.
+/// Voxels round paths, fresh powder on what lies below.
 fn start<'a>(
     settings: &Settings,
     paths: impl Iterator<Item = &'a BeamPath>,
+    below: &Below,
     sets: Vec<ChartSet>,
 ) -> Result<ChartSimulation, EbmError> {
     let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
@@ -142,7 +143,7 @@ fn start<'a>(
     let mut simulation =
         ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
     simulation.set_state(|c| {
-        if settings.powder(c) {
+        if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {
             State::Powder
         } else {
             State::Dense
@@ -156,10 +157,11 @@ fn before_last_layer(
     settings: &Settings,
     lower: &[BeamPath],
     last: &BeamPath,
+    below: &Below,
     sets: Vec<ChartSet>,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, lower.iter().chain([last]), sets)?;
+    let mut simulation = start(settings, lower.iter().chain([last]), below, sets)?;
     for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
@@ -229,6 +231,7 @@ fn classes(
                 settings,
                 &vec![path.as_ref().clone(); settings.lower.len()],
                 path,
+                &settings.below_good(),
                 sets.to_vec(),
                 observer,
             )?;
@@ -291,6 +294,7 @@ pub fn simulate(
         settings,
         &settings.lower,
         &settings.path,
+        &settings.below,
         sets.clone(),
         observer,
     )?;
@@ -352,7 +356,7 @@ pub(crate) fn look_at(
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
     let sets = charts(settings, &paths, observer)?;
-    let mut simulation = start(settings, paths.iter().copied(), sets)?;
+    let mut simulation = start(settings, paths.iter().copied(), &settings.below, sets)?;
     for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
         if layer > 0 {
             simulation.add_layer();

@@ -431,12 +431,6 @@ impl EbmJob {
                 "write ground = \"powder\" under [ebm], or leave region.supported out",
             );
         }
-        if !self.region.supported.is_empty() && self.judge.is_some() {
-            return wrong(
-                "[judge] knows one ground below all of the region, and region.supported names another",
-                "judge without region.supported, or let [optimise] solver = \"reference\" tell its shares",
-            );
-        }
         if self.hatch.is_some() && self.region.contour.is_empty() && self.part.is_none() {
             return wrong(
                 "[hatch] has nothing to fill",

@@ -92,6 +92,10 @@ pub enum PreFilterChoice {
     On,
     /// None.
     Off,
+    /// The head's first average alone: acceleration is bounded, jerk is not.
+    FirstOnly,
+    /// The head's, both mirrors with the averages of the one that lags more.
+    Alike,
 }
 
 /// `[layers]`: which layers of `lpbf.layers` are run, and where they lie.

@@ -5,19 +5,20 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::as_motion::AsMotion;
 use meltpath_machine::scan_head::contour_error::PathErrors;
 use meltpath_machine::scan_head::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
+use meltpath_machine::scan_head::energy::EnergyAlong;
 use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate, hatch_distance};
-use meltpath_machine::scan_head::head::{
-    AsMotion, HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary,
-};
+use meltpath_machine::scan_head::gate::Darkness;
+use meltpath_machine::scan_head::head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
 use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_machine::scan_head::recipe_search::with_filter;
 use meltpath_toolpath::MotionSink;
 
 use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
-use super::{motion, optimise, present};
+use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
 use crate::tune::choose::ready;
@@ -49,6 +50,7 @@ pub(super) struct RecipeResult<'a> {
     pub(super) front: Vec<DelayScore>,
     pub(super) duration: f64,
     pub(super) errors: PathErrors<'a>,
+    pub(super) energy: EnergyAlong<'a>,
     /// Mean rate over the squares or layers, in each of [`MODES`].
     pub(super) fill: Vec<f64>,
     /// For each square or layer, its rates.
@@ -77,6 +79,18 @@ impl HeadSink for Path2d {
     }
 }
 
+/// The largest angles that the mirrors X and Y reach, rad.
+#[derive(Debug, Default)]
+struct Reach([f64; 2]);
+
+impl HeadSink for Reach {
+    fn block(&mut self, block: &HeadBlock) {
+        for (most, axis) in self.0.iter_mut().zip(&block.axes) {
+            *most = axis.angle.iter().fold(*most, |m, a| m.max(a.abs()));
+        }
+    }
+}
+
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
@@ -91,7 +105,9 @@ pub fn run(
 ) -> Result<Outcome, RunError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here).map_err(|e| in_file(path, text, e))?;
+    let settings = settings::resolve(job, here)
+        .and_then(|s| refuse::check(job, &s).map(|()| s))
+        .map_err(|e| in_file(path, text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     for letter in &settings.foreign {
         reporter.warn(
@@ -242,7 +258,9 @@ impl<'a> Run<'a> {
             .tuned()?
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
+        self.judge_delays(delays)?;
         let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
+        let law = self.recipe.power_law;
         let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
         let fill = match &self.settings.work {
             Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
@@ -252,7 +270,10 @@ impl<'a> Run<'a> {
             }
         };
         let mut sinks = (
-            PathErrors::new(job, WINDOW, period),
+            (
+                PathErrors::new(job, WINDOW, period),
+                (EnergyAlong::new(job, law, spot), Reach::default()),
+            ),
             (
                 (
                     fill,
@@ -261,12 +282,13 @@ impl<'a> Run<'a> {
                         ..Path2d::default()
                     },
                 ),
-                motion.map(|sink| AsMotion::new(job, &heights, sink)),
+                motion.map(|sink| AsMotion::new(job, law, &heights, sink)),
             ),
         );
         let RunSummary { duration, .. } =
             self.head.run(job, delays, 1, self.observer, &mut sinks)?;
-        let (errors, ((fill, path), _)) = sinks;
+        let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
+        self.judge_reach(&reach);
         let rates = fill.finish();
         let fill = (0..MODES.len())
             .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
@@ -280,10 +302,71 @@ impl<'a> Run<'a> {
             front,
             duration,
             errors,
+            energy,
             fill,
             rates,
             path,
         })
+    }
+
+    /// Tells delays that leave marks dark or keep the light on between them.
+    fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
+        let darkness = Darkness::of(&self.prepared.job, delays, self.head.head().period);
+        if darkness.dark == darkness.chains {
+            return Err(HeadError::Dark {
+                on: delays.on,
+                off: delays.off,
+                longest: darkness.longest,
+            });
+        }
+        let Darkness {
+            chains,
+            dark,
+            bridged,
+            ..
+        } = darkness;
+        let name = &self.recipe.name;
+        if dark > 0 {
+            self.reporter.warn(
+                "dark-marks",
+                format!(
+                    "{name}: {dark} of {chains} marks between jumps stay dark: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
+                    1e6 * delays.on,
+                    1e6 * delays.off
+                ),
+                "a shorter laser-on delay, with a wait after jumps in its stead; or leave out such short marks",
+            );
+        }
+        if bridged > 0 {
+            self.reporter.warn(
+                "light-between-marks",
+                format!(
+                    "{name}: the light stays on between {bridged} of {chains} marks: the laser-off delay, {:.0} µs, is longer than the pause",
+                    1e6 * delays.off
+                ),
+                "a shorter laser-off delay, or a longer wait after marks",
+            );
+        }
+        Ok(())
+    }
+
+    /// Tells mirrors that left their travel.
+    fn judge_reach(&self, reach: &Reach) {
+        let axes = &self.head.head().mirrors;
+        for ((axis, letter), &angle) in axes.iter().zip(['X', 'Y']).zip(&reach.0) {
+            if angle > axis.travel {
+                self.reporter.warn(
+                    "beyond-travel",
+                    format!(
+                        "{}: the {letter} mirror turns to {:.2} deg, its travel is ±{:.2} deg: there it strikes its stop, which is not simulated",
+                        self.recipe.name,
+                        angle.to_degrees(),
+                        axis.travel.to_degrees()
+                    ),
+                    "work nearer the centre of the field, slower jumps, or a controller that does not ring",
+                );
+            }
+        }
     }
 
     /// The last vector of the first square or layer.
@@ -308,9 +391,16 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
         let below = 100.0 * r.errors.contour.share_below(settings.contour_error);
-        checks.push(
+        let id = format!("contour-{number}");
+        checks.push(if r.errors.contour.total() == 0 {
+            Check::not_checked(
+                &id,
+                &format!("{}: contours", r.recipe.name),
+                "no contour was marked",
+            )
+        } else {
             Check::judge(
-                &format!("contour-{number}"),
+                &id,
                 &format!(
                     "{}: contour points within {:.0} µm",
                     r.recipe.name,
@@ -322,8 +412,8 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
             .at(meltpath_base::Place::at(
                 r.errors.worst.extend(0.0).to_array(),
             ))
-            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction"),
-        );
+            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
+        });
         let rate = 100.0 * r.fill[2];
         let title = format!("{}: fill rate, {}", r.recipe.name, MODES[2].words());
         let id = format!("fill-{number}");
@@ -356,6 +446,8 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &LpbfJob, text: &str) -> Result<Vec<String>, RunError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here).map_err(|e| in_file(job_file, text, e))?;
+    let settings = settings::resolve(job, here)
+        .and_then(|s| refuse::check(job, &s).map(|()| s))
+        .map_err(|e| in_file(job_file, text, e))?;
     Ok(crate::outcome::parameter_lines(&settings.provenance))
 }
