@@ -57,8 +57,24 @@ def check_vtk(path):
         expect(max(ids) < points, f"{path}: a cell refers to point {max(ids)} of {points}")
         if data.GetNumberOfLines():
             expect(ids[1] == points - 1, f"{path}: the last line ends at point {ids[1]} of {points}")
+    if path.suffix == ".vti":
+        check_volume(path, data)
     print(f"  {path.name}: {data.GetNumberOfPoints()} points, {data.GetNumberOfCells()} cells")
     return data
+
+
+def check_volume(path, data):
+    """A volume of voxels: as many values as cells, classes in the order of temperatures."""
+    cells = arrays(data.GetCellData())
+    heat, classes = cells.get("highest temperature [°C]"), cells.get("class")
+    if heat is None or classes is None:
+        return
+    expect(len(heat) == len(classes) == data.GetNumberOfCells(), f"{path}: other counts than its {data.GetNumberOfCells()} cells")
+    found = sorted(set(classes.tolist()))
+    expect(set(found) <= {0, 1, 2, 3}, f"{path}: classes {found}")
+    for low, high in zip(found, found[1:]):
+        expect(heat[classes == low].max() <= heat[classes == high].min(), f"{path}: class {high} is colder than {low}")
+    print(f"  {path.name}: {len(heat)} voxels, up to {heat.max():.0f} °C, classes {found}")
 
 
 def check_collection(path):

@@ -21,6 +21,7 @@ use crate::job::ebm::WindowTable;
 use crate::job::{self, EbmJob, Job, JobError};
 use crate::outcome::RunError;
 
+use samples::Layers;
 pub use samples::SamplesError;
 
 /// Why nothing could be compared.
@@ -67,6 +68,8 @@ pub struct Comparison {
     pub apart: Apart,
     /// The pairs, in the order of the table.
     pub pairs: Vec<Pair>,
+    /// The layer of each pair, from 1; 1 against a table.
+    pub layers: Vec<usize>,
     /// Samples left out for their place and for their time.
     pub left_out: [usize; 2],
     /// What the table was compared with, in words.
@@ -146,6 +149,7 @@ pub fn compare(
     let mut comparison = Comparison {
         apart: figures,
         pairs: found.pairs,
+        layers: found.layers,
         left_out: found.left_out,
         against: found.against,
         cell: found.cell,
@@ -168,6 +172,7 @@ pub fn compare(
 /// Pairs, and what had no counterpart.
 struct Paired {
     pairs: Vec<Pair>,
+    layers: Vec<usize>,
     samples: usize,
     left_out: [usize; 2],
     words: (&'static str, &'static str),
@@ -177,8 +182,11 @@ struct Paired {
 
 fn with_table(against: &Path, table: &Path, reporter: &Reporter) -> Result<Paired, RunError> {
     let told = |e: SamplesError| CompareError::from(e);
-    let other = samples::read(against, 0.0, reporter).map_err(told)?;
-    let ours = samples::read(table, 0.0, reporter).map_err(told)?;
+    // heights tell the layers of two tables apart
+    let (other, ours) = (
+        samples::of_any_layer(against, reporter).map_err(told)?,
+        samples::of_any_layer(table, reporter).map_err(told)?,
+    );
     let places = Places::new(&other, WITHIN);
     let mut left_out = [0; 2];
     let mut pairs = Vec::with_capacity(ours.len());
@@ -194,6 +202,7 @@ fn with_table(against: &Path, table: &Path, reporter: &Reporter) -> Result<Paire
     }
     Ok(Paired {
         cell: cell_of(&pairs),
+        layers: vec![1; pairs.len()],
         pairs,
         samples: ours.len(),
         left_out,
@@ -285,29 +294,43 @@ fn with_run(
     observer: &dyn Observer,
 ) -> Result<Paired, RunError> {
     let settings = settings_of(folder, observer)?;
-    let top = settings.lower.len() as f64 * settings.layer;
-    let mut samples: Vec<(usize, Sample)> = samples::read(table, top, reporter)
-        .map_err(CompareError::from)?
-        .into_iter()
-        .enumerate()
-        .collect();
-    let count = samples.len();
-    samples.sort_by(|a, b| a.1.time.total_cmp(&b.1.time));
-    let (begin, end) = (settings.path.begin(), settings.path.end());
+    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let layers = Layers {
+        count: paths.len(),
+        thickness: settings.layer,
+    };
+    let rows = samples::read(table, layers, reporter).map_err(CompareError::from)?;
     let slack = 0.5 * settings.simulation.step;
-    let before = samples.len();
-    samples.retain(|(_, s)| s.time > begin - slack && s.time < end + slack);
-    let mut left_out = [0, before - samples.len()];
-    let mut times: Vec<f64> = samples.iter().map(|(_, s)| s.time.min(end)).collect();
-    times.dedup();
-    let mut next = 0;
-    let mut group = 0;
-    let mut found: Vec<(usize, Pair)> = Vec::with_capacity(samples.len());
-    let mut look = |s: &meltpath_thermal::chart_simulation::ChartSimulation| {
-        let time = times[group];
-        group += 1;
-        while let Some((n, sample)) = samples.get(next).filter(|(_, s)| s.time.min(end) <= time) {
-            next += 1;
+    let mut left_out = [0; 2];
+    let mut of_layer: Vec<Vec<(usize, Sample)>> = vec![Vec::new(); paths.len()];
+    for (n, row) in rows.iter().enumerate() {
+        let path = paths[row.layer - 1];
+        let time = row.sample.time;
+        if time > path.begin() - slack && time < path.end() + slack {
+            let sample = Sample {
+                time: time.min(path.end()),
+                ..row.sample
+            };
+            of_layer[row.layer - 1].push((n, sample));
+        } else {
+            left_out[1] += 1;
+        }
+    }
+    let mut times = Vec::with_capacity(paths.len());
+    for samples in &mut of_layer {
+        samples.sort_by(|a, b| a.1.time.total_cmp(&b.1.time));
+        let mut own: Vec<f64> = samples.iter().map(|(_, s)| s.time).collect();
+        own.dedup();
+        times.push(own);
+    }
+    let mut seen = vec![[0; 2]; paths.len()];
+    let mut found: Vec<(usize, Pair)> = Vec::with_capacity(rows.len());
+    let mut look = |layer: usize, s: &meltpath_thermal::chart_simulation::ChartSimulation| {
+        let [group, next] = &mut seen[layer];
+        let time = times[layer][*group];
+        *group += 1;
+        while let Some((n, sample)) = of_layer[layer].get(*next).filter(|(_, s)| s.time <= time) {
+            *next += 1;
             match around(s.grid(), sample.place) {
                 Some(cells) => found.push((
                     *n,
@@ -330,12 +353,13 @@ fn with_run(
         "drawn again from the run's job, path and charts; straight between the centres of voxels, at the nearest time step",
     );
     Ok(Paired {
+        layers: found.iter().map(|(n, _)| rows[*n].layer).collect(),
+        samples: rows.len(),
         pairs: found.into_iter().map(|(_, p)| p).collect(),
-        samples: count,
         left_out,
         words: (
             "outside the voxels of the run",
-            "before the path begins or after it ends",
+            "before their layer's path begins or after it ends",
         ),
         against: format!("the run {}", folder.display()),
         cell: settings.voxel,

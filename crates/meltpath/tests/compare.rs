@@ -75,7 +75,7 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
             } else {
                 format!(
                     "{},{},{},{},{}\n",
-                    cells[0], cells[1], cells[2], cells[3], cells[5]
+                    cells[1], cells[2], cells[3], cells[4], cells[6]
                 )
             }
         })
@@ -93,6 +93,76 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
     let tables =
         compare::compare(&again, &file, Some(&folder.join("third")), folder, &Silent).unwrap();
     assert!((tables.apart.bias - 25.0).abs() < 0.5, "{:?}", tables.apart);
+}
+
+/// Each layer of a run is met at its own height and on its own clock, and told by itself.
+#[test]
+fn every_layer_is_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
+    let file = folder.join("job.toml");
+    std::fs::write(&file, job).unwrap();
+    let run = folder.join("run");
+    chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    // on the surface, which is 750 °C until the beam comes
+    let table = |name: &str, layers: &[u32]| {
+        let mut text = "x,y,t_ms,T,layer\n".to_owned();
+        for layer in layers {
+            for n in 0..10 {
+                writeln!(
+                    text,
+                    "{},0.5,0.001,{},{layer}",
+                    0.2 * f64::from(n),
+                    750 + 10 * layer
+                )
+                .unwrap();
+            }
+        }
+        let file = folder.join(name);
+        std::fs::write(&file, text).unwrap();
+        file
+    };
+    let out = folder.join("out");
+    let found = compare::compare(
+        &run,
+        &table("all.csv", &[1, 2, 3]),
+        Some(&out),
+        folder,
+        &Silent,
+    );
+    let found = found.unwrap();
+    assert_eq!(found.pairs.len(), 30);
+    let height = |layer: usize| {
+        let n = found.layers.iter().position(|l| *l == layer).unwrap();
+        found.pairs[n].sample.place[2]
+    };
+    assert!((height(3) - height(1) - 0.1).abs() < 1e-9);
+    let of = |layer: usize| {
+        let own = found
+            .layers
+            .iter()
+            .zip(&found.pairs)
+            .filter(|(l, _)| **l == layer);
+        own.map(|(_, p)| p.difference()).fold(0.0, f64::max)
+    };
+    for layer in 1..=3 {
+        assert!(
+            (of(layer) - 10.0 * layer as f64).abs() < 1.0,
+            "{layer}: {}",
+            of(layer)
+        );
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("By layer"));
+    let wrong = table("wrong.csv", &[1, 4]);
+    let error = compare::compare(&run, &wrong, None, folder, &Silent).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("layer 4 is not one of the run's 1 to 3"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -11,6 +11,8 @@ pub mod html;
 pub mod number;
 pub mod packing;
 pub mod plot;
+mod plot_axes;
+mod plot_map;
 pub mod plot_svg;
 mod provenance_html;
 pub mod scene;

@@ -2,6 +2,8 @@
 
 use meltpath_geometry::math::DVec2;
 
+pub use crate::plot_map::Map;
+
 /// How an axis runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scale {
@@ -115,6 +117,8 @@ pub enum Mark {
         /// The bars.
         bars: Vec<Bar>,
     },
+    /// Coloured cells, along linear axes.
+    Map(Map),
     /// A horizontal limit.
     Limit {
         /// Name in the legend.
@@ -134,6 +138,7 @@ impl Mark {
             | Mark::Area { name, .. }
             | Mark::Bars { name, .. }
             | Mark::Limit { name, .. } => name,
+            Mark::Map(map) => &map.name,
         }
     }
 }

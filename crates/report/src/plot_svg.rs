@@ -8,17 +8,19 @@ use std::fmt::Write as _;
 use meltpath_geometry::math::DVec2;
 
 use crate::escape::escape;
-use crate::number::{fixed, significant, ticks};
+use crate::number::significant;
 use crate::plot::{Aspect, Axis, Bar, Mark, Plot, Scale};
+use crate::plot_axes::{axes, axis_ticks};
+use crate::plot_map;
 
 const WIDTH: f64 = 520.0;
-const HEIGHT: f64 = 300.0;
+pub(crate) const HEIGHT: f64 = 300.0;
 /// Least free space around the frame: left, top, right, bottom.
 const MARGIN: [f64; 4] = [48.0, 12.0, 16.0, 46.0];
 /// Width of a digit in the tick labels, upper estimate over common fonts.
 const DIGIT: f64 = 8.0;
 /// Intervals that the vertical axis aims at.
-const Y_TICKS: u32 = 5;
+pub(crate) const Y_TICKS: u32 = 5;
 /// Number of colours and dash patterns in the page's style sheet.
 const STYLES: usize = 6;
 
@@ -46,7 +48,9 @@ fn styles(marks: &[Mark]) -> Vec<usize> {
                 next += 1;
                 (next - 1) % STYLES
             }
-            Mark::Band { .. } | Mark::Area { .. } | Mark::Limit { .. } => next % STYLES,
+            Mark::Band { .. } | Mark::Area { .. } | Mark::Limit { .. } | Mark::Map(_) => {
+                next % STYLES
+            }
         })
         .collect()
 }
@@ -59,12 +63,17 @@ fn class(mark: &Mark, style: usize) -> String {
         Mark::Bars { .. } => format!("bars s{style}"),
         Mark::Area { .. } => "area".to_owned(),
         Mark::Limit { .. } => "limit".to_owned(),
+        Mark::Map(_) => "map".to_owned(),
     }
 }
 
 fn legend(plot: &Plot) -> String {
     let mut html = String::from("<ul class=\"legend\">");
     for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
+        if let Mark::Map(map) = mark {
+            html.push_str(&plot_map::scale(map));
+            continue;
+        }
         let swatch = match mark {
             Mark::Line { .. } | Mark::Limit { .. } => "<path d=\"M0 6h26\"/>",
             Mark::Dots { .. } => "<circle cx=\"13\" cy=\"6\" r=\"3\"/>",
@@ -82,13 +91,13 @@ fn legend(plot: &Plot) -> String {
 }
 
 /// Map from values to the drawing.
-struct Frame {
-    lo: DVec2,
-    hi: DVec2,
-    left: f64,
-    top: f64,
-    right: f64,
-    bottom: f64,
+pub(crate) struct Frame {
+    pub(crate) lo: DVec2,
+    pub(crate) hi: DVec2,
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) right: f64,
+    pub(crate) bottom: f64,
 }
 
 impl Frame {
@@ -125,11 +134,11 @@ impl Frame {
         self.hi += 0.5 * missing;
     }
 
-    fn x(&self, x: f64) -> f64 {
+    pub(crate) fn x(&self, x: f64) -> f64 {
         self.left + (x - self.lo.x) / (self.hi.x - self.lo.x) * (self.right - self.left)
     }
 
-    fn y(&self, y: f64) -> f64 {
+    pub(crate) fn y(&self, y: f64) -> f64 {
         self.bottom - (y - self.lo.y) / (self.hi.y - self.lo.y) * (self.bottom - self.top)
     }
 
@@ -157,6 +166,7 @@ fn extent(marks: &[Mark]) -> (DVec2, DVec2) {
                 lower.iter().chain(upper).copied().for_each(&mut take);
             }
             Mark::Area { outline, .. } => outline.iter().copied().for_each(&mut take),
+            Mark::Map(map) => map.corners.iter().copied().for_each(&mut take),
             Mark::Bars { bars, .. } => {
                 for bar in bars {
                     take(DVec2::new(bar.from, 0.0));
@@ -253,6 +263,8 @@ fn straightened(plot: &Plot) -> Plot {
                 name: name.clone(),
                 value: along(sy, *value),
             },
+            // equal cells stay equal on linear axes only
+            Mark::Map(map) => Mark::Map(map.clone()),
         })
         .collect();
     Plot {
@@ -286,142 +298,25 @@ fn drawing(plot: &Plot) -> String {
         "<svg x=\"{0}\" y=\"{1}\" width=\"{w}\" height=\"{h}\" viewBox=\"{0} {1} {w} {h}\">",
         frame.left, frame.top
     );
-    for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
-        draw(&mut out, mark, style, &frame, &plot.y);
+    let styles = styles(&plot.marks);
+    for (n, (mark, style)) in plot.marks.iter().zip(styles).enumerate() {
+        draw(&mut out, mark, style, &frame, &plot.y, &plot.marks[..n]);
     }
     out.push_str("</svg></svg>");
     out
 }
 
-fn axes(out: &mut String, plot: &Plot, f: &Frame) {
-    let mut grid = String::new();
-    let mut labels = String::new();
-    for tick in axis_ticks(plot.x.scale, f.lo.x, f.hi.x, 6) {
-        let at = f.x(tick.at);
-        let _ = write!(grid, "M{at:.1} {:.1}V{:.1}", f.top, f.bottom);
-        if let Some(label) = tick.label {
-            let _ = write!(
-                labels,
-                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
-                f.bottom + 17.0,
-            );
-        }
-    }
-    for tick in axis_ticks(plot.y.scale, f.lo.y, f.hi.y, Y_TICKS) {
-        let at = f.y(tick.at);
-        let _ = write!(grid, "M{:.1} {at:.1}H{:.1}", f.left, f.right);
-        if let Some(label) = tick.label {
-            let _ = write!(
-                labels,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
-                f.left - 7.0,
-                at + 4.0,
-            );
-        }
-    }
-    let _ = write!(
-        out,
-        "<path class=\"grid\" d=\"{grid}\"/><path class=\"frame\" d=\"M{0} {1}V{2}H{3}\"/><g class=\"ticks\">{labels}</g>",
-        f.left, f.top, f.bottom, f.right
-    );
-    let middle = DVec2::new(0.5 * (f.left + f.right), 0.5 * (f.top + f.bottom));
-    let _ = write!(
-        out,
-        "<text class=\"axis\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-        middle.x,
-        HEIGHT - 8.0,
-        axis_label(&plot.x),
-    );
-    // turned, the text runs upwards: its x is the negative of the page's y
-    let _ = write!(
-        out,
-        "<text class=\"axis\" x=\"{:.1}\" y=\"14\" transform=\"rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        -middle.y,
-        axis_label(&plot.y),
-    );
-}
-
-/// A line of the grid.
-struct Tick {
-    /// Where, in the coordinates of the frame.
-    at: f64,
-    /// What stands at it.
-    label: Option<String>,
-}
-
-/// Most decades whose parts are drawn too.
-const FINE_DECADES: f64 = 8.0;
-
-/// The grid lines of an axis from `lo` to `hi` in the frame's coordinates, about `count` of them labelled.
-fn axis_ticks(scale: Scale, lo: f64, hi: f64, count: u32) -> Vec<Tick> {
-    let span = hi - lo;
-    // an axis within a third of a decade is as good as linear; one of 300 decades is none
-    if scale == Scale::Linear || !(0.3..300.0).contains(&span) {
-        let (values, decimals) = ticks(lo, hi, count);
-        return values
-            .into_iter()
-            .map(|v| Tick {
-                at: v,
-                label: Some(match scale {
-                    Scale::Linear => tick_label(v, decimals),
-                    Scale::Logarithmic => significant(10f64.powf(v), 3),
-                }),
-            })
-            .collect();
-    }
-    let every = (span / f64::from(count.max(1))).ceil().max(1.0) as i32;
-    let parts: &[i32] = if span <= FINE_DECADES {
-        &[1, 2, 3, 4, 5, 6, 7, 8, 9]
-    } else {
-        &[1]
-    };
-    let mut all = Vec::new();
-    for decade in lo.floor() as i32..=hi.ceil() as i32 {
-        for &part in parts {
-            let at = f64::from(decade) + f64::from(part).log10();
-            if at < lo - 1e-9 || at > hi + 1e-9 {
-                continue;
-            }
-            let labelled = match part {
-                1 => decade.rem_euclid(every) == 0,
-                2 | 5 => span < 1.7,
-                _ => false,
-            };
-            let value = f64::from(part) * 10f64.powi(decade);
-            all.push(Tick {
-                at,
-                label: labelled.then(|| significant(value, 1)),
-            });
-        }
-    }
-    all
-}
-
-fn tick_label(value: f64, decimals: usize) -> String {
-    if value.abs() >= 1e6 {
-        significant(value, 4)
-    } else {
-        fixed(value, decimals)
-    }
-}
-
-fn axis_label(axis: &Axis) -> String {
-    if axis.unit.is_empty() {
-        escape(&axis.label).into_owned()
-    } else {
-        format!("{} ({})", escape(&axis.label), escape(&axis.unit))
-    }
-}
-
-fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis) {
+/// `under` are the marks drawn before it.
+fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis, under: &[Mark]) {
+    let on_map = under.iter().any(|m| matches!(m, Mark::Map(_)));
     let class = class(mark, style);
     match mark {
         Mark::Line { points, .. } => {
-            let _ = write!(
-                out,
-                "<path class=\"{class}\" d=\"{}\"/>",
-                line_path(points, frame)
-            );
+            let d = line_path(points, frame);
+            if on_map {
+                let _ = write!(out, "<path class=\"halo\" d=\"{d}\"/>");
+            }
+            let _ = write!(out, "<path class=\"{class}\" d=\"{d}\"/>");
         }
         Mark::Dots { points, .. } => {
             let mut d = String::new();
@@ -478,6 +373,7 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
             }
             out.push_str("</g>");
         }
+        Mark::Map(map) => plot_map::cells(out, map, |p| frame.place(p)),
         Mark::Limit { name, value } => {
             let y = frame.y(*value);
             let _ = write!(

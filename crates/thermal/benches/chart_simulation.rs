@@ -1,5 +1,7 @@
 //! Chart simulation in single precision, plain x86-64 instructions: the thesis' line of 3 mm and its triangle on one
-//! thread and on all; elements are voxels times steps. And a set of charts (reference solver, widest registers, f32).
+//! thread and on two, with and without a memory of the ground; elements are voxels times steps. What it costs by how many
+//! voxels are under the beam: the same line on voxels of half the edge (four times as many), and twice the line (elements are
+//! voxels under the beam times steps). And a set of charts (reference solver, widest registers, f32).
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -7,11 +9,12 @@ use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::compute;
-use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
+use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
+use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::medium::Body;
 use meltpath_thermal::solver::State;
 
 fn titanium() -> Material {
@@ -38,10 +41,19 @@ fn start(current: f64, focus: f64) -> BeamPoint {
     }
 }
 
-fn simulation(set: &ChartSet, low: DVec3, high: DVec3, edge: f64) -> ChartSimulation {
+fn simulation(
+    set: &ChartSet,
+    low: DVec3,
+    high: DVec3,
+    edge: f64,
+    memory: Memory,
+) -> ChartSimulation {
     let grid = Grid::covering(low, high, DVec3::new(edge, edge, 0.05)).unwrap();
     let material = titanium();
-    let settings = Settings::of(&material);
+    let settings = Settings {
+        memory,
+        ..Settings::of(&material)
+    };
     let mut simulation =
         ChartSimulation::new(&grid, material, vec![set.clone()], settings).unwrap();
     simulation.set_state(|c| {
@@ -78,32 +90,72 @@ fn benches(c: &mut Criterion) {
     .unwrap();
     let line = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, start(2e-3, 0.0)).unwrap();
     let low = DVec3::new(-0.25, -0.25, -0.35);
-    let ready = simulation(&slow, low, DVec3::new(3.25, 0.25, 0.0), 0.048);
+    let ready = simulation(&slow, low, DVec3::new(3.25, 0.25, 0.0), 0.048, Memory::None);
     group.throughput(Throughput::Elements(ready.grid().len() as u64 * 3000));
     group.bench_function("line of 3 mm, all threads", |b| {
         b.iter(|| ready.clone().draw(&line, &[], &mut |_, _| (), &Silent));
     });
-    let quick = compute(&fast(), &material, &Silent).unwrap();
-    let path = triangle();
-    let low = DVec3::new(-9.25, -0.5, -0.35);
-    let ready = simulation(&quick, low, DVec3::new(9.25, 8.0, 0.0), 0.061);
-    let steps = (path.end() / 2.5e-6) as u64;
-    group.throughput(Throughput::Elements(ready.grid().len() as u64 * steps));
-    for threads in [1, 2] {
+    // the disc of the heated zone: 1.4 beam diameters across, seven planes
+    let radius = 0.7 * 0.551_67_f64;
+    for (length, edge) in [(3.0, 0.096), (3.0, 0.048), (6.0, 0.048)] {
+        let line = BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 400.0, start(2e-3, 0.0)).unwrap();
+        let low = DVec3::new(-0.5, -0.5, -0.35);
+        let high = DVec3::new(length + 0.5, 0.5, 0.0);
+        let ready = simulation(&slow, low, high, edge, Memory::None);
+        let active = 7.0 * std::f64::consts::PI * radius * radius / (edge * edge);
+        let steps = line.end() / 2.5e-6;
+        group.throughput(Throughput::Elements((active * steps) as u64));
+        let name = format!("line of {length} mm, {active:.0} voxels under the beam, 1 thread");
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
+            .num_threads(1)
             .build()
             .unwrap();
-        group.bench_function(
-            format!("triangle, {} voxels, {threads} threads", ready.grid().len()),
-            |b| {
-                b.iter(|| pool.install(|| ready.clone().draw(&path, &[], &mut |_, _| (), &Silent)));
-            },
-        );
+        group.bench_function(name, |b| {
+            b.iter(|| pool.install(|| ready.clone().draw(&line, &[], &mut |_, _| (), &Silent)));
+        });
+    }
+    let mut quick = compute(&fast(), &material, &Silent).unwrap();
+    warm(&mut quick, &warm_grounds(&material), &material, &Silent).unwrap();
+    let path = triangle();
+    let low = DVec3::new(-9.25, -0.5, -0.35);
+    let steps = (path.end() / 2.5e-6) as u64;
+    for (words, memory) in [
+        ("", Memory::None),
+        (
+            " with memory",
+            Memory::Ground(Body::Cooled { thickness: 0.5 }),
+        ),
+    ] {
+        let ready = simulation(&quick, low, DVec3::new(9.25, 8.0, 0.0), 0.061, memory);
+        group.throughput(Throughput::Elements(ready.grid().len() as u64 * steps));
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            group.bench_function(
+                format!(
+                    "triangle{words}, {} voxels, {threads} threads",
+                    ready.grid().len()
+                ),
+                |b| {
+                    b.iter(|| {
+                        pool.install(|| ready.clone().draw(&path, &[], &mut |_, _| (), &Silent))
+                    });
+                },
+            );
+        }
     }
     group.throughput(Throughput::Elements(1));
     group.bench_function("charts of 5 mA, 25 µm, to 3700 °C", |b| {
         b.iter(|| compute(&fast(), &material, &Silent).unwrap());
+    });
+    group.bench_function("the same over warm ground too", |b| {
+        b.iter(|| {
+            let mut set = compute(&fast(), &material, &Silent).unwrap();
+            warm(&mut set, &warm_grounds(&material), &material, &Silent).unwrap();
+            set
+        });
     });
     group.finish();
 }

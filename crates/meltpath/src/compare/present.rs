@@ -12,7 +12,7 @@ use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
 use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
-use meltpath_thermal::comparison::{PERCENTILES, Pair};
+use meltpath_thermal::comparison::{PERCENTILES, Pair, apart};
 use meltpath_thermal::material::CELSIUS;
 
 use super::Comparison;
@@ -235,7 +235,41 @@ fn tables(comparison: &Comparison) -> Vec<Table> {
     let mut sorted: Vec<&Pair> = comparison.pairs.iter().collect();
     sorted.sort_by(|a, b| b.difference().abs().total_cmp(&a.difference().abs()));
     worst.rows = sorted.into_iter().take(10).map(place).collect();
-    vec![figures, worst]
+    let mut tables = vec![figures, worst];
+    tables.extend(by_layer(comparison));
+    tables
+}
+
+/// The figures of each layer, where there are several.
+fn by_layer(comparison: &Comparison) -> Option<Table> {
+    let mut layers: BTreeMap<usize, Vec<Pair>> = BTreeMap::new();
+    for (layer, pair) in comparison.layers.iter().zip(&comparison.pairs) {
+        layers.entry(*layer).or_default().push(*pair);
+    }
+    if layers.len() < 2 {
+        return None;
+    }
+    let mut table = Table::new(
+        "By layer",
+        &[
+            "layer",
+            "samples",
+            "bias (K)",
+            "standard deviation (K)",
+            "95 % stay below (K)",
+        ],
+    );
+    for (layer, pairs) in layers {
+        let Some(a) = apart(&pairs) else { continue };
+        table.rows.push(vec![
+            Cell::Fixed(layer as f64, 0),
+            Cell::Fixed(a.pairs as f64, 0),
+            Cell::Fixed(a.bias, 2),
+            Cell::Fixed(a.deviation, 2),
+            Cell::Fixed(a.percentiles[2], 1),
+        ]);
+    }
+    Some(table)
 }
 
 /// The report.
@@ -314,6 +348,11 @@ pub fn write_files(folder: &OutputFolder, comparison: &Comparison) -> Result<(),
         folder,
         "pairs.csv",
         &[
+            (
+                "layer",
+                "",
+                comparison.layers.iter().map(|n| *n as f64).collect(),
+            ),
             ("x", "mm", of(&|p| p.sample.place[0])),
             ("y", "mm", of(&|p| p.sample.place[1])),
             ("z", "mm", of(&|p| p.sample.place[2])),

@@ -37,6 +37,18 @@ pub enum SamplesError {
         /// What is known.
         known: String,
     },
+    /// A layer that is not there.
+    #[error("`{file}`, row {row}: layer {value} is not one of the run's 1 to {layers}")]
+    Layer {
+        /// The file.
+        file: String,
+        /// Row of numbers, from 1.
+        row: usize,
+        /// The layer given.
+        value: f64,
+        /// Layers of the run.
+        layers: usize,
+    },
     /// A temperature below absolute zero.
     #[error(
         "`{file}`, row {row}: {value} {unit} is below absolute zero: is the column in another unit?"
@@ -108,7 +120,27 @@ struct Wanted {
     units: &'static [Unit],
 }
 
-const COLUMNS: [Wanted; 5] = [
+/// A sample and its layer, from 1 on the plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// The layer that was being drawn; the last one where the table does not say.
+    pub layer: usize,
+    /// The sample.
+    pub sample: Sample,
+}
+
+/// Layers of what a table is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layers {
+    /// How many.
+    pub count: usize,
+    /// Thickness of each, mm: the first one's surface lies at z = 0.
+    pub thickness: f64,
+}
+
+const NUMBERS: &[Unit] = &[unit(&["1"], 1.0, 0.0)];
+
+const COLUMNS: [Wanted; 6] = [
     Wanted {
         names: &["x", "X"],
         what: "x",
@@ -133,6 +165,11 @@ const COLUMNS: [Wanted; 5] = [
         names: &["T", "temperature", "Temperature", "temp"],
         what: "the temperature T",
         units: TEMPERATURES,
+    },
+    Wanted {
+        names: &["layer", "Layer"],
+        what: "the layer",
+        units: NUMBERS,
     },
 ];
 
@@ -173,18 +210,36 @@ fn column(
     Ok(Some((values, unit.spellings[0])))
 }
 
-/// Reads the samples of a CSV, Parquet or MAT table. Without a z the build plane of height `top` is meant, mm. Rows in which a
-/// number is missing are left out and told.
+/// Reads the samples of a CSV, Parquet or MAT table taken while `layers` were drawn. Without a column `layer` the last one is
+/// meant, without a z its surface. Rows in which a number is missing are left out and told.
 ///
 /// # Errors
 /// [`SamplesError`].
-pub fn read(path: &Path, top: f64, reporter: &Reporter) -> Result<Vec<Sample>, SamplesError> {
+pub fn read(path: &Path, layers: Layers, reporter: &Reporter) -> Result<Vec<Row>, SamplesError> {
+    rows(path, Some(layers), reporter)
+}
+
+/// The same whatever was being drawn: a column `layer` is not looked at, and without a z the height is 0.
+///
+/// # Errors
+/// [`SamplesError`].
+pub fn of_any_layer(path: &Path, reporter: &Reporter) -> Result<Vec<Sample>, SamplesError> {
+    let found = rows(path, None, reporter)?;
+    Ok(found.into_iter().map(|r| r.sample).collect())
+}
+
+fn rows(
+    path: &Path,
+    layers: Option<Layers>,
+    reporter: &Reporter,
+) -> Result<Vec<Row>, SamplesError> {
     let file = path.display().to_string();
     let table = table::read(path)?;
     let mut found: Vec<Option<(Vec<f64>, &'static str)>> = Vec::new();
-    for wanted in &COLUMNS {
+    let known = if layers.is_some() { 6 } else { 5 };
+    for wanted in &COLUMNS[..known] {
         let values = column(&file, &table.columns, wanted)?;
-        if values.is_none() && wanted.what != "z" {
+        if values.is_none() && !["z", "the layer"].contains(&wanted.what) {
             let heads: Vec<String> = table
                 .columns
                 .iter()
@@ -207,22 +262,32 @@ pub fn read(path: &Path, top: f64, reporter: &Reporter) -> Result<Vec<Sample>, S
             "add a column z if they were taken deeper",
         );
     }
+    if layers.is_none() {
+        found.push(None);
+    }
+    let layers = layers.unwrap_or(Layers {
+        count: 1,
+        thickness: 0.0,
+    });
     let rows = table.rows();
-    let value = |column: usize, row: usize| {
+    let value = |column: usize, row: usize, otherwise: f64| {
         found[column]
             .as_ref()
-            .map_or(top, |(values, _)| values[row])
+            .map_or(otherwise, |(values, _)| values[row])
     };
     let mut samples = Vec::with_capacity(rows);
     for row in 0..rows {
+        let layer = value(5, row, layers.count as f64);
+        let top = (layer - 1.0) * layers.thickness;
         let sample = Sample {
-            place: [value(0, row), value(1, row), value(2, row)],
-            time: value(3, row),
-            kelvin: value(4, row),
+            place: [value(0, row, 0.0), value(1, row, 0.0), value(2, row, top)],
+            time: value(3, row, 0.0),
+            kelvin: value(4, row, 0.0),
         };
         let whole = sample.place.iter().all(|v| v.is_finite())
             && sample.time.is_finite()
-            && sample.kelvin.is_finite();
+            && sample.kelvin.is_finite()
+            && layer.is_finite();
         if !whole {
             continue;
         }
@@ -236,7 +301,14 @@ pub fn read(path: &Path, top: f64, reporter: &Reporter) -> Result<Vec<Sample>, S
                 unit: unit.to_owned(),
             });
         }
-        samples.push(sample);
+        let number = (1..=layers.count).find(|n| (*n as f64 - layer).abs() < 1e-6);
+        let layer = number.ok_or(SamplesError::Layer {
+            file: file.clone(),
+            row: row + 1,
+            value: layer,
+            layers: layers.count,
+        })?;
+        samples.push(Row { layer, sample });
     }
     if samples.is_empty() {
         return Err(SamplesError::Empty { file });
@@ -258,23 +330,31 @@ pub fn read(path: &Path, top: f64, reporter: &Reporter) -> Result<Vec<Sample>, S
 mod tests {
     use super::*;
 
-    fn written(text: &str) -> Result<Vec<Sample>, SamplesError> {
+    const TWO: Layers = Layers {
+        count: 2,
+        thickness: 0.1,
+    };
+
+    fn written(text: &str) -> Result<Vec<Row>, SamplesError> {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("table.csv");
         std::fs::write(&file, text).unwrap();
-        read(&file, 0.1, &Reporter::new())
+        read(&file, TWO, &Reporter::new())
     }
 
     #[test]
     fn heads_name_units() {
         let mm = written("x,y,z,t,T\n1,2,-0.1,0.5,1000\n").unwrap();
         let other = written("t (ms);T_K;X [m];y_um;z\n500;1273,15;0,001;2000;-0,1\n").unwrap();
-        let (a, b) = (&mm[0], &other[0]);
+        let (a, b) = (&mm[0].sample, &other[0].sample);
         assert!((a.place[0] - b.place[0]).abs() < 1e-12, "{a:?} {b:?}");
         assert!((a.place[1] - b.place[1]).abs() < 1e-12, "{a:?} {b:?}");
         assert!((a.time - b.time).abs() < 1e-12 && (a.kelvin - b.kelvin).abs() < 1e-9);
         // without z: the build plane
-        assert_eq!(written("x,y,t,T\n1,2,0,900\n").unwrap()[0].place[2], 0.1);
+        let last = written("x,y,t,T\n1,2,0,900\n").unwrap()[0];
+        assert!(last.layer == 2 && (last.sample.place[2] - 0.1).abs() < 1e-12);
+        let first = written("x,y,t,T,layer\n1,2,0,900,1\n").unwrap()[0];
+        assert!(first.layer == 1 && first.sample.place[2] == 0.0);
     }
 
     #[test]
@@ -285,5 +365,11 @@ mod tests {
         assert!(told("x,y,t,T\n1,2,3,900\n1,2,3,-300\n").contains("row 2: -300 °C is below"));
         assert!(told("x,y,t,T\n,2,3,900\n").contains("no row"));
         assert!(told("x,y,t,T\n1,2,3,hot\n").contains("hot"));
+        let third = told("x,y,t,T,layer\n1,2,3,900,1\n1,2,3,900,3\n");
+        assert!(
+            third.contains("row 2: layer 3 is not one of the run's 1 to 2"),
+            "{third}"
+        );
+        assert!(told("x,y,t,T,layer\n1,2,3,900,1.5\n").contains("layer 1.5"));
     }
 }

@@ -6,7 +6,6 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_report::html::{Fact, Report, Section};
-use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
@@ -15,18 +14,14 @@ use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{
     Field as Image, Values as FieldValues, write_collection, write_height_image,
 };
-use meltpath_thermal::criteria::{Class, Classes, gradient, histogram};
+use meltpath_thermal::criteria::{Class, gradient};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
 use super::path_file::write_parquet;
-use super::region::Contour;
 use super::settings::Settings;
 use super::simulate::{Drawn, Outcome, top};
-use super::{present_found, present_part};
-
-/// Width of the bars of histograms, K.
-const BIN: f64 = 20.0;
+use super::{present_found, present_histogram, present_part, present_sections};
 
 fn plan(field: &Field) -> Grid {
     let g = &field.grid;
@@ -91,61 +86,6 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
         stroke: Stroke::Hairline,
         visibility: Visibility::Shown,
     }
-}
-
-fn region<'a>(
-    drawn: &'a Drawn,
-    contour: &'a Contour,
-    inside: f64,
-) -> impl Fn([usize; 3]) -> bool + 'a {
-    let grid = &drawn.highest.grid;
-    let top = grid.planes() - 1;
-    move |[i, j, k]| {
-        let c = grid.centre(i, j, k);
-        k == top && contour.depth([c.x, c.y]) > inside
-    }
-}
-
-fn histogram_plot(title: &str, drawn: &Drawn, settings: &Settings, classes: &Classes) -> Plot {
-    let bars = histogram(
-        &drawn.highest,
-        BIN,
-        region(drawn, &settings.contour, settings.inside),
-    )
-    .into_iter()
-    .filter(|(from, _)| *from > settings.material.solidus - 200.0)
-    .map(|(from, count)| Bar {
-        from: from - CELSIUS,
-        to: from + BIN - CELSIUS,
-        value: count as f64,
-    })
-    .collect();
-    let [low, high] = classes.window.map(|k| k - CELSIUS);
-    let tallest = histogram(
-        &drawn.highest,
-        BIN,
-        region(drawn, &settings.contour, settings.inside),
-    )
-    .iter()
-    .map(|b| b.1)
-    .max()
-    .unwrap_or(1) as f64;
-    Plot::new(
-        title,
-        Axis::new("highest temperature", "°C"),
-        Axis::new("voxels", ""),
-    )
-    .with(Mark::Area {
-        name: "window".to_owned(),
-        outline: [[low, 0.0], [high, 0.0], [high, tallest], [low, tallest]]
-            .map(|p| DVec2::new(p[0], p[1]))
-            .to_vec(),
-    })
-    .with(Mark::Bars {
-        name: "voxels".to_owned(),
-        bars,
-    })
-    .caption("Voxels of the last layer inside the contour.")
 }
 
 fn share_table(outcome: &Outcome) -> Table {
@@ -280,21 +220,16 @@ pub fn report(
         heights: Some(heights),
     });
     let [low, high] = outcome.classes.window.map(|k| k - CELSIUS);
-    let mut plots = vec![histogram_plot(
-        "Highest temperatures, path as given",
-        &outcome.given,
-        settings,
+    let before = &outcome.given.highest;
+    let after = outcome.better.as_ref().map(|b| &b.highest);
+    let plots = vec![present_histogram::plot(
+        "Highest temperatures",
+        before,
+        after,
         &outcome.classes,
+        settings,
     )];
     let mut sections = Vec::new();
-    if let Some(better) = &outcome.better {
-        plots.push(histogram_plot(
-            "Highest temperatures, better path",
-            better,
-            settings,
-            &outcome.classes,
-        ));
-    }
     if let Some(found) = &outcome.found {
         sections.push(present_found::section(found, settings));
     }
@@ -313,11 +248,16 @@ pub fn report(
             Section {
                 title: "The judge".to_owned(),
                 intro: "The paths drawn on the solver that the charts were made with, and what moves the share.".to_owned(),
-                plots: Vec::new(),
+                plots: outcome
+                    .judged
+                    .iter()
+                    .map(|j| present_histogram::judged(j, settings))
+                    .collect(),
                 tables: vec![table],
             },
         );
     }
+    sections.push(present_sections::section(settings, outcome));
     sections.extend(present_part::section(settings));
     Report {
         title: title.to_owned(),
@@ -381,6 +321,7 @@ pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outpu
     let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
     folder.write("path.csv", |w| w.write_all(path.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(path, w))?;
+    present_sections::write_volumes(folder, outcome)?;
     voxels(folder, shown)
 }
 

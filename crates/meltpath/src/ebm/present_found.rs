@@ -2,19 +2,16 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Axis, Bar, Mark, Plot};
+use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
-use meltpath_thermal::criteria::{Class, Classes, Tally, histogram};
-use meltpath_thermal::grid::Field;
+use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
 use super::optimise::{Found, OnReference};
+use super::present_histogram;
 use super::settings::Settings;
 use crate::job::ebm::Change;
-
-/// Width of a bar of the histograms, K.
-const BIN: f64 = 20.0;
 
 type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
 
@@ -54,16 +51,11 @@ pub(super) fn section(found: &Found, settings: &Settings) -> Section {
     }
     let intro = match &found.reference {
         Some(r) => {
-            plots.push(bars(
-                "Reference solver, path as given",
+            plots.push(present_histogram::plot(
+                "Highest temperatures on the reference solver",
                 &r.given.0,
-                r,
-                settings,
-            ));
-            plots.push(bars(
-                "Reference solver, better path",
-                &r.better.0,
-                r,
+                Some(&r.better.0),
+                &r.classes,
                 settings,
             ));
             tables.push(shares(r, found, settings));
@@ -131,43 +123,6 @@ fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
         "Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."
     );
     table
-}
-
-fn bars(title: &str, highest: &Field, r: &OnReference, settings: &Settings) -> Plot {
-    let top = highest.grid.planes() - 1;
-    let judged = |[i, j, k]: [usize; 3]| {
-        let c = highest.grid.centre(i, j, k);
-        k == top && settings.contour.depth([c.x, c.y]) > settings.inside
-    };
-    let bars: Vec<Bar> = histogram(highest, BIN, judged)
-        .into_iter()
-        .filter(|(from, _)| *from > settings.material.solidus - 200.0)
-        .map(|(from, count)| Bar {
-            from: from - CELSIUS,
-            to: from + BIN - CELSIUS,
-            value: count as f64,
-        })
-        .collect();
-    let tallest = bars.iter().map(|b| b.value).fold(1.0, f64::max);
-    let Classes {
-        window: [low, high],
-        ..
-    } = r.classes;
-    let outline = [[low, 0.0], [high, 0.0], [high, tallest], [low, tallest]];
-    Plot::new(
-        title,
-        Axis::new("highest temperature", "°C"),
-        Axis::new("voxels", ""),
-    )
-    .with(Mark::Area {
-        name: "window".to_owned(),
-        outline: outline.map(|[t, n]| DVec2::new(t - CELSIUS, n)).to_vec(),
-    })
-    .with(Mark::Bars {
-        name: "voxels".to_owned(),
-        bars,
-    })
-    .caption("Voxels of the last layer inside the contour.")
 }
 
 /// A quantity along chosen lines of the path: near the beginning, in the middle, near the end.

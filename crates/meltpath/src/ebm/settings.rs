@@ -93,6 +93,8 @@ pub struct Settings {
     pub margin: f64,
     /// Pictures in time.
     pub frames: u32,
+    /// Places of sections, mm.
+    pub sections: Vec<[f64; 2]>,
     /// How the simulation is carried out.
     pub simulation: chart_simulation::Settings,
     /// The contour.
@@ -326,6 +328,7 @@ pub fn resolve(
         voxel,
         margin,
         frames,
+        sections: sim.sections.iter().map(|p| p.map(|v| v.0)).collect(),
         simulation,
         contour,
         inside,

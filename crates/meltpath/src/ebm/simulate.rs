@@ -345,25 +345,24 @@ pub fn simulate(
     })
 }
 
-/// Draws the path again with charts and looks at the last layer at `times` of the path, in order.
+/// Draws the paths of all layers again with charts and looks at each at its `times`, in order; layers count from 0, times are
+/// those of the layer's path.
 pub(crate) fn look_at(
     settings: &Settings,
-    times: &[f64],
-    look: &mut dyn FnMut(&ChartSimulation),
+    times: &[Vec<f64>],
+    look: &mut dyn FnMut(usize, &ChartSimulation),
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
     let sets = charts(settings, &paths, observer)?;
-    let mut simulation = before_last_layer(
-        settings,
-        &settings.lower,
-        &settings.path,
-        &settings.below,
-        sets,
-        observer,
-    )?;
-    simulation.draw(&settings.path, times, &mut |_, s| look(s), observer)?;
+    let mut simulation = start(settings, paths.iter().copied(), &settings.below, sets)?;
+    for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
+        if layer > 0 {
+            simulation.add_layer();
+        }
+        simulation.draw(path, times, &mut |_, s| look(layer, s), observer)?;
+    }
     simulation.tell(reporter);
     Ok(())
 }

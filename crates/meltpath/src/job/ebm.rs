@@ -151,6 +151,8 @@ pub struct EbmSimulationTable {
     pub margin: Option<Positive<Length>>,
     /// Pictures in time; default 24.
     pub frames: Option<u32>,
+    /// Places through which sections are drawn, besides the hottest one.
+    pub sections: Vec<[Length; 2]>,
 }
 
 /// `[region]`: which voxels of the last layer are judged.
