@@ -24,12 +24,14 @@
 //!
 //! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
 
+pub mod as_motion;
 pub mod axis;
 pub mod beam;
 pub mod contour_error;
 pub mod correction;
 pub mod data;
 pub mod delays;
+pub mod energy;
 pub mod fill_rate;
 pub mod focus;
 pub mod friction;

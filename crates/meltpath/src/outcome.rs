@@ -9,8 +9,10 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Cancelled, Provenance, Verdict};
 use meltpath_geometry::workpiece::WorkpieceError;
 use meltpath_machine::scan_head::head::HeadError;
+use meltpath_thermal::fusion::FusionError;
 
 use crate::job::JobError;
+use crate::lpbf::heat::HeatError;
 use crate::part::PartError;
 use crate::start::StartError;
 use crate::waam::plan::PlanStageError;
@@ -83,6 +85,9 @@ pub enum RunError {
     /// The scan head.
     #[error(transparent)]
     ScanHead(HeadError),
+    /// What the laser melts.
+    #[error("cannot tell what the laser melts: {0}")]
+    Heat(HeatError),
     /// A tuning of axes.
     #[error(transparent)]
     Tune(crate::tune::TuneError),
@@ -115,6 +120,7 @@ cancellable!(PlanStageError, Plan,
     PlanStageError::Fill(meltpath_planning::PlanError::Cancelled(c)) => c);
 cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_machine::fir::MotionError::Cancelled(c)) => c);
 cancellable!(HeadError, ScanHead, HeadError::Cancelled(c) => c);
+cancellable!(HeatError, Heat, HeatError::Fusion(FusionError::Cancelled(c)) => c);
 cancellable!(TargetError, Target,
     TargetError::Cancelled(c) => c,
     TargetError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c);

@@ -161,6 +161,17 @@ pub struct Chart {
     pub cooling: Vec<CoolingCurve>,
 }
 
+/// Histories over ground that earlier lines have warmed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WarmGround {
+    /// Temperature of the ground at the start, and of the block's faces, K.
+    pub temperature: f64,
+    /// Its enthalpy above the start temperature, J/mm³; that of the histories is counted from here.
+    pub enthalpy: f64,
+    /// By rising share of powder, the same shares as over cold ground.
+    pub charts: Vec<Chart>,
+}
+
 /// The charts of one setting of the beam.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChartSet {
@@ -176,6 +187,8 @@ pub struct ChartSet {
     pub distances: Vec<f64>,
     /// By rising share of powder.
     pub charts: Vec<Chart>,
+    /// By rising temperature; needed where the simulation remembers what earlier lines left.
+    pub warm: Vec<WarmGround>,
 }
 
 impl ChartSet {

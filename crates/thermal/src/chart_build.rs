@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::chart::{
     COOLING_POINTS, Chart, ChartSet, ChartSettings, CoolingCurve, HEATING_POINTS, HeatingCurve,
+    WarmGround,
 };
 use crate::grid::Grid;
 use crate::material::{CELSIUS, Material};
@@ -94,7 +95,7 @@ impl BuildError {
             return Err(BuildError::Setting {
                 what: "the temperature at which cooling ends (K)",
                 value: settings.cold,
-                needed: "it must lie between the start temperature and the solidus",
+                needed: "it must lie between the start temperature and that from which charts cool",
             });
         }
         Ok(())
@@ -131,7 +132,26 @@ impl Layout {
     }
 }
 
-/// Computes the charts of one setting; `observer` is told how far it is, in hundredths of each arrangement.
+const LAYOUTS: [Layout; 4] = [
+    Layout::Metal,
+    Layout::FreshLayer,
+    Layout::Slab,
+    Layout::Powder,
+];
+
+/// Temperatures of the ground that histories are computed on for a simulation that remembers earlier lines, K: two of the
+/// solid, one of the melt that a line comes back to soon.
+pub fn warm_grounds(material: &Material) -> Vec<f64> {
+    let solid = material.solidus - material.start;
+    vec![
+        material.start + 0.5 * solid,
+        material.start + 0.95 * solid,
+        material.liquidus + 0.25 * solid,
+    ]
+}
+
+/// Computes the charts of one setting, over cold ground only; `observer` is told how far it is, in hundredths of each
+/// arrangement.
 ///
 /// # Errors
 /// [`BuildError`], cancellation included.
@@ -141,20 +161,6 @@ pub fn compute(
     observer: &dyn Observer,
 ) -> Result<ChartSet, BuildError> {
     BuildError::check(settings, material)?;
-    let layouts = [
-        Layout::Metal,
-        Layout::FreshLayer,
-        Layout::Slab,
-        Layout::Powder,
-    ];
-    observer.stage(
-        &format!(
-            "charts of {:.0} W, beam {:.0} µm",
-            settings.power(),
-            1e3 * settings.diameter
-        ),
-        PARTS * layouts.len() as u64,
-    );
     // enough grid points for the interpolation to the rim of the heated zone
     let distances: Vec<f64> = (0..=(settings.radius / settings.cell).ceil() as usize)
         .map(|n| n as f64 * settings.cell)
@@ -162,10 +168,13 @@ pub fn compute(
     let depths: Vec<f64> = (0..=(settings.reach / settings.cell).ceil() as usize)
         .map(|n| (n as f64 + 0.5) * settings.cell)
         .collect();
-    let charts = layouts
-        .par_iter()
-        .map(|layout| one(settings, material, *layout, &depths, &distances, observer))
-        .collect::<Result<Vec<_>, _>>()?;
+    let charts = over(
+        settings,
+        material,
+        material.start,
+        [&depths, &distances],
+        observer,
+    )?;
     let fingerprint = crate::enthalpy::Enthalpy::new(material)
         .map_err(SolverError::from)?
         .fingerprint();
@@ -176,7 +185,68 @@ pub fn compute(
         depths,
         distances,
         charts,
+        warm: Vec::new(),
     })
+}
+
+/// Adds histories over ground of the given temperatures (K, rising), each up to as much above the stop temperature as the
+/// ground lies above the start temperature.
+///
+/// # Errors
+/// [`BuildError`], cancellation included.
+pub fn warm(
+    set: &mut ChartSet,
+    grounds: &[f64],
+    material: &Material,
+    observer: &dyn Observer,
+) -> Result<(), BuildError> {
+    let curve = crate::enthalpy::Enthalpy::new(material).map_err(SolverError::from)?;
+    set.warm.clear();
+    for &temperature in grounds {
+        if !(temperature > material.start && temperature < set.settings.cooling_from - 100.0) {
+            return Err(BuildError::Setting {
+                what: "the temperature of the ground (K)",
+                value: temperature,
+                needed: "it must lie between the start temperature and that from which charts cool",
+            });
+        }
+        let above = temperature - material.start;
+        let settings = ChartSettings {
+            stop: set.settings.stop + above,
+            cold: set.settings.cold + above,
+            ..set.settings.clone()
+        };
+        let grid = [set.depths.as_slice(), set.distances.as_slice()];
+        set.warm.push(WarmGround {
+            temperature,
+            enthalpy: curve.of(temperature),
+            charts: over(&settings, material, temperature, grid, observer)?,
+        });
+    }
+    Ok(())
+}
+
+/// The four arrangements on ground of a temperature, K; depths and distances in `grid`.
+fn over(
+    settings: &ChartSettings,
+    material: &Material,
+    ground: f64,
+    grid: [&[f64]; 2],
+    observer: &dyn Observer,
+) -> Result<Vec<Chart>, BuildError> {
+    observer.stage(
+        &format!(
+            "charts of {:.0} W, beam {:.0} µm, ground at {:.0} °C",
+            settings.power(),
+            1e3 * settings.diameter,
+            ground - CELSIUS
+        ),
+        PARTS * LAYOUTS.len() as u64,
+    );
+    LAYOUTS
+        .par_iter()
+        .map(|layout| one(settings, material, *layout, ground, grid, observer))
+        .collect()
 }
 
 /// Enthalpies at the grid points, one row per moment.
@@ -198,11 +268,12 @@ fn one(
     settings: &ChartSettings,
     material: &Material,
     layout: Layout,
-    depths: &[f64],
-    distances: &[f64],
+    ground: f64,
+    [depths, distances]: [&[f64]; 2],
     observer: &dyn Observer,
 ) -> Result<Chart, BuildError> {
-    let mut solver = block(settings, material, layout)?;
+    let mut solver = block(settings, material, layout, ground)?;
+    let from = solver.curve().of(ground);
     let spot = Spot {
         centre: [0.0, 0.0],
         diameter: settings.diameter,
@@ -218,7 +289,7 @@ fn one(
         .map(|(h, r)| place(h, r))
         .collect();
     let look = |solver: &Solver<f32>, places: &[usize]| {
-        let g = |n: &usize| solver.block.enthalpy[*n].wide() as f32;
+        let g = |n: &usize| (solver.block.enthalpy[*n].wide() - from) as f32;
         places.iter().map(g).collect::<Vec<f32>>()
     };
     let mut heating = Record {
@@ -236,7 +307,7 @@ fn one(
         if heating.times.len().is_multiple_of(64) {
             observer.check().map_err(SolverError::from)?;
             // a tenth of the work is heating
-            tell(0.1 * (solver.hottest() - material.start) / (settings.stop - material.start));
+            tell(0.1 * (solver.hottest() - ground) / (settings.stop - ground));
         }
         if solver.time() > LONGEST_HEATING {
             if hot.is_some() {
@@ -290,6 +361,7 @@ fn block(
     settings: &ChartSettings,
     material: &Material,
     layout: Layout,
+    ground: f64,
 ) -> Result<Solver<f32>, SolverError> {
     let edge = settings.cell;
     let half = BLOCK.max(1.5 * settings.radius);
@@ -306,11 +378,14 @@ fn block(
         top: Surface::Radiating {
             surroundings: settings.surroundings,
         },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
+        sides: Face::Imposed(ground),
+        bottom: Face::Imposed(ground),
     };
     let mut solver = Solver::new(grid, material.clone(), faces)?;
-    solver.set_state(|c| layout.state(-c.z, settings.layer));
+    if ground < material.solidus {
+        solver.set_state(|c| layout.state(-c.z, settings.layer));
+    }
+    solver.set_temperature(|_| ground);
     Ok(solver)
 }
 

@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::chart::{
     COOLING_POINTS, Chart, ChartSet, ChartSettings, CoolingCurve, HEATING_POINTS, HeatingCurve,
+    WarmGround,
 };
 
 /// Schema and version of chart files.
-pub const CHART_SCHEMA: &str = "meltpath-chart/1";
+pub const CHART_SCHEMA: &str = "meltpath-chart/2";
 
 /// Why a chart file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -57,8 +58,16 @@ pub fn write(set: &ChartSet, out: &mut dyn Write) -> io::Result<()> {
     put("distances", Column::F64(set.distances.clone()));
     let shares = set.charts.iter().map(|c| c.powder_share).collect();
     put("powder-shares", Column::F64(shares));
-    let heating = || set.charts.iter().flat_map(|c| &c.heating);
-    let cooling = || set.charts.iter().flat_map(|c| &c.cooling);
+    let grounds = |of: fn(&WarmGround) -> f64| Column::F64(set.warm.iter().map(of).collect());
+    put("ground-temperatures", grounds(|w| w.temperature));
+    put("ground-enthalpies", grounds(|w| w.enthalpy));
+    // cold ground first
+    let all = || {
+        let warm = set.warm.iter().flat_map(|w| &w.charts);
+        set.charts.iter().chain(warm)
+    };
+    let heating = || all().flat_map(|c| &c.heating);
+    let cooling = || all().flat_map(|c| &c.cooling);
     put(
         "heating-end",
         Column::F32(heating().map(|c| c.end).collect()),
@@ -109,6 +118,12 @@ pub fn read(input: &mut dyn Read) -> Result<ChartSet, ChartFileError> {
     };
     let (depths, distances) = (rising("depths", 2)?, rising("distances", 2)?);
     let shares = rising("powder-shares", 1)?;
+    let warm = rising("ground-temperatures", 0)?;
+    let above = rising("ground-enthalpies", 0)?;
+    if warm.len() != above.len() {
+        return Err(shape("grounds without their enthalpies".to_owned()));
+    }
+    let all = shares.len() * (1 + warm.len());
     let per_chart = depths.len() * distances.len();
     let count = |name: &str, values: &[f32], wanted: usize| {
         if values.len() == wanted {
@@ -123,7 +138,7 @@ pub fn read(input: &mut dyn Read) -> Result<ChartSet, ChartFileError> {
     let (ends, heating) = (single("heating-end")?, single("heating-times")?);
     let (from, to) = (single("cooling-from")?, single("cooling-to")?);
     let cooling = single("cooling-times")?;
-    let (hot, cold) = (shares.len() * per_chart, shares.len() * depths.len());
+    let (hot, cold) = (all * per_chart, all * depths.len());
     count("heating-end", ends, hot)?;
     count("heating-times", heating, hot * HEATING_POINTS)?;
     count("cooling-from", from, cold)?;
@@ -135,11 +150,9 @@ pub fn read(input: &mut dyn Read) -> Result<ChartSet, ChartFileError> {
     if falls.flat_map(|c| c.windows(2)).any(|w| w[1] < w[0]) {
         return Err(shape("a time runs backwards".to_owned()));
     }
-    let charts = shares
-        .iter()
-        .enumerate()
-        .map(|(m, share)| Chart {
-            powder_share: *share,
+    let mut charts: Vec<Chart> = (0..all)
+        .map(|m| Chart {
+            powder_share: shares[m % shares.len()],
             heating: (m * per_chart..(m + 1) * per_chart)
                 .map(|n| HeatingCurve {
                     end: ends[n],
@@ -155,6 +168,18 @@ pub fn read(input: &mut dyn Read) -> Result<ChartSet, ChartFileError> {
                 .collect(),
         })
         .collect();
+    let warm = warm
+        .iter()
+        .zip(above)
+        .enumerate()
+        .rev()
+        .map(|(n, (temperature, enthalpy))| WarmGround {
+            temperature: *temperature,
+            enthalpy,
+            charts: charts.split_off((n + 1) * shares.len()),
+        });
+    let mut warm: Vec<WarmGround> = warm.collect();
+    warm.reverse();
     Ok(ChartSet {
         settings: meta.settings,
         material: meta.material,
@@ -162,5 +187,6 @@ pub fn read(input: &mut dyn Read) -> Result<ChartSet, ChartFileError> {
         depths,
         distances,
         charts,
+        warm,
     })
 }

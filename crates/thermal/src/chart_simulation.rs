@@ -5,20 +5,39 @@
 //! brought up to date between batches of a few steps, within which columns do not see each other and may run on any
 //! thread: the bits do not depend on how many there are.
 
+mod batch;
+mod ground;
 mod readings;
+mod refusal;
 
-use meltpath_base::{Cancelled, Observer};
+use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 
 use crate::beam::{BeamPath, BeamPoint};
 use crate::chart::{ChartError, ChartSet};
-use crate::enthalpy::{CurveError, Enthalpy};
-use crate::grid::{Grid, GridError};
+use crate::enthalpy::Enthalpy;
+use crate::grid::Grid;
 use crate::material::Material;
+use crate::medium::Body;
 use crate::neighbourhood::Neighbourhood;
-use crate::rates::{Between, PastTheEnd, Rates, Ring};
+use crate::rates::{PastTheEnd, Rates};
 use crate::solver::State;
+
+use batch::{Batch, Column, Step, Under, Voxel};
+use ground::{Deposit, Ground};
+pub use refusal::ChartSimulationError;
+use refusal::check_step;
+
+/// What the ground keeps of earlier beam positions.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Memory {
+    /// Nothing beyond what the charts themselves cool by: the thesis' model.
+    #[default]
+    None,
+    /// The heat of the path so far, spread in this body.
+    Ground(Body),
+}
 
 /// How a simulation is carried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +52,8 @@ pub struct Settings {
     pub fusion: f64,
     /// Temperature whose crossing is timed, K.
     pub timed: f64,
+    /// What the ground keeps of earlier beam positions.
+    pub memory: Memory,
 }
 
 impl Settings {
@@ -44,124 +65,9 @@ impl Settings {
             past_the_end: PastTheEnd::default(),
             fusion: material.solidus,
             timed: material.liquidus,
+            memory: Memory::None,
         }
     }
-}
-
-/// Why a simulation was refused or stopped.
-#[derive(Debug, thiserror::Error)]
-pub enum ChartSimulationError {
-    /// The grid.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    /// The charts.
-    #[error(transparent)]
-    Chart(#[from] ChartError),
-    /// The material.
-    #[error(transparent)]
-    Curve(#[from] CurveError),
-    /// Planes that are not the layers of the charts.
-    #[error(
-        "the voxels' planes must all have one height and reach {reach:.3} mm deep, the charts' heated zone; they are {planes} of {height:.4} mm"
-    )]
-    Planes {
-        /// Depth of the heated zone, mm.
-        reach: f64,
-        /// Planes given.
-        planes: usize,
-        /// Height of the top one, mm.
-        height: f64,
-    },
-    /// The beam outside the voxels.
-    #[error(
-        "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm is outside the voxels {low:?} to {high:?} mm: enlarge the domain (0.5 mm beyond the path is usual) or move the path"
-    )]
-    Outside {
-        /// When, s.
-        time: f64,
-        /// Where, mm.
-        x: f64,
-        /// Where, mm.
-        y: f64,
-        /// Lowest corner, mm.
-        low: [f64; 2],
-        /// Highest corner, mm.
-        high: [f64; 2],
-    },
-    /// Steps that would jump over the melting of a voxel.
-    #[error(
-        "a time step of {step:.2e} s loses the phase change: under {voltage:.1} kV and {current:.2} mA a voxel melts in {melting:.2e} s; use at most {limit:.1e} s"
-    )]
-    Step {
-        /// The step, s.
-        step: f64,
-        /// The setting, kV.
-        voltage: f64,
-        /// The setting, mA.
-        current: f64,
-        /// How long the fastest voxel takes from solidus to liquidus, s.
-        melting: f64,
-        /// The longest step allowed, s.
-        limit: f64,
-    },
-    /// A setting that is not above zero.
-    #[error("{what} is {value}: it must be finite and above zero")]
-    Setting {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// Stopped from outside.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
-/// One voxel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Voxel {
-    enthalpy: f32,
-    highest: f32,
-    /// Time spent above the timed temperature, s.
-    above: f32,
-    /// When it last fell through it, s since the layer began; NaN before.
-    fell: f32,
-    /// Rate at which it did, J/(mm³·s).
-    rate: f32,
-    powder: bool,
-}
-
-impl Voxel {
-    /// At the start temperature, before anything happened to it.
-    fn fresh(powder: bool) -> Self {
-        Voxel {
-            enthalpy: 0.0,
-            highest: 0.0,
-            above: 0.0,
-            fell: f32::NAN,
-            rate: 0.0,
-            powder,
-        }
-    }
-}
-
-/// What all voxels of a column share.
-#[derive(Debug, Clone, Copy)]
-struct Column {
-    /// Time its voxels are up to date for, s.
-    since: f64,
-    /// Share of powder it cools by: that of when the beam left it, and the charts that heated it.
-    between: Between,
-    set: u8,
-}
-
-/// A beam at rest for one step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Step {
-    time: f64,
-    x: f64,
-    y: f64,
-    set: u8,
 }
 
 /// Voxels under a beam.
@@ -177,6 +83,9 @@ pub struct ChartSimulation {
     voxels: Vec<Voxel>,
     columns: Vec<Column>,
     around: Neighbourhood,
+    ground: Option<Ground>,
+    /// Depths of the planes, mm.
+    depths: Vec<f32>,
     /// Planes that have left the heated zone, top first: metal or not.
     below: Vec<Vec<bool>>,
     fusion: f32,
@@ -253,16 +162,20 @@ impl ChartSimulation {
             time: 0.0,
             known: "none".to_owned(),
         })?;
+        let ground = match settings.memory {
+            Memory::None => None,
+            Memory::Ground(body) => {
+                let narrowest = sets.iter().map(|s| s.settings.diameter / 4.0);
+                let variance = narrowest.fold(f64::INFINITY, f64::min).powi(2);
+                let depth = sets[0].settings.depth;
+                Some(Ground::new(&material, body, variance, depth, reach))
+            }
+        };
         Ok(ChartSimulation {
+            ground,
+            depths: depths.iter().map(|d| *d as f32).collect(),
             voxels: vec![Voxel::fresh(false); columns * planes],
-            columns: vec![
-                Column {
-                    since: 0.0,
-                    between,
-                    set: 0,
-                };
-                columns
-            ],
+            columns: vec![Column::fresh(between, 0); columns],
             around: Neighbourhood::new(grid.cells, grid.edge, radius, planes, &vec![0; columns]),
             below: Vec::new(),
             fusion: curve.of(settings.fusion) as f32,
@@ -355,7 +268,10 @@ impl ChartSimulation {
         self.below.insert(0, left);
         self.grid.origin.z += self.grid.heights[0];
         for column in &mut self.columns {
-            column.since = 0.0;
+            *column = Column::fresh(column.between, column.set);
+        }
+        if let Some(ground) = &mut self.ground {
+            ground.clear();
         }
         self.time = 0.0;
         self.count_powder();
@@ -428,6 +344,17 @@ impl ChartSimulation {
         self.time = start + points.len() as f64 * dt;
         self.check_inside(&steps)?;
         self.heat(&steps);
+        if let Some(ground) = &mut self.ground {
+            for step in &steps {
+                let beam = &self.sets[usize::from(step.set)].settings;
+                ground.add(&Deposit {
+                    heat: beam.power() * dt,
+                    time: step.time + 0.5 * dt,
+                    centre: [step.x, step.y],
+                    variance: (beam.diameter / 4.0).powi(2),
+                });
+            }
+        }
         Ok(())
     }
 
@@ -487,7 +414,8 @@ impl ChartSimulation {
             steps,
             rates: &self.rates,
             around: &self.around,
-            planes,
+            ground: self.ground.as_ref(),
+            depths: &self.depths,
             dt: self.settings.step,
             fusion: self.fusion,
             timed: self.timed,
@@ -518,6 +446,7 @@ impl ChartSimulation {
                 let end = ((((to - origin.x) / dx - 0.5).floor() + 1.0).max(0.0) as usize).min(nx);
                 let mut melted = Vec::new();
                 let mut hottest = 0.0_f32;
+                let mut under = vec![Under::default(); planes];
                 for i in first..end {
                     let x = origin.x + (i as f64 + 0.5) * dx;
                     let (count, hot) = batch.column(
@@ -525,6 +454,7 @@ impl ChartSimulation {
                         [x, y],
                         &mut columns[i],
                         &mut voxels[i * planes..(i + 1) * planes],
+                        &mut under,
                     );
                     hottest = hottest.max(hot);
                     if count > 0 {
@@ -564,146 +494,4 @@ impl ChartSimulation {
         let end = (index(high) + 1).min(self.grid.cells[1]);
         (index(low) < end).then(|| index(low)..end)
     }
-}
-
-/// Refuses steps longer than half the time in which the fastest voxel melts.
-fn check_step(set: &ChartSet, curve: &Enthalpy, step: f64) -> Result<(), ChartSimulationError> {
-    let melting = set
-        .charts
-        .iter()
-        .flat_map(|c| &c.heating)
-        .filter(|h| f64::from(h.end) > curve.at_liquidus)
-        .map(|h| h.time(curve.at_liquidus) - h.time(curve.at_solidus))
-        .fold(f64::INFINITY, f64::min);
-    let limit = 0.5 * melting;
-    if step > limit {
-        let s = &set.settings;
-        return Err(ChartSimulationError::Step {
-            step,
-            voltage: 1e-3 * s.voltage,
-            current: 1e3 * s.current,
-            melting,
-            limit,
-        });
-    }
-    Ok(())
-}
-
-/// What a batch of steps needs to heat columns on any thread.
-struct Batch<'a> {
-    steps: &'a [Step],
-    rates: &'a [Rates],
-    around: &'a Neighbourhood,
-    planes: usize,
-    dt: f64,
-    fusion: f32,
-    timed: f32,
-}
-
-impl Batch<'_> {
-    /// Heats one column; returns how many of its voxels became metal and its highest enthalpy afterwards, 0 where the beam
-    /// did not reach it.
-    fn column(
-        &self,
-        index: usize,
-        centre: [f64; 2],
-        column: &mut Column,
-        voxels: &mut [Voxel],
-    ) -> (u32, f32) {
-        let share = self.around.share(index);
-        let mut between: Option<(u8, Between)> = None;
-        let mut melted = 0;
-        for step in self.steps {
-            let rates = &self.rates[usize::from(step.set)];
-            let square = (centre[0] - step.x).powi(2) + (centre[1] - step.y).powi(2);
-            if square > rates.radius * rates.radius {
-                continue;
-            }
-            let ring = rates.ring(square.sqrt() as f32);
-            if column.since < step.time - 0.5 * self.dt {
-                let before = &self.rates[usize::from(column.set)];
-                for (k, voxel) in voxels.iter_mut().enumerate() {
-                    cool(before, column, k, voxel, step.time, self.timed);
-                }
-            }
-            let here = match between {
-                Some((set, here)) if set == step.set => here,
-                _ => rates.between(share),
-            };
-            between = Some((step.set, here));
-            column.set = step.set;
-            column.between = here;
-            column.since = step.time + self.dt;
-            melted += self.step(rates, here, ring, step.time, voxels);
-        }
-        let hottest = if between.is_some() {
-            voxels.iter().map(|v| v.enthalpy).fold(0.0, f32::max)
-        } else {
-            0.0
-        };
-        (melted, hottest)
-    }
-
-    #[inline]
-    fn step(
-        &self,
-        rates: &Rates,
-        between: Between,
-        ring: Ring,
-        time: f64,
-        voxels: &mut [Voxel],
-    ) -> u32 {
-        let dt = self.dt as f32;
-        let mut melted = 0;
-        for (k, voxel) in voxels.iter_mut().enumerate().take(self.planes) {
-            let g = voxel.enthalpy;
-            let rate = rates.heating(between, k, ring, g);
-            let next = (g + dt * rate).max(0.0);
-            voxel.enthalpy = next;
-            if next > voxel.highest {
-                voxel.highest = next;
-                if voxel.powder && next > self.fusion {
-                    voxel.powder = false;
-                    melted += 1;
-                }
-            }
-            if next >= self.timed || g >= self.timed {
-                // the part of the step spent above
-                let (low, high) = (g.min(next), g.max(next));
-                let share = if low >= self.timed {
-                    1.0
-                } else {
-                    (high - self.timed) / (high - low)
-                };
-                voxel.above += share * dt;
-                if next < self.timed {
-                    voxel.fell = time as f32 + share * dt;
-                    voxel.rate = -rate;
-                }
-            }
-        }
-        melted
-    }
-}
-
-/// Cools a voxel from when its column was last looked at to `time`.
-fn cool(rates: &Rates, column: &Column, k: usize, voxel: &mut Voxel, time: f64, timed: f32) {
-    let g = voxel.enthalpy;
-    let passed = time - column.since;
-    if g <= 0.0 || passed <= 0.0 {
-        return;
-    }
-    let next = rates.cooled(column.between, k, g, passed);
-    if g >= timed {
-        if next < timed {
-            let until = rates.time_to(column.between, k, g, timed);
-            let nearly = rates.time_to(column.between, k, 1.01 * timed, timed);
-            voxel.above += until as f32;
-            voxel.fell = (column.since + until) as f32;
-            voxel.rate = 0.01 * timed / nearly.max(1e-9) as f32;
-        } else {
-            voxel.above += passed as f32;
-        }
-    }
-    voxel.enthalpy = next;
 }

@@ -41,7 +41,7 @@ impl Lump {
     }
 
     /// The two together: heat, centre, mean time and variances are kept.
-    fn with(&self, other: &Lump) -> Lump {
+    pub(crate) fn with(&self, other: &Lump) -> Lump {
         let heat = self.heat + other.heat;
         if heat == 0.0 {
             return *self;

@@ -18,6 +18,7 @@ pub mod enthalpy;
 mod fast_exp;
 pub mod fit;
 pub mod focus;
+pub mod fusion;
 pub mod grid;
 pub mod history;
 mod implicit;

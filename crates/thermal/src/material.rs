@@ -127,6 +127,8 @@ pub struct Material {
     pub scaling: [f64; 2],
     /// Roughness of what is built, where the data give it.
     pub roughness: Option<Roughness>,
+    /// Share of a laser's power that becomes heat on a flat surface, where the data give it.
+    pub absorptivity: Option<f64>,
 }
 
 impl Material {
@@ -156,6 +158,7 @@ impl Material {
             evaporation: None,
             scaling: [1.0, 1.0],
             roughness: None,
+            absorptivity: None,
         }
     }
 

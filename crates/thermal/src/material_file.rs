@@ -205,6 +205,7 @@ struct File {
     evaporation: Option<EvaporationEntry>,
     scaling: Option<Number<[f64; 2]>>,
     roughness: Option<RoughnessEntry>,
+    absorptivity: Option<Number>,
 }
 
 struct Checker<'a> {
@@ -349,6 +350,10 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
             any_face: checker.numbers("roughness.any_face", &r.any_face, "µm")?,
         }),
     };
+    let absorptivity = match &file.absorptivity {
+        None => None,
+        Some(a) => Some(checker.number("absorptivity", a, "1")?),
+    };
     let material = Material {
         name: file.name.clone(),
         range: file.range.value.map(|t| t + CELSIUS),
@@ -401,6 +406,7 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         evaporation,
         scaling,
         roughness,
+        absorptivity,
     };
     if !(start < solidus && solidus < liquidus) {
         return Err(MaterialError::Value {

@@ -2,7 +2,9 @@
 //!
 //! Carslaw and Jaeger 1959, chapter X: products of one-dimensional kernels, images for insulated faces.
 
-/// The body under the beam; its faces are insulated.
+use crate::material::Material;
+
+/// The body under the beam; its faces are insulated unless said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Body {
     /// Everything below the build plane.
@@ -12,7 +14,15 @@ pub enum Body {
         /// Thickness, mm.
         thickness: f64,
     },
+    /// A plate whose lower face is held at the ambient temperature.
+    Cooled {
+        /// Thickness, mm.
+        thickness: f64,
+    },
 }
+
+/// Temperatures at which laws are read for their means.
+const STEPS: u32 = 4000;
 
 /// Constant properties of a body. For metals with a latent heat take effective ones, fitted to the reference solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +48,47 @@ pub struct MediumError {
 }
 
 impl Medium {
+    /// The constant properties that stand for `material` between `ambient` K and its liquidus: conductivity is its mean over
+    /// the temperature (what Kirchhoff's transform needs), heat capacity is what takes a unit volume from `ambient` to the
+    /// liquid, latent heat included. What is hotter or colder is seen through these means.
+    ///
+    /// # Errors
+    /// [`MediumError`] where `ambient` is not below the liquidus.
+    ///
+    /// ```
+    /// # let text = include_str!("../../../data/materials/in625-laser.toml");
+    /// # let alloy = meltpath_thermal::material_file::read(text, Default::default()).unwrap();
+    /// use meltpath_thermal::medium::{Body, Medium};
+    /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
+    /// let heat = medium.heat_capacity() * (alloy.liquidus - 293.15); // J/mm³ to melt it
+    /// assert!((heat - 7.64).abs() < 0.05, "{heat}");
+    /// ```
+    pub fn effective(material: &Material, ambient: f64, body: Body) -> Result<Self, MediumError> {
+        let span = material.liquidus - ambient;
+        if !(span > 0.0 && span.is_finite()) {
+            return Err(MediumError {
+                what: "the liquidus above the ambient temperature",
+                value: span,
+            });
+        }
+        let step = span / f64::from(STEPS);
+        let mut conductivity = 0.0;
+        let mut capacity = 0.0;
+        for n in 0..STEPS {
+            let kelvin = ambient + (f64::from(n) + 0.5) * step;
+            conductivity += material.conductivity(kelvin) / f64::from(STEPS);
+            capacity += material.heat_capacity(kelvin) / f64::from(STEPS);
+        }
+        let medium = Medium {
+            conductivity,
+            diffusivity: conductivity / capacity,
+            ambient,
+            body,
+        };
+        medium.check()?;
+        Ok(medium)
+    }
+
     /// Whether all properties are finite and above zero.
     ///
     /// # Errors
@@ -45,7 +96,7 @@ impl Medium {
     pub fn check(&self) -> Result<(), MediumError> {
         let thickness = match self.body {
             Body::HalfSpace => 1.0,
-            Body::Plate { thickness } => thickness,
+            Body::Plate { thickness } | Body::Cooled { thickness } => thickness,
         };
         let all = [
             ("the conductivity", self.conductivity),
@@ -101,6 +152,34 @@ impl Medium {
                         sum += height * (wave * depth / thickness).cos();
                     }
                     sum / thickness
+                }
+            }
+            Body::Cooled { thickness } => {
+                let ratio = spread / (thickness * thickness);
+                if ratio < 0.4 {
+                    let mut sum = half(depth);
+                    let mut sign = -1.0;
+                    for m in 1..=4 {
+                        let image = 2.0 * f64::from(m) * thickness;
+                        let part = half(image - depth);
+                        sum += sign * (part + half(image + depth));
+                        if part < 1e-14 {
+                            break;
+                        }
+                        sign = -sign;
+                    }
+                    norm * sum.max(0.0)
+                } else {
+                    let mut sum = 0.0;
+                    for m in 0..=6 {
+                        let wave = (f64::from(m) + 0.5) * std::f64::consts::PI;
+                        let height = 2.0 * (-0.5 * wave * wave * ratio).exp();
+                        if height < 1e-14 {
+                            break;
+                        }
+                        sum += height * (wave * depth / thickness).cos();
+                    }
+                    sum.max(0.0) / thickness
                 }
             }
         }

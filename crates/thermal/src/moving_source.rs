@@ -88,6 +88,16 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.960_289_856_497_536_3, 0.101_228_536_290_376_3],
 ];
 
+/// Variance of the half Gaussian with the mean depth of a law, mm².
+pub(crate) fn depth_variance(depth: Depth) -> f64 {
+    let mean = match depth {
+        Depth::Surface => 0.0,
+        Depth::Falling { penetration } => penetration / 3.0,
+        Depth::Even { depth } => 0.5 * depth,
+    };
+    mean * mean * std::f64::consts::FRAC_PI_2
+}
+
 impl MovingSource {
     /// An engine at the beginning of `path`.
     ///
@@ -145,13 +155,7 @@ impl MovingSource {
     }
 
     fn depth_variance(&self) -> f64 {
-        // a half Gaussian with the mean depth of the law
-        let mean = match self.beam.depth {
-            Depth::Surface => 0.0,
-            Depth::Falling { penetration } => penetration / 3.0,
-            Depth::Even { depth } => 0.5 * depth,
-        };
-        mean * mean * std::f64::consts::FRAC_PI_2
+        depth_variance(self.beam.depth)
     }
 
     /// Goes on to `time`, s.
@@ -341,7 +345,25 @@ impl MovingSource {
         }
     }
 
-    /// Rises of temperature on the nodes of the sheet's two planes: the build plane and the one below the path.
+    /// The region in which the last measured pool lay, round `centre` and along `direction` (of length 1), with its
+    /// horizontal plane at `depth` mm below the build plane, and the rises of temperature there.
+    pub(crate) fn plane(&self, centre: [f64; 2], direction: [f64; 2], depth: f64) -> (Sheet, Sums) {
+        let sheet = Sheet::new(centre, direction, self.box_guess).at_depth(depth);
+        let sums = self.sums(&sheet);
+        (sheet, sums)
+    }
+
+    /// The path.
+    pub fn path(&self) -> &BeamPath {
+        &self.path
+    }
+
+    /// The body's properties.
+    pub fn medium(&self) -> &Medium {
+        &self.medium
+    }
+
+    /// Rises of temperature on the nodes of the sheet's two planes: the horizontal one and the one below the path.
     fn sums(&self, sheet: &Sheet) -> Sums {
         let depth = self.depth_variance();
         let mut smooth = Smooth::new(sheet);

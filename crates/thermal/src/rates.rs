@@ -29,10 +29,12 @@ pub(crate) struct Rates {
     per_distance: f32,
     per_entry: f32,
     planes: usize,
-    /// J/(mm³·s), `[share][plane][enthalpy][distance]`.
+    /// J/(mm³·s), `[ground][share][plane][enthalpy][distance]`.
     table: Vec<f32>,
     shares: Vec<f64>,
-    /// `[share][plane]`.
+    /// Enthalpies of the grounds, the cold one first, J/mm³.
+    grounds: Vec<f32>,
+    /// `[ground][share][plane]`.
     cooling: Vec<Fall>,
     /// Radius of the heated zone, mm.
     pub(crate) radius: f64,
@@ -46,6 +48,13 @@ pub(crate) struct Between {
     weight: f32,
 }
 
+/// Where between the grounds of the charts a voxel lies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Warmth {
+    low: usize,
+    weight: f32,
+}
+
 /// Where between the distances of the charts a column lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ring {
@@ -56,16 +65,18 @@ pub(crate) struct Ring {
 impl Rates {
     /// Tables for planes of voxels whose centres lie at `depths` mm, for steps of `dt` s.
     pub(crate) fn new(set: &ChartSet, depths: &[f64], past: PastTheEnd, dt: f64) -> Self {
-        let hottest = set
-            .charts
-            .iter()
+        let charts = || {
+            let warm = set.warm.iter().flat_map(|w| &w.charts);
+            set.charts.iter().chain(warm)
+        };
+        let hottest = charts()
             .flat_map(|c| c.heating.iter().map(|h| h.end))
             .fold(0.0_f32, f32::max);
         let step = MARGIN * f64::from(hottest) / (ENTRIES - 1) as f64;
         let (n, spacing) = (set.distances.len(), set.distances[1] - set.distances[0]);
-        let mut table = Vec::with_capacity(set.charts.len() * depths.len() * ENTRIES * n);
+        let mut table = Vec::with_capacity(charts().count() * depths.len() * ENTRIES * n);
         let mut cooling = Vec::new();
-        for chart in &set.charts {
+        for chart in charts() {
             for &depth in depths {
                 let (h, w) = place(&set.depths, depth);
                 for entry in 0..ENTRIES {
@@ -88,6 +99,9 @@ impl Rates {
             planes: depths.len(),
             table,
             shares: set.charts.iter().map(|c| c.powder_share).collect(),
+            grounds: std::iter::once(0.0)
+                .chain(set.warm.iter().map(|w| w.enthalpy as f32))
+                .collect(),
             cooling,
             radius: set.settings.radius,
         }
@@ -125,14 +139,46 @@ impl Rates {
         }
     }
 
-    /// Rate of change of enthalpy `g` in a plane, J/(mm³·s).
+    /// Where ground of an enthalpy (J/mm³) lies between the charts'; as the warmest beyond it.
     #[inline]
-    pub(crate) fn heating(&self, between: Between, plane: usize, ring: Ring, g: f32) -> f32 {
-        let first = self.one(between.low, plane, ring, g);
-        if between.weight == 0.0 {
-            first
+    pub(crate) fn warmth(&self, ground: f32) -> Warmth {
+        let last = self.grounds.len() - 1;
+        if ground <= 0.0 || last == 0 {
+            return Warmth::default();
+        }
+        let low = self.grounds[1..last].partition_point(|g| *g <= ground);
+        let (from, to) = (self.grounds[low], self.grounds[low + 1]);
+        Warmth {
+            low,
+            weight: ((ground - from) / (to - from)).min(1.0),
+        }
+    }
+
+    /// Rate of change of enthalpy `g` above the ground in a plane, J/(mm³·s).
+    #[inline]
+    pub(crate) fn heating(
+        &self,
+        between: Between,
+        warmth: Warmth,
+        plane: usize,
+        ring: Ring,
+        g: f32,
+    ) -> f32 {
+        let on = |ground: usize| {
+            let table = ground * self.shares.len();
+            let first = self.one(table + between.low, plane, ring, g);
+            if between.weight == 0.0 {
+                first
+            } else {
+                let second = self.one(table + between.high, plane, ring, g);
+                first + between.weight * (second - first)
+            }
+        };
+        let cold = on(warmth.low);
+        if warmth.weight == 0.0 {
+            cold
         } else {
-            first + between.weight * (self.one(between.high, plane, ring, g) - first)
+            cold + warmth.weight * (on(warmth.low + 1) - cold)
         }
     }
 
@@ -149,25 +195,57 @@ impl Rates {
         near + w * (far - near)
     }
 
-    /// Enthalpy after `time` s without a beam.
-    pub(crate) fn cooled(&self, between: Between, plane: usize, g: f32, time: f64) -> f32 {
-        let at = |share: usize| self.cooling[share * self.planes + plane].after(f64::from(g), time);
-        let low = at(between.low);
-        if between.weight == 0.0 {
-            low as f32
-        } else {
-            (low + f64::from(between.weight) * (at(between.high) - low)) as f32
-        }
+    /// Enthalpy above the ground after `time` s without a beam.
+    pub(crate) fn cooled(
+        &self,
+        between: Between,
+        warmth: Warmth,
+        plane: usize,
+        g: f32,
+        time: f64,
+    ) -> f32 {
+        let after = |fall: &Fall| fall.after(f64::from(g), time);
+        self.mixed(between, warmth, plane, after) as f32
     }
 
-    /// Time in which `g` cools to `to`, s.
-    pub(crate) fn time_to(&self, between: Between, plane: usize, g: f32, to: f32) -> f64 {
-        let at = |share: usize| {
-            let fall = &self.cooling[share * self.planes + plane];
-            fall.age(f64::from(to)) - fall.age(f64::from(g))
+    /// Time in which `g` above the ground cools to `to`, s.
+    pub(crate) fn time_to(
+        &self,
+        between: Between,
+        warmth: Warmth,
+        plane: usize,
+        g: f32,
+        to: f32,
+    ) -> f64 {
+        let passed = |fall: &Fall| fall.age(f64::from(to)) - fall.age(f64::from(g));
+        self.mixed(between, warmth, plane, passed)
+    }
+
+    /// A value of the cooling curves between shares of powder and grounds.
+    fn mixed(
+        &self,
+        between: Between,
+        warmth: Warmth,
+        plane: usize,
+        value: impl Fn(&Fall) -> f64,
+    ) -> f64 {
+        let on = |ground: usize| {
+            let at = |share: usize| {
+                value(&self.cooling[(ground * self.shares.len() + share) * self.planes + plane])
+            };
+            let low = at(between.low);
+            if between.weight == 0.0 {
+                low
+            } else {
+                low + f64::from(between.weight) * (at(between.high) - low)
+            }
         };
-        let low = at(between.low);
-        low + f64::from(between.weight) * (at(between.high) - low)
+        let cold = on(warmth.low);
+        if warmth.weight == 0.0 {
+            cold
+        } else {
+            cold + f64::from(warmth.weight) * (on(warmth.low + 1) - cold)
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Where a pool is looked for: nodes on the build plane and on the plane below the path, and sums of Gaussians over them.
+//! Where a pool is looked for: nodes on the build plane, or a plane at some depth, and on the plane below the path; sums of
+//! Gaussians over them.
 
 use crate::fast_exp::exp_not_positive;
 use crate::medium::{Body, Medium};
@@ -19,11 +20,13 @@ pub(crate) struct Sheet {
     along: [f64; ALONG],
     across: [f64; ACROSS],
     down: [f64; DOWN],
+    /// Depth of the horizontal plane, mm: 0 is the build plane.
+    level: f64,
 }
 
 /// Rises of temperature on the nodes of a sheet, K.
 pub(crate) struct Sums {
-    /// On the build plane.
+    /// On the horizontal plane.
     top: Vec<[f64; ACROSS]>,
     /// Below the path.
     below: Vec<[f64; DOWN]>,
@@ -40,7 +43,50 @@ impl Sheet {
             along: std::array::from_fn(|i| spaced(ALONG, i, -size[0], size[1])),
             across: std::array::from_fn(|i| spaced(ACROSS, i, -size[2], size[2])),
             down: std::array::from_fn(|i| spaced(DOWN, i, 0.0, size[3])),
+            level: 0.0,
         }
+    }
+
+    /// The sheet with its horizontal plane at `depth` mm below the build plane.
+    pub(crate) fn at_depth(self, depth: f64) -> Self {
+        Sheet {
+            level: depth,
+            ..self
+        }
+    }
+
+    /// The corners of the horizontal plane, mm.
+    pub(crate) fn corners(&self) -> [[f64; 2]; 4] {
+        let [behind, ahead, side, _] = self.size;
+        [
+            [-behind, -side],
+            [ahead, -side],
+            [ahead, side],
+            [-behind, side],
+        ]
+        .map(|[a, b]| {
+            let [ux, uy] = self.direction;
+            [
+                self.centre[0] + a * ux - b * uy,
+                self.centre[1] + a * uy + b * ux,
+            ]
+        })
+    }
+
+    /// Rise at a point of the horizontal plane, between its nodes; none beside the sheet.
+    pub(crate) fn rise(&self, sums: &Sums, point: [f64; 2]) -> Option<f64> {
+        let (dx, dy) = (point[0] - self.centre[0], point[1] - self.centre[1]);
+        let [ux, uy] = self.direction;
+        let [behind, ahead, side, _] = self.size;
+        let place = |at: f64, from: f64, to: f64, n: usize| {
+            let share = (at - from) / (to - from) * (n - 1) as f64;
+            let below = share.floor().min((n - 2) as f64);
+            (share >= 0.0 && share <= (n - 1) as f64).then_some((below as usize, share - below))
+        };
+        let (i, a) = place(dx * ux + dy * uy, -behind, ahead, ALONG)?;
+        let (j, b) = place(dy * ux - dx * uy, -side, side, ACROSS)?;
+        let row = |i: usize| (1.0 - b) * sums.top[i][j] + b * sums.top[i][j + 1];
+        Some((1.0 - a) * row(i) + a * row(i + 1))
     }
 
     /// Pool size, how far it reaches behind, ahead, to the sides and down, and whether it touches the border there.
@@ -152,7 +198,7 @@ fn along_depth<const N: usize>(medium: &Medium, places: &[f64; N], spread: f64) 
             let norm = 2.0 / (2.0 * std::f64::consts::PI * spread).sqrt();
             bell(places, 0.0, spread).map(|b| norm * b)
         }
-        Body::Plate { .. } => places.map(|z| medium.along_depth(z, spread)),
+        Body::Plate { .. } | Body::Cooled { .. } => places.map(|z| medium.along_depth(z, spread)),
     }
 }
 
@@ -164,6 +210,7 @@ struct Superpose<'a, const A: usize, const B: usize, const C: usize> {
     down: &'a [f64; C],
     nodes: &'a [Node],
     medium: &'a Medium,
+    level: f64,
     top: &'a mut [[f64; B]; A],
     below: &'a mut [[f64; C]; A],
 }
@@ -177,8 +224,7 @@ impl<const A: usize, const B: usize, const C: usize> CellLoop for Superpose<'_, 
             let along = bell(self.along, x, vx);
             let across = bell(self.across, y, vy);
             let down = along_depth(self.medium, self.down, node.depth_variance);
-            // the first place down is the surface
-            let surface = weight * self.medium.along_depth(0.0, node.depth_variance);
+            let surface = weight * self.medium.along_depth(self.level, node.depth_variance);
             let middle = weight * exp_not_positive(-0.5 * y * y / vy);
             // beyond 6.5 widths less than 1e-9 of the node is left
             let reach = 6.5 * vx.sqrt();
@@ -240,6 +286,7 @@ impl Sums {
             down: &sheet.down,
             nodes: &close,
             medium,
+            level: sheet.level,
             top: &mut top,
             below: &mut below,
         });
@@ -388,6 +435,7 @@ pub(crate) struct Smooth {
     along: [f64; COARSE_ALONG],
     across: [f64; COARSE],
     down: [f64; COARSE],
+    level: f64,
     top: [[f64; COARSE]; COARSE_ALONG],
     below: [[f64; COARSE]; COARSE_ALONG],
 }
@@ -410,6 +458,7 @@ impl Smooth {
             along: chebyshev(-behind, ahead),
             across: chebyshev(-side, side),
             down: chebyshev(0.0, deep),
+            level: sheet.level,
             top: [[0.0; COARSE]; COARSE_ALONG],
             below: [[0.0; COARSE]; COARSE_ALONG],
         }
@@ -430,6 +479,7 @@ impl Smooth {
             down: &self.down,
             nodes,
             medium,
+            level: self.level,
             top: &mut self.top,
             below: &mut self.below,
         });

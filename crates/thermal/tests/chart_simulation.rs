@@ -7,21 +7,24 @@
 
 mod support;
 
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
-use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
+use meltpath_thermal::chart::ChartSet;
+use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::medium::Body;
 use meltpath_thermal::rates::PastTheEnd;
 use meltpath_thermal::run::{Sink, draw};
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::surface::Surface;
-use support::{FAST, INNER, SLOW, charts, compute_charts, settings, titanium};
+use support::{FAST, INNER, SLOW, charts, compute_charts, settings, titanium, with_warm_ground};
 
 /// Section 5.1: metal in steps of thickness under a fresh layer; a line of 3 mm at 2 mA and 400 mm/s.
 fn steps_of_thickness(c: DVec3) -> State {
@@ -110,7 +113,15 @@ fn reference() -> (Vec<Vec<f64>>, Vec<f64>) {
 
 fn with_charts(options: Settings) -> (Vec<Vec<f64>>, Vec<f64>) {
     let grid = Grid::covering(LOW, HIGH, DVec3::splat(0.05)).unwrap();
-    let sets = vec![charts(2e-3, 0.0, 0.551_67, 2800.0).clone()];
+    let set = match options.memory {
+        Memory::None => charts(2e-3, 0.0, 0.551_67, 2800.0),
+        Memory::Ground(_) => WARM.get_or_init(|| {
+            let mut set = charts(2e-3, 0.0, 0.551_67, 2800.0).clone();
+            with_warm_ground(&mut set);
+            set
+        }),
+    };
+    let sets = vec![set.clone()];
     let mut simulation = ChartSimulation::new(&grid, titanium(), sets, options).unwrap();
     simulation.set_state(steps_of_thickness);
     let mut histories = Vec::new();
@@ -119,6 +130,17 @@ fn with_charts(options: Settings) -> (Vec<Vec<f64>>, Vec<f64>) {
         .draw(&overhang_line(), &moments(), &mut look, &Silent)
         .unwrap();
     (histories, axis(&simulation.highest_temperature(), 1))
+}
+
+/// The slow beam's charts over warm ground too.
+static WARM: OnceLock<ChartSet> = OnceLock::new();
+
+/// With a memory of what the path left in the ground; cold half a millimetre below, as the solver's is.
+fn remembering() -> Settings {
+    Settings {
+        memory: Memory::Ground(Body::Cooled { thickness: 0.5 }),
+        ..Settings::of(&titanium())
+    }
 }
 
 /// Mean difference over heated points, °C, and as a share of the temperature.
@@ -164,6 +186,11 @@ fn ebm_b01_b02_b07_charts_follow_the_reference_on_an_overhang() {
         100.0 * clamped_share
     );
     assert!(kelvin < 60.0 && share < 0.05, "B1: {kelvin} {share}");
+    // one line has little to remember
+    let (remembered, _) = with_charts(remembering());
+    let (with_memory, _) = apart(&remembered, &theirs);
+    println!("B1 with memory: {with_memory:.1} °C");
+    assert!(with_memory < 60.0, "{with_memory}");
     assert!(worst < 0.03, "B2: {worst}");
     assert!(clamped > 100.0, "B7: {clamped}");
 }
@@ -191,18 +218,20 @@ fn batches_do_not_show() {
 #[test]
 fn the_bits_do_not_depend_on_threads() {
     let _ = charts(2e-3, 0.0, 0.551_67, 2800.0);
-    let run = |threads| {
+    let run = |threads, options| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| with_charts(Settings::of(&titanium())))
+        pool.install(|| with_charts(options))
     };
-    assert_eq!(run(1), run(3));
+    for options in [Settings::of(&titanium()), remembering()] {
+        assert_eq!(run(1, options), run(3, options));
+    }
 }
 
 /// The vendor's strut in a chart simulation, layer on layer; mean diameter of the metal of a layer, mm.
-fn strut(outer: f64, layers: usize) -> f64 {
+fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
     let half = outer + 0.9;
     let grid = Grid::covering(
         DVec3::new(-half, -half, -0.35),
@@ -212,9 +241,12 @@ fn strut(outer: f64, layers: usize) -> f64 {
     .unwrap();
     let sets = [(2e-3, &SLOW), (2.4e-3, &INNER)].map(|(current, slot)| {
         let set = slot.get_or_init(|| compute_charts(current, 0.0, 0.551_67, 2800.0));
-        set.clone()
+        let mut set = set.clone();
+        if options.memory != Memory::None {
+            with_warm_ground(&mut set);
+        }
+        set
     });
-    let options = Settings::of(&titanium());
     let mut simulation = ChartSimulation::new(&grid, titanium(), sets.to_vec(), options).unwrap();
     simulation.set_state(|_| State::Powder);
     for layer in 0..layers {
@@ -249,8 +281,16 @@ fn strut(outer: f64, layers: usize) -> f64 {
 /// Thesis: charts 718, solver 731 µm; the solver of this room: 720 µm (T8).
 #[test]
 fn ebm_b03_strut_of_the_vendor_with_charts() {
-    let diameter = strut(0.2, 6);
+    let diameter = strut(0.2, 6, Settings::of(&titanium()));
     println!("B3: {:.0} µm", 1e3 * diameter);
+    assert!((diameter / 0.720 - 1.0).abs() < 0.05, "{diameter}");
+}
+
+/// A beam that goes round and round on the same 0.2 mm.
+#[test]
+fn ebm_b03_strut_with_memory() {
+    let diameter = strut(0.2, 6, remembering());
+    println!("B3 with memory: {:.0} µm", 1e3 * diameter);
     assert!((diameter / 0.720 - 1.0).abs() < 0.05, "{diameter}");
 }
 

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use meltpath_base::container::ContainerError;
 use meltpath_thermal::chart_file::{ChartFileError, read, write};
-use support::charts;
+use support::{charts, with_warm_ground};
 
 /// Section 2.10.3 of the specification: time to 2800 °C in steps of 2.5 µs, and B6: size and time of a set.
 #[test]
@@ -37,6 +37,22 @@ fn ebm_b06_a_set_is_small_and_soon_there() {
     assert_eq!(read(&mut bytes.as_slice()).unwrap(), *set);
 }
 
+/// Histories over warm ground are kept too.
+#[test]
+fn warm_ground_comes_back_from_a_file() {
+    let mut set = charts(2e-3, 0.0, 0.551_67, 2800.0).clone();
+    with_warm_ground(&mut set);
+    let mut bytes = Vec::new();
+    write(&set, &mut bytes).unwrap();
+    println!(
+        "{} grounds, {:.2} MB",
+        set.warm.len(),
+        bytes.len() as f64 / 1e6
+    );
+    assert!(bytes.len() < 10_000_000);
+    assert_eq!(read(&mut bytes.as_slice()).unwrap(), set);
+}
+
 #[test]
 fn a_damaged_or_foreign_chart_is_refused() {
     let mut bytes = Vec::new();
@@ -51,9 +67,11 @@ fn a_damaged_or_foreign_chart_is_refused() {
     harmed[middle] ^= 1;
     let harmed = read(&mut harmed.as_slice()).unwrap_err().to_string();
     assert!(harmed.contains("checksum"), "{harmed}");
-    let name = b"meltpath-chart/1";
+    let name = b"meltpath-chart/2";
     let at = bytes.windows(16).position(|w| w == name).unwrap();
-    bytes[at + 15] = b'9';
-    let foreign = read(&mut bytes.as_slice()).unwrap_err();
-    assert!(matches!(&foreign, ChartFileError::Schema { found } if found == "meltpath-chart/9"));
+    for (version, name) in [(b'1', "meltpath-chart/1"), (b'9', "meltpath-chart/9")] {
+        bytes[at + 15] = version;
+        let foreign = read(&mut bytes.as_slice()).unwrap_err();
+        assert!(matches!(&foreign, ChartFileError::Schema { found } if found == name));
+    }
 }

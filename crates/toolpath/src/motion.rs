@@ -48,6 +48,21 @@ impl<S: MotionSink + ?Sized> MotionSink for &mut S {
     }
 }
 
+impl<S: MotionSink> MotionSink for Option<S> {
+    fn block(&mut self, block: &MotionBlock) {
+        if let Some(sink) = self {
+            sink.block(block);
+        }
+    }
+}
+
+impl<A: MotionSink, B: MotionSink> MotionSink for (A, B) {
+    fn block(&mut self, block: &MotionBlock) {
+        self.0.block(block);
+        self.1.block(block);
+    }
+}
+
 impl MotionSink for Vec<MotionBlock> {
     fn block(&mut self, block: &MotionBlock) {
         self.push(block.clone());

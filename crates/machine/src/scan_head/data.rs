@@ -8,12 +8,13 @@ use serde::Deserialize;
 
 use super::axis::{Axis, Encoder};
 use super::beam::GaussianBeam;
+use super::energy::PowerLaw;
 use super::focus::{FocusProjection, Lenses};
 use super::friction::Friction;
 use super::galvanometer::{Galvanometer, Mode};
 use super::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
 use super::head::ScanHead;
-use super::job::{LaserDelays, Recipe};
+use super::job::{LaserDelays, Recipe, SkyWriting};
 use super::plate::SquarePlate;
 use super::prefilter::{Kernel, PreFilter};
 use super::servo_loop::{
@@ -96,6 +97,9 @@ enum GeometryTable {
         atmosphere_index: Figure,
         window_index: Figure,
         objective: Figure,
+        /// `traced` (default) or `printed`: the sign of K1 tan 2θx in eq. 2.39.
+        #[serde(default)]
+        path_sign: PathSign,
     },
 }
 
@@ -105,6 +109,9 @@ struct FocusTable {
     objective: Figure,
     moving: Figure,
     cam_radius: Figure,
+    /// `exact` (default) or `thesis`: eq. 2.49.
+    #[serde(default)]
+    projection: FocusProjection,
 }
 
 #[derive(Debug, Deserialize)]
@@ -142,6 +149,11 @@ struct RecipeFile {
     polygon_wait: Figure,
     laser_on_delay: Figure,
     laser_off_delay: Figure,
+    /// The power follows the spot's speed, down to this.
+    power_down_to: Option<Figure>,
+    /// Sky-writing: time at the line's speed before and after each line of a fill.
+    run_in: Option<Figure>,
+    run_out: Option<Figure>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -155,6 +167,7 @@ struct AxisTable {
     viscous: Figure,
     coulomb: Figure,
     bias: Figure,
+    friction: Option<FrictionTable>,
     #[serde(default)]
     mode: Vec<ModeTable>,
     current_gain: Figure,
@@ -177,6 +190,21 @@ struct AxisTable {
     encoder_noise: Figure,
     loop_delay: Figure,
     tuning: Option<TuningTable>,
+}
+
+/// Friction beyond the printed law of `coulomb` and `bias`, which is zero then.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "kind")]
+enum FrictionTable {
+    /// T_P as stiction: at rest up to T_C + T_P.
+    Karnopp { stiction: Figure, rest: Figure },
+    /// Bristles.
+    Lugre {
+        stiction: Figure,
+        stribeck: Figure,
+        stiffness: Figure,
+        damping: Figure,
+    },
 }
 
 /// Times of the first maximum of each loop's step response.
@@ -232,6 +260,7 @@ const TORQUE_CONSTANT: &[Unit] = &[unit("N·m/A", 1.0)];
 const BACK_EMF: &[Unit] = &[unit("V·s/rad", 1.0)];
 const INERTIA: &[Unit] = &[unit("kg·m²", 1.0), unit("g·cm²", 1e-7)];
 const VISCOUS: &[Unit] = &[unit("N·m·s/rad", 1.0)];
+const STIFFNESS: &[Unit] = &[unit("N·m/rad", 1.0)];
 const TORQUE: &[Unit] = &[unit("N·m", 1.0), unit("µN·m", 1e-6)];
 const NONE: &[Unit] = &[unit("1", 1.0)];
 const CURRENT_GAIN: &[Unit] = &[unit("V/A", 1.0)];
@@ -364,7 +393,7 @@ pub fn parse(text: &str) -> Result<HeadData, HeadFileError> {
                 moving: read!(f, lenses, moving, LENGTH),
                 cam_radius: read!(f, lenses, cam_radius, LENGTH),
                 rest_angle: 0.0,
-                projection: FocusProjection::default(),
+                projection: lenses.projection,
             };
             Some((read_axis("z", axis)?, lenses))
         }
@@ -422,6 +451,15 @@ pub fn parse_recipe(text: &str) -> Result<Recipe, HeadFileError> {
     let file: RecipeFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
     let r = Reading { table: "recipe" };
     let power = read!(r, file, power, POWER);
+    let or_zero = |key, figure: &Option<Figure>| {
+        figure
+            .as_ref()
+            .map_or(Ok(0.0), |figure| r.get(key, figure, TIME))
+    };
+    let (run_in, run_out) = (
+        or_zero("run_in", &file.run_in)?,
+        or_zero("run_out", &file.run_out)?,
+    );
     Ok(Recipe {
         contour_speed: read!(r, file, contour_speed, SPEED),
         fill_speed: read!(r, file, fill_speed, SPEED),
@@ -436,7 +474,14 @@ pub fn parse_recipe(text: &str) -> Result<Recipe, HeadFileError> {
             on: read!(r, file, laser_on_delay, TIME),
             off: read!(r, file, laser_off_delay, TIME),
         },
-        sky_writing: None,
+        power_law: match &file.power_down_to {
+            None => PowerLaw::Constant,
+            Some(least) => PowerLaw::WithSpeed {
+                least: r.get("power_down_to", least, POWER)?,
+            },
+        },
+        sky_writing: (file.run_in.is_some() || file.run_out.is_some())
+            .then_some(SkyWriting { run_in, run_out }),
         name: file.name,
     })
 }
@@ -467,6 +512,7 @@ fn geometry(table: &GeometryTable) -> Result<Geometry, HeadFileError> {
             atmosphere_index,
             window_index,
             objective,
+            path_sign,
         } => Geometry::ThreeAxis(ThreeAxis {
             plane: [
                 g.get("plane_x", plane_x, LENGTH)?,
@@ -489,8 +535,39 @@ fn geometry(table: &GeometryTable) -> Result<Geometry, HeadFileError> {
             atmosphere_index: g.get("atmosphere_index", atmosphere_index, NONE)?,
             window_index: g.get("window_index", window_index, NONE)?,
             objective: g.get("objective", objective, LENGTH)?,
-            path_sign: PathSign::default(),
+            path_sign: *path_sign,
         }),
+    })
+}
+
+fn friction(r: &Reading, t: &AxisTable) -> Result<Friction, HeadFileError> {
+    let coulomb = read!(r, t, coulomb, TORQUE);
+    let bias = read!(r, t, bias, TORQUE);
+    if t.friction.is_some() && bias != 0.0 {
+        return Err(HeadFileError::Form(format!(
+            "{}.bias is of the Coulomb law alone: write 0 N·m there, or leave out [{}.friction]",
+            r.table, r.table
+        )));
+    }
+    Ok(match &t.friction {
+        None => Friction::Coulomb { coulomb, bias },
+        Some(FrictionTable::Karnopp { stiction, rest }) => Friction::Karnopp {
+            coulomb,
+            stiction: r.get("friction.stiction", stiction, TORQUE)?,
+            rest: r.get("friction.rest", rest, ANGULAR_SPEED)?,
+        },
+        Some(FrictionTable::Lugre {
+            stiction,
+            stribeck,
+            stiffness,
+            damping,
+        }) => Friction::LuGre {
+            coulomb,
+            stiction: r.get("friction.stiction", stiction, TORQUE)?,
+            stribeck: r.get("friction.stribeck", stribeck, ANGULAR_SPEED)?,
+            stiffness: r.get("friction.stiffness", stiffness, STIFFNESS)?,
+            damping: r.get("friction.damping", damping, VISCOUS)?,
+        },
     })
 }
 
@@ -517,10 +594,7 @@ fn read_axis(name: &str, t: &AxisTable) -> Result<Axis, HeadFileError> {
             inertia,
             viscous: read!(r, t, viscous, VISCOUS),
             modes,
-            friction: Friction::Coulomb {
-                coulomb: read!(r, t, coulomb, TORQUE),
-                bias: read!(r, t, bias, TORQUE),
-            },
+            friction: friction(&r, t)?,
         },
         controller: Controller::Cascade(CascadeGains {
             current: CurrentGains {

@@ -15,7 +15,7 @@ use super::contour_error::distance_to_segment;
 use super::gate::{Chain, Chains};
 use super::head::{HeadBlock, HeadSink};
 use super::interpolation::counts;
-use super::job::{LaserDelays, ScanJob};
+use super::job::{LaserDelays, ScanJob, VectorKind};
 
 /// Records the point hit at every sample: for runs of a few squares.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,8 +73,12 @@ pub struct DelayTuning {
     starts: EndCost,
     ends: EndCost,
     longest: i64,
+    /// Length of all marks, mm.
+    marked: f64,
 }
 
+/// Share of the marks that may stay dark at starts for the sake of no spurious light: beyond, a delay cures less than it costs.
+const MOST_DARK: f64 = 0.1;
 /// A path may run this many radii beside its mark.
 const BESIDE: f64 = 4.0;
 /// A cost this near to the least, as a share of its range, is the least: tails of settling are long.
@@ -91,6 +95,7 @@ impl DelayTuning {
             starts: EndCost::default(),
             ends: EndCost::default(),
             longest,
+            marked: job.length(VectorKind::Contour) + job.length(VectorKind::Fill),
         };
         let chains: Vec<Chain> = Chains::new(job, period).collect();
         let ends = vector_ends(job, period);
@@ -267,15 +272,19 @@ impl DelayTuning {
             .collect()
     }
 
-    /// The tuned delays, and the two tables searched. The on-delay: the shortest with the least spurious light at starts.
-    /// The off-delay: the shortest with the least missing at ends.
+    /// The tuned delays, and the two tables searched. The on-delay: the shortest with the least spurious light at starts, among those
+    /// that leave no more than a tenth of the marks dark. The off-delay: the shortest with the least missing at ends.
     pub fn tune(&self) -> Tuned {
         let on_table = self.table(|on| LaserDelays { on, off: 0.0 });
-        let on = least(&on_table, |s| s.spurious_start).on;
+        let allowed = MOST_DARK * self.marked + on_table.first().map_or(0.0, |s| s.missing_start);
+        let bright = on_table.partition_point(|s| s.missing_start <= allowed);
+        let on = least(&on_table[..bright], |s| s.spurious_start).on;
+        let held = least(&on_table, |s| s.spurious_start).on > on;
         let off_table = self.table(|off| LaserDelays { on, off });
         let off = least(&off_table, |s| s.missing_end).off;
         Tuned {
             best: self.score(LaserDelays { on, off }),
+            held,
             on_table,
             off_table,
         }
@@ -317,6 +326,8 @@ impl DelayTuning {
 pub struct Tuned {
     /// The delays and their costs.
     pub best: DelayScore,
+    /// Whether a longer on-delay would leave less spurious light, and too many marks dark.
+    pub held: bool,
     /// Costs against the on-delay.
     pub on_table: Vec<DelayScore>,
     /// Costs against the off-delay.

@@ -67,6 +67,43 @@ impl Iterator for Chains<'_> {
     }
 }
 
+/// What a pair of delays does to the chains of a job, before anything is run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Darkness {
+    /// Chains of marks.
+    pub chains: u64,
+    /// Those that no light reaches: over, with the off-delay, before the on-delay is.
+    pub dark: u64,
+    /// Those whose light lasts until the next one's comes on.
+    pub bridged: u64,
+    /// Duration of the longest chain, s.
+    pub longest: f64,
+}
+
+impl Darkness {
+    /// Of a job sampled every `period` s.
+    pub fn of(job: &ScanJob, delays: LaserDelays, period: f64) -> Self {
+        let mut found = Darkness::default();
+        let mut last: Option<f64> = None;
+        for chain in Chains::new(job, period) {
+            let duration = (chain.end - chain.start) as f64 * period;
+            let (on, off) = (
+                chain.start as f64 * period + delays.on,
+                chain.end as f64 * period + delays.off,
+            );
+            found.chains += 1;
+            found.longest = found.longest.max(duration);
+            if off <= on {
+                found.dark += 1;
+                continue;
+            }
+            found.bridged += u64::from(last.is_some_and(|l| l >= on));
+            last = Some(off);
+        }
+        found
+    }
+}
+
 /// The gate, streaming.
 #[derive(Debug, Clone)]
 pub struct Gate<'a> {

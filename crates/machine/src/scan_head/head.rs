@@ -5,7 +5,6 @@
 
 use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::axis::{Axis, AxisRecord, RunningAxis};
 use super::beam::GaussianBeam;
@@ -16,6 +15,7 @@ use super::gate::Gate;
 use super::geometry::{Geometry, GeometryError};
 use super::interpolation::{CommandBlock, Interpolator, sample_count};
 use super::job::{LaserDelays, ScanJob, ScanJobError};
+use super::prefilter::Kernel;
 use super::servo_preview::Preview;
 
 /// Samples in a block.
@@ -62,6 +62,19 @@ pub enum HeadError {
         speed: f64,
         /// Sampling frequency, Hz.
         frequency: f64,
+    },
+    /// Delays that leave every mark dark.
+    #[error(
+        "no mark is lit: the laser-on delay, {:.0} µs, outlasts the longest mark between jumps, {:.0} µs, and the laser-off delay, {:.0} µs: a shorter laser-on delay, or tuned delays",
+        1e6 * .on, 1e6 * .longest, 1e6 * .off
+    )]
+    Dark {
+        /// On-delay, s.
+        on: f64,
+        /// Off-delay, s.
+        off: f64,
+        /// Duration of the longest chain of marks, s.
+        longest: f64,
     },
     /// Cancelled.
     #[error(transparent)]
@@ -222,6 +235,43 @@ impl ScanHead {
         self.mirrors
             .iter()
             .chain(self.focus.as_ref().map(|(axis, _)| axis))
+    }
+
+    /// Gives both mirrors the averages of the one whose pre-filter lags more, so that set-points of straight lines stay straight;
+    /// a mirror without a pre-filter stays without.
+    pub fn filter_alike(&mut self) {
+        let slower = self
+            .mirrors
+            .iter()
+            .filter_map(|axis| axis.prefilter)
+            .max_by(|a, b| a.lag().total_cmp(&b.lag()));
+        if let Some(slower) = slower {
+            for axis in &mut self.mirrors {
+                if let Some(filter) = &mut axis.prefilter {
+                    (filter.first, filter.second) = (slower.first, slower.second);
+                }
+            }
+        }
+    }
+
+    /// Leaves out the second average of each mirror's pre-filter: the speed and the acceleration stay bounded, the jerk does not
+    /// (specification § 4.3).
+    pub fn filter_acceleration(&mut self) {
+        for axis in &mut self.mirrors {
+            if let Some(filter) = &mut axis.prefilter {
+                // an average over one sample is none
+                filter.second = Kernel::Box(self.period);
+            }
+        }
+    }
+
+    /// By how much more one mirror's pre-filter lags than the other's, s.
+    pub fn mirrors_apart(&self) -> f64 {
+        let [x, y] = [0, 1].map(|k| {
+            let filter = self.mirrors[k].prefilter.as_ref();
+            filter.map_or(0.0, super::prefilter::PreFilter::lag)
+        });
+        (x - y).abs()
     }
 
     /// The longest steady lag of an axis' pre-filter, s.
@@ -580,68 +630,5 @@ impl Optics<'_> {
                 .push(self.gate.lit(block.command.first + k as u64));
         }
         self.sink.block(block);
-    }
-}
-
-/// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
-/// height of its layer.
-pub struct AsMotion<'a> {
-    job: &'a ScanJob,
-    /// The first vector of each layer, and its height, mm.
-    layers: &'a [(u32, f64)],
-    sink: &'a mut (dyn MotionSink + Send),
-    block: MotionBlock,
-    last: Option<DVec3>,
-    /// Of the last mark, W.
-    power: f64,
-}
-
-impl<'a> AsMotion<'a> {
-    /// Into `sink`. `layers` are the first vector of each layer and its height over the part's z = 0, mm, in order; what comes
-    /// before the first lies at its height, and at 0 without any.
-    pub fn new(
-        job: &'a ScanJob,
-        layers: &'a [(u32, f64)],
-        sink: &'a mut (dyn MotionSink + Send),
-    ) -> Self {
-        AsMotion {
-            job,
-            layers,
-            sink,
-            block: MotionBlock::default(),
-            last: None,
-            power: 0.0,
-        }
-    }
-}
-
-impl HeadSink for AsMotion<'_> {
-    fn block(&mut self, block: &HeadBlock) {
-        let out = &mut self.block;
-        out.t0 = block.command.first as f64 * block.period;
-        out.dt = block.period;
-        out.position.clear();
-        out.speed.clear();
-        out.power.clear();
-        for (k, hit) in block.hit.iter().enumerate() {
-            let vector = block.command.vector[k];
-            let layer = self.layers.partition_point(|&(first, _)| first <= vector);
-            let height = self.layers.get(layer.saturating_sub(1));
-            let at = hit.extend(height.map_or(0.0, |&(_, h)| h));
-            out.position.push(at);
-            out.speed
-                .push(self.last.map_or(0.0, |l| l.distance(at) / block.period));
-            let v = &self.job.vectors[vector as usize];
-            if v.kind.is_mark() {
-                self.power = v.power;
-            }
-            // after the end of a mark the off-delay goes on at its power
-            out.power.push(self.power * block.lit[k]);
-            self.last = Some(at);
-        }
-        out.wire.clear();
-        out.wire.resize(block.len(), 0.0);
-        out.command.clone_from(&block.command.vector);
-        self.sink.block(out);
     }
 }

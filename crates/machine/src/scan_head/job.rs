@@ -6,6 +6,8 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Pass, Role, Toolpath};
 use serde::{Deserialize, Serialize};
 
+use super::energy::PowerLaw;
+
 /// Why a job cannot be executed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScanJobError {
@@ -128,6 +130,8 @@ pub struct Recipe {
     pub polygon_wait: f64,
     /// Delays of the laser.
     pub delays: LaserDelays,
+    /// What the power follows.
+    pub power_law: PowerLaw,
     /// Sky-writing of fill lines; lines have no waits then.
     pub sky_writing: Option<SkyWriting>,
 }
@@ -161,6 +165,13 @@ impl Recipe {
         for (what, value) in [
             ("the contour power", self.contour_power),
             ("the fill power", self.fill_power),
+            (
+                "the least power with speed",
+                match self.power_law {
+                    PowerLaw::Constant => 0.0,
+                    PowerLaw::WithSpeed { least } => least,
+                },
+            ),
             ("the wait after jumps", self.jump_wait),
             ("the wait after marks", self.mark_wait),
             ("the wait between marks", self.polygon_wait),
@@ -178,6 +189,15 @@ impl Recipe {
             if !(value >= 0.0 && value.is_finite()) {
                 return fail(what, value, "finite and not negative");
             }
+        }
+        if let PowerLaw::WithSpeed { least } = self.power_law
+            && least > self.contour_power.min(self.fill_power)
+        {
+            return fail(
+                "the least power with speed",
+                least,
+                "at most the power of the marks (W)",
+            );
         }
         Ok(())
     }

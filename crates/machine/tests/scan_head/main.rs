@@ -14,4 +14,5 @@ mod jobs;
 mod km0;
 mod models;
 mod reference;
+mod richer;
 mod trajectory;

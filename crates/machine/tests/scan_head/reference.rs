@@ -4,6 +4,7 @@ use meltpath_machine::scan_head::data::{self, HeadData};
 use meltpath_machine::scan_head::galvanometer::Galvanometer;
 use meltpath_machine::scan_head::head::ScanHead;
 use meltpath_machine::scan_head::job::Recipe;
+use meltpath_machine::scan_head::plate::SquarePlate;
 
 pub(crate) fn two_axis_data() -> HeadData {
     data::parse(include_str!(
@@ -40,4 +41,13 @@ pub(crate) fn recipes() -> [Recipe; 3] {
 /// REF-2X.
 pub(crate) fn motor() -> Galvanometer {
     two_axis().mirrors[1].motor.clone()
+}
+
+/// The first square of a plate, at the centre of the field.
+pub(crate) fn one(plate: SquarePlate) -> SquarePlate {
+    SquarePlate {
+        columns: 1,
+        rows: 1,
+        ..plate
+    }
 }

@@ -29,7 +29,9 @@ use crate::outcome::{self, RunError};
 #[derive(Debug, thiserror::Error)]
 pub enum EbmError {
     /// A chart file.
-    #[error("cannot use the charts {}: {message}", .path.display())]
+    #[error(
+        "cannot use the charts {}: {message}; left out of charts.files, they are computed by the run", .path.display()
+    )]
     Charts {
         /// The file.
         path: PathBuf,

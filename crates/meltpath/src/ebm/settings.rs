@@ -9,6 +9,7 @@ use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::medium::Body;
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
 
@@ -18,13 +19,17 @@ use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use super::{focus, path_file};
 use crate::job::TextError;
-use crate::job::ebm::EbmJob;
+use crate::job::ebm::{ChartMemory, EbmJob};
 
 /// The materials that ship: name and file.
 pub const MATERIALS: &[(&str, &str)] = &[(
     "ti6al4v-ebm",
     include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
 )];
+
+/// What remembers earlier lines: the thesis' domain, at the start temperature half a millimetre below the build plane, as the
+/// reference solver that judges has it.
+const GROUND: Body = Body::Cooled { thickness: 0.5 };
 
 /// Where the window of good temperatures lies.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,6 +200,12 @@ pub fn resolve(
         mm(0.025),
         "converged within 2 °C of mean error",
     );
+    r.written_or(
+        "charts.memory",
+        charts.memory.map(|m| named(&m)),
+        named(&ChartMemory::default()),
+        "Béraud 2016: a voxel knows its own history only",
+    );
     let sim = &job.simulation;
     let voxel = r
         .written_or(
@@ -289,6 +300,10 @@ pub fn resolve(
     let judge = judge(job, &mut r);
     let simulation = chart_simulation::Settings {
         step,
+        memory: match charts.memory.unwrap_or_default() {
+            ChartMemory::None => chart_simulation::Memory::None,
+            ChartMemory::Ground => chart_simulation::Memory::Ground(GROUND),
+        },
         ..chart_simulation::Settings::of(&material)
     };
     Ok(Settings {

@@ -7,7 +7,8 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::chart_build::warm_grounds;
+use meltpath_thermal::chart_simulation::{ChartSimulation, Memory};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
@@ -92,27 +93,31 @@ fn charts(
             chart_file::read(&mut BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
         known.push(set);
     }
-    let mut sets = Vec::new();
+    let material = &settings.material;
+    let remember = settings.simulation.memory != Memory::None;
+    let mut sets: Vec<ChartSet> = Vec::new();
     for [voltage, current, focus] in beam_settings(paths.iter().copied()) {
-        if let Some(n) = known
-            .iter()
-            .position(|s| s.settings.serves(voltage, current, focus))
-        {
-            sets.push(known[n].clone());
-            continue;
-        }
-        let diameter = settings.beam.focus.diameter(focus)?;
-        let wanted = ChartSettings {
-            efficiency: settings.beam.efficiency,
-            depth: settings.beam.depth,
-            layer: settings.layer,
-            stop: settings.chart_stop,
-            cooling_from: settings.chart_cooling_from,
-            cell: settings.chart_spacing,
-            reach: 3.5 * settings.penetration,
-            ..ChartSettings::of_thesis(voltage, current, focus, diameter)
+        let serves = |s: &&ChartSet| s.settings.serves(voltage, current, focus);
+        let mut set = if let Some(set) = known.iter().find(serves) {
+            set.clone()
+        } else {
+            let diameter = settings.beam.focus.diameter(focus)?;
+            let wanted = ChartSettings {
+                efficiency: settings.beam.efficiency,
+                depth: settings.beam.depth,
+                layer: settings.layer,
+                stop: settings.chart_stop,
+                cooling_from: settings.chart_cooling_from,
+                cell: settings.chart_spacing,
+                reach: 3.5 * settings.penetration,
+                ..ChartSettings::of_thesis(voltage, current, focus, diameter)
+            };
+            chart_build::compute(&wanted, material, observer)?
         };
-        sets.push(chart_build::compute(&wanted, &settings.material, observer)?);
+        if remember && set.warm.is_empty() {
+            chart_build::warm(&mut set, &warm_grounds(material), material, observer)?;
+        }
+        sets.push(set);
     }
     Ok(sets)
 }

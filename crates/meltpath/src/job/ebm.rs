@@ -124,6 +124,19 @@ pub struct ChartsTable {
     pub cooling_from: Option<Temperature>,
     /// Spacing of the charts; default 25 µm.
     pub spacing: Option<Positive<Length>>,
+    /// What the ground keeps of earlier lines; default nothing, the thesis' model.
+    pub memory: Option<ChartMemory>,
+}
+
+/// What the ground under a chart simulation keeps of earlier beam positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartMemory {
+    /// Nothing.
+    #[default]
+    None,
+    /// Their heat, spread in the ground.
+    Ground,
 }
 
 /// `[simulation]`.

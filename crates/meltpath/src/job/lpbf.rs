@@ -1,7 +1,7 @@
 //! The job of a laser scan head: recipes compared on a plate of squares or on layers of a file.
 
 use meltpath_base::quantity::{NotNegative, Positive};
-use meltpath_base::{Length, Ratio, Speed, Time};
+use meltpath_base::{Length, Ratio, Speed, Temperature, Time};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -26,6 +26,8 @@ pub struct LpbfJob {
     pub checks: LpbfChecksTable,
     /// `[optimise]`: search a faster recipe; none unless written.
     pub optimise: Option<OptimiseTable>,
+    /// `[heat]`: what the marked path melts; none unless written.
+    pub heat: Option<HeatTable>,
     /// `[output]`.
     #[serde(default)]
     pub output: LpbfOutputTable,
@@ -47,6 +49,24 @@ pub struct OptimiseTable {
     pub filter_factors: Option<Vec<Positive<Ratio>>>,
     /// Least fill rate; default that of `[checks]`, else two points below the first recipe's own.
     pub fill_rate: Option<NotNegative<Ratio>>,
+}
+
+/// `[heat]`: what the first square or layer of each recipe melts through, as commanded and as marked.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeatTable {
+    /// Material: a name in `data/materials`, or a TOML file of your own; default `in625-laser`.
+    pub material: Option<Spanned<String>>,
+    /// Share of the laser's power that becomes heat; default the material's.
+    pub absorptivity: Option<Positive<Ratio>>,
+    /// Depth to which the metal must have been liquid; default 40 µm.
+    pub layer: Option<Positive<Length>>,
+    /// Temperature of the bed; default 20 °C.
+    pub preheat: Option<Temperature>,
+    /// Edge of the map's cells; default a quarter of the spot.
+    pub cell: Option<Positive<Length>>,
+    /// Marks followed at most, from the first on; default 3 m.
+    pub marks: Option<Positive<Length>>,
 }
 
 /// `[lpbf]`: head and recipes.
@@ -92,6 +112,10 @@ pub enum PreFilterChoice {
     On,
     /// None.
     Off,
+    /// The head's first average alone: acceleration is bounded, jerk is not.
+    FirstOnly,
+    /// The head's, both mirrors with the averages of the one that lags more.
+    Alike,
 }
 
 /// `[layers]`: which layers of `lpbf.layers` are run, and where they lie.
@@ -170,6 +194,8 @@ pub struct LpbfChecksTable {
     pub contour_share: Option<NotNegative<Ratio>>,
     /// Least fill rate (centres of cells under the swept spot); default none: told.
     pub fill_rate: Option<NotNegative<Ratio>>,
+    /// Least share of the surface that is melted through; default 98 %.
+    pub fusion: Option<NotNegative<Ratio>>,
 }
 
 impl LpbfJob {

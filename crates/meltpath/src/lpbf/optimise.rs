@@ -6,6 +6,7 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Measure, Observer, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::energy::PowerLaw;
 use meltpath_machine::scan_head::fill_rate::{FillRate, hatch_distance};
 use meltpath_machine::scan_head::head::HeadError;
 use meltpath_machine::scan_head::job::{Recipe, ScanJob};
@@ -123,16 +124,15 @@ pub(super) fn section(found: &Found) -> Section {
             "time, s",
             "contours, mm/s",
             "fills, mm/s",
-            "wait after marks, ms",
+            "wait, ms",
             "jumps, %",
-            "first filter, %",
-            "on, µs",
-            "off, µs",
-            "contour points within, %",
-            "contour error, 99 %, µm",
-            "fill rate, %",
-            "energy of fills, J/m",
-            "within bounds",
+            "filter, %",
+            "laser on, off, µs",
+            "within, %",
+            "99 %, µm",
+            "fill, %",
+            "fills, J/m",
+            "bounds",
         ],
     );
     let front = found.front();
@@ -148,14 +148,15 @@ pub(super) fn section(found: &Found) -> Section {
     let mut start = row(&found.start);
     if let Some(last) = start.last_mut() {
         *last = Cell::text(if found.start.within {
-            "the recipe to begin with: yes"
+            "start: kept"
         } else {
-            "the recipe to begin with: no"
+            "start: not kept"
         });
     }
     table.rows.push(start);
     format!(
-        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Asked: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others.",
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Asked: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
+         Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: contour points within the bound; 99 % of them are below the next column. Fills, J/m: power over speed.",
         found.tried.len(),
         100.0 * found.bounds.contour_share,
         1e3 * found.bounds.contour_error,
@@ -174,11 +175,18 @@ pub(super) fn section(found: &Found) -> Section {
                 .collect(),
         }
     };
-    let plot = |title: &str, axis: Axis, of: &dyn Fn(&Candidate) -> f64| {
-        Plot::new(title, Axis::new("time of the job", "s"), axis)
+    let times = padded(found.tried.iter().map(|c| c.duration));
+    let plot = |title: &str, axis: Axis, bound: f64, of: &dyn Fn(&Candidate) -> f64| {
+        let [low, high] = padded(found.tried.iter().map(of).chain([bound]));
+        let time = Axis::new("time of the job", "s").between(times[0], times[1]);
+        Plot::new(title, time, axis.between(low, high))
             .with(dots("keeps a bound only, or none", &|c| !c.within, of))
             .with(dots("within bounds", &|c| c.within, of))
             .with(dots("found", &|c| found.best.as_ref() == Some(c), of))
+            .with(Mark::Limit {
+                name: "bound".to_owned(),
+                value: bound,
+            })
     };
     Section {
         title: "A faster recipe".to_owned(),
@@ -190,13 +198,28 @@ pub(super) fn section(found: &Found) -> Section {
             plot(
                 "Time against contours",
                 Axis::new("contour points within the bound", "%"),
+                100.0 * found.bounds.contour_share,
                 &|c| 100.0 * c.contour_share,
             ),
-            plot("Time against fill", Axis::new("fill rate", "%"), &|c| {
-                100.0 * c.fill_rate
-            }),
+            plot(
+                "Time against fill",
+                Axis::new("fill rate", "%"),
+                100.0 * found.bounds.fill_rate,
+                &|c| 100.0 * c.fill_rate,
+            ),
         ],
     }
+}
+
+/// The range of values with room for the dots at its ends.
+fn padded(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let [low, high] = values
+        .filter(|v| v.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| {
+            [l.min(v), h.max(v)]
+        });
+    let room = 0.04 * (high - low);
+    [low - room, high + room]
 }
 
 fn row(c: &Candidate) -> Vec<Cell> {
@@ -208,13 +231,16 @@ fn row(c: &Candidate) -> Vec<Cell> {
         Cell::Fixed(1e3 * r.mark_wait, 2),
         Cell::Fixed(100.0 * c.jump_factor, 0),
         Cell::Fixed(100.0 * c.filter_factor, 0),
-        Cell::Fixed(1e6 * r.delays.on, 0),
-        Cell::Fixed(1e6 * r.delays.off, 0),
+        Cell::text(&format!(
+            "{:.0}, {:.0}",
+            1e6 * r.delays.on,
+            1e6 * r.delays.off
+        )),
         Cell::Fixed(100.0 * c.contour_share, 2),
         Cell::Fixed(1e3 * c.contour_error, 1),
         Cell::Fixed(100.0 * c.fill_rate, 2),
         Cell::Fixed(1e3 * r.fill_power / r.fill_speed, 0),
-        Cell::text(if c.within { "yes" } else { "no" }),
+        Cell::text(if c.within { "kept" } else { "not kept" }),
     ]
 }
 
@@ -273,6 +299,12 @@ fn recipe_file(c: &Candidate) -> String {
         );
     }
     let _ = writeln!(text, "name = \"{}\"", r.name.replace('"', "'"));
+    let mut line = |key: &str, value: f64, unit: &str| {
+        let _ = writeln!(
+            text,
+            "{key} = {{ value = \"{value:.3} {unit}\", source = \"recipe search\" }}"
+        );
+    };
     for (key, value, unit) in [
         ("contour_speed", r.contour_speed, "mm/s"),
         ("fill_speed", r.fill_speed, "mm/s"),
@@ -285,10 +317,14 @@ fn recipe_file(c: &Candidate) -> String {
         ("laser_on_delay", 1e6 * r.delays.on, "µs"),
         ("laser_off_delay", 1e6 * r.delays.off, "µs"),
     ] {
-        let _ = writeln!(
-            text,
-            "{key} = {{ value = \"{value:.3} {unit}\", source = \"recipe search\" }}"
-        );
+        line(key, value, unit);
+    }
+    if let PowerLaw::WithSpeed { least } = r.power_law {
+        line("power_down_to", least, "W");
+    }
+    if let Some(sky) = r.sky_writing {
+        line("run_in", 1e6 * sky.run_in, "µs");
+        line("run_out", 1e6 * sky.run_out, "µs");
     }
     text
 }

@@ -6,16 +6,19 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_machine::scan_head::contour_error::{Histogram, distance_to_segment};
+use meltpath_machine::scan_head::delays::{DelayScore, Tuned};
 use meltpath_machine::scan_head::recipe_search::Found;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
-use meltpath_report::plot::{Aspect, Axis, Bar, Mark, Plot};
+use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
 
-use super::optimise;
+use super::comparison::Comparison;
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;
+use super::thesis::printed;
 use super::work::Work;
+use super::{optimise, present_heat};
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -56,9 +59,12 @@ pub(super) fn write(
         subtitle: format!("{} · {}", settings.data.head.name, settings.work.words()),
         verdict: verdict.clone(),
         facts: facts(results),
-        scene: results.first().map(scene),
+        scene: (!results.is_empty()).then(|| scene(results)),
         sections: {
             let mut all = sections(settings, results);
+            if let Some(heat) = &settings.heat {
+                all.insert(2, present_heat::section(heat, results));
+            }
             if let Some(found) = told.found {
                 all.insert(1, optimise::section(found));
             }
@@ -77,10 +83,14 @@ pub(super) fn write(
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();
     crate::outcome::json(folder, "provenance.json", &provenance)?;
+    Comparison::new(settings, results).write(folder)?;
     if let Some(found) = told.found {
         optimise::write(folder, found)?;
     }
     for (k, r) in results.iter().enumerate() {
+        if let Some(heat) = &r.heat {
+            present_heat::write(folder, k + 1, heat)?;
+        }
         if !r.front.is_empty() {
             folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
                 writeln!(w, "laser-on [s],laser-off [s],spurious [mm],missing [mm]")?;
@@ -128,15 +138,17 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
                 .to_owned(),
             tables: tables(settings, results),
             plots: vec![
-                bars("Contour errors of contours", "contour error", "µm", 1e3, results, |r| &r.errors.contour, 120.0),
-                bars("Contour errors of fills", "contour error", "µm", 1e3, results, |r| &r.errors.fill, 120.0),
-                bars("Tracking error of X on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[0], 0.06),
-                bars("Tracking error of Y on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[1], 0.06),
+                shares("Contour errors of contours", results, |r| &r.errors.contour),
+                shares("Contour errors of fills", results, |r| &r.errors.fill),
+                steps("Tracking error of X on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[0]),
+                steps("Tracking error of Y on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[1]),
+                steps("Energy a millimetre, fills", "energy over power and speed of the mark", "%", 100.0, results, |r| &r.energy.fill),
             ],
         },
         Section {
             title: "Where the laser goes".to_owned(),
-            intro: "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks, and the path with the laser on.".to_owned(),
+            intro: "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks (dashed), and the path with the laser on (where the solid line ends, the laser is off). \
+                    The view in space shows the first recipe; the others are in its list.".to_owned(),
             plots: results.iter().map(|r| corner(settings, r)).collect(),
             tables: Vec::new(),
         },
@@ -145,7 +157,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
             intro: "Spurious: lit path farther than the spot's radius from where the marks run. Missing: marks that no lit point reaches. \
                     The shortest on-delay with the least spurious light at starts, then the shortest off-delay with the least missing at ends."
                 .to_owned(),
-            plots: results.iter().flat_map(delay_plots).collect(),
+            plots: delay_plots(results),
             tables: std::iter::once(delay_table(settings, results))
                 .chain(results.iter().filter_map(front_table))
                 .collect(),
@@ -154,13 +166,12 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
 }
 
 fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
+    let compared = Comparison::new(settings, results).table();
     match &settings.work {
-        Work::Plate(_) => vec![comparison(results), thesis()],
-        Work::Layers(_) => {
-            let mut tables = vec![comparison(results)];
-            tables.extend(results.iter().map(layer_table));
-            tables
-        }
+        Work::Plate(_) => vec![compared],
+        Work::Layers(_) => std::iter::once(compared)
+            .chain(results.iter().map(layer_table))
+            .collect(),
     }
 }
 
@@ -193,112 +204,88 @@ fn layer_table(r: &RecipeResult<'_>) -> Table {
     table
 }
 
-fn comparison(results: &[RecipeResult<'_>]) -> Table {
-    let mut columns = vec!["quantity"];
-    columns.extend(results.iter().map(|r| r.recipe.name.as_str()));
-    let mut table = Table::new("This run", &columns);
-    let mut row = |name: &str, cell: &dyn Fn(&RecipeResult<'_>) -> Cell| {
-        let mut cells = vec![Cell::text(name)];
-        cells.extend(results.iter().map(cell));
-        table.rows.push(cells);
-    };
-    row("time, s", &|r| Cell::Fixed(r.duration, 3));
-    row("mark length, m", &|r| {
-        use meltpath_machine::scan_head::job::VectorKind::{Contour, Fill};
-        Cell::Fixed((r.job.length(Contour) + r.job.length(Fill)) / 1000.0, 2)
-    });
-    row("laser-on delay, µs", &|r| {
-        Cell::Fixed(1e6 * r.delays.on, 0)
-    });
-    row("laser-off delay, µs", &|r| {
-        Cell::Fixed(1e6 * r.delays.off, 0)
-    });
-    for limit in [10.0, 20.0, 30.0, 100.0] {
-        row(&format!("contour points below {limit:.0} µm, %"), &|r| {
-            Cell::Fixed(100.0 * r.errors.contour.share_below(1e-3 * limit), 2)
-        });
-    }
-    row("largest contour error, µm", &|r| {
-        Cell::Fixed(1e3 * r.errors.contour.largest, 1)
-    });
-    for (axis, name) in ["X", "Y"].into_iter().enumerate() {
-        row(
-            &format!("tracking error of {name} on marks, median, deg"),
-            &|r| Cell::Fixed(r.errors.tracking[axis].quantile(0.5), 4),
-        );
-    }
-    row("focus error, 99 % of lit points, mm", &|r| {
-        Cell::Fixed(r.errors.focus.quantile(0.99), 3)
-    });
-    for (m, mode) in MODES.iter().enumerate() {
-        row(&format!("fill rate, {}, %", mode.words()), &|r| {
-            Cell::Fixed(100.0 * r.fill[m], 2)
-        });
-    }
-    table
+/// The value below which all but 0.5 % of the points of each recipe lie.
+fn reach(
+    results: &[RecipeResult<'_>],
+    of: &impl for<'a> Fn(&'a RecipeResult<'_>) -> &'a Histogram,
+) -> f64 {
+    let ends = results.iter().map(|r| of(r).quantile(0.995));
+    ends.fold(0.0, f64::max)
 }
 
-/// Rasoanarivo 2020, table 3.1, conventional control, three-axis simulator.
-fn thesis() -> Table {
-    let mut table = Table::new(
-        "The thesis, three-axis simulator, conventional control, 300 squares (Rasoanarivo 2020, table 3.1)",
-        &["quantity", "recipe 1", "recipe 2", "recipe 3"],
+/// Where such a plot ends, in words.
+const REACH: &str = "Up to where all but 0.5 % of the points of each recipe lie.";
+
+/// The share of points below each contour error, one line a recipe.
+fn shares(
+    title: &str,
+    results: &[RecipeResult<'_>],
+    of: impl for<'a> Fn(&'a RecipeResult<'_>) -> &'a Histogram,
+) -> Plot {
+    let reach = reach(results, &of);
+    let mut plot = Plot::new(
+        title,
+        Axis::new("contour error", "µm").between(0.0, 1e3 * reach),
+        Axis::new("share of points below", "%").between(0.0, 100.0),
     );
-    for (name, values) in [
-        ("time, s", [354.326, 263.441, 131.928]),
-        ("contour points below 10 µm, %", [93.51, 93.53, 87.58]),
-        ("contour points below 20 µm, %", [98.3, 96.94, 91.56]),
-        ("contour points below 30 µm, %", [99.32, 99.36, 94.67]),
-        ("fill rate, %", [97.16, 96.75, 91.33]),
-    ] {
-        let mut row = vec![Cell::text(name)];
-        row.extend(values.map(|v| Cell::Fixed(v, 2)));
-        table.rows.push(row);
+    for r in results {
+        let h = of(r);
+        let share = 100.0 / h.total().max(1) as f64;
+        let mut below = 0;
+        let mut points = vec![DVec2::ZERO];
+        for (k, &count) in h.counts.iter().enumerate() {
+            let end = (k + 1) as f64 * h.bin;
+            below += count;
+            points.push(DVec2::new(1e3 * end, share * below as f64));
+            if end > reach {
+                break;
+            }
+        }
+        plot = plot.with(Mark::Line {
+            name: r.recipe.name.clone(),
+            points,
+        });
     }
-    "The thesis states neither its motors nor its friction nor the mode of its fill rates; its own § 2.6.2 gives other contour shares for the same runs."
-        .clone_into(&mut table.note);
-    table
+    plot.caption(REACH)
 }
 
-fn bars(
+/// Shares of a histogram over its values, one stepped line a recipe.
+fn steps(
     title: &str,
     label: &str,
     unit: &str,
     scale: f64,
     results: &[RecipeResult<'_>],
     of: impl for<'a> Fn(&'a RecipeResult<'_>) -> &'a Histogram,
-    end: f64,
 ) -> Plot {
-    const BARS: usize = 40;
+    const STEPS: f64 = 40.0;
+    let reach = reach(results, &of);
+    let finest = results.iter().map(|r| of(r).bin).fold(0.0, f64::max);
+    // whole bins of the histograms, so that no step falls between two
+    let bins = (reach / finest / STEPS).ceil().max(1.0) as usize;
+    let width = scale * finest * bins as f64;
+    let count = (reach / (finest * bins as f64)).ceil().max(1.0) as usize;
     let mut plot = Plot::new(
         title,
-        Axis::new(label, unit),
+        Axis::new(label, unit).between(0.0, count as f64 * width),
         Axis::new("share of points", "%"),
     );
     for r in results {
         let h = of(r);
-        let total = h.total().max(1) as f64;
-        let width = end / BARS as f64;
-        let mut shares = vec![0.0; BARS];
-        for (k, &count) in h.counts.iter().enumerate() {
-            let at = ((k as f64 + 0.5) * h.bin * scale / width) as usize;
-            shares[at.min(BARS - 1)] += 100.0 * count as f64 / total;
+        let share = 100.0 / h.total().max(1) as f64;
+        let mut points = Vec::with_capacity(2 * count);
+        for k in 0..count {
+            let inside = h.counts.iter().skip(k * bins).take(bins).sum::<u64>();
+            let value = share * inside as f64;
+            points.push(DVec2::new(k as f64 * width, value));
+            points.push(DVec2::new((k + 1) as f64 * width, value));
         }
-        let bars = shares
-            .iter()
-            .enumerate()
-            .map(|(k, &value)| Bar {
-                from: k as f64 * width,
-                to: (k + 1) as f64 * width,
-                value,
-            })
-            .collect();
-        plot = plot.with(Mark::Bars {
+        plot = plot.with(Mark::Line {
             name: r.recipe.name.clone(),
-            bars,
+            points,
         });
     }
-    plot.caption("The last bar holds what lies beyond.")
+    plot.caption(REACH)
 }
 
 /// Where the picture of a recipe is taken, and the last vector of the area that it shows.
@@ -359,55 +346,50 @@ fn corner(settings: &Settings, r: &RecipeResult<'_>) -> Plot {
     }
     let mut plot = Plot::new(&r.recipe.name, Axis::new("x", "mm"), Axis::new("y", "mm"))
         .with(Mark::Line {
-            name: "commanded".to_owned(),
-            points: asked,
+            name: "marked, laser on".to_owned(),
+            points: done,
         })
         .with(Mark::Line {
-            name: "marked".to_owned(),
-            points: done,
+            name: "commanded marks".to_owned(),
+            points: asked,
         });
     plot.aspect = Aspect::Equal;
     plot
 }
 
-fn delay_plots(r: &RecipeResult<'_>) -> Vec<Plot> {
-    let Some(tuned) = &r.tuned else {
+/// What each delay costs, for all recipes: spurious light and missing marks apart, as they differ by orders.
+fn delay_plots(results: &[RecipeResult<'_>]) -> Vec<Plot> {
+    type Cost = fn(&DelayScore) -> f64;
+    type Side = fn(&Tuned) -> &[DelayScore];
+    let on: (&str, Side, Cost) = ("laser-on delay", |t| &t.on_table, |s| s.delays.on);
+    let off: (&str, Side, Cost) = ("laser-off delay", |t| &t.off_table, |s| s.delays.off);
+    let plots: [(&str, _, Cost); 4] = [
+        ("Starts: light beside marks", on, |s| s.spurious_start),
+        ("Starts: marks missed", on, |s| s.missing_start),
+        ("Ends: light beside marks", off, |s| s.spurious_end),
+        ("Ends: marks missed", off, |s| s.missing_end),
+    ];
+    if results.iter().all(|r| r.tuned.is_none()) {
         return Vec::new();
+    }
+    let draw = |(title, (label, table, delay), cost): (&str, (&str, Side, Cost), Cost)| {
+        let mut plot = Plot::new(title, Axis::new(label, "µs"), Axis::new("length", "mm"));
+        let mut chosen = Vec::new();
+        for r in results {
+            let Some(tuned) = &r.tuned else { continue };
+            let point = |s: &DelayScore| DVec2::new(1e6 * delay(s), cost(s));
+            plot = plot.with(Mark::Line {
+                name: r.recipe.name.clone(),
+                points: table(tuned).iter().map(point).collect(),
+            });
+            chosen.push(point(&tuned.best));
+        }
+        plot.with(Mark::Dots {
+            name: "chosen".to_owned(),
+            points: chosen,
+        })
     };
-    let line = |name: &str, points: Vec<DVec2>| Mark::Line {
-        name: name.to_owned(),
-        points,
-    };
-    let on = |f: &dyn Fn(&meltpath_machine::scan_head::delays::DelayScore) -> f64| {
-        tuned
-            .on_table
-            .iter()
-            .map(|s| DVec2::new(1e6 * s.delays.on, f(s)))
-            .collect()
-    };
-    let off = |f: &dyn Fn(&meltpath_machine::scan_head::delays::DelayScore) -> f64| {
-        tuned
-            .off_table
-            .iter()
-            .map(|s| DVec2::new(1e6 * s.delays.off, f(s)))
-            .collect()
-    };
-    vec![
-        Plot::new(
-            &format!("{}: starts of marks", r.recipe.name),
-            Axis::new("laser-on delay", "µs"),
-            Axis::new("length", "mm"),
-        )
-        .with(line("spurious", on(&|s| s.spurious_start)))
-        .with(line("missing", on(&|s| s.missing_start))),
-        Plot::new(
-            &format!("{}: ends of marks", r.recipe.name),
-            Axis::new("laser-off delay", "µs"),
-            Axis::new("length", "mm"),
-        )
-        .with(line("spurious", off(&|s| s.spurious_end)))
-        .with(line("missing", off(&|s| s.missing_end))),
-    ]
+    plots.map(draw).into()
 }
 
 fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
@@ -421,6 +403,8 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             "missing, mm",
             "recipe's own on, µs",
             "recipe's own off, µs",
+            "thesis on, µs",
+            "thesis off, µs",
         ],
     );
     for r in results {
@@ -431,6 +415,10 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
                 Cell::Fixed(t.best.missing(), 2),
             )
         });
+        let printed = printed(&settings.data.head, settings.structure, r.recipe)
+            .filter(|_| matches!(settings.work, Work::Plate(_)))
+            .and_then(|p| p.delays);
+        let theirs = |k: usize| printed.map_or(Cell::Empty, |d| Cell::Fixed(d[k], 0));
         table.rows.push(vec![
             Cell::text(&r.recipe.name),
             Cell::Fixed(1e6 * r.delays.on, 0),
@@ -439,23 +427,11 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             missing,
             Cell::Fixed(1e6 * own.on, 0),
             Cell::Fixed(1e6 * own.off, 0),
+            theirs(0),
+            theirs(1),
         ]);
     }
-    if matches!(settings.work, Work::Plate(_)) {
-        for (name, on, off) in [
-            (
-                "thesis, recipe 1 (industrial, standard values)",
-                395.0,
-                107.0,
-            ),
-            ("thesis, recipe 2 (uniform, tuned by trial)", 341.0, 53.0),
-        ] {
-            let mut row = vec![Cell::text(name), Cell::Fixed(on, 0), Cell::Fixed(off, 0)];
-            row.resize(7, Cell::Empty);
-            table.rows.push(row);
-        }
-    }
-    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
+    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer. The thesis' delays of recipe 1 are its industrial standard, those of recipe 2 tuned by trial on its simulator; ours were not fitted to them."
         .clone_into(&mut table.note);
     table
 }
@@ -484,8 +460,20 @@ fn front_table(r: &RecipeResult<'_>) -> Option<Table> {
     Some(table)
 }
 
-/// The first square or layer as marked, coloured by its contour error.
-fn scene(r: &RecipeResult<'_>) -> Scene {
+/// The first square or layer as marked by each recipe, coloured by its contour error; the first recipe is shown.
+fn scene(results: &[RecipeResult<'_>]) -> Scene {
+    let mut lines: Vec<LineSet> = results.iter().map(marked).collect();
+    for other in lines.iter_mut().skip(1) {
+        other.visibility = Visibility::Hidden;
+    }
+    Scene {
+        lines,
+        surfaces: Vec::new(),
+        heights: None,
+    }
+}
+
+fn marked(r: &RecipeResult<'_>) -> LineSet {
     let mut lit = LineSet {
         name: format!("marked, {}", r.recipe.name),
         points: Vec::new(),
@@ -546,9 +534,5 @@ fn scene(r: &RecipeResult<'_>) -> Scene {
         lit.polylines.pop();
     }
     lit.scalars.push(Scalar::new("contour error", "µm", errors));
-    Scene {
-        lines: vec![lit],
-        surfaces: Vec::new(),
-        heights: None,
-    }
+    lit
 }

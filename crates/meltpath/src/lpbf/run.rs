@@ -5,19 +5,21 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::as_motion::AsMotion;
 use meltpath_machine::scan_head::contour_error::PathErrors;
 use meltpath_machine::scan_head::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
+use meltpath_machine::scan_head::energy::EnergyAlong;
 use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate, hatch_distance};
-use meltpath_machine::scan_head::head::{
-    AsMotion, HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary,
-};
+use meltpath_machine::scan_head::gate::Darkness;
+use meltpath_machine::scan_head::head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
 use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_machine::scan_head::recipe_search::with_filter;
 use meltpath_toolpath::MotionSink;
 
+use super::heat::{self, BeamRecord, RecipeHeat};
 use super::settings::{self, Settings};
 use super::work::{LayerSpan, Prepared, Work};
-use super::{motion, optimise, present};
+use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
 use crate::tune::choose::ready;
@@ -49,11 +51,14 @@ pub(super) struct RecipeResult<'a> {
     pub(super) front: Vec<DelayScore>,
     pub(super) duration: f64,
     pub(super) errors: PathErrors<'a>,
+    pub(super) energy: EnergyAlong<'a>,
     /// Mean rate over the squares or layers, in each of [`MODES`].
     pub(super) fill: Vec<f64>,
     /// For each square or layer, its rates.
     pub(super) rates: Vec<Vec<f64>>,
     pub(super) path: Path2d,
+    /// What the first square or layer melts, where the job asks for it.
+    pub(super) heat: Option<RecipeHeat>,
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
@@ -77,6 +82,18 @@ impl HeadSink for Path2d {
     }
 }
 
+/// The largest angles that the mirrors X and Y reach, rad.
+#[derive(Debug, Default)]
+struct Reach([f64; 2]);
+
+impl HeadSink for Reach {
+    fn block(&mut self, block: &HeadBlock) {
+        for (most, axis) in self.0.iter_mut().zip(&block.axes) {
+            *most = axis.angle.iter().fold(*most, |m, a| m.max(a.abs()));
+        }
+    }
+}
+
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
@@ -91,7 +108,9 @@ pub fn run(
 ) -> Result<Outcome, RunError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here).map_err(|e| in_file(path, text, e))?;
+    let settings = settings::resolve(job, here)
+        .and_then(|s| refuse::check(job, &s).map(|()| s))
+        .map_err(|e| in_file(path, text, e))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     for letter in &settings.foreign {
         reporter.warn(
@@ -144,7 +163,7 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(&settings, &results);
+    let mut checks = checks(&settings, &results, &reporter);
     checks.extend(found.as_ref().map(optimise::check));
     let verdict = Verdict {
         checks,
@@ -203,6 +222,16 @@ impl<'a> Run<'a> {
         let radius = head.head().beam.waist;
         let tuning = DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, radius);
         let tuned = tuning.tune();
+        if tuned.held {
+            self.reporter.warn(
+                "spurious-light",
+                format!(
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a tenth of the marks dark",
+                    recipe.name, tuned.best.spurious_start
+                ),
+                "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",
+            );
+        }
         if tuned.best.delays.on.max(tuned.best.delays.off) > LONGEST_DELAY - 2.0 * period {
             self.reporter.warn(
                 "delays-long",
@@ -242,31 +271,49 @@ impl<'a> Run<'a> {
             .tuned()?
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
+        self.judge_delays(delays)?;
         let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
+        let law = self.recipe.power_law;
         let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
+        let hatch = match &self.settings.work {
+            Work::Plate(plate) => plate.hatch,
+            Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+        };
         let fill = match &self.settings.work {
             Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
-            Work::Layers(set) => {
-                let hatch = set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot);
-                FillRate::of_layers(job, &firsts, hatch, spot, &MODES)
-            }
+            Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
+        let last = self.last_shown();
+        let heat = self.settings.heat.as_ref();
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let wanted = motion.is_some() || record.is_some();
+        let mut motion = (motion, record.as_mut());
         let mut sinks = (
-            PathErrors::new(job, WINDOW, period),
+            (
+                PathErrors::new(job, WINDOW, period),
+                (EnergyAlong::new(job, law, spot), Reach::default()),
+            ),
             (
                 (
                     fill,
                     Path2d {
-                        last: self.last_shown(),
+                        last,
                         ..Path2d::default()
                     },
                 ),
-                motion.map(|sink| AsMotion::new(job, &heights, sink)),
+                wanted.then(|| AsMotion::new(job, law, &heights, &mut motion)),
             ),
         );
         let RunSummary { duration, .. } =
             self.head.run(job, delays, 1, self.observer, &mut sinks)?;
-        let (errors, ((fill, path), _)) = sinks;
+        let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
+        self.judge_reach(&reach);
+        let heat = match heat.zip(record) {
+            None => None,
+            Some((settings, record)) => {
+                Some(heat::melt(settings, job, record, hatch, self.observer)?)
+            }
+        };
         let rates = fill.finish();
         let fill = (0..MODES.len())
             .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
@@ -280,10 +327,72 @@ impl<'a> Run<'a> {
             front,
             duration,
             errors,
+            energy,
             fill,
             rates,
             path,
+            heat,
         })
+    }
+
+    /// Tells delays that leave marks dark or keep the light on between them.
+    fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
+        let darkness = Darkness::of(&self.prepared.job, delays, self.head.head().period);
+        if darkness.dark == darkness.chains {
+            return Err(HeadError::Dark {
+                on: delays.on,
+                off: delays.off,
+                longest: darkness.longest,
+            });
+        }
+        let Darkness {
+            chains,
+            dark,
+            bridged,
+            ..
+        } = darkness;
+        let name = &self.recipe.name;
+        if dark > 0 {
+            self.reporter.warn(
+                "dark-marks",
+                format!(
+                    "{name}: {dark} of {chains} marks between jumps stay dark: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
+                    1e6 * delays.on,
+                    1e6 * delays.off
+                ),
+                "a shorter laser-on delay, with a wait after jumps in its stead; or leave out such short marks",
+            );
+        }
+        if bridged > 0 {
+            self.reporter.warn(
+                "light-between-marks",
+                format!(
+                    "{name}: the light stays on between {bridged} of {chains} marks: the laser-off delay, {:.0} µs, is longer than the pause",
+                    1e6 * delays.off
+                ),
+                "a shorter laser-off delay, or a longer wait after marks",
+            );
+        }
+        Ok(())
+    }
+
+    /// Tells mirrors that left their travel.
+    fn judge_reach(&self, reach: &Reach) {
+        let axes = &self.head.head().mirrors;
+        for ((axis, letter), &angle) in axes.iter().zip(['X', 'Y']).zip(&reach.0) {
+            if angle > axis.travel {
+                self.reporter.warn(
+                    "beyond-travel",
+                    format!(
+                        "{}: the {letter} mirror turns to {:.2} deg, its travel is ±{:.2} deg: there it strikes its stop, which is not simulated",
+                        self.recipe.name,
+                        angle.to_degrees(),
+                        axis.travel.to_degrees()
+                    ),
+                    "work nearer the centre of the field, slower jumps, or a controller that does not ring",
+                );
+            }
+        }
     }
 
     /// The last vector of the first square or layer.
@@ -303,14 +412,21 @@ impl<'a> Run<'a> {
     }
 }
 
-fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
+fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
         let below = 100.0 * r.errors.contour.share_below(settings.contour_error);
-        checks.push(
+        let id = format!("contour-{number}");
+        checks.push(if r.errors.contour.total() == 0 {
+            Check::not_checked(
+                &id,
+                &format!("{}: contours", r.recipe.name),
+                "no contour was marked",
+            )
+        } else {
             Check::judge(
-                &format!("contour-{number}"),
+                &id,
                 &format!(
                     "{}: contour points within {:.0} µm",
                     r.recipe.name,
@@ -322,8 +438,8 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
             .at(meltpath_base::Place::at(
                 r.errors.worst.extend(0.0).to_array(),
             ))
-            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction"),
-        );
+            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
+        });
         let rate = 100.0 * r.fill[2];
         let title = format!("{}: fill rate, {}", r.recipe.name, MODES[2].words());
         let id = format!("fill-{number}");
@@ -342,11 +458,19 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
             },
         });
     }
-    checks.push(Check::not_checked(
-        "melt-pool",
-        "fusion of the powder",
-        "no melt pool is modelled by this version: fast recipes may not melt well",
-    ));
+    let melted = |k: usize, r: &RecipeResult<'_>| {
+        let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);
+        Some(heat::check(settings, k + 1, &r.recipe.name, heat, reporter))
+    };
+    if settings.heat.is_some() {
+        checks.extend(results.iter().enumerate().filter_map(|(k, r)| melted(k, r)));
+    } else {
+        checks.push(Check::not_checked(
+            "melt-pool",
+            "fusion of the powder",
+            "the job does not ask for it: fast recipes may not melt well; add [heat]",
+        ));
+    }
     checks
 }
 
@@ -356,6 +480,8 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Check> {
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &LpbfJob, text: &str) -> Result<Vec<String>, RunError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here).map_err(|e| in_file(job_file, text, e))?;
+    let settings = settings::resolve(job, here)
+        .and_then(|s| refuse::check(job, &s).map(|()| s))
+        .map_err(|e| in_file(job_file, text, e))?;
     Ok(crate::outcome::parameter_lines(&settings.provenance))
 }

@@ -5,11 +5,14 @@ use std::path::Path;
 use meltpath_base::quantity::Positive;
 use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
 use meltpath_machine::scan_head::data::{self, HeadData, HeadFileError};
+use meltpath_machine::scan_head::energy::PowerLaw;
 use meltpath_machine::scan_head::job::Recipe;
 use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_machine::scan_head::recipe_search::Bounds;
 use toml::Spanned;
 
+use super::heat::{self, HeatSettings};
+use super::thesis::Structure;
 use super::work::{self, Work};
 use crate::job::TextError;
 use crate::job::lpbf::{
@@ -53,6 +56,8 @@ pub struct Settings {
     pub work: Work,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
+    /// Which controllers drive the mirrors.
+    pub structure: Structure,
     /// Which delays.
     pub delays: DelayChoice,
     /// Contour error that counts as good, mm.
@@ -69,6 +74,8 @@ pub struct Settings {
     pub search: Option<Bounds>,
     /// The form in which whole marked paths are written.
     pub motion: Option<MotionForm>,
+    /// What the heat engine is told, where the job asks for it.
+    pub heat: Option<HeatSettings>,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -253,6 +260,26 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
                 Origin::Data(r.name.clone()),
             );
         }
+        let sky = r.sky_writing;
+        for (key, value) in [
+            (
+                "power_down_to",
+                match r.power_law {
+                    PowerLaw::Constant => None,
+                    PowerLaw::WithSpeed { least } => Some(least),
+                },
+            ),
+            ("run_in", sky.map(|s| s.run_in)),
+            ("run_out", sky.map(|s| s.run_out)),
+        ] {
+            if let Some(value) = value {
+                tell(
+                    &format!("recipe.{}.{key}", r.name),
+                    value.into(),
+                    Origin::Data(r.name.clone()),
+                );
+            }
+        }
     }
     let search = job
         .optimise
@@ -301,7 +328,23 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
             tell(&format!("optimise.{name}"), value.into(), origin);
         }
     }
+    let heat = match &job.heat {
+        None => None,
+        Some(table) => Some(heat::resolve(
+            table,
+            c.fusion.map(|r| r.0.0),
+            2.0 * data.head.beam.waist,
+            folder,
+            &mut provenance,
+        )?),
+    };
     Ok(Settings {
+        heat,
+        structure: match job.lpbf.controller.as_ref().map(|c| c.get_ref().as_str()) {
+            None | Some(crate::tune::choose::OWN) => Structure::Conventional,
+            Some(crate::tune::choose::HINF) => Structure::HInfinity,
+            Some(_) => Structure::Other,
+        },
         search,
         data,
         work,

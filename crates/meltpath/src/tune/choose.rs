@@ -16,9 +16,9 @@ use crate::job::TextError;
 use crate::job::lpbf::{PathChoice, PreFilterChoice};
 
 /// The controller of the head's own file.
-const OWN: &str = "cascade";
+pub(crate) const OWN: &str = "cascade";
 /// H-infinity with the thesis' weights moved to each motor.
-const HINF: &str = "h-infinity";
+pub(crate) const HINF: &str = "h-infinity";
 
 /// Puts the wanted controllers into a head. `tuning` tells how fast its loops are meant to be. Returns the axes whose controller was
 /// made for another motor.
@@ -88,12 +88,17 @@ pub fn apply(
         ),
     };
     provenance.parameter("lpbf.prefilter", &Resolved::new(choice, origin));
-    if choice == PreFilterChoice::Off {
-        for axis in &mut head.mirrors {
-            axis.prefilter = None;
-        }
-        if let Some((axis, _)) = &mut head.focus {
-            axis.prefilter = None;
+    match choice {
+        PreFilterChoice::On => {}
+        PreFilterChoice::FirstOnly => head.filter_acceleration(),
+        PreFilterChoice::Alike => head.filter_alike(),
+        PreFilterChoice::Off => {
+            for axis in &mut head.mirrors {
+                axis.prefilter = None;
+            }
+            if let Some((axis, _)) = &mut head.focus {
+                axis.prefilter = None;
+            }
         }
     }
     Ok(others)

@@ -3,7 +3,9 @@
 use meltpath_base::Reporter;
 use rayon::prelude::*;
 
-use super::{ChartSimulation, Voxel, cool};
+use super::ChartSimulation;
+use super::batch::{Standing, Voxel, cool};
+use crate::chart::ChartSet;
 use crate::grid::Field;
 use crate::material::CELSIUS;
 
@@ -12,11 +14,14 @@ impl ChartSimulation {
     fn now(&self, column: usize, k: usize) -> f32 {
         let voxel = &self.voxels[column * self.planes() + k];
         let c = &self.columns[column];
+        let rates = &self.rates[usize::from(c.set)];
+        let under = Standing::when(c, self.ground.as_ref(), rates, self.time).at(self.depths[k]);
         let g = voxel.enthalpy;
         if g <= 0.0 {
-            return g;
+            return under.enthalpy;
         }
-        self.rates[usize::from(c.set)].cooled(c.between, k, g, self.time - c.since)
+        let own = rates.cooled(c.between, under.warmth, k, g, self.time - c.since);
+        under.enthalpy + own
     }
 
     fn field(&self, value: impl Fn(usize, usize) -> f64 + Sync) -> Field {
@@ -104,7 +109,8 @@ impl ChartSimulation {
         let c = &self.columns[column];
         let mut voxel = self.voxels[column * self.planes() + k];
         let rates = &self.rates[usize::from(c.set)];
-        cool(rates, c, k, &mut voxel, self.time, self.timed);
+        let under = Standing::of(c, self.ground.as_ref(), rates).at(self.depths[k]);
+        cool(rates, c, k, &mut voxel, under, self.time, self.timed);
         voxel
     }
 
@@ -140,6 +146,7 @@ impl ChartSimulation {
                 "compare temperatures of one model with each other, not with the boiling point; calibrate the window on a built part",
             );
         }
+        self.tell_of_ground(reporter);
         let stop = self
             .sets
             .iter()
@@ -154,6 +161,30 @@ impl ChartSimulation {
                     stop - CELSIUS
                 ),
                 "charts with a higher stop temperature",
+            );
+        }
+    }
+
+    /// Warns where the ground became warmer than that of the charts.
+    fn tell_of_ground(&self, reporter: &Reporter) {
+        if self.ground.is_none() {
+            return;
+        }
+        let last = |s: &ChartSet| s.warm.last().map_or(0.0, |w| w.enthalpy as f32);
+        let known = self.sets.iter().map(last).fold(f32::INFINITY, f32::min);
+        let beyond = self.columns.iter().filter(|c| c.warmest > known).count();
+        if beyond > 0 {
+            let warmest = self.columns.iter().map(|c| c.warmest);
+            let celsius = |g: f32| self.curve.temperature(f64::from(g)) - CELSIUS;
+            reporter.warn(
+                "ground-beyond-charts",
+                format!(
+                    "earlier lines left the ground at up to {:.0} °C, the charts know it up to {:.0} °C: {:.1} % of the columns go on as on the warmest they know",
+                    celsius(warmest.fold(0.0, f32::max)),
+                    celsius(known),
+                    100.0 * beyond as f64 / self.columns.len() as f64
+                ),
+                "judge the hottest places on the reference solver, or give lines more time to cool before the next",
             );
         }
     }

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use meltpath_base::Silent;
 use meltpath_thermal::beam::BeamPoint;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::compute;
+use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
 
@@ -32,6 +32,19 @@ pub(crate) fn compute_charts(current: f64, focus: f64, diameter: f64, stop: f64)
         ..ChartSettings::of_thesis(60e3, current, focus, diameter)
     };
     compute(&settings, &titanium(), &Silent).unwrap()
+}
+
+/// The same, over warm ground too.
+pub(crate) fn compute_warm_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
+    let mut set = compute_charts(current, focus, diameter, stop);
+    with_warm_ground(&mut set);
+    set
+}
+
+/// Adds histories over warm ground.
+pub(crate) fn with_warm_ground(set: &mut ChartSet) {
+    let material = titanium();
+    warm(set, &warm_grounds(&material), &material, &Silent).unwrap();
 }
 
 /// The same, kept for the other tests of the file.

@@ -1,6 +1,9 @@
 //! Scan-head jobs from their files to the folder of results.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod options;
+mod refused;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +17,8 @@ use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
 
+const THREE: &str = include_str!("../../../../data/scan-heads/three-axis-350.toml");
+const INDUSTRIAL: &str = include_str!("../../../../data/recipes/industrial.toml");
 const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ndelays = \"recipe\"\n";
 
 /// Runs a job text in `folder`; the folder of results.
@@ -32,6 +37,17 @@ fn refused(folder: &Path, text: &str) -> String {
     let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
     assert!(!out.exists(), "nothing is left behind");
     error.to_string()
+}
+
+/// The figures of the row of the report's first table whose name begins so, one a recipe.
+fn figures(out: &Path, name: &str) -> Vec<f64> {
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let begin = page.find(&format!("<td>{name}")).unwrap();
+    let row = &page[begin..begin + page[begin..].find("</tr>").unwrap()];
+    row.split("</td>")
+        .skip(1)
+        .filter_map(|cell| cell.rsplit('>').next().and_then(|text| text.parse().ok()))
+        .collect()
 }
 
 /// What the verdict says of the first recipe: share of contour points, fill rate.
@@ -86,7 +102,10 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml")).unwrap();
+    let head = data::parse(include_str!(
+        "../../../../data/scan-heads/two-axis-150.toml"
+    ))
+    .unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,
@@ -150,7 +169,7 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 #[test]
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
-    let recipe = data::parse_recipe(include_str!("../../../data/recipes/industrial.toml")).unwrap();
+    let recipe = data::parse_recipe(INDUSTRIAL).unwrap();
     let job = small().job(&recipe).unwrap();
     let start = vectors::Vector {
         kind: vectors::Kind::Start,
@@ -228,11 +247,17 @@ fn layers_that_cannot_be_run_are_named() {
         let error = refused(dir.path(), &format!("{JOB}layers = \"{name}\"\n{more}"));
         assert!(error.contains(words), "{name}: {error}");
     }
-    let (Job::Lpbf(job), text) = meltpath::job::load(&dir.path().join("wrong.toml")).unwrap()
-    else {
-        panic!("a scan-head job")
+    // what cannot run is no news after a doctor, who tells it too
+    let doctor = |more: &str| {
+        let path = dir.path().join("seen.toml");
+        fs::write(&path, format!("{JOB}layers = \"far.cli\"\n{more}")).unwrap();
+        let (Job::Lpbf(job), text) = meltpath::job::load(&path).unwrap() else {
+            panic!("a scan-head job")
+        };
+        lpbf::doctor(&path, &job, &text)
     };
-    let lines = lpbf::doctor(&dir.path().join("wrong.toml"), &job, &text).unwrap();
+    assert!(doctor("").unwrap_err().to_string().contains("field"));
+    let lines = doctor("[layers]\norigin = [\"200 mm\", \"0 mm\"]\n").unwrap();
     assert!(
         lines.iter().any(|l| l.contains("layers.range")),
         "{lines:?}"

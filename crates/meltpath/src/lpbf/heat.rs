@@ -1,0 +1,661 @@
+//! What the laser melts: the marked path, with its lag, its corners and its late light, drawn by the semi-analytic heat engine
+//! beside the commanded one.
+//!
+//! A layer is joined to the one below where the metal was liquid at its lower face. What the commanded path melts there and
+//! the marked one does not is the machine's doing; what neither melts, the recipe's.
+
+use std::path::Path;
+
+use meltpath_base::{
+    Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
+};
+use meltpath_machine::scan_head::job::{ScanJob, VectorKind};
+use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
+use meltpath_thermal::focus::{FocusCalibration, FocusError};
+use meltpath_thermal::fusion::{
+    Following, FusionError, FusionMap, TracePoint, boiling_number, follow,
+};
+use meltpath_thermal::history::Memory;
+use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::medium::{Body, Medium};
+use meltpath_thermal::moving_source::{MovingSource, MovingSourceError};
+use meltpath_thermal::source::Depth;
+use meltpath_toolpath::{MotionBlock, MotionSink};
+
+use super::settings::data_text;
+use crate::job::TextError;
+use crate::job::lpbf::HeatTable;
+
+/// The materials that ship: name and file.
+pub const MATERIALS: &[(&str, &str)] = &[(
+    "in625-laser",
+    include_str!("../../../../data/materials/in625-laser.toml"),
+)];
+
+/// Distance along the path from look to look, in spot diameters.
+const LOOK: f64 = 0.7;
+/// Looks from one measured pool to the next.
+const PER_POOL: usize = 4;
+/// Room round the marks, mm.
+const MARGIN: f64 = 0.3;
+/// How much less is absorbed in the third drawing: what is not known of absorptivity.
+const LESS: f64 = 0.9;
+/// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
+const BOILING: [f64; 2] = [0.5, 1.0];
+
+/// Resolved `[heat]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatSettings {
+    /// The material.
+    pub material: Material,
+    /// What stands for it in the engine.
+    pub medium: Medium,
+    /// Share of the power that becomes heat.
+    pub absorptivity: f64,
+    /// Depth that must become liquid, mm.
+    pub layer: f64,
+    /// Edge of the map's cells, mm.
+    pub cell: f64,
+    /// Spot diameter (four standard deviations), mm.
+    pub spot: f64,
+    /// Marks followed at most, mm.
+    pub marks: f64,
+    /// Least share of the check.
+    pub share: f64,
+}
+
+/// Why the heat of a path could not be told.
+#[derive(Debug, thiserror::Error)]
+pub enum HeatError {
+    /// The path.
+    #[error(transparent)]
+    Path(#[from] BeamError),
+    /// The engine.
+    #[error(transparent)]
+    Fusion(#[from] FusionError),
+    /// The pool's medium.
+    #[error(transparent)]
+    Engine(#[from] MovingSourceError),
+    /// The spot.
+    #[error(transparent)]
+    Focus(#[from] FocusError),
+}
+
+/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm.
+///
+/// # Errors
+/// [`TextError`] with the place in the job.
+pub fn resolve(
+    table: &HeatTable,
+    share: Option<f64>,
+    spot: f64,
+    folder: &Path,
+    provenance: &mut Provenance,
+) -> Result<HeatSettings, TextError> {
+    let name = table
+        .material
+        .clone()
+        .unwrap_or_else(|| toml::Spanned::new(0..0, "in625-laser".to_owned()));
+    let at = |message: String, help: &str| TextError {
+        span: table.material.as_ref().map(toml::Spanned::span),
+        message,
+        help: (!help.is_empty()).then(|| help.to_owned()),
+    };
+    let text = data_text("material", &name, MATERIALS, folder)?;
+    let material = read(&text, Readings::default())
+        .map_err(|e| at(format!("\"{}\" is not sound: {e}", name.get_ref()), ""))?;
+    let absorptivity = match (table.absorptivity, material.absorptivity) {
+        (Some(share), _) if share.0.0 > 1.0 => {
+            return Err(at(
+                format!("heat.absorptivity is {:.0} %", 100.0 * share.0.0),
+                "it is a share of the laser's power: at most 100 %",
+            ));
+        }
+        (Some(share), _) => share.0.0,
+        (None, Some(own)) => own,
+        (None, None) => {
+            return Err(at(
+                format!("\"{}\" says nothing of absorptivity", name.get_ref()),
+                "give it in the job: [heat] absorptivity = \"35 %\"; or as [absorptivity] in the material file",
+            ));
+        }
+    };
+    let preheat = table.preheat.map_or(20.0 + CELSIUS, |t| t.0);
+    let medium = Medium::effective(&material, preheat, Body::HalfSpace).map_err(|_| {
+        at(
+            format!(
+                "the bed is at {:.0} °C, the material is liquid from {:.0} °C",
+                preheat - CELSIUS,
+                material.liquidus - CELSIUS
+            ),
+            "give heat.preheat below it",
+        )
+    })?;
+    let settings = HeatSettings {
+        medium,
+        absorptivity,
+        layer: table.layer.map_or(0.04, |l| l.0.0),
+        cell: table.cell.map_or(0.25 * spot, |l| l.0.0),
+        spot,
+        marks: table.marks.map_or(3000.0, |l| l.0.0),
+        share: share.unwrap_or(0.98),
+        material,
+    };
+    let mut tell = |key: &str, value: serde_json::Value, written: bool, default: &str| {
+        let origin = if written {
+            Origin::Job
+        } else {
+            Origin::Default(default.to_owned())
+        };
+        provenance.parameter(&format!("heat.{key}"), &Resolved::new(value, origin));
+    };
+    let m = &settings.material;
+    tell(
+        "material",
+        m.name.clone().into(),
+        table.material.is_some(),
+        "the material that ships for lasers",
+    );
+    tell(
+        "absorptivity",
+        absorptivity.into(),
+        table.absorptivity.is_some(),
+        "the material's",
+    );
+    tell(
+        "layer",
+        settings.layer.into(),
+        table.layer.is_some(),
+        "40 µm",
+    );
+    tell("preheat", preheat.into(), table.preheat.is_some(), "20 °C");
+    tell(
+        "cell",
+        settings.cell.into(),
+        table.cell.is_some(),
+        "a quarter of the spot",
+    );
+    tell("marks", settings.marks.into(), table.marks.is_some(), "3 m");
+    provenance.model(
+        "melt pools of the laser",
+        "superposition of moving Gaussians on a half space with mean properties (Carslaw and Jaeger 1959; Eagar and Tsai 1983); \
+         conduction only, dense metal, absorptivity constant; keyholes flagged by the normalised enthalpy of King et al. 2014",
+    );
+    Ok(settings)
+}
+
+/// The beam of the marked path: motion with power, as far as it is wanted.
+#[derive(Debug, Clone)]
+pub struct BeamRecord {
+    points: Vec<BeamPoint>,
+    last: u32,
+    longest: f64,
+    lit: f64,
+    /// Whether the path goes on after what was kept.
+    pub cut: bool,
+}
+
+impl BeamRecord {
+    /// Keeps the path up to the end of vector `last`, or until `longest` mm were lit.
+    pub fn new(last: u32, longest: f64) -> Self {
+        BeamRecord {
+            points: Vec::new(),
+            last,
+            longest,
+            lit: 0.0,
+            cut: false,
+        }
+    }
+}
+
+impl MotionSink for BeamRecord {
+    fn block(&mut self, block: &MotionBlock) {
+        for (k, at) in block.position.iter().enumerate() {
+            if block.command[k] > self.last || self.cut {
+                return;
+            }
+            if self.lit > self.longest {
+                self.cut = true;
+                return;
+            }
+            let power = block.power[k];
+            let point = BeamPoint {
+                time: block.t0 + k as f64 * block.dt,
+                x: at.x,
+                y: at.y,
+                voltage: 0.0,
+                current: 1.0,
+                focus: 0.0,
+                on: false,
+            };
+            // power is that of the period that ends here: it belongs to the row before
+            if let Some(before) = self.points.last_mut() {
+                before.voltage = power;
+                before.on = power > 0.0;
+                if before.on {
+                    self.lit += (at.x - before.x).hypot(at.y - before.y);
+                }
+            }
+            let dark = self.points.iter().rev().take(2).filter(|p| !p.on).count() == 2;
+            match self.points.last_mut() {
+                Some(last) if dark => *last = point,
+                _ => self.points.push(point),
+            }
+        }
+    }
+}
+
+/// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits.
+fn commanded(job: &ScanJob, last: u32, longest: f64) -> Result<BeamPath, BeamError> {
+    let mut points: Vec<BeamPoint> = Vec::new();
+    let (mut time, mut lit) = (0.0, 0.0);
+    for (i, v) in job.vectors.iter().enumerate().take(last as usize + 1) {
+        if lit > longest {
+            break;
+        }
+        let (from, length) = (job.start_of(i), job.length_of(i));
+        let row = |time: f64, at: meltpath_geometry::math::DVec3, on: bool| BeamPoint {
+            time,
+            x: at.x,
+            y: at.y,
+            voltage: if on { v.power } else { 0.0 },
+            current: 1.0,
+            focus: 0.0,
+            on,
+        };
+        let on = v.kind.is_mark();
+        points.push(row(time, from, on));
+        time += if v.speed > 0.0 { length / v.speed } else { 0.0 };
+        points.push(row(time, v.end, false));
+        time += v.wait;
+        if on {
+            lit += length;
+        }
+    }
+    BeamPath::new(points)
+}
+
+/// What one drawing melted.
+#[derive(Debug, Clone)]
+pub struct Melted {
+    /// In words.
+    pub name: &'static str,
+    /// Highest temperatures at the layer's lower face.
+    pub map: FusionMap,
+    /// Pools along the path.
+    pub trace: Vec<TracePoint>,
+    /// Area melted through, mm².
+    pub area: f64,
+    /// Share of the surface that is melted through.
+    pub share: f64,
+}
+
+/// Where something stayed powder under the marked path: middle of a square of [`Cold::SIDE`] mm, and the share of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cold {
+    /// Middle, mm.
+    pub place: [f64; 2],
+    /// Share of its cells that belong to the surface and are not melted through.
+    pub share: f64,
+}
+
+impl Cold {
+    /// Side of the squares, mm.
+    pub const SIDE: f64 = 0.1;
+}
+
+/// Boiling numbers of a kind of marks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Boiling {
+    /// Of which marks.
+    pub kind: VectorKind,
+    /// The greatest.
+    pub number: f64,
+}
+
+/// What a recipe melts.
+#[derive(Debug, Clone)]
+pub struct RecipeHeat {
+    /// As commanded, as marked, as marked with a tenth less absorbed.
+    pub drawings: [Melted; 3],
+    /// The surface, mm²: what the commanded path melts through, with the gaps between its lines.
+    pub surface: f64,
+    /// Where the marked path leaves powder, by squares.
+    pub cold: Vec<Cold>,
+    /// How near the surface is to boiling.
+    pub boiling: Vec<Boiling>,
+    /// Whether marks were left out.
+    pub cut: bool,
+}
+
+/// Draws the first square or layer of a recipe, whose lines lie `hatch` mm apart.
+///
+/// # Errors
+/// [`HeatError`].
+pub fn melt(
+    settings: &HeatSettings,
+    job: &ScanJob,
+    record: BeamRecord,
+    hatch: f64,
+    observer: &dyn Observer,
+) -> Result<RecipeHeat, HeatError> {
+    let asked = commanded(job, record.last, settings.marks)?;
+    let (last, cut) = (record.last, record.cut);
+    let marked = BeamPath::new(record.points)?;
+    let marks = |axis: fn(&BeamPoint) -> f64| {
+        let all = asked.points().iter().filter(|p| p.on).map(axis);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+            [low.min(v), high.max(v)]
+        })
+    };
+    let ([x0, x1], [y0, y1]) = (marks(|p| p.x), marks(|p| p.y));
+    let plain = FusionMap::covering(
+        [x0 - MARGIN, y0 - MARGIN],
+        [x1 + MARGIN, y1 + MARGIN],
+        settings.cell,
+        settings.layer,
+        settings.medium.ambient,
+    )?;
+    let drawn = |name: &'static str, path: &BeamPath, share: f64| {
+        let beam = Beam {
+            efficiency: share * settings.absorptivity,
+            depth: Depth::Surface,
+            focus: FocusCalibration::constant(settings.spot),
+        };
+        let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
+        let mut map = plain.clone();
+        let following = Following {
+            step: LOOK * settings.spot,
+            per_pool: PER_POOL,
+        };
+        let trace = follow(
+            &mut engine,
+            settings.material.liquidus,
+            &mut map,
+            following,
+            observer,
+        )?;
+        Ok::<_, HeatError>(Melted {
+            name,
+            map,
+            trace,
+            area: 0.0,
+            share: 0.0,
+        })
+    };
+    let (first, (second, third)) = rayon::join(
+        || drawn("as commanded", &asked, 1.0),
+        || {
+            rayon::join(
+                || drawn("as marked", &marked, 1.0),
+                || drawn("as marked, a tenth less absorbed", &marked, LESS),
+            )
+        },
+    );
+    let mut drawings = [first?, second?, third?];
+    let liquidus = settings.material.liquidus;
+    let melted = drawings
+        .each_ref()
+        .map(|d| d.map.hotter(liquidus).collect::<Vec<bool>>());
+    let surface = closed(&melted[0], plain.cells, hatch / settings.cell);
+    let count = |cells: &mut dyn Iterator<Item = bool>| cells.filter(|c| *c).count() as f64;
+    let all = count(&mut surface.iter().copied());
+    let one = settings.cell * settings.cell;
+    for (drawing, here) in drawings.iter_mut().zip(&melted) {
+        let inside = count(&mut here.iter().zip(&surface).map(|(a, b)| *a && *b));
+        drawing.area = count(&mut here.iter().copied()) * one;
+        drawing.share = inside / all.max(1.0);
+    }
+    Ok(RecipeHeat {
+        surface: all * one,
+        cold: cold(&plain, &surface, &melted[1]),
+        boiling: boiling(settings, job, last),
+        drawings,
+        cut,
+    })
+}
+
+/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
+fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
+    let reach = reach.ceil().max(0.0) as usize;
+    let grown = |cells: &[bool], wanted: bool| {
+        let rows = spread(cells, nx, wanted, reach);
+        let columns = spread(&turned(&rows, nx), ny, wanted, reach);
+        turned(&columns, ny)
+    };
+    grown(&grown(cells, true), false)
+}
+
+/// Rows of `width` in which the wanted cells have spread by `reach` cells to either side.
+fn spread(cells: &[bool], width: usize, wanted: bool, reach: usize) -> Vec<bool> {
+    let mut out = vec![!wanted; cells.len()];
+    for (row, to) in cells.chunks(width).zip(out.chunks_mut(width)) {
+        for (i, _) in row.iter().enumerate().filter(|(_, c)| **c == wanted) {
+            to[i.saturating_sub(reach)..(i + reach + 1).min(width)].fill(wanted);
+        }
+    }
+    out
+}
+
+/// Rows of `width` as columns.
+fn turned(cells: &[bool], width: usize) -> Vec<bool> {
+    let height = cells.len() / width.max(1);
+    (0..cells.len())
+        .map(|n| cells[(n % height) * width + n / height])
+        .collect()
+}
+
+/// Squares in which the marked path leaves powder on the surface, from below to above.
+fn cold(map: &FusionMap, surface: &[bool], marked: &[bool]) -> Vec<Cold> {
+    let wide = (Cold::SIDE / map.cell).round().max(1.0) as usize;
+    let [nx, ny] = map.cells;
+    let mut squares = Vec::new();
+    for j in (0..ny).step_by(wide) {
+        for i in (0..nx).step_by(wide) {
+            let (mut missing, mut all) = (0_u32, 0_u32);
+            for y in j..(j + wide).min(ny) {
+                for n in y * nx + i..y * nx + (i + wide).min(nx) {
+                    all += 1;
+                    missing += u32::from(surface[n] && !marked[n]);
+                }
+            }
+            if missing > 0 {
+                let middle = |k: usize, axis: usize| {
+                    map.origin[axis] + (k as f64 + 0.5 * wide as f64) * map.cell
+                };
+                squares.push(Cold {
+                    place: [middle(i, 0), middle(j, 1)],
+                    share: f64::from(missing) / f64::from(all),
+                });
+            }
+        }
+    }
+    squares
+}
+
+fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
+    [VectorKind::Contour, VectorKind::Fill]
+        .into_iter()
+        .filter_map(|kind| {
+            job.vectors
+                .iter()
+                .take(last as usize + 1)
+                .filter(|v| v.kind == kind && v.speed > 0.0)
+                .filter_map(|v| {
+                    let absorbed = settings.absorptivity * v.power;
+                    boiling_number(
+                        &settings.material,
+                        &settings.medium,
+                        absorbed,
+                        v.speed,
+                        settings.spot,
+                    )
+                })
+                .max_by(f64::total_cmp)
+                .map(|number| Boiling { kind, number })
+        })
+        .collect()
+}
+
+/// Judges a recipe, and warns of what the model does not hold. Where the surface is near boiling, pools are deeper than the model
+/// tells: what it does not melt through may be melted all the same, and nothing is said against it.
+pub fn check(
+    settings: &HeatSettings,
+    number: usize,
+    recipe: &str,
+    heat: &RecipeHeat,
+    reporter: &Reporter,
+) -> Check {
+    let worst = heat
+        .boiling
+        .iter()
+        .map(|b| b.number)
+        .max_by(f64::total_cmp)
+        .filter(|number| *number > BOILING[0]);
+    if let Some(worst) = worst {
+        let what = if worst > BOILING[1] {
+            "the surface boils and vapour digs a keyhole"
+        } else {
+            "the surface is near boiling and vapour deepens the pool"
+        };
+        reporter.warn(
+            "keyhole",
+            format!(
+                "{recipe}: {what} (boiling number {worst:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more"
+            ),
+            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
+        );
+    }
+    if heat.cut {
+        reporter.warn(
+            "heat-cut",
+            format!(
+                "{recipe}: only the first {:.2} m of marks were followed by the heat engine",
+                1e-3 * settings.marks
+            ),
+            "raise heat.marks; a metre takes some ten seconds",
+        );
+    }
+    let [asked, marked, less] = &heat.drawings;
+    let id = format!("fusion-{number}");
+    let depth = 1e3 * settings.layer;
+    if asked.area == 0.0 {
+        let title = format!("{recipe}: melted through {depth:.0} µm");
+        let reason = "the commanded path itself melts through nowhere";
+        return match worst {
+            Some(_) => unsaid(Check::not_checked(&id, &title, ""), reason),
+            None => Check {
+                status: Status::Fail,
+                ..Check::not_checked(&id, &title, reason)
+            },
+        }
+        .remedy("more power, slower marks or thinner layers");
+    }
+    let value = Measure::new(
+        100.0 * marked.share,
+        100.0 * (marked.share - less.share).abs(),
+        "%",
+    );
+    let remedy = if asked.share < settings.share {
+        "the path is too thin as commanded: a closer hatch, more power, slower marks or thinner layers"
+    } else {
+        "the machine loses it: other laser delays, slower marks or a controller that lags less"
+    };
+    let check = Check::judge(
+        &id,
+        &format!("{recipe}: share of the surface melted through {depth:.0} µm"),
+        value,
+        Limit::AtLeast(100.0 * settings.share),
+    )
+    .remedy(remedy);
+    let check = match (worst, check.status) {
+        (Some(_), Status::Fail | Status::Warn) => {
+            let found = check.reason.clone();
+            unsaid(check, &found)
+        }
+        _ => check,
+    };
+    match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
+        Some(worst) => check.at(Place::at([worst.place[0], worst.place[1], 0.0])),
+        None => check,
+    }
+}
+
+/// The check where the model only bounds from below.
+fn unsaid(check: Check, found: &str) -> Check {
+    Check {
+        status: Status::CannotSay,
+        reason: format!(
+            "{found}; by conduction alone, a lower bound here: vapour deepens these pools"
+        ),
+        ..check
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_geometry::math::DVec3;
+
+    #[test]
+    fn power_belongs_to_the_way_that_it_lit() {
+        let mut record = BeamRecord::new(1, 1e9);
+        // dark, dark, dark, lit, lit, dark; the third vector is not wanted any more
+        let block = MotionBlock {
+            t0: 0.0,
+            dt: 1e-3,
+            position: (0..7).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)).collect(),
+            power: vec![0.0, 0.0, 0.0, 100.0, 80.0, 0.0, 0.0],
+            command: vec![0, 0, 0, 1, 1, 1, 2],
+            ..MotionBlock::default()
+        };
+        record.block(&block);
+        let rows: Vec<_> = record
+            .points
+            .iter()
+            .map(|p| (p.x, p.voltage * p.current, p.on))
+            .collect();
+        assert_eq!(
+            rows,
+            [
+                (0.0, 0.0, false),
+                (2.0, 100.0, true),
+                (3.0, 80.0, true),
+                (4.0, 0.0, false),
+                (5.0, 0.0, false)
+            ]
+        );
+        assert_eq!(record.lit, 2.0);
+    }
+
+    #[test]
+    fn gaps_are_filled_and_borders_stay() {
+        let lines = |x: usize, y: usize| {
+            (3..17).contains(&y) && (4..26).contains(&x) && y.is_multiple_of(3)
+        };
+        let cells: Vec<bool> = (0..600).map(|n| lines(n % 30, n / 30)).collect();
+        let filled = closed(&cells, [30, 20], 2.0);
+        let all = |x: usize, y: usize| (3..16).contains(&y) && (4..26).contains(&x);
+        for (n, c) in filled.iter().enumerate() {
+            assert_eq!(*c, all(n % 30, n / 30), "{} {}", n % 30, n / 30);
+        }
+    }
+
+    #[test]
+    fn a_record_ends_where_it_is_long_enough() {
+        let mut record = BeamRecord::new(9, 3.5);
+        let block = MotionBlock {
+            t0: 0.0,
+            dt: 1e-3,
+            position: (0..20)
+                .map(|k| DVec3::new(f64::from(k), 0.0, 0.0))
+                .collect(),
+            power: vec![50.0; 20],
+            command: vec![0; 20],
+            ..MotionBlock::default()
+        };
+        record.block(&block);
+        assert!(record.cut && record.points.len() == 5);
+    }
+}

@@ -1,0 +1,243 @@
+//! What a person sees of what the laser melted.
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::math::DVec2;
+use meltpath_machine::scan_head::job::VectorKind;
+use meltpath_report::html::Section;
+use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
+use meltpath_report::scene::Grid;
+use meltpath_report::table::{Cell, Table};
+use meltpath_report::vtk::{Field, Values, write_height_image};
+use meltpath_thermal::fusion::{FusionMap, TracePoint};
+use meltpath_thermal::material::CELSIUS;
+
+use super::heat::{Cold, HeatSettings, RecipeHeat};
+use super::run::RecipeResult;
+
+/// Bars of histograms.
+const BARS: usize = 40;
+
+/// The section of the report.
+pub(super) fn section(settings: &HeatSettings, results: &[RecipeResult<'_>]) -> Section {
+    let heats: Vec<(&str, &RecipeHeat)> = results
+        .iter()
+        .filter_map(|r| Some((r.recipe.name.as_str(), r.heat.as_ref()?)))
+        .collect();
+    let mut plots: Vec<Plot> = heats
+        .iter()
+        .map(|(name, heat)| places(name, heat))
+        .collect();
+    plots.push(pools(&heats, "Depth of the pool", "depth", |t| {
+        t.pool.depth
+    }));
+    plots.push(pools(&heats, "Width of the pool", "width", |t| {
+        t.pool.width
+    }));
+    Section {
+        title: "What melts".to_owned(),
+        intro: format!(
+            "The first square or layer, drawn by the semi-analytic heat engine as commanded and as marked: a place is melted through where the metal \
+             was liquid {:.0} µm below the surface. {}, absorptivity {:.0} %, bed at {:.0} °C, spot {:.0} µm. Conduction in dense metal with mean \
+             properties: powder, flow in the pool and vapour are left out, so that a keyhole is deeper than told here. A boiling number \
+             (normalised enthalpy over its threshold, King et al. 2014) well below 1 means that this holds; near 1 vapour deepens the pool, above it a keyhole forms.",
+            1e3 * settings.layer,
+            settings.material.name,
+            100.0 * settings.absorptivity,
+            settings.medium.ambient - CELSIUS,
+            1e3 * settings.spot
+        ),
+        tables: heats.iter().map(|(name, heat)| table(name, heat)).collect(),
+        plots,
+    }
+}
+
+fn quantile(sorted: &[f64], q: f64) -> Cell {
+    match sorted.len() {
+        0 => Cell::Empty,
+        n => Cell::Fixed(1e3 * sorted[((n - 1) as f64 * q).round() as usize], 0),
+    }
+}
+
+fn sizes(trace: &[TracePoint], of: fn(&TracePoint) -> f64) -> Vec<f64> {
+    let mut all: Vec<f64> = trace.iter().map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+fn table(name: &str, heat: &RecipeHeat) -> Table {
+    let mut table = Table::new(
+        &format!("Melted, {name}"),
+        &[
+            "drawing",
+            "melted through, mm²",
+            "of the surface, %",
+            "pool width, median, µm",
+            "pool depth, 1 %, µm",
+            "pool depth, median, µm",
+            "pool depth, 99 %, µm",
+        ],
+    );
+    for d in &heat.drawings {
+        let width = sizes(&d.trace, |t| t.pool.width);
+        let depth = sizes(&d.trace, |t| t.pool.depth);
+        table.rows.push(vec![
+            Cell::text(d.name),
+            Cell::Fixed(d.area, 3),
+            Cell::Fixed(100.0 * d.share, 2),
+            quantile(&width, 0.5),
+            quantile(&depth, 0.01),
+            quantile(&depth, 0.5),
+            quantile(&depth, 0.99),
+        ]);
+    }
+    let numbers: Vec<String> = heat
+        .boiling
+        .iter()
+        .map(|b| {
+            let kind = match b.kind {
+                VectorKind::Contour => "contours",
+                _ => "fills",
+            };
+            format!("{kind} {:.2}", b.number)
+        })
+        .collect();
+    let surface = format!(
+        "The surface, {:.3} mm², is what the commanded path melts through with the gaps between its lines.",
+        heat.surface
+    );
+    table.note = if numbers.is_empty() {
+        format!("{surface} The material's file has no boiling point: nothing is said of keyholes.")
+    } else {
+        format!("{surface} Boiling number: {}.", numbers.join(", "))
+    };
+    table
+}
+
+/// Where the marked path leaves powder.
+fn places(name: &str, heat: &RecipeHeat) -> Plot {
+    let some = |from: f64, to: f64| -> Vec<DVec2> {
+        heat.cold
+            .iter()
+            .filter(|l| l.share > from && l.share <= to)
+            .map(|l| DVec2::from_array(l.place))
+            .collect()
+    };
+    let mut plot = Plot::new(
+        &format!("Not melted through, {name}"),
+        Axis::new("x", "mm"),
+        Axis::new("y", "mm"),
+    );
+    plot.aspect = Aspect::Equal;
+    plot = plot.with(Mark::Line {
+        name: "edge of the map".to_owned(),
+        points: outline(&heat.drawings[0].map),
+    });
+    for (from, to, words) in [
+        (0.5, 1.0, "more than half of a square"),
+        (0.1, 0.5, "10 to 50 %"),
+    ] {
+        let points = some(from, to);
+        if !points.is_empty() {
+            plot = plot.with(Mark::Dots {
+                name: words.to_owned(),
+                points,
+            });
+        }
+    }
+    let few = heat.cold.iter().filter(|l| l.share <= 0.1).count();
+    plot.caption(&format!(
+        "Squares of {:.0} µm in which the marked path leaves powder on the surface; {few} more keep a tenth or less of it.",
+        1e3 * Cold::SIDE
+    ))
+}
+
+fn outline(map: &FusionMap) -> Vec<DVec2> {
+    let low = DVec2::from_array(map.origin);
+    let size = DVec2::new(map.cells[0] as f64, map.cells[1] as f64) * map.cell;
+    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]
+        .map(|c| low + size * DVec2::from_array(c))
+        .to_vec()
+}
+
+/// Shares of the marked path by the size of its pool, as lines: one a recipe, on the same bars.
+fn pools(
+    heats: &[(&str, &RecipeHeat)],
+    title: &str,
+    label: &str,
+    of: fn(&TracePoint) -> f64,
+) -> Plot {
+    let mut plot = Plot::new(
+        title,
+        Axis::new(label, "µm"),
+        Axis::new("share of the path", "%"),
+    );
+    let end = heats
+        .iter()
+        .filter_map(|(_, h)| sizes(&h.drawings[1].trace, of).last().copied())
+        .fold(1e-3, f64::max);
+    let bar = 1e3 * end / BARS as f64;
+    for (name, heat) in heats {
+        let trace = &heat.drawings[1].trace;
+        let mut counts = [0_u32; BARS + 1];
+        for t in trace {
+            counts[((1e3 * of(t) / bar) as usize).min(BARS)] += 1;
+        }
+        let total = trace.len().max(1) as f64;
+        let points = counts
+            .iter()
+            .enumerate()
+            .map(|(k, n)| DVec2::new((k as f64 + 0.5) * bar, 100.0 * f64::from(*n) / total))
+            .collect();
+        plot = plot.with(Mark::Line {
+            name: (*name).to_owned(),
+            points,
+        });
+    }
+    plot.caption("As marked, at equal distances along the path. Small pools: starts of lines, and places where the laser came on late.")
+}
+
+/// Writes maps for ParaView and the pools along the path.
+pub(super) fn write(
+    folder: &OutputFolder,
+    number: usize,
+    heat: &RecipeHeat,
+) -> Result<(), OutputError> {
+    let map = &heat.drawings[0].map;
+    let grid = Grid {
+        origin: DVec2::from_array(map.origin) + DVec2::splat(0.5 * map.cell),
+        cell: map.cell,
+        nx: map.cells[0],
+        ny: map.cells[1],
+    };
+    let celsius =
+        |map: &FusionMap| -> Vec<f32> { map.highest.iter().map(|t| t - CELSIUS as f32).collect() };
+    let [asked, marked] = [0, 1].map(|n| celsius(&heat.drawings[n].map));
+    folder.write(&format!("fields/melted-{number}.vti"), |w| {
+        let field = |name, values| Field {
+            name,
+            unit: "°C",
+            values: Values::Float32(values),
+        };
+        let fields = [
+            field("highest temperature as commanded", &asked),
+            field("highest temperature as marked", &marked),
+        ];
+        write_height_image(w, &grid, -map.depth, &fields).map_err(std::io::Error::other)
+    })?;
+    folder.write(&format!("series/pools-{number}.csv"), |w| {
+        writeln!(
+            w,
+            "time [s],x [mm],y [mm],width [mm],depth [mm],length [mm]"
+        )?;
+        for t in &heat.drawings[1].trace {
+            let [x, y] = t.place;
+            let p = &t.pool;
+            writeln!(
+                w,
+                "{:.7},{x:.5},{y:.5},{:.5},{:.5},{:.5}",
+                t.time, p.width, p.depth, p.length
+            )?;
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,104 @@
+//! What of a scan-head job cannot run, told at the place of the job where it is written.
+
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_machine::scan_head::correction::CorrectionError;
+use meltpath_machine::scan_head::geometry::GeometryError;
+use meltpath_machine::scan_head::head::HeadError;
+use meltpath_machine::scan_head::job::ScanJob;
+
+use super::settings::Settings;
+use super::work::Work;
+use crate::job::TextError;
+use crate::job::lpbf::LpbfJob;
+use crate::tune::choose::ready;
+
+/// Refuses a head that cannot be built, squares that are none, and work that leaves the field.
+///
+/// # Errors
+/// [`TextError`] with the place in the job and what to change.
+pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), TextError> {
+    let name = &job.lpbf.head;
+    let head = ready(&settings.data.head, settings.path).map_err(|e| TextError {
+        span: Some(name.span()),
+        message: format!("\"{}\" is not sound: {e}", name.get_ref()),
+        help: Some(head_help(&e).to_owned()),
+    })?;
+    for (recipe, name) in settings.recipes.iter().zip(&job.lpbf.recipes) {
+        let prepared = settings.work.job(recipe).map_err(|e| TextError {
+            span: job.lpbf.layers.as_ref().map(toml::Spanned::span),
+            message: e.to_string(),
+            help: Some(
+                match settings.work {
+                    Work::Plate(_) => "change it in [plate], or in the plate of the head's file",
+                    Work::Layers(_) => "change it in the layers",
+                }
+                .to_owned(),
+            ),
+        })?;
+        head.check(&prepared.job).map_err(|e| match &e {
+            HeadError::Field { .. } => outside(job, settings, &prepared.job, &e),
+            _ => TextError {
+                span: Some(name.span()),
+                message: format!("\"{}\" cannot run: {e}", name.get_ref()),
+                help: None,
+            },
+        })?;
+    }
+    Ok(())
+}
+
+fn head_help(error: &HeadError) -> &'static str {
+    match error {
+        HeadError::Correction(CorrectionError::Geometry(GeometryError::Travel { .. })) => {
+            "the mirrors must reach the whole field: a smaller head.field, or the travel that they have"
+        }
+        HeadError::Axis { .. } => "change it in the table of that axis in the head's file",
+        _ => "change it in [geometry], [focus] or [head] of the head's file",
+    }
+}
+
+/// Work beyond the field: where it lies, and what moves it.
+fn outside(job: &LpbfJob, settings: &Settings, scan: &ScanJob, error: &HeadError) -> TextError {
+    let ends = scan.vectors.iter().map(|v| v.end);
+    let (low, high) = ends
+        .chain([scan.start])
+        .map(DVec3::truncate)
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+    let half = settings.data.head.half_field;
+    let lies = format!(
+        "it lies from ({:.1}, {:.1}) to ({:.1}, {:.1}) mm, the field reaches ±{half:.1} mm",
+        low.x, low.y, high.x, high.y
+    );
+    match &settings.work {
+        Work::Plate(_) => TextError {
+            span: None,
+            message: format!("the plate leaves the head's field: {error}"),
+            help: Some(format!(
+                "{lies}: fewer squares in plate.block, a smaller plate.side, or shorter runs of sky-writing"
+            )),
+        },
+        Work::Layers(set) => {
+            let middle = 0.5 * (low + high);
+            let at = job
+                .layers
+                .origin
+                .map_or(DVec2::ZERO, |o| DVec2::from_array(o.map(|l| l.0)))
+                + middle;
+            let fits = (high - low).max_element() < 2.0 * half;
+            TextError {
+                span: job.lpbf.layers.as_ref().map(toml::Spanned::span),
+                message: format!("\"{}\" leaves the head's field: {error}", set.file),
+                help: Some(if fits {
+                    format!(
+                        "{lies}: put its middle at the centre of the field with [layers] origin = [\"{:.1} mm\", \"{:.1} mm\"]",
+                        at.x, at.y
+                    )
+                } else {
+                    format!("{lies}: it is larger than the field; cut it, or take a larger head")
+                }),
+            }
+        }
+    }
+}

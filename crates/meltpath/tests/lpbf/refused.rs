@@ -1,0 +1,234 @@
+//! Scan-head jobs that cannot run, from their files on: each is refused, or told in the verdict, with what to change.
+
+use std::fs;
+use std::path::Path;
+
+use meltpath::chain;
+use meltpath_base::Silent;
+
+use super::{INDUSTRIAL, THREE};
+
+/// A job as it is written.
+struct Job<'a> {
+    head: &'a str,
+    recipe: &'a str,
+    lpbf: &'a str,
+    rest: &'a str,
+}
+
+impl Default for Job<'_> {
+    fn default() -> Self {
+        Job {
+            head: "three-axis-350",
+            recipe: "industrial",
+            lpbf: "delays = \"recipe\"",
+            rest: "",
+        }
+    }
+}
+
+impl Job<'_> {
+    fn write(&self, folder: &Path) -> std::path::PathBuf {
+        let path = folder.join("job.toml");
+        let text = format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{}\"\nrecipes = [\"{}\"]\n{}\n{}\n",
+            self.head, self.recipe, self.lpbf, self.rest
+        );
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// The words of the refusal, with the help beside the place; no folder is left behind.
+    fn refused(&self, folder: &Path) -> String {
+        let path = self.write(folder);
+        let out = folder.join("out");
+        let error = chain::run(&path, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
+        assert!(!out.exists(), "nothing is left behind");
+        let help = match &error {
+            meltpath::outcome::RunError::Job(meltpath::job::JobError::Text { help, .. }) => {
+                help.clone().unwrap_or_default()
+            }
+            _ => String::new(),
+        };
+        format!("{error}; {help}")
+    }
+
+    /// The verdict as text.
+    fn verdict(&self, folder: &Path, name: &str) -> String {
+        let path = self.write(folder);
+        let out = folder.join(name);
+        chain::run(&path, Some(&out), &folder.join("runs"), &Silent).unwrap();
+        fs::read_to_string(out.join("verdict.json")).unwrap()
+    }
+}
+
+/// The line of a key, the first in the file, with another value.
+fn with(text: &str, key: &str, value: &str) -> String {
+    let at = text.find(&format!("\n{key} = ")).unwrap() + 1;
+    let end = at + text[at..].find('\n').unwrap();
+    format!(
+        "{}{key} = {{ value = \"{value}\", source = \"a test\" }}{}",
+        &text[..at],
+        &text[end..]
+    )
+}
+
+#[test]
+fn heads_that_cannot_be_built_are_refused_at_their_name() {
+    let dir = tempfile::tempdir().unwrap();
+    for (key, value, words) in [
+        ("travel", "5 deg", ["travel is ±5.000 deg", "head.field"]),
+        ("field", "600 mm", ["travel is ±10.000 deg", "head.field"]),
+        // what makes the Jacobian singular: the beam would graze a mirror, or miss it
+        ("y_rest", "0 deg", ["graze the Y mirror", "[geometry]"]),
+        (
+            "mirror_offset",
+            "300 mm",
+            ["no mirror angles", "[geometry]"],
+        ),
+        ("x_rest", "0 deg", ["graze", "[geometry]"]),
+        (
+            "inertia",
+            "-2e-7 kg·m²",
+            ["X axis: the inertia", "that axis"],
+        ),
+        ("first_filter", "-1 µs", ["first filter", "that axis"]),
+    ] {
+        fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
+        let job = Job {
+            head: "own.toml",
+            ..Job::default()
+        };
+        let error = job.refused(dir.path());
+        assert!(error.contains("own.toml"), "{key}: {error}");
+        for word in words {
+            assert!(error.contains(word), "{key}: {error}");
+        }
+    }
+    // figures without sense in the file are told with their place
+    for (key, value, words) in [
+        ("sampling", "93.75", "head.sampling"),
+        ("mirror_offset", "3 kg", "geometry.mirror_offset"),
+        ("peak_current", "20 V", "x.peak_current"),
+        ("waist", "wide", "beam.waist"),
+    ] {
+        fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
+        let job = Job {
+            head: "own.toml",
+            ..Job::default()
+        };
+        let error = job.refused(dir.path());
+        assert!(error.contains(words), "{key}: {error}");
+    }
+}
+
+#[test]
+fn recipes_without_sense_are_refused_at_their_name() {
+    let dir = tempfile::tempdir().unwrap();
+    for (key, value, words) in [
+        ("contour_speed", "0 mm/s", "the contour speed is 0"),
+        ("fill_speed", "-5 mm/s", "the fill speed is -5"),
+        ("fill_jump_speed", "0 m/s", "jumps to and from fills is 0"),
+        ("mark_wait", "-1 ms", "the wait after marks"),
+        ("power", "200 mm", "recipe.power"),
+        ("contour_speed", "5000 m/s", "over before one sample"),
+        ("laser_on_delay", "60 ms", "no mark is lit"),
+    ] {
+        fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
+        let job = Job {
+            recipe: "own.toml",
+            rest: "[plate]\nblock = [1, 1]\nside = \"2 mm\"",
+            ..Job::default()
+        };
+        let error = job.refused(dir.path());
+        assert!(error.contains(words), "{key}: {error}");
+    }
+}
+
+#[test]
+fn delays_longer_than_marks_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = |recipe| Job {
+        recipe,
+        rest: "[plate]\nblock = [1, 1]\nside = \"2 mm\"",
+        ..Job::default()
+    };
+    // lines of a square of 2 mm last 2 ms at most, its contours 5 ms and their waits
+    for (key, value, words) in [
+        ("laser_on_delay", "3 ms", "marks between jumps stay dark"),
+        ("laser_off_delay", "5 ms", "the light stays on between"),
+    ] {
+        fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
+        let verdict = job("own.toml").verdict(dir.path(), key);
+        assert!(verdict.contains(words), "{verdict}");
+    }
+    let verdict = job("industrial").verdict(dir.path(), "own");
+    assert!(!verdict.contains("the light stays on"), "{verdict}");
+}
+
+#[test]
+fn work_beyond_the_field_is_refused_with_where_it_lies() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |lpbf: &str, rest: &str| {
+        Job {
+            lpbf,
+            rest,
+            ..Job::default()
+        }
+        .refused(dir.path())
+    };
+    let plate = refused("", "[plate]\nblock = [40, 1]");
+    assert!(
+        plate.contains("the plate leaves the head's field") && plate.contains("plate.block"),
+        "{plate}"
+    );
+    let side = refused("", "[plate]\nside = \"30 mm\"");
+    assert!(
+        side.contains("pitch of columns") && side.contains("[plate]"),
+        "{side}"
+    );
+    let cli = |end: f64| {
+        format!(
+            "$$HEADERSTART\n$$ASCII\n$$UNITS/1\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/0.03\n$$HATCHES/1,1,200,200,{end},200\n$$GEOMETRYEND\n"
+        )
+    };
+    fs::write(dir.path().join("far.cli"), cli(260.0)).unwrap();
+    let far = refused("layers = \"far.cli\"", "");
+    assert!(
+        far.contains("\"far.cli\" leaves the head's field")
+            && far.contains("origin = [\"230.0 mm\", \"200.0 mm\"]"),
+        "{far}"
+    );
+    fs::write(dir.path().join("wide.cli"), cli(700.0)).unwrap();
+    let wide = refused("layers = \"wide.cli\"", "");
+    assert!(wide.contains("larger than the field"), "{wide}");
+    // the origin that is told serves
+    let job = Job {
+        lpbf: "delays = \"recipe\"\nlayers = \"far.cli\"",
+        rest: "[layers]\norigin = [\"230.0 mm\", \"200.0 mm\"]",
+        ..Job::default()
+    };
+    let verdict = job.verdict(dir.path(), "moved");
+    // a line of a fill alone has no contours to judge
+    assert!(verdict.contains("no contour was marked"), "{verdict}");
+}
+
+#[test]
+fn mirrors_that_leave_their_travel_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    // without a table the head need not reach all of its field; the jump without pre-filter overshoots what it just reaches
+    let exact = with(THREE, "travel", "8.34 deg").replace("table_points = 65\n", "");
+    fs::write(dir.path().join("own.toml"), exact).unwrap();
+    let list = "kind,x [mm],y [mm],speed [mm/s]\nstart,0,0,\njump,174,0,20000\ncontour,164,0,\n";
+    fs::write(dir.path().join("edge.csv"), list).unwrap();
+    let job = Job {
+        head: "own.toml",
+        lpbf: "delays = \"recipe\"\nprefilter = \"off\"\nlayers = \"edge.csv\"",
+        ..Job::default()
+    };
+    let verdict = job.verdict(dir.path(), "out");
+    assert!(
+        verdict.contains("the X mirror turns to") && verdict.contains("strikes its stop"),
+        "{verdict}"
+    );
+}
