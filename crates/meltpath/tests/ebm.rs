@@ -138,8 +138,12 @@ fn a_path_is_found_on_the_reference_solver() {
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     assert_eq!(outcome.verdict.checks[0].status, Status::Pass);
+    // what lies beyond the laws is said of the solver too, not of charts alone
+    let warned = |code: &str| outcome.verdict.warnings.iter().any(|w| w.code == code);
+    assert!(warned("laws-extrapolated-reference"));
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     for what in [
+        "laws of",
         "Beam current along lines",
         "Voxels of the region on the reference solver",
         "Orders and strategies tried",

@@ -278,17 +278,16 @@ pub fn judge_paths(
     })
 }
 
-/// Warns where the reference solver leaves the range of the laws.
-pub(super) fn tell(judged: &Judged, material: &Material, reporter: &Reporter) {
-    let paths = [Some(&judged.given), judged.better.as_ref()];
-    let hottest = paths
-        .into_iter()
-        .flatten()
-        .map(|p| p.highest.largest().0)
-        .fold(0.0, f64::max);
+/// Warns where fields of the reference solver leave the range of the laws.
+pub(super) fn tell<'a>(
+    fields: impl Iterator<Item = &'a Field>,
+    material: &Material,
+    reporter: &Reporter,
+) {
+    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
     if hottest > material.range[1] {
         reporter.warn(
-            "laws-extrapolated-judge",
+            "laws-extrapolated-reference",
             format!(
                 "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
                 hottest - CELSIUS,

@@ -330,11 +330,17 @@ pub fn simulate(
             let better = found.as_ref().map(|f| (&f.path, better.as_ref()));
             let verdict =
                 judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
-            judge::tell(&verdict, &settings.material, reporter);
             Some(verdict)
         }
         None => None,
     };
+    let looked_at = found.iter().filter_map(|f| f.reference.as_ref());
+    let looked_at = looked_at.flat_map(|r| [&r.given.0, &r.better.0]);
+    let paths = judged
+        .iter()
+        .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
+    let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
+    judge::tell(fields, &settings.material, reporter);
     Ok(Outcome {
         classes,
         given,
