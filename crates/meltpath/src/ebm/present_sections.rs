@@ -1,5 +1,6 @@
 //! Vertical sections of the highest temperatures, and the volume of voxels for ParaView.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io;
 
@@ -46,8 +47,44 @@ impl Along {
 /// Highest temperatures to be cut.
 struct Cut<'a> {
     solver: &'a str,
-    highest: &'a Field,
+    highest: Cow<'a, Field>,
     classes: Classes,
+}
+
+/// The field on planes of one height, that of its top plane: the reference solver's planes grow with depth. Each new plane has the values
+/// of the one in which its middle lies.
+fn evenly(field: &Field) -> Cow<'_, Field> {
+    let heights = &field.grid.heights;
+    let top = heights.last().copied().unwrap_or_default();
+    if heights.iter().all(|h| (h - top).abs() < 1e-6 * top) {
+        return Cow::Borrowed(field);
+    }
+    let depth: f64 = heights.iter().sum();
+    let count = (depth / top).round().max(1.0) as usize;
+    let height = depth / count as f64;
+    let ends: Vec<f64> = heights
+        .iter()
+        .scan(0.0, |sum, h| {
+            *sum += h;
+            Some(*sum)
+        })
+        .collect();
+    let [nx, ny] = field.grid.cells;
+    let values = (0..count)
+        .flat_map(|k| {
+            let middle = (k as f64 + 0.5) * height;
+            let plane = ends.partition_point(|end| *end < middle);
+            let plane = plane.min(heights.len() - 1) * nx * ny;
+            field.values[plane..plane + nx * ny].iter().copied()
+        })
+        .collect();
+    Cow::Owned(Field {
+        grid: meltpath_thermal::grid::Grid {
+            heights: vec![height; count],
+            ..field.grid.clone()
+        },
+        values,
+    })
 }
 
 /// The fields of the path that the run judges: on charts where they can draw it, on the reference solver where it did.
@@ -57,7 +94,7 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
     if outcome.better.is_some() || outcome.found.is_none() {
         all.push(Cut {
             solver: "charts",
-            highest: &drawn.highest,
+            highest: evenly(&drawn.highest),
             classes: outcome.classes,
         });
     }
@@ -72,7 +109,7 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
     };
     all.extend(on_reference.map(|(highest, classes)| Cut {
         solver: "reference solver",
-        highest,
+        highest: evenly(highest),
         classes,
     }));
     all
@@ -132,8 +169,8 @@ fn plot(
 ) -> Option<Plot> {
     let (grid, axis) = (&cut.highest.grid, along.axis());
     let across = along.other();
-    index(cut.highest, axis, place[axis])?;
-    let row = index(cut.highest, across.axis(), place[across.axis()])?;
+    index(&cut.highest, axis, place[axis])?;
+    let row = index(&cut.highest, across.axis(), place[across.axis()])?;
     let columns = grid.cells[axis];
     let cell = |n: usize| match along {
         Along::X => (n, row),
@@ -176,7 +213,7 @@ fn plot(
             .map(|n| {
                 let (i, j) = cell(n);
                 let x = low + (n as f64 + 0.5) * grid.edge[axis];
-                DVec2::new(x, isotherm(cut.highest, i, j, kelvin))
+                DVec2::new(x, isotherm(&cut.highest, i, j, kelvin))
             })
             .collect();
         plot = plot.with(Mark::Line {
@@ -210,7 +247,7 @@ fn isotherm(highest: &Field, i: usize, j: usize, kelvin: f64) -> f64 {
 /// [`OutputError`].
 pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<(), OutputError> {
     for cut in cuts(outcome) {
-        let (field, grid) = (cut.highest, &cut.highest.grid);
+        let (field, grid) = (&cut.highest, &cut.highest.grid);
         let celsius: Vec<f32> = field.values.iter().map(|v| v - CELSIUS as f32).collect();
         let classes: Vec<i64> = field
             .values
@@ -224,7 +261,6 @@ pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<
             .collect();
         let volume = Volume {
             origin: grid.origin,
-            // planes of one height: both solvers have them here
             spacing: DVec3::new(grid.edge[0], grid.edge[1], grid.heights[0]),
             cells: [grid.cells[0], grid.cells[1], grid.planes()],
         };
@@ -249,4 +285,32 @@ pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<
         })?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::evenly;
+    use meltpath_geometry::math::DVec3;
+    use meltpath_thermal::grid::{Field, Grid};
+
+    #[test]
+    fn planes_that_grow_with_depth_become_even_ones() {
+        let field = Field {
+            grid: Grid {
+                origin: DVec3::new(0.0, 0.0, -0.5),
+                cells: [2, 1],
+                edge: [0.1, 0.1],
+                heights: vec![0.3, 0.1, 0.1],
+            },
+            values: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        };
+        let even = evenly(&field);
+        assert_eq!(even.grid.heights.len(), 5);
+        assert!((even.grid.top() - field.grid.top()).abs() < 1e-12);
+        assert_eq!(
+            even.values,
+            [1.0, 2.0, 1.0, 2.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+        );
+        assert_eq!(evenly(&even).grid.heights.len(), 5);
+    }
 }
