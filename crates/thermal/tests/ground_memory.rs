@@ -13,11 +13,12 @@ use std::time::Instant;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::bed::Body;
 use meltpath_thermal::chart::ChartSet;
 use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
-use meltpath_thermal::judgement::{Body, Resolution, judge};
+use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::medium;
 use meltpath_thermal::solver::State;
@@ -82,7 +83,7 @@ fn on_solver(path: &BeamPath, diameter: f64) -> Field {
         material: &material,
         beam: &beam,
         layer: 0.05,
-        ground: State::Dense,
+        ground: &|_| State::Dense,
     };
     let resolution = Resolution {
         cell: CELL,
@@ -90,7 +91,7 @@ fn on_solver(path: &BeamPath, diameter: f64) -> Field {
         step: 4e-6,
         power: 1.0,
     };
-    judge(&body, std::slice::from_ref(path), &resolution, &Silent)
+    judge(&body, &[], path, &resolution, &Silent)
         .unwrap()
         .highest
 }
