@@ -237,6 +237,51 @@ fn lpbf_ac47_ac49_h_infinity_on_three_axes() {
     assert!((0.02..0.05).contains(&lost), "{lost}");
 }
 
+/// AC-47 (T), three axes: were the first average of the pre-filter kept under H-infinity, its errors would be those of the thesis nearly:
+/// a lag of 150 µs where the printed intervals are 134 to 144 µs.
+#[test]
+fn lpbf_ac47_the_first_average_alone_leaves_the_printed_lag() {
+    let data = three_axis_data();
+    let mut robust = with_hinf(&data);
+    robust.filter_acceleration();
+    for (recipe, printed) in recipes().iter().zip([0.006, 0.008, 0.016]) {
+        let conventional = told(&data.head, &data.plate, recipe).median;
+        let kept = told(&robust, &data.plate, recipe).median;
+        let less = [0, 1].map(|axis| 1.0 - kept[axis] / conventional[axis]);
+        println!(
+            "{}: conventional {conventional:.4?}, H-infinity with the first average {kept:.4?} deg: less by {less:.3?}",
+            recipe.name
+        );
+        // the upper end of the printed interval of X
+        assert!((kept[0] / printed - 1.0).abs() < 0.15, "{kept:?}");
+        // asked are 25 to 50 %: Y keeps it, X does not at all recipes
+        assert!((0.25..0.5).contains(&less[1]) && (0.15..0.5).contains(&less[0]));
+    }
+}
+
+/// AC-48 (T): sensor noise and unlike mirrors, which the specification suspects, do not take the conventional share below 100 µm.
+#[test]
+fn lpbf_ac48_noise_and_unlike_mirrors_do_not_take_it() {
+    let recipe = &recipes()[0];
+    for (noise, unlike) in [(0.003_f64, false), (0.003, true)] {
+        let mut data = two_axis_data();
+        for axis in &mut data.head.mirrors {
+            axis.encoder.noise = noise.to_radians();
+        }
+        if unlike {
+            let motor = &mut data.head.mirrors[1].motor;
+            motor.inertia *= 1.2;
+            motor.modes[0].omega *= 0.9;
+        }
+        let conventional = told(&data.head, &data.plate, recipe).contour[3];
+        let robust = told(&without_prefilter(with_hinf(&data)), &data.plate, recipe).contour[3];
+        println!(
+            "noise {noise} deg, unlike {unlike}: below 100 µm conventional {conventional:.3}, H-infinity {robust:.3}"
+        );
+        assert!(conventional > 0.95 && robust < conventional);
+    }
+}
+
 /// AC-50 (M): the statements derived from table 3.1.
 #[test]
 fn lpbf_ac50_derived_statements() {

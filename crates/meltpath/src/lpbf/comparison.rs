@@ -30,14 +30,13 @@ pub(super) struct Comparison<'a> {
 
 impl<'a> Comparison<'a> {
     pub(super) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
-        let on_plate = matches!(settings.work, Work::Plate(_));
-        let of = |r: &RecipeResult<'_>| {
-            printed(&settings.data.head, settings.structure, r.recipe).filter(|_| on_plate)
-        };
         let mut found = Comparison {
             settings,
             results,
-            printed: results.iter().map(of).collect(),
+            printed: results
+                .iter()
+                .map(|r| printed(settings, r.recipe))
+                .collect(),
             lines: Vec::new(),
         };
         found.times();
@@ -126,7 +125,7 @@ impl<'a> Comparison<'a> {
         for &limit in limits {
             self.both(
                 &format!("contour points below {limit:.0} µm, %"),
-                Fitted::Not,
+                Fitted::Contours,
                 &|r| Cell::Fixed(100.0 * r.errors.contour.share_below(1e-3 * limit), 2),
                 &|p| {
                     let at = p.shares.iter().find(|s| s.0 == limit);
@@ -140,9 +139,14 @@ impl<'a> Comparison<'a> {
     }
 
     fn errors(&mut self) {
+        let median = if self.printed.iter().any(Option::is_some) {
+            "median (thesis: most)"
+        } else {
+            "median"
+        };
         for (axis, name) in ["X", "Y"].into_iter().enumerate() {
             self.both(
-                &format!("tracking error of {name} on marks, median (thesis: most), deg"),
+                &format!("tracking error of {name} on marks, {median}, deg"),
                 Fitted::Tracking,
                 &|r| Cell::Fixed(r.errors.tracking[axis].quantile(0.5), 4),
                 &|p| Cell::text(p.tracking[axis]),

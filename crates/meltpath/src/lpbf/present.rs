@@ -403,11 +403,22 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             "missing, mm",
             "recipe's own on, µs",
             "recipe's own off, µs",
-            "thesis on, µs",
-            "thesis off, µs",
         ],
     );
-    for r in results {
+    let printed: Vec<Option<[f64; 2]>> = results
+        .iter()
+        .map(|r| printed(settings, r.recipe)?.delays)
+        .collect();
+    let mut note =
+        "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
+            .to_owned();
+    if printed.iter().any(Option::is_some) {
+        for side in ["on", "off"] {
+            table.columns.push(format!("thesis {side}, µs"));
+        }
+        note.push_str(" The thesis' delays of recipe 1 are its industrial standard, those of recipe 2 tuned by trial on its simulator; ours were not fitted to them.");
+    }
+    for (r, printed) in results.iter().zip(&printed) {
         let own = r.recipe.delays;
         let (spurious, missing) = r.tuned.as_ref().map_or((Cell::Empty, Cell::Empty), |t| {
             (
@@ -415,9 +426,6 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
                 Cell::Fixed(t.best.missing(), 2),
             )
         });
-        let printed = printed(&settings.data.head, settings.structure, r.recipe)
-            .filter(|_| matches!(settings.work, Work::Plate(_)))
-            .and_then(|p| p.delays);
         let theirs = |k: usize| printed.map_or(Cell::Empty, |d| Cell::Fixed(d[k], 0));
         table.rows.push(vec![
             Cell::text(&r.recipe.name),
@@ -431,8 +439,7 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             theirs(1),
         ]);
     }
-    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer. The thesis' delays of recipe 1 are its industrial standard, those of recipe 2 tuned by trial on its simulator; ours were not fitted to them."
-        .clone_into(&mut table.note);
+    table.note = note;
     table
 }
 

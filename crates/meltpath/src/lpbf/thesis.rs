@@ -5,6 +5,9 @@
 use meltpath_machine::scan_head::head::ScanHead;
 use meltpath_machine::scan_head::job::Recipe;
 
+use super::settings::Settings;
+use super::work::Work;
+
 /// Which controllers drive the mirrors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Structure {
@@ -33,8 +36,12 @@ pub(super) struct Printed {
     pub(super) delays: Option<[f64; 2]>,
 }
 
-/// The thesis' figures for a recipe of its speeds on a head of its number of axes.
-pub(super) fn printed(head: &ScanHead, structure: Structure, recipe: &Recipe) -> Option<Printed> {
+/// The thesis' figures for a recipe of its speeds, on a plate of squares and a head of its number of axes.
+pub(super) fn printed(settings: &Settings, recipe: &Recipe) -> Option<Printed> {
+    let (head, structure) = (&settings.data.head, settings.structure);
+    if recipe.sky_writing.is_some() || !matches!(settings.work, Work::Plate(_)) {
+        return None;
+    }
     let speeds = [
         recipe.contour_speed,
         recipe.fill_speed,
@@ -112,6 +119,8 @@ pub(super) enum Fitted {
     Tracking,
     /// The hatch comes from the printed times; the rate itself was not fitted.
     Fill,
+    /// On two axes the friction, on which contours hang, was chosen with the printed tracking errors in view.
+    Contours,
     /// Nothing.
     Not,
 }
@@ -128,7 +137,10 @@ impl Fitted {
                 "fitted: pre-filter and friction were chosen with the printed errors in view"
             }
             (Fitted::Fill, _) => "the hatch comes from the printed times; the rate was not fitted",
-            (Fitted::Not, _) => "not fitted",
+            (Fitted::Contours, false) => {
+                "not fitted, but their friction was, to the printed tracking errors"
+            }
+            (Fitted::Contours, true) | (Fitted::Not, _) => "not fitted",
         }
     }
 }
