@@ -78,7 +78,7 @@ pub struct DelayTuning {
 }
 
 /// Share of the marks that may stay dark at starts for the sake of no spurious light: beyond, a delay cures less than it costs.
-const MOST_DARK: f64 = 0.1;
+const MOST_DARK: f64 = 0.25;
 /// A path may run this many radii beside its mark.
 const BESIDE: f64 = 4.0;
 /// A cost this near to the least, as a share of its range, is the least: tails of settling are long.
@@ -273,7 +273,7 @@ impl DelayTuning {
     }
 
     /// The tuned delays, and the two tables searched. The on-delay: the shortest with the least spurious light at starts, among those
-    /// that leave no more than a tenth of the marks dark. The off-delay: the shortest with the least missing at ends.
+    /// that leave no more than a quarter of the marks dark. The off-delay: the shortest with the least missing at ends.
     pub fn tune(&self) -> Tuned {
         let on_table = self.table(|on| LaserDelays { on, off: 0.0 });
         let allowed = MOST_DARK * self.marked + on_table.first().map_or(0.0, |s| s.missing_start);

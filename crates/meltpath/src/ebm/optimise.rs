@@ -589,7 +589,7 @@ impl OnReference {
             "Reference solver; cells of {:.1} x {:.1} x {:.0} µm, steps of {:.2} µs, {:.0} million updates of a cell a drawing.",
             1e3 * grid.edge[0],
             1e3 * grid.edge[1],
-            1e3 * grid.heights[0],
+            1e3 * grid.heights.last().copied().unwrap_or_default(),
             1e6 * self.step,
             1e-6 * self.updates
         )

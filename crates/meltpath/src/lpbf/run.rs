@@ -226,7 +226,7 @@ impl<'a> Run<'a> {
             self.reporter.warn(
                 "spurious-light",
                 format!(
-                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a tenth of the marks dark",
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a quarter of the marks dark",
                     recipe.name, tuned.best.spurious_start
                 ),
                 "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",

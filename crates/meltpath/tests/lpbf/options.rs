@@ -228,3 +228,17 @@ fn runs_before_and_after_lines_keep_them_at_speed() {
     let error = refused(dir.path(), &job("two-axis-150", "back.toml", ""));
     assert!(error.contains("run-up"), "{error}");
 }
+
+/// Lines nearer to each other than the mirrors keep apart: light at their starts is spurious for long, and a delay that waited for its end
+/// would mark nothing.
+#[test]
+fn delays_do_not_darken_the_marks_for_the_sake_of_their_starts() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"three-axis-350\"\nrecipes = [\"industrial\"]\n[plate]\nblock = [1, 1]\nside = \"1.5 mm\"\nhatch = \"0.045 mm\"\n";
+    let out = run(dir.path(), "narrow", text);
+    let verdict = fs::read_to_string(out.join("verdict.json")).unwrap();
+    assert!(verdict.contains("spurious-light"), "{verdict}");
+    let on = figures(&out, "laser-on delay, µs")[0];
+    let fill = figures(&out, "fill rate, cell centres under the swept spot, %")[0];
+    assert!(on < 800.0 && fill > 50.0, "{on} µs, {fill} %");
+}
