@@ -9,7 +9,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use meltpath::chain;
-use meltpath_base::{Silent, Status};
+use meltpath::ebm::settings::resolve;
+use meltpath::ebm::simulate::simulate;
+use meltpath::job::{Job, load};
+use meltpath_base::{Reporter, Silent, Status};
 
 /// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
 fn path(lines: u32, focus: f64) -> String {
@@ -165,6 +168,26 @@ fn a_path_is_found_on_the_reference_solver() {
         error.to_string().contains("need the reference solver"),
         "{error}"
     );
+}
+
+/// Optimiser and judge read the good body's middle alike: with the same cells and steps both have the same window.
+#[test]
+fn optimiser_and_judge_speak_of_one_window() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.125 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let (Job::Ebm(read), _) = load(&file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    let settings = resolve(&read, dir.path(), &Silent).unwrap();
+    let outcome = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let found = outcome.found.unwrap().reference.unwrap();
+    let judged = outcome.judged.unwrap();
+    let apart = found.classes.window[0] - judged.classes.window[0];
+    println!("windows {apart:.2} K apart");
+    assert!(apart.abs() < 3.0, "{apart} K");
 }
 
 #[test]

@@ -63,6 +63,36 @@ pub struct Judged {
 /// Half the width of the square in the middle of a good body that its temperature is read from, mm.
 const MIDDLE: f64 = 0.6;
 
+/// The hull of a good body's path, and the square in its middle.
+pub(super) fn middle(path: &BeamPath) -> (Contour, Rectangle) {
+    let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+    let hull = Contour::hull(&points);
+    let middle = hull.deepest();
+    let square = Rectangle {
+        low: middle,
+        high: middle,
+    };
+    (hull, square.grown(MIDDLE))
+}
+
+/// Mean highest temperature in the square in the middle of a good body, K.
+pub(super) fn centre(
+    highest: &Field,
+    melting: f64,
+    hull: &Contour,
+    square: &Rectangle,
+) -> Result<f64, EbmError> {
+    let any = Classes {
+        melting,
+        window: [melting, f64::INFINITY],
+    };
+    let tally = tally(highest, &any, hull, 0.0, Some((square, 0.0)));
+    if tally.molten() == 0 {
+        return Err(EbmError::GoodBody);
+    }
+    Ok(tally.mean)
+}
+
 /// Voxels of the top plane of `highest` well inside the contour and the part.
 pub(super) fn tally(
     highest: &Field,
@@ -128,14 +158,7 @@ fn classes(
             window: *window,
         }),
         Window::Good { path, width } => {
-            let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
-            let hull = Contour::hull(&points);
-            let middle = hull.deepest();
-            let square = Rectangle {
-                low: middle,
-                high: middle,
-            }
-            .grown(MIDDLE);
+            let (hull, square) = middle(path);
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
             // as many layers of the good body as of the job
             let lower = vec![part.clone(); settings.lower.len()];
@@ -148,15 +171,8 @@ fn classes(
                 resolution,
                 observer,
             )?;
-            let any = Classes {
-                melting,
-                window: [melting, f64::INFINITY],
-            };
-            let tally = tally(&drawn.highest, &any, &hull, 0.0, Some((&square, 0.0)));
-            if tally.molten() == 0 {
-                return Err(EbmError::GoodBody);
-            }
-            Ok(Classes::calibrated(melting, tally.mean, *width))
+            let centre = centre(&drawn.highest, melting, &hull, &square)?;
+            Ok(Classes::calibrated(melting, centre, *width))
         }
     }
 }

@@ -22,10 +22,10 @@ use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, StrategyError, control};
 
 use super::hatch::{Hatch, HatchError};
-use super::judge::{body, ground};
+use super::judge::{body, centre, ground, middle};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
-use super::simulate::{centre_of_good, tally};
+use super::simulate::tally;
 use crate::job::ebm::{
     Change, ControllerKind, OptimiseMethod, OptimiseSolver, OptimiseTable, OrderChoice,
 };
@@ -472,7 +472,9 @@ pub fn on_reference(
             let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
             let bed = bed.map_err(StrategyError::from)?;
             let drawn = with_reference(&bed.solver, &bed.beam, bed.step)(path, observer)?;
-            let centre = centre_of_good(&drawn.highest, path, melting)?;
+            // as [judge] reads it, so that both speak of one window
+            let (hull, square) = middle(path);
+            let centre = centre(&drawn.highest, melting, &hull, &square)?;
             Classes::calibrated(melting, centre, *width)
         }
     };
