@@ -47,7 +47,7 @@ pub struct Bed {
     pub step: f64,
 }
 
-/// Heights of planes of cells, bottom first: `height` each in whole layers down to [`EVEN`], then growing to `depth` mm.
+/// Heights of planes of cells, bottom first: `height` each in whole layers down to 0.2 mm, then growing to `depth` mm.
 ///
 /// ```
 /// let heights = meltpath_thermal::bed::planes(0.05, 0.05, 0.5);
