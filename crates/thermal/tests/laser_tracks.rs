@@ -62,7 +62,7 @@ fn line(length: f64, speed: f64, power: f64) -> BeamPath {
 fn by_solver(track: &Track, cell: f64) -> MeltPool {
     let [power, speed, spot] = track.beam;
     let alloy = alloy();
-    let (solver, _) = drawn(
+    let solver = drawn(
         &line(1.4, speed, power),
         spot,
         [[-0.15, 1.6], [-0.15, 0.15]],
@@ -71,8 +71,8 @@ fn by_solver(track: &Track, cell: f64) -> MeltPool {
     MeltPool::of(&solver.temperature(), alloy.liquidus, [1.0, 0.0])
 }
 
-/// The solver after a path, and the seconds of the path.
-fn drawn(path: &BeamPath, spot: f64, [x, y]: [[f64; 2]; 2], cell: f64) -> (Solver<f32>, f64) {
+/// The solver after a path.
+fn drawn(path: &BeamPath, spot: f64, [x, y]: [[f64; 2]; 2], cell: f64) -> Solver<f32> {
     let grid = Grid::covering(
         DVec3::new(x[0], y[0], -0.15),
         DVec3::new(x[1], y[1], 0.0),
@@ -87,7 +87,7 @@ fn drawn(path: &BeamPath, spot: f64, [x, y]: [[f64; 2]; 2], cell: f64) -> (Solve
     let mut solver: Solver<f32> = Solver::new(grid, alloy(), faces).unwrap();
     let step = 0.9 * solver.stable_step();
     draw(&mut solver, path, &beam(spot), step, &mut [], &Silent).unwrap();
-    (solver, path.end())
+    solver
 }
 
 fn engine(path: BeamPath, spot: f64) -> MovingSource {
@@ -187,7 +187,7 @@ fn what_melts_through_is_what_the_reference_solver_melts_through() {
     let start = line(1.0, 800.0, 179.2).points()[0];
     let path = BeamPath::along(&corners, 800.0, start).unwrap();
     let (spot, depth, cell) = (0.17, 0.02, 0.01);
-    let (solver, _) = drawn(&path, spot, [[-0.2, 1.0], [-0.2, 0.48]], cell);
+    let solver = drawn(&path, spot, [[-0.2, 1.0], [-0.2, 0.48]], cell);
     let field = solver.highest_temperature();
     let grid = &field.grid;
     let liquidus = alloy().liquidus;

@@ -58,7 +58,7 @@ pub struct HeatTable {
     /// Material: a name in `data/materials`, or a TOML file of your own; default `in625-laser`.
     pub material: Option<Spanned<String>>,
     /// Share of the laser's power that becomes heat; default the material's.
-    pub absorptivity: Option<Positive<Ratio>>,
+    pub absorptivity: Option<Spanned<Positive<Ratio>>>,
     /// Depth to which the metal must have been liquid; default 40 µm.
     pub layer: Option<Positive<Length>>,
     /// Temperature of the bed; default 20 °C.

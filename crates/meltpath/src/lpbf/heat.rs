@@ -105,14 +105,15 @@ pub fn resolve(
     let text = data_text("material", &name, MATERIALS, folder)?;
     let material = read(&text, Readings::default())
         .map_err(|e| at(format!("\"{}\" is not sound: {e}", name.get_ref()), ""))?;
-    let absorptivity = match (table.absorptivity, material.absorptivity) {
-        (Some(share), _) if share.0.0 > 1.0 => {
-            return Err(at(
-                format!("heat.absorptivity is {:.0} %", 100.0 * share.0.0),
-                "it is a share of the laser's power: at most 100 %",
-            ));
+    let absorptivity = match (&table.absorptivity, material.absorptivity) {
+        (Some(share), _) if share.get_ref().0.0 > 1.0 => {
+            return Err(TextError {
+                span: Some(share.span()),
+                message: format!("heat.absorptivity is {:.0} %", 100.0 * share.get_ref().0.0),
+                help: Some("it is a share of the laser's power: at most 100 %".to_owned()),
+            });
         }
-        (Some(share), _) => share.0.0,
+        (Some(share), _) => share.get_ref().0.0,
         (None, Some(own)) => own,
         (None, None) => {
             return Err(at(
