@@ -24,6 +24,7 @@
 //!
 //! Lengths are mm, times s, angles rad (mechanical angles of the mirrors), currents A, voltages V; the motor is in SI units.
 
+mod ahead;
 pub mod as_motion;
 pub mod axis;
 pub mod beam;
@@ -40,6 +41,7 @@ pub mod gate;
 pub mod geometry;
 pub mod head;
 pub mod identification;
+mod identification_channels;
 pub mod identification_modes;
 pub mod identification_ramps;
 pub mod interpolation;

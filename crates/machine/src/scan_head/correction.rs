@@ -148,6 +148,29 @@ impl CorrectionTable {
         })
     }
 
+    /// Refuses points whose cam angle is beyond its travel, rad, or is none.
+    ///
+    /// # Errors
+    /// [`GeometryError::Travel`] with the point that needs most.
+    pub fn require_cam(&self, travel: f64) -> Result<(), GeometryError> {
+        let size = |z: f64| if z.is_nan() { f64::INFINITY } else { z.abs() };
+        let farthest = self
+            .angles
+            .iter()
+            .enumerate()
+            .max_by(|a, b| size(a.1.z).total_cmp(&size(b.1.z)));
+        match farthest {
+            Some((at, angles)) if size(angles.z) > travel => Err(GeometryError::Travel {
+                axis: 'Z',
+                x: (at % self.points) as f64 * self.step - self.half,
+                y: (at / self.points) as f64 * self.step - self.half,
+                angle_deg: angles.z.to_degrees(),
+                travel_deg: travel.to_degrees(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Half the side of the field, mm.
     pub fn half(&self) -> f64 {
         self.half

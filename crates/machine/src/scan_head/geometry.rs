@@ -22,10 +22,10 @@ pub enum GeometryError {
     },
     /// An angle beyond the travel.
     #[error(
-        "({x:.3}, {y:.3}) mm needs {angle_deg:.3} deg of the {axis} mirror, whose travel is ±{travel_deg:.3} deg: move the job towards the centre of the field"
+        "({x:.3}, {y:.3}) mm needs {angle_deg:.3} deg of the {axis} axis, whose travel is ±{travel_deg:.3} deg: move the job towards the centre of the field"
     )]
     Travel {
-        /// `X` or `Y`.
+        /// `X`, `Y` or `Z`.
         axis: char,
         /// The point asked for, mm.
         x: f64,

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::math::{DVec2, DVec3};
 
+use super::ahead::Ahead;
 use super::axis::{Axis, AxisRecord, RunningAxis};
 use super::beam::GaussianBeam;
 use super::correction::{Border, CorrectionError, CorrectionTable};
@@ -18,7 +19,7 @@ use super::geometry::{Geometry, GeometryError};
 use super::interpolation::{CommandBlock, Interpolator, counts, sample_count};
 use super::job::{LaserDelays, ScanJob, ScanJobError};
 use super::prefilter::Kernel;
-use super::servo_preview::{Preview, Previews};
+use super::servo_preview::Previews;
 
 /// Samples in a block.
 pub const BLOCK: usize = 8192;
@@ -227,6 +228,9 @@ impl ScanHead {
             )?),
             None => Inverse::Exact { travel },
         };
+        if let (Inverse::Table(table), Some((axis, _))) = (&inverse, &self.focus) {
+            table.require_cam(axis.travel)?;
+        }
         Ok(ReadyHead {
             head: self.clone(),
             focus,
@@ -376,13 +380,7 @@ impl ReadyHead {
                         y: p.y,
                         half,
                     });
-                    outside.or_else(|| {
-                        self.head
-                            .geometry
-                            .inverse_within(p, *travel)
-                            .err()
-                            .map(CorrectionError::from)
-                    })
+                    outside.or_else(|| self.within(p, *travel).err().map(CorrectionError::from))
                 }
             };
             error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
@@ -405,6 +403,24 @@ impl ReadyHead {
                     length,
                     speed: v.speed,
                     frequency: 1.0 / self.head.period,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a point whose angles, without a table, are beyond the travels of the mirrors or of the cam.
+    fn within(&self, point: DVec2, travel: DVec2) -> Result<(), GeometryError> {
+        let mirrors = self.head.geometry.inverse_within(point, travel)?;
+        if let (Some(focus), Some((axis, _))) = (&self.focus, &self.head.focus) {
+            let cam = focus.inverse(mirrors, 0.0);
+            if cam.is_nan() || cam.abs() > axis.travel {
+                return Err(GeometryError::Travel {
+                    axis: 'Z',
+                    x: point.x,
+                    y: point.y,
+                    angle_deg: cam.to_degrees(),
+                    travel_deg: axis.travel.to_degrees(),
                 });
             }
         }
@@ -580,65 +596,6 @@ struct Source<'a> {
     head: &'a ReadyHead,
     path: Interpolator<'a>,
     ahead: Option<Ahead<'a>>,
-}
-
-/// The same path once more, run before its time, with the mirrors' set-points about the present.
-struct Ahead<'a> {
-    previews: &'a [Preview; 2],
-    path: Interpolator<'a>,
-    block: CommandBlock,
-    /// Set-points from `past` samples before the present on; the present starts `future` samples before the path.
-    angles: Vec<DVec2>,
-    past: usize,
-    future: usize,
-}
-
-impl<'a> Ahead<'a> {
-    fn new(previews: &'a [Preview; 2], path: Interpolator<'a>, start: DVec3) -> Self {
-        let past = previews
-            .iter()
-            .map(|p| p.taps.len().saturating_sub(p.ahead))
-            .fold(1, usize::max);
-        let future = previews.iter().map(|p| p.ahead).fold(0, usize::max);
-        Ahead {
-            previews,
-            path,
-            block: CommandBlock::default(),
-            angles: vec![start.truncate(); past + future],
-            past,
-            future,
-        }
-    }
-
-    /// Shapes the mirrors' set-points of the next `count` samples.
-    fn shape(&mut self, head: &ReadyHead, count: usize, shaped: &mut [Vec<f64>; 2]) {
-        while self.angles.len() < self.past + count + self.future {
-            let wanted = self.past + count + self.future - self.angles.len();
-            self.path.fill(&mut self.block, wanted);
-            if self.block.position.is_empty() {
-                // the path is over: it stays where it ended
-                let last = self.angles.last().copied().unwrap_or_default();
-                self.angles.extend(std::iter::repeat_n(last, wanted));
-            }
-            for &point in &self.block.position {
-                self.angles.push(head.angles(point).truncate());
-            }
-        }
-        for (axis, (preview, column)) in self.previews.iter().zip(shaped).enumerate() {
-            column.resize(count, 0.0);
-            for (k, out) in column.iter_mut().enumerate() {
-                // the newest set-point that counts
-                let newest = self.past + k + preview.ahead;
-                *out = preview
-                    .taps
-                    .iter()
-                    .enumerate()
-                    .map(|(i, w)| w * self.angles[newest - i][axis])
-                    .sum();
-            }
-        }
-        self.angles.drain(..count);
-    }
 }
 
 impl Source<'_> {

@@ -15,6 +15,7 @@ use meltpath_control::welch::{Welch, WelchError, estimate};
 
 use super::friction::Friction;
 use super::galvanometer::{AxisError, Galvanometer, MOST_MODES};
+use super::identification_channels::check_channels;
 use super::plant::Plant;
 
 /// The two transfers that are identified: θ/i = G1/(s(1+τ1 s)), i/U = G2(1+τ1 s)/((1+τ2 s)(1+τ3 s)) (eq. 2.10).
@@ -85,6 +86,16 @@ pub enum IdentificationError {
         what: &'static str,
         /// What it would be.
         value: f64,
+    },
+    /// Parameters that the record does not determine.
+    #[error(
+        "not even the order of {what} is known (relative deviation {sigma:.1}): the rotor hardly answers, as where dry friction holds it: excite more, or record longer"
+    )]
+    Unsure {
+        /// Which parameter.
+        what: &'static str,
+        /// Its relative deviation.
+        sigma: f64,
     },
     /// No steady ramp, or ramps in one direction only.
     #[error(
@@ -299,9 +310,16 @@ pub fn identify(
     let (angle_over_current, current_over_voltage) = responses(record, excitation, method)?;
     check_channels(&angle_over_current, &current_over_voltage)?;
     let fit = fit(&angle_over_current, &current_over_voltage, record.period)?;
+    let sigma = [0, 1, 2, 3, 4].map(|i| fit.sigma.get(i).copied().unwrap_or(f64::NAN));
+    for (what, sigma) in [("R", sigma[0]), ("Kc", sigma[2]), ("J", sigma[3])] {
+        // a deviation of the logarithm: beyond one not even the order is known
+        if sigma.is_nan() || sigma > 1.0 {
+            return Err(IdentificationError::Unsure { what, sigma });
+        }
+    }
     Ok(Identified {
         motor: motor(&fit.values),
-        sigma: [0, 1, 2, 3, 4].map(|i| fit.sigma.get(i).copied().unwrap_or(f64::NAN)),
+        sigma,
         mode_sigma: Vec::new(),
         refused: Vec::new(),
         rms: fit.rms,
@@ -339,24 +357,29 @@ pub fn responses(
         |input: &[f64], output: &[f64]| estimate(input, output, record.period, &method.welch);
     // a ratio of two responses to the excitation, or the response itself
     let points = |input: &[f64], output: &[f64]| -> Result<Vec<Point>, IdentificationError> {
-        let (omega, values) = match excitation {
+        let (omega, values, power) = match excitation {
             Excitation::Voltage => {
                 let e = response(input, output)?;
-                (e.omega, e.response)
+                (e.omega, e.response, e.input)
             }
             Excitation::SetPoint(set_point) => {
                 let (over, under) = (response(set_point, output)?, response(set_point, input)?);
                 let ratio = over.response.iter().zip(&under.response);
-                (over.omega, ratio.map(|(o, u)| o / u).collect())
+                let ratio = ratio.map(|(o, u)| o / u).collect();
+                (over.omega, ratio, over.input)
             }
         };
+        let excited = UNEXCITED * power.iter().copied().fold(0.0, f64::max);
         let [low, high] = method.band.map(|f| TAU * f);
         let found: Vec<Point> = omega
             .into_iter()
             .zip(values)
-            .filter(|(w, v)| (low..=high).contains(w) && v.is_finite() && v.norm() > 0.0)
+            .zip(power)
+            .filter(|((w, v), p)| {
+                (low..=high).contains(w) && *p > excited && v.is_finite() && v.norm() > 0.0
+            })
             // as many squares in every octave
-            .map(|(omega, response)| Point {
+            .map(|((omega, response), _)| Point {
                 omega,
                 response,
                 weight: 1.0 / omega,
@@ -378,58 +401,9 @@ pub fn responses(
     ))
 }
 
-/// Share of the band that has to answer the wrong way round before a sign is called reversed.
-const AGAINST: f64 = 0.75;
-/// Power of the frequency with which angle over current may rise; a motor's falls with the first or second power.
-const RISES: f64 = 0.5;
-
-/// How far, in the logarithm, current over voltage may lie below its ends in the middle; a motor's lies above, between back-EMF
-/// and inductance.
-const HOLLOW: f64 = -0.3;
-
-/// Refuses channels of which one is reversed or in another's place: θ/i lags by 90 to 180°, i/U by less than 90° either way.
-fn check_channels(angle: &[Point], current: &[Point]) -> Result<(), IdentificationError> {
-    let size = |p: &Point| p.response.norm().ln();
-    // both hold three points or more
-    if let (Some(first), Some(last)) = (angle.first(), angle.last()) {
-        let power = (size(last) - size(first)) / (last.omega / first.omega).ln();
-        if power > RISES {
-            return Err(IdentificationError::Exchanged {
-                one: "the current",
-                other: "the angle",
-            });
-        }
-    }
-    if let (Some(first), Some(last)) = (current.first(), current.last()) {
-        let whole: f64 = current.iter().map(|p| p.weight).sum();
-        let mean = current.iter().map(|p| p.weight * size(p)).sum::<f64>() / whole;
-        if mean - 0.5 * (size(first) + size(last)) < HOLLOW {
-            return Err(IdentificationError::Exchanged {
-                one: "the voltage",
-                other: "the current",
-            });
-        }
-    }
-    let against = |points: &[Point], lag: f64| -> f64 {
-        let turned = Complex64::cis(lag);
-        let whole: f64 = points.iter().map(|p| p.weight).sum();
-        let wrong = points.iter().filter(|p| (p.response * turned).re < 0.0);
-        wrong.map(|p| p.weight).sum::<f64>() / whole
-    };
-    let shares = [
-        against(angle, 0.75 * std::f64::consts::PI),
-        against(current, 0.0),
-    ];
-    // a reversed current turns both transfers, the other channels only their own
-    let (what, share) = match shares.map(|share| share > AGAINST) {
-        [false, false] => return Ok(()),
-        [true, false] => ("the angle", shares[0]),
-        [false, true] => ("the voltage", shares[1]),
-        [true, true] => ("the current", shares[0].min(shares[1])),
-    };
-    Err(IdentificationError::Reversed { what, share })
-}
-
+/// Power of a signal, over its largest at any frequency, below which a frequency counts as not excited: a sweep that ends within the
+/// band leaves only its windows' leakage beyond.
+const UNEXCITED: f64 = 1e-5;
 /// The motor of the logarithms of R, L, Kc, J, B.
 fn motor(logs: &[f64]) -> Galvanometer {
     let value = |i: usize| logs.get(i).map_or(f64::NAN, |v| v.exp());

@@ -10,6 +10,7 @@
 mod controllers;
 mod geometry;
 mod identification;
+mod identification_channels;
 mod jobs;
 mod km0;
 mod models;
