@@ -54,6 +54,9 @@ pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), TextError>
 
 fn head_help(error: &HeadError) -> &'static str {
     match error {
+        HeadError::Geometry(GeometryError::Travel { axis: 'Z', .. }) => {
+            "the cam must focus over the whole field: a larger focus.cam_radius, other lenses, a smaller head.field, or the travel that it has"
+        }
         HeadError::Correction(CorrectionError::Geometry(GeometryError::Travel { .. })) => {
             "the mirrors must reach the whole field: a smaller head.field, or the travel that they have"
         }

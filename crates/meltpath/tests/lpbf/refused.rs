@@ -14,6 +14,8 @@ struct Job<'a> {
     recipe: &'a str,
     lpbf: &'a str,
     rest: &'a str,
+    /// Whether `doctor` says the same before anything runs.
+    told_before: bool,
 }
 
 impl Default for Job<'_> {
@@ -23,6 +25,7 @@ impl Default for Job<'_> {
             recipe: "industrial",
             lpbf: "delays = \"recipe\"",
             rest: "",
+            told_before: false,
         }
     }
 }
@@ -44,6 +47,10 @@ impl Job<'_> {
         let out = folder.join("out");
         let error = chain::run(&path, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
         assert!(!out.exists(), "nothing is left behind");
+        if self.told_before {
+            let before = chain::doctor(&path).unwrap_err();
+            assert_eq!(before.to_string(), error.to_string());
+        }
         let help = match &error {
             meltpath::outcome::RunError::Job(meltpath::job::JobError::Text { help, .. }) => {
                 help.clone().unwrap_or_default()
@@ -88,6 +95,16 @@ fn heads_that_cannot_be_built_are_refused_at_their_name() {
         ),
         ("x_rest", "0 deg", ["graze", "[geometry]"]),
         (
+            "cam_radius",
+            "2 mm",
+            ["deg of the Z axis", "focus.cam_radius"],
+        ),
+        (
+            "plane_z",
+            "-20 mm",
+            ["the objective's focal length", "[geometry]"],
+        ),
+        (
             "inertia",
             "-2e-7 kg·m²",
             ["X axis: the inertia", "that axis"],
@@ -97,6 +114,7 @@ fn heads_that_cannot_be_built_are_refused_at_their_name() {
         fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
         let job = Job {
             head: "own.toml",
+            told_before: true,
             ..Job::default()
         };
         let error = job.refused(dir.path());
@@ -115,6 +133,7 @@ fn heads_that_cannot_be_built_are_refused_at_their_name() {
         fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
         let job = Job {
             head: "own.toml",
+            told_before: true,
             ..Job::default()
         };
         let error = job.refused(dir.path());
@@ -173,6 +192,7 @@ fn work_beyond_the_field_is_refused_with_where_it_lies() {
         Job {
             lpbf,
             rest,
+            told_before: true,
             ..Job::default()
         }
         .refused(dir.path())
