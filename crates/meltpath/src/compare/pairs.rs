@@ -8,7 +8,6 @@ use meltpath_base::{Observer, Provenance, Reporter};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart_simulation::ChartSimulation;
 use meltpath_thermal::comparison::{Missing, Pair, Places, Sample, around, between, nearest};
-use meltpath_thermal::grid::Field;
 use toml::Spanned;
 
 use super::CompareError;
@@ -114,9 +113,12 @@ pub(super) fn with_table(
 
 /// A material that ships, or the copy of the user's own in the folder of the run.
 fn own_material(written: Option<Spanned<String>>) -> Option<Spanned<String>> {
-    written.map(|name| match crate::data::is_file(name.get_ref()) {
-        true => Spanned::new(name.span(), MATERIAL_COPY.to_owned()),
-        false => name,
+    written.map(|name| {
+        if crate::data::is_file(name.get_ref()) {
+            Spanned::new(name.span(), MATERIAL_COPY.to_owned())
+        } else {
+            name
+        }
     })
 }
 
@@ -221,12 +223,12 @@ fn look(layer: &mut OfLayer, s: &ChartSimulation, found: &mut Making, left_out: 
     // lines that lie beside each other freeze at quite other times: no straight line between cells
     let (highest, above, fell) = (s.highest_temperature(), s.time_above(), s.fell());
     for (quantity, n, sample) in &layer.at_end {
-        let there: (&Field, fn(&Field, [f64; 3]) -> Option<f64>) = match quantity {
-            Quantity::Temperature | Quantity::Highest => (&highest, between),
-            Quantity::Molten => (&above, nearest),
-            Quantity::Solidified => (&fell, nearest),
+        let other = match quantity {
+            Quantity::Temperature | Quantity::Highest => between(&highest, sample.place),
+            Quantity::Molten => nearest(&above, sample.place),
+            Quantity::Solidified => nearest(&fell, sample.place),
         };
-        match there.1(there.0, sample.place) {
+        match other {
             Some(other) if other.is_finite() => found.push((
                 *quantity,
                 *n,
