@@ -1,6 +1,7 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
 pub mod drawing;
+pub mod film;
 pub mod focus;
 pub mod hatch;
 pub mod judge;

@@ -12,7 +12,7 @@ use crate::bed::{Body, MARGIN};
 use crate::comparison::Sample;
 use crate::grid::{Field, Grid};
 use crate::run::{RunError, Sink, draw};
-use crate::watch::{Watch, Watched, Watcher};
+use crate::watch::{Freezing, Watch, Watched, Watcher};
 
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;
@@ -148,9 +148,11 @@ fn turned_place([x, y, z]: [f64; 3]) -> [f64; 3] {
 /// What was seen with x and y exchanged.
 fn turned_watched(seen: Watched) -> Watched {
     Watched {
-        above: turned_field(&seen.above),
-        fell: turned_field(&seen.fell),
-        rate: turned_field(&seen.rate),
+        freezing: Freezing {
+            above: turned_field(&seen.freezing.above),
+            fell: turned_field(&seen.freezing.fell),
+            rate: turned_field(&seen.freezing.rate),
+        },
         samples: seen
             .samples
             .into_iter()

@@ -22,15 +22,34 @@ pub struct Watch {
     pub every: f64,
 }
 
-/// What was seen while the last layer was drawn, of the two highest planes of cells. Times count from the beginning of its path.
+/// How cells near the build plane froze while a layer was drawn; the two highest planes. Times count from the beginning of its
+/// path.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Watched {
+pub struct Freezing {
     /// Time above the liquidus, s.
     pub above: Field,
     /// When each last fell through the liquidus, s; not a number where it has not.
     pub fell: Field,
     /// How fast it then cooled, K/s; not a number where it did not.
     pub rate: Field,
+}
+
+/// The highest planes of a grid that are looked at.
+pub(crate) fn upper(grid: &Grid) -> Grid {
+    let heights = grid.heights[grid.planes().saturating_sub(PLANES)..].to_vec();
+    let bottom = grid.top() - heights.iter().sum::<f64>();
+    Grid {
+        origin: DVec3::new(grid.origin.x, grid.origin.y, bottom),
+        heights,
+        ..*grid
+    }
+}
+
+/// What was seen while the last layer was drawn. Times count from the beginning of its path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Watched {
+    /// How the metal froze.
+    pub freezing: Freezing,
     /// Temperatures at the places inside the grid, in order of time, straight between the centres of cells.
     pub samples: Vec<Sample>,
     /// Places outside the grid, mm.
@@ -40,7 +59,7 @@ pub struct Watched {
 impl Watched {
     /// Counts times from a moment `earlier` seconds before; for a path that is a part of another one.
     pub fn count_from(&mut self, earlier: f64) {
-        for time in &mut self.fell.values {
+        for time in &mut self.freezing.fell.values {
             *time = (f64::from(*time) + earlier) as f32;
         }
         for sample in &mut self.samples {
@@ -77,13 +96,7 @@ impl Watcher {
     /// A watcher of what `solver` draws from now on.
     pub(crate) fn new(watch: &Watch, solver: &Solver<f32>) -> Self {
         let grid = solver.grid();
-        let heights = grid.heights[grid.planes().saturating_sub(PLANES)..].to_vec();
-        let bottom = grid.top() - heights.iter().sum::<f64>();
-        let planes = Grid {
-            origin: DVec3::new(grid.origin.x, grid.origin.y, bottom),
-            heights,
-            ..*grid
-        };
+        let planes = upper(grid);
         let liquidus = solver.material().liquidus;
         let cells = planes.len();
         let mut places = Vec::new();
@@ -127,9 +140,11 @@ impl Watcher {
             values: values.iter().map(|v| *v as f32).collect(),
         };
         Watched {
-            above: field(&self.above),
-            fell: field(&self.fell),
-            rate: field(&self.rate),
+            freezing: Freezing {
+                above: field(&self.above),
+                fell: field(&self.fell),
+                rate: field(&self.rate),
+            },
             samples: self.samples,
             outside: self.outside,
         }

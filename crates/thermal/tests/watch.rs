@@ -46,16 +46,18 @@ fn crossings_are_those_of_the_temperatures_in_time() {
     assert!((most - highest).abs() < 5.0, "{most} {highest}");
     let liquidus = titanium().liquidus;
     let last = samples.iter().rposition(|s| s.value > liquidus).unwrap();
-    let fell = watched.fell.at(15, 6, 1);
+    let fell = watched.freezing.fell.at(15, 6, 1);
     let between = samples[last].time..samples[last + 1].time;
     assert!(between.contains(&fell), "{fell} {between:?}");
     let hot = samples.iter().filter(|s| s.value > liquidus).count() as f64;
-    let above = watched.above.at(15, 6, 1);
+    let above = watched.freezing.above.at(15, 6, 1);
     assert!((above - 1e-5 * hot).abs() < 4e-5, "{above} {hot}");
     // solid metal of this pool cools at some 1e5 K/s
-    let rate = watched.rate.at(15, 6, 1);
+    let rate = watched.freezing.rate.at(15, 6, 1);
     assert!((1e4..1e6).contains(&rate), "{rate}");
-    assert!(watched.fell.at(0, 0, 1).is_nan() && watched.above.at(0, 0, 1) == 0.0);
+    assert!(
+        watched.freezing.fell.at(0, 0, 1).is_nan() && watched.freezing.above.at(0, 0, 1) == 0.0
+    );
 }
 
 /// Lines along y are drawn with x and y exchanged, and everything seen is exchanged back.
@@ -74,11 +76,11 @@ fn a_path_along_y_is_seen_where_it_lies() {
         assert_eq!(a.place, [y, x, z]);
         assert!((a.value - b.value).abs() < 0.5, "{a:?} {b:?}");
     }
-    let [nx, ny] = a.above.grid.cells;
-    assert_eq!(b.above.grid.cells, [ny, nx]);
+    let [nx, ny] = a.freezing.above.grid.cells;
+    assert_eq!(b.freezing.above.grid.cells, [ny, nx]);
     for i in 0..nx {
         for j in 0..ny {
-            let (a, b) = (a.above.at(i, j, 1), b.above.at(j, i, 1));
+            let (a, b) = (a.freezing.above.at(i, j, 1), b.freezing.above.at(j, i, 1));
             assert!((a - b).abs() < 2e-6, "{i} {j}: {a} {b}");
         }
     }

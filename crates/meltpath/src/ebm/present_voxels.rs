@@ -9,6 +9,7 @@ use meltpath_thermal::comparison::Sample;
 use meltpath_thermal::criteria::gradient;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::watch::Freezing;
 
 use super::judge::JudgedPath;
 use super::settings::Settings;
@@ -24,9 +25,7 @@ pub(crate) const TEMPERATURES_REFERENCE: &str = "series/temperatures-reference.c
 /// What is told of the voxels; each field's top plane is that of the build.
 struct Voxels<'a> {
     highest: &'a Field,
-    above: Field,
-    fell: Field,
-    rate: Field,
+    freezing: &'a Freezing,
 }
 
 /// Writes the tables of the path that the run shows.
@@ -40,12 +39,9 @@ pub(super) fn write(
     outcome: &Outcome,
 ) -> Result<(), OutputError> {
     let liquidus = settings.material.liquidus;
-    let s = &shown.simulation;
     let of_charts = Voxels {
         highest: &shown.highest,
-        above: s.time_above(),
-        fell: s.fell(),
-        rate: s.cooling_rate(),
+        freezing: &shown.simulation.freezing(),
     };
     voxels(folder, VOXELS, &of_charts, liquidus)?;
     let Some(judged) = &outcome.judged else {
@@ -55,9 +51,7 @@ pub(super) fn write(
     let seen = &path.watched;
     let of_solver = Voxels {
         highest: &path.highest,
-        above: seen.above.clone(),
-        fell: seen.fell.clone(),
-        rate: seen.rate.clone(),
+        freezing: &seen.freezing,
     };
     voxels(folder, VOXELS_REFERENCE, &of_solver, liquidus)?;
     if seen.samples.is_empty() {
@@ -95,7 +89,8 @@ fn voxels(
     voxels: &Voxels<'_>,
     liquidus: f64,
 ) -> Result<(), OutputError> {
-    let steep = gradient(&voxels.fell, &voxels.rate);
+    let Freezing { above, fell, rate } = voxels.freezing;
+    let steep = gradient(fell, rate);
     let kelvin = top(voxels.highest);
     let kept: Vec<usize> = (0..kelvin.len())
         .filter(|n| kelvin[*n] >= liquidus)
@@ -121,9 +116,9 @@ fn voxels(
             "°C",
             kept.iter().map(|n| kelvin[*n] - CELSIUS).collect(),
         ),
-        ("time_molten", "s", pick(&voxels.above)),
-        ("solidified", "s", pick(&voxels.fell)),
-        ("cooling_rate", "K/s", pick(&voxels.rate)),
+        ("time_molten", "s", pick(above)),
+        ("solidified", "s", pick(fell)),
+        ("cooling_rate", "K/s", pick(rate)),
         ("gradient", "K/mm", pick(&steep)),
     ];
     table(folder, name, &columns)

@@ -14,23 +14,13 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::{chart_build, chart_file};
 
+use super::film::Film;
 use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use crate::job::ebm::OptimiseSolver;
-
-/// Temperatures of the build plane at one moment.
-#[derive(Debug, Clone)]
-pub struct Frame {
-    /// Time since the last layer began, s.
-    pub time: f64,
-    /// Temperatures of the top voxels, K.
-    pub now: Vec<f64>,
-    /// Highest so far, K.
-    pub highest: Vec<f64>,
-}
 
 /// A path and what it did.
 #[derive(Debug, Clone)]
@@ -44,7 +34,7 @@ pub struct Drawn {
     /// The judged voxels.
     pub tally: Tally,
     /// Pictures of the last layer.
-    pub frames: Vec<Frame>,
+    pub film: Film,
 }
 
 /// Everything a run finds.
@@ -185,15 +175,9 @@ fn draw_last(
     let at: Vec<f64> = (1..=settings.frames)
         .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
         .collect();
-    let mut frames = Vec::new();
+    let mut film = Film::new(simulation.grid(), settings);
     let begin = path.begin();
-    let mut look = |time: f64, s: &ChartSimulation| {
-        frames.push(Frame {
-            time: time - begin,
-            now: top(&s.temperature()),
-            highest: top(&s.highest_temperature()),
-        });
-    };
+    let mut look = |time: f64, s: &ChartSimulation| film.take(time - begin, s);
     simulation.draw(path, &at, &mut look, observer)?;
     let highest = simulation.highest_temperature();
     Ok(Drawn {
@@ -201,7 +185,7 @@ fn draw_last(
         tally: tally(&highest, classes, &settings.contour, settings.inside),
         simulation,
         highest,
-        frames,
+        film,
     })
 }
 
@@ -298,13 +282,18 @@ pub fn simulate(
         sets.clone(),
         observer,
     )?;
-    let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
+    // drawn from again only where a better path is looked for
+    let (start, ready) = match &settings.optimise {
+        Some(how) => (ready.clone(), Some((how, ready))),
+        None => (ready, None),
+    };
+    let given = draw_last(start, &settings.path, settings, &classes, observer)?;
     given.simulation.tell(reporter);
-    let found = match &settings.optimise {
-        Some(how) if how.solver == OptimiseSolver::Reference => {
+    let found = match &ready {
+        Some((how, _)) if how.solver == OptimiseSolver::Reference => {
             Some(on_reference(settings, how, observer)?)
         }
-        Some(how) => Some(on_charts(settings, how, &ready, &classes, observer)?),
+        Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
         None => None,
     };
     let served = |path: &BeamPath| {
@@ -314,15 +303,11 @@ pub fn simulate(
         };
         beam_settings([path].into_iter()).into_iter().all(known)
     };
-    let better = match &found {
+    let better = match (&found, ready) {
         // charts know nothing of other currents and focus currents
-        Some(found) if served(&found.path) => Some(draw_last(
-            ready.clone(),
-            &found.path,
-            settings,
-            &classes,
-            observer,
-        )?),
+        (Some(found), Some((_, ready))) if served(&found.path) => {
+            Some(draw_last(ready, &found.path, settings, &classes, observer)?)
+        }
         _ => None,
     };
     let judged = match &settings.judge {
