@@ -1,5 +1,7 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+pub(crate) mod charts;
+pub mod cost;
 pub mod drawing;
 pub mod film;
 pub mod focus;

@@ -7,6 +7,7 @@ pub mod beam;
 pub mod bed;
 mod block;
 pub mod chart;
+pub mod chart_between;
 pub mod chart_build;
 pub mod chart_file;
 pub mod chart_simulation;

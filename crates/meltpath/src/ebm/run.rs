@@ -19,9 +19,9 @@ use meltpath_thermal::solver::SolverError;
 use meltpath_thermal::strategy::StrategyError;
 
 use super::judge::{self, JudgedPath};
-use super::present;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
+use super::{cost, present};
 use crate::job::{EbmJob, JobError};
 use crate::outcome::{self, RunError};
 
@@ -62,6 +62,29 @@ pub enum EbmError {
         low: [f64; 2],
         /// Highest corner, mm.
         high: [f64; 2],
+    },
+    /// More beam settings than charts can be made for.
+    #[error(
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage, current and focus to fewer values"
+    )]
+    ManySettings {
+        /// Settings on the path.
+        settings: usize,
+        /// How many may be.
+        most: usize,
+    },
+    /// More voxels than fit.
+    #[error(
+        "the voxels reach over {:.0} x {:.0} mm and would need {gigabytes:.0} GB of memory, {most:.0} are the limit: is the path in mm? else a larger simulation.voxel, or a smaller section or region",
+        extent[0], extent[1]
+    )]
+    Large {
+        /// Extent, mm.
+        extent: [f64; 2],
+        /// Memory, GB.
+        gigabytes: f64,
+        /// The limit, GB.
+        most: f64,
     },
     /// A body known to be good that does not melt.
     #[error(
@@ -362,6 +385,10 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
     let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
     let mut lines = outcome::parameter_lines(&settings.provenance);
-    lines.extend(settings.warnings.iter().map(outcome::warning_line));
+    let reporter = Reporter::new();
+    lines.extend(cost::lines(&settings, &reporter).map_err(EbmError::told)?);
+    let found = reporter.warnings();
+    let notes = settings.warnings.iter().chain(&found);
+    lines.extend(notes.map(outcome::warning_line));
     Ok(lines)
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
-use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::judgement::Resolution;
@@ -21,6 +21,9 @@ use super::{focus, path_file};
 use crate::job::TextError;
 use crate::job::ebm::{ChartMemory, EbmJob};
 use crate::material::{Loaded, load};
+
+/// Places of a line that are looked at.
+const STRETCHES: u32 = 64;
 
 /// The material of Béraud 2016.
 const THESIS_MATERIAL: &str = "ti6al4v-ebm";
@@ -120,6 +123,15 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The paths that charts draw: of all layers, and of the body known to be good.
+    pub(super) fn drawn(&self) -> Vec<&BeamPath> {
+        let good = match &self.window {
+            Window::Good { path, .. } => Some(path.as_ref()),
+            Window::Fixed(_) => None,
+        };
+        self.lower.iter().chain([&self.path]).chain(good).collect()
+    }
+
     /// What lies below the body known to be good: metal where the region hangs over, since what lies there is the region's own.
     pub fn below_good(&self) -> Below {
         match &self.below {
@@ -259,6 +271,9 @@ pub fn resolve(
         (&reporter, observer),
         &mut r,
     )?;
+    if let (Some(file), Some(path)) = (&drawn.path_file, drawn.paths.last()) {
+        check_inside(path, file, &drawn.contour, job)?;
+    }
     let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
     warn_of_window(job, &window, &material, &reporter);
     let Drawing {
@@ -351,6 +366,49 @@ pub fn resolve(
         material_file,
         beam,
         provenance: r,
+    })
+}
+
+/// Refuses a path that never heats the region it is judged in.
+fn check_inside(
+    path: &BeamPath,
+    file: &Path,
+    contour: &Contour,
+    job: &EbmJob,
+) -> Result<(), TextError> {
+    let lit = || path.points().windows(2).filter(|w| w[0].on);
+    // a line may cross the region between two rows
+    let meets = |w: &[BeamPoint]| {
+        (0..=STRETCHES).any(|n| {
+            let share = f64::from(n) / f64::from(STRETCHES);
+            let at = |a: f64, b: f64| a + share * (b - a);
+            contour.depth([at(w[0].x, w[1].x), at(w[0].y, w[1].y)]) >= -1e-9
+        })
+    };
+    if lit().any(meets) {
+        return Ok(());
+    }
+    let ends = lit().flatten().fold(
+        [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
+        |[low, high], p| {
+            [
+                [low[0].min(p.x), low[1].min(p.y)],
+                [high[0].max(p.x), high[1].max(p.y)],
+            ]
+        },
+    );
+    Err(TextError {
+        span: job.path.as_ref().map(toml::Spanned::span),
+        message: format!(
+            "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
+            file.display(),
+            ends[0],
+            ends[1]
+        ),
+        help: Some(
+            "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then"
+                .to_owned(),
+        ),
     })
 }
 
