@@ -262,7 +262,7 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
     for part in &found.parts {
         let (a, shown) = (&part.apart, part.quantity.shown());
         let unit = shown.difference;
-        let digits = if part.quantity.is_temperature() { 1 } else { 4 };
+        let digits = if part.quantity.is_temperature() { 1 } else { 3 };
         let told = |value: f64| format!("{:.digits$}", shown.difference(value));
         line("");
         line(&format!(

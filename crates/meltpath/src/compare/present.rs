@@ -84,9 +84,20 @@ fn map(part: &Compared, cell: f64) -> Option<Map> {
     Some(map)
 }
 
-/// The map of the first quantity; the others' lie in files.
-fn scene(comparison: &Comparison) -> Option<Scene> {
-    let part = comparison.parts.first()?;
+/// Which quantity the view shows: the one whose map has most cells with a value.
+fn viewed(comparison: &Comparison) -> usize {
+    let cells = |part: &Compared| {
+        let map = map(part, comparison.cell);
+        map.map_or(0, |m| m.count.iter().filter(|c| **c > 0.0).count())
+    };
+    let parts = comparison.parts.iter().enumerate().rev();
+    parts
+        .max_by_key(|(_, part)| cells(part))
+        .map_or(0, |(n, _)| n)
+}
+
+/// The map of one quantity.
+fn scene(comparison: &Comparison, part: &Compared) -> Option<Scene> {
     let shown = part.quantity.shown();
     let map = map(part, comparison.cell)?;
     // what 99 % of the differences stay below
@@ -113,7 +124,8 @@ fn scene(comparison: &Comparison) -> Option<Scene> {
 
 /// The map of a quantity in the plan, for those that the view does not show.
 fn flat_map(part: &Compared, cell: f64) -> Option<Plot> {
-    let map = map(part, cell)?;
+    // a few places make no map
+    let map = map(part, cell).filter(|m| m.grid.nx > 2 && m.grid.ny > 2)?;
     let grid = map.grid;
     let shown = part.quantity.shown();
     let most = shown
@@ -229,7 +241,7 @@ fn place(p: &Pair, quantity: Quantity) -> Vec<Cell> {
 
 /// Digits after the point.
 fn digits(quantity: Quantity) -> usize {
-    if quantity.is_temperature() { 1 } else { 4 }
+    if quantity.is_temperature() { 1 } else { 3 }
 }
 
 fn tables(part: &Compared) -> Vec<Table> {
@@ -315,8 +327,8 @@ fn by_layer(part: &Compared) -> Option<Table> {
     Some(table)
 }
 
-/// One quantity; the map of the `first` one is the view.
-fn section(comparison: &Comparison, part: &Compared, first: bool) -> Section {
+/// One quantity; the view may show its map.
+fn section(comparison: &Comparison, part: &Compared, viewed: bool) -> Section {
     let shown = part.quantity.shown();
     let differences: Vec<f64> = part
         .pairs
@@ -333,7 +345,7 @@ fn section(comparison: &Comparison, part: &Compared, first: bool) -> Section {
         bars: histogram(&differences, 60),
     });
     let mut plots = Vec::new();
-    if !first {
+    if !viewed {
         plots.extend(flat_map(part, comparison.cell));
     }
     plots.extend([spread, against_each_other(part)]);
@@ -348,7 +360,7 @@ fn section(comparison: &Comparison, part: &Compared, first: bool) -> Section {
     words[..1].make_ascii_uppercase();
     Section {
         title: words,
-        intro: if first {
+        intro: if viewed {
             "Differences are the table's less the other's. In the view: their mean and largest by place, over all times and depths."
         } else {
             "Differences are the table's less the other's."
@@ -380,15 +392,19 @@ pub fn report(comparison: &Comparison, provenance: &Provenance) -> Report {
             facts.push(Fact::new("95 % stay below", &told(a.percentiles[2])));
         }
     }
+    let viewed = viewed(comparison);
     let sections = comparison.parts.iter().enumerate();
     Report {
         title: format!("{} compared", comparison.name),
         subtitle: format!("with {} · {samples} samples", comparison.against),
         verdict: comparison.verdict.clone(),
         facts,
-        scene: scene(comparison),
+        scene: comparison
+            .parts
+            .get(viewed)
+            .and_then(|part| scene(comparison, part)),
         sections: sections
-            .map(|(n, part)| section(comparison, part, n == 0))
+            .map(|(n, part)| section(comparison, part, n == viewed))
             .collect(),
         sheet: None,
         provenance: provenance.clone(),

@@ -41,6 +41,17 @@ struct Cut {
     block: usize,
 }
 
+/// Where sections in time go: through the middle of the region and the places of the job.
+pub(super) fn places(settings: &Settings) -> Vec<(String, [f64; 2])> {
+    let middle = (
+        "the middle of the region".to_owned(),
+        settings.contour.deepest(),
+    );
+    let chosen = settings.sections.iter();
+    let chosen = chosen.map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
+    std::iter::once(middle).chain(chosen).collect()
+}
+
 /// The pictures of a drawing.
 #[derive(Debug, Clone)]
 pub struct Film {
@@ -53,18 +64,14 @@ pub struct Film {
 }
 
 impl Film {
-    /// No picture yet of a simulation on `grid`: sections go through the middle of the region and the places of the job.
-    pub(super) fn new(grid: &Grid, settings: &Settings) -> Self {
+    /// No picture yet of a simulation on `grid` from which `frames` will be taken, with sections through `places`.
+    pub(super) fn new(grid: &Grid, frames: usize, places: &[(String, [f64; 2])]) -> Self {
         let [nx, ny] = grid.cells;
-        let frames = settings.frames as usize;
+        let frames = frames.max(1);
         let fits = |block: &usize| {
-            nx.div_ceil(*block) * ny.div_ceil(*block) * frames <= PLANE_VALUES
-                || *block >= nx.max(ny)
+            let cells = nx.div_ceil(*block) * ny.div_ceil(*block);
+            cells * frames <= PLANE_VALUES
         };
-        let middle = settings.contour.deepest();
-        let places = std::iter::once(("the middle of the region".to_owned(), middle));
-        let chosen = settings.sections.iter();
-        let places = places.chain(chosen.map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y])));
         let mut cuts = Vec::new();
         for (name, place) in places {
             for along in [Along::X, Along::Y] {
@@ -87,7 +94,7 @@ impl Film {
         }
         Film {
             grid: grid.clone(),
-            block: (1..).find(fits).unwrap_or(1),
+            block: (1..=nx.max(ny)).find(fits).unwrap_or(1),
             cuts,
             frames: Vec::new(),
         }
@@ -206,4 +213,56 @@ fn mean(values: &[f32]) -> f32 {
 
 fn largest(values: &[f32]) -> f32 {
     values.iter().copied().fold(f32::MIN, f32::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_geometry::math::DVec3;
+
+    fn film(size: f64, frames: usize) -> Film {
+        let (low, high) = (
+            DVec3::new(0.0, 0.0, -0.35),
+            DVec3::new(size, 0.5 * size, 0.0),
+        );
+        let grid = Grid::covering(low, high, DVec3::new(0.05, 0.05, 0.05)).unwrap();
+        let places: Vec<(String, [f64; 2])> = [[0.2, 0.2], [0.4, 0.1], [9e3, 0.0]]
+            .iter()
+            .map(|p| (format!("{p:?}"), *p))
+            .collect();
+        Film::new(&grid, frames, &places)
+    }
+
+    /// Whatever the layer's size, pictures hold what they may hold.
+    #[test]
+    fn pictures_stay_bounded() {
+        for (size, frames) in [(1.0, 24), (40.0, 24), (400.0, 500)] {
+            let film = film(size, frames);
+            let plan = film.plan();
+            assert!(plan.nx * plan.ny * frames <= PLANE_VALUES, "{size}");
+            // the place outside has no section
+            assert_eq!(film.cuts.len(), 4);
+            let of = |c: &Cut| film.grid.cells[c.along.axis()].div_ceil(c.block);
+            let cells: usize = film.cuts.iter().map(of).sum();
+            assert!(
+                cells * film.grid.planes() * frames <= SECTION_VALUES,
+                "{size}"
+            );
+        }
+        assert_eq!(film(1.0, 24).block, 1);
+    }
+
+    #[test]
+    fn a_cell_of_a_picture_is_made_of_its_voxels() {
+        let mut film = film(0.25, 1);
+        assert_eq!(film.grid.cells, [5, 3]);
+        film.block = 2;
+        let values: Vec<f32> = (0..15).map(|n| n as f32).collect();
+        assert_eq!(
+            film.blocks(&values, largest),
+            [6.0, 8.0, 9.0, 11.0, 13.0, 14.0]
+        );
+        assert_eq!(film.blocks(&values, mean)[0], 3.0);
+        assert_eq!((film.plan().nx, film.plan().ny), (3, 2));
+    }
 }

@@ -11,7 +11,7 @@ use meltpath_thermal::solver::State;
 
 use super::charts::{beam_settings, charts_of};
 use super::cost::Cost;
-use super::film::Film;
+use super::film::{self, Film};
 use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
@@ -123,7 +123,8 @@ fn draw_last(
     let at: Vec<f64> = (1..=settings.frames)
         .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
         .collect();
-    let mut film = Film::new(simulation.grid(), settings);
+    let frames = settings.frames as usize;
+    let mut film = Film::new(simulation.grid(), frames, &film::places(settings));
     let begin = path.begin();
     let mut look = |time: f64, s: &ChartSimulation| film.take(time - begin, s);
     simulation.draw(path, &at, &mut look, observer)?;
