@@ -99,7 +99,8 @@ pub fn learn(
         scores.push(reached);
         let pieces = Pieces::new(&learning.lever, &profile, path);
         let excess = excess(&peaks, &pieces, learning.aim, material.start, judged);
-        if best.as_ref().is_none_or(|(most, _)| reached > *most) {
+        // of equal rounds the later one: where none reaches the window at all it has come nearest
+        if best.as_ref().is_none_or(|(most, _)| reached >= *most) {
             let learned = Learned {
                 profile,
                 path: drawn,
