@@ -47,6 +47,9 @@ pub(crate) struct Block<R> {
     pub(crate) frozen: usize,
     /// Rows along x that are computed, in every plane; the others keep their state and exchange nothing with these.
     pub(crate) awake: Vec<Range<usize>>,
+    /// The centres of the first column and the first row lie on planes of symmetry: a quarter of what is meant is kept. The
+    /// solver's ledger does not close then: it counts these planes as faces.
+    pub(crate) quarter: bool,
     pub(crate) level: Level,
 }
 
@@ -68,6 +71,7 @@ impl<R: Real> Block<R> {
             still: Vec::new(),
             frozen: 0,
             awake: std::iter::once(0..shape.cells[1]).collect(),
+            quarter: false,
             level: Level::widest(),
         };
         block.append(&shape.heights);
@@ -127,7 +131,7 @@ impl<R: Real> Block<R> {
         let share = self.shares_work();
         let (plane, ghost, ny) = (self.plane(), self.ghost_plane(), self.shape.cells[1]);
         let (cells, f, level) = (self.shape.cells, self.formulas, self.level);
-        let (from, rows) = (self.frozen, &self.awake);
+        let (from, rows, quarter) = (self.frozen, &self.awake, self.quarter);
         #[expect(
             clippy::type_complexity,
             reason = "the six arrays of a plane, as the iterators zip them"
@@ -148,6 +152,9 @@ impl<R: Real> Block<R> {
                 conduction: &mut *c,
             });
             fill_ghosts(cells, rows, sides, t, c);
+            if quarter {
+                mirror(cells, t, c);
+            }
             separate(cells, rows, t);
         };
         if share {
@@ -329,6 +336,17 @@ fn separate<R: Real>([nx, ny]: [usize; 2], rows: &[Range<usize>], theta: &mut [R
             let inner = awake.end * stride;
             theta.copy_within(inner..inner + stride, inner + stride);
         }
+    }
+}
+
+/// Ghosts before the first column and the first row: what lies as far on the other side of their centres.
+fn mirror<R: Real>([nx, ny]: [usize; 2], theta: &mut [R], conduction: &mut [R]) {
+    let stride = nx + 2;
+    for values in [theta, conduction] {
+        for j in 1..=ny {
+            values[j * stride] = values[j * stride + 2];
+        }
+        values.copy_within(2 * stride..3 * stride, 0);
     }
 }
 

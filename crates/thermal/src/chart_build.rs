@@ -281,9 +281,10 @@ fn one(
         depth: settings.depth,
     };
     let dt = solver.stable_step().min(2.5e-6);
-    let [nx, ny] = solver.grid().cells;
+    let beam = spot.footprint(&solver.grid, &solver.depths);
+    let plane = solver.block.plane();
     let top = solver.grid().planes() - 1;
-    let place = |h: usize, r: usize| ((top - h) * ny + ny / 2) * nx + nx / 2 + r;
+    let place = |h: usize, r: usize| (top - h) * plane + r;
     let places: Vec<usize> = (0..depths.len())
         .flat_map(|h| (0..distances.len()).map(move |r| (h, r)))
         .map(|(h, r)| place(h, r))
@@ -322,7 +323,8 @@ fn one(
         if hot.is_none() && solver.hottest() >= settings.cooling_from {
             hot = Some(solver.clone());
         }
-        solver.step(dt, &[spot])?;
+        solver.step(dt, &[])?;
+        solver.block.heat(&beam, spot.power * dt);
         heating.times.push(solver.time());
         heating.rows.push(look(&solver, &places));
     }
@@ -356,7 +358,7 @@ fn one(
     })
 }
 
-/// The solver's block, with an odd number of cells across so that one lies under the axis of the beam.
+/// The solver's block: a quarter of what the beam heats, whose first column of cells lies under the axis of the beam.
 fn block(
     settings: &ChartSettings,
     material: &Material,
@@ -365,11 +367,10 @@ fn block(
 ) -> Result<Solver<f32>, SolverError> {
     let edge = settings.cell;
     let half = BLOCK.max(1.5 * settings.radius);
-    let cells = 2 * (half / edge).round() as usize + 1;
+    let cells = (half / edge).round() as usize + 1;
     let planes = (BLOCK.max(1.25 * settings.reach) / edge).round() as usize;
-    let low = 0.5 * cells as f64 * edge;
     let grid = Grid {
-        origin: DVec3::new(-low, -low, -(planes as f64) * edge),
+        origin: DVec3::new(-0.5 * edge, -0.5 * edge, -(planes as f64) * edge),
         cells: [cells, cells],
         edge: [edge, edge],
         heights: vec![edge; planes],
@@ -382,6 +383,7 @@ fn block(
         bottom: Face::Imposed(ground),
     };
     let mut solver = Solver::new(grid, material.clone(), faces)?;
+    solver.block.quarter = true;
     if ground < material.solidus {
         solver.set_state(|c| layout.state(-c.z, settings.layer));
     }
@@ -451,5 +453,60 @@ fn cooling_curve(samples: &[(f64, f64)]) -> CoolingCurve {
         from: from as f32,
         to: to as f32,
         times,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material_file::{Readings, read};
+
+    #[test]
+    fn a_quarter_heats_like_the_whole() {
+        let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+        let material = read(text, Readings::default()).unwrap();
+        let settings = ChartSettings {
+            cell: 0.05,
+            ..ChartSettings::of_thesis(60e3, 4e-3, 4e-3, 0.4)
+        };
+        let spot = Spot {
+            centre: [0.0, 0.0],
+            diameter: settings.diameter,
+            power: settings.power(),
+            depth: settings.depth,
+        };
+        let layout = Layout::FreshLayer;
+        let mut quarter = block(&settings, &material, layout, material.start).unwrap();
+        let [n, _] = quarter.grid.cells;
+        let far = quarter.grid.edge[0] * (n as f64 - 0.5);
+        let grid = Grid {
+            origin: DVec3::new(-far, -far, quarter.grid.origin.z),
+            cells: [2 * n - 1, 2 * n - 1],
+            ..quarter.grid.clone()
+        };
+        let mut whole = Solver::<f32>::new(grid, material.clone(), quarter.faces).unwrap();
+        whole.set_state(|c| layout.state(-c.z, settings.layer));
+        whole.set_temperature(|_| material.start);
+        let beam = spot.footprint(&quarter.grid, &quarter.depths);
+        let dt = quarter.stable_step();
+        for step in 0..400 {
+            let heated = step < 200;
+            quarter.step(dt, &[]).unwrap();
+            if heated {
+                quarter.block.heat(&beam, spot.power * dt);
+            }
+            let spots: &[Spot] = if heated { &[spot] } else { &[] };
+            whole.step(dt, spots).unwrap();
+        }
+        assert!(whole.hottest() > 2000.0);
+        for k in 0..quarter.grid.planes() {
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let here = quarter.temperature_at(i, j, k);
+                for (i, j) in [(n - 1 + i, n - 1 + j), (n - 1 - i, n - 1 + j)] {
+                    let there = whole.temperature_at(i, j, k);
+                    assert!((here - there).abs() < 0.05, "{i} {j} {k}: {here} {there}");
+                }
+            }
+        }
     }
 }
