@@ -13,6 +13,7 @@ use toml::Spanned;
 use super::CompareError;
 use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
+use crate::ebm::charts::beam_settings;
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::{Settings, resolve};
 use crate::ebm::{EbmError, simulate};
@@ -178,6 +179,11 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
         .map_err(|e| e.to_string())
         .and_then(|f| BeamPath::from_csv(BufReader::new(f)).map_err(|e| e.to_string()));
     settings.path = path.map_err(|e| wrong(format!("its path.csv does not read: {e}")))?;
+    let drawn = settings.lower.iter().chain([&settings.path]);
+    if beam_settings(drawn).len() > settings.chart_files.len() {
+        let what = "its path changes the current or the focus along the way, which charts do not draw; compare the tables in its folder `series`";
+        return Err(wrong(what.to_owned()).into());
+    }
     Ok(settings)
 }
 

@@ -21,7 +21,7 @@ use super::settings::Settings;
 const SETTINGS: usize = 64;
 
 /// Settings of the beam on paths, each once.
-pub(super) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
+pub(crate) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
     let mut found: Vec<[f64; 3]> = Vec::new();
     for p in paths.flat_map(BeamPath::points).filter(|p| p.on) {
         let setting = [p.voltage, p.current, p.focus];
