@@ -212,7 +212,7 @@ fn source(
                     1e3 * a.1.settings.current,
                     1e3 * b.1.settings.current
                 ),
-                "highest temperatures then differ by some 10 K, by 40 K at most where powder melts; leave one of the two out of charts.files, and the run computes them",
+                "highest temperatures then differ by some 10 K in the mean, in single voxels by up to 125 K; leave one of the two out of charts.files, and the run computes them",
             );
             let files = [a.0.clone(), b.0.clone()];
             return Ok(Source::Between(files, Box::new(set)));
