@@ -1,6 +1,9 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+pub(crate) mod charts;
+pub mod cost;
 pub mod drawing;
+pub mod film;
 pub mod focus;
 pub mod hatch;
 pub mod judge;
@@ -11,6 +14,7 @@ mod present_found;
 mod present_histogram;
 mod present_part;
 mod present_sections;
+pub(crate) mod present_voxels;
 pub mod region;
 pub mod run;
 pub mod section;

@@ -8,10 +8,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use meltpath::chain;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
+use meltpath::{chain, compare};
 use meltpath_base::{Reporter, Silent, Status};
 
 /// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
@@ -161,6 +161,13 @@ fn a_path_is_found_on_the_reference_solver() {
         .filter_map(|l| l.split(',').nth(4))
         .collect();
     assert!(currents.len() > 5, "{currents:?}");
+    // charts know nothing of those currents, and comparing says so
+    let voxels = out.join("series/voxels.csv");
+    let error = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap_err();
+    assert!(
+        error.to_string().contains("which charts do not draw"),
+        "{error}"
+    );
     let wrong = text.replace("solver = \"reference\"\n", "");
     std::fs::write(&file, wrong).unwrap();
     let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
@@ -205,7 +212,10 @@ fn what_cannot_be_is_refused_with_its_place() {
     assert!(
         refused("[window]\nlow = \"2800 °C\"\nhigh = \"2700 °C\"\n", 4e-3).contains("not below")
     );
-    assert!(refused("[ebm]\nmaterial = \"gold\"\n", 4e-3).contains("known are ti6al4v-ebm"));
+    assert!(
+        refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
+            .contains("known are ti6al4v-ebm, in625-laser")
+    );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);

@@ -130,3 +130,129 @@ fn charts_that_cannot_be_used_are_refused_by_a_run() {
         .contains("checksum")
     );
 }
+
+/// Charts that were computed for another beam are refused, otherwise computed ones are used and told; between two currents that
+/// enclose the job's they are mixed. `doctor` says beforehand what comes from where and what it costs.
+#[test]
+fn charts_serve_what_they_were_computed_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    // charts for two currents, and what charts of its own say of the one between
+    let with_current = |name: &str, current: f64, charts: &str, rest: &str| {
+        let file = job(folder, name, charts);
+        let table = path().replace("0.005", &format!("{current}"));
+        std::fs::write(folder.join(format!("{name}.csv")), table).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        let text = text.replace("path.csv", &format!("{name}.csv"));
+        std::fs::write(&file, format!("{text}{rest}")).unwrap();
+        file
+    };
+    let run = |name: &str, current: f64, charts: &str| {
+        let file = with_current(name, current, charts, "");
+        chain::run(&file, Some(&folder.join(name)), folder, &Silent).unwrap()
+    };
+    run("low", 4.5e-3, "");
+    run("high", 5.5e-3, "");
+    let own = run("own", 5e-3, "");
+    let both = "files = [\"low/charts/1.melt\", \"high/charts/1.melt\"]";
+    let between = run("between", 5e-3, both);
+    let told = |o: &meltpath::outcome::Outcome, code: &str| {
+        let warnings = &o.verdict.warnings;
+        warnings
+            .iter()
+            .find(|w| w.code == code)
+            .map(|w| w.message.clone())
+    };
+    let words = told(&between, "charts-between").unwrap();
+    assert!(
+        words.contains("5.000 mA") && words.contains("4.500 and 5.500 mA"),
+        "{words}"
+    );
+    assert!((hottest(&between) - hottest(&own)).abs() < 30.0);
+    let report = std::fs::read_to_string(folder.join("between/report.html")).unwrap();
+    assert!(report.contains("taken between those") && report.contains("class=\"film\""));
+    let doctor = |file: &Path| chain::doctor(file).unwrap().join("\n");
+    let lines = doctor(&with_current("asked", 5e-3, both, ""));
+    assert!(
+        lines.contains("focus 4.00 mA: between") && lines.contains("cost: "),
+        "{lines}"
+    );
+    let lines = doctor(&with_current("plain", 5e-3, "", ""));
+    assert!(lines.contains("computed by the run, about"), "{lines}");
+    // computed for a lower end: used, and told
+    let one = "files = [\"own/charts/1.melt\"]";
+    let file = with_current("stop", 5e-3, one, "");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("3700 °C", "3600 °C")).unwrap();
+    let lines = doctor(&file);
+    assert!(
+        lines.contains("stop 3700 °C in place of 3600 °C"),
+        "{lines}"
+    );
+    // for another efficiency: refused by both
+    let file = with_current("other", 5e-3, one, "[ebm]\nefficiency = \"80 %\"\n");
+    let refused = chain::run(&file, None, folder, &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("efficiency of 0.9, the job has 0.8") && refused.contains("own/charts"),
+        "{refused}"
+    );
+    assert_eq!(chain::doctor(&file).unwrap_err().to_string(), refused);
+    // cut short: told by doctor too
+    let bytes = std::fs::read(folder.join("own/charts/1.melt")).unwrap();
+    std::fs::write(folder.join("cut.melt"), &bytes[..bytes.len() / 2]).unwrap();
+    let file = with_current("cut", 5e-3, "files = [\"cut.melt\"]", "");
+    let refused = chain::doctor(&file).unwrap_err().to_string();
+    assert!(
+        refused.contains("cut.melt") && refused.contains("they are computed"),
+        "{refused}"
+    );
+}
+
+/// Paths that cannot be meant: outside the region, not in mm, with more settings than charts can serve. Each is refused before
+/// anything is computed, by `doctor` too.
+#[test]
+fn paths_that_cannot_be_meant_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let refused = |table: &str, rest: &str| {
+        let file = job(folder, "job", "");
+        std::fs::write(folder.join("path.csv"), table).unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        std::fs::write(&file, format!("{text}{rest}")).unwrap();
+        let out = folder.join("out");
+        let error = chain::run(&file, Some(&out), folder, &Silent).unwrap_err();
+        assert!(!out.exists());
+        assert_eq!(
+            error.to_string(),
+            chain::doctor(&file).unwrap_err().to_string()
+        );
+        (error.to_string(), format!("{error:?}"))
+    };
+    let region = "[region]\ncontour = [[\"10 mm\", \"0 mm\"], [\"12 mm\", \"0 mm\"], [\"12 mm\", \"2 mm\"]]\n";
+    let (told, place) = refused(&path(), region);
+    assert!(
+        told.contains("path.csv: the beam is on between [0.0, 0.0] and [2.0, 0.625] mm, and nowhere inside region.contour"),
+        "{told}"
+    );
+    assert!(place.contains("Some(7..17)"), "{place}");
+    let head = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n";
+    let micrometres =
+        format!("{head}0,0,0,60000,0.005,0.004,1\n60,60000,40000,60000,0.005,0.004,1\n");
+    let (told, _) = refused(&micrometres, "");
+    assert!(told.contains("is the path in mm?"), "{told}");
+    let mut many = head.to_owned();
+    for n in 0..90 {
+        writeln!(
+            many,
+            "{},{},0,60000,{},0.004,1",
+            1e-4 * f64::from(n),
+            0.1 * f64::from(n),
+            4e-3 + 1e-5 * f64::from(n)
+        )
+        .unwrap();
+    }
+    let (told, _) = refused(&many, "");
+    assert!(told.contains("different beam settings"), "{told}");
+}

@@ -226,7 +226,7 @@ impl FillSettings {
                 })
             }
         };
-        within("bead width", self.width, 0.05, 1e3)?;
+        within("bead width", self.width, 0.005, 1e3)?;
         within(
             "stepover",
             self.stepover,

@@ -77,6 +77,31 @@ pub struct Bar {
     pub value: f64,
 }
 
+/// One picture of a film.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// When, as written beside the slider.
+    pub label: String,
+    /// The picture.
+    pub map: Map,
+}
+
+/// Maps of one grid and one colour scale, one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Name beside the slider.
+    pub name: String,
+    /// The pictures; their maps name the legend.
+    pub shots: Vec<Shot>,
+}
+
+impl Film {
+    /// The picture that is shown first.
+    pub fn first(&self) -> usize {
+        self.shots.len() / 2
+    }
+}
+
 /// Something drawn. Points are (x, y) in the units of the axes; a point that is not finite leaves a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mark {
@@ -119,6 +144,8 @@ pub enum Mark {
     },
     /// Coloured cells, along linear axes.
     Map(Map),
+    /// Maps in time, one shown at a time, with a slider.
+    Film(Film),
     /// A horizontal limit.
     Limit {
         /// Name in the legend.
@@ -139,6 +166,7 @@ impl Mark {
             | Mark::Bars { name, .. }
             | Mark::Limit { name, .. } => name,
             Mark::Map(map) => &map.name,
+            Mark::Film(film) => &film.name,
         }
     }
 }

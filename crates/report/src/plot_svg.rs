@@ -9,7 +9,7 @@ use meltpath_geometry::math::DVec2;
 
 use crate::escape::escape;
 use crate::number::significant;
-use crate::plot::{Aspect, Axis, Bar, Mark, Plot, Scale};
+use crate::plot::{Aspect, Axis, Bar, Film, Mark, Plot, Scale};
 use crate::plot_axes::{axes, axis_ticks};
 use crate::plot_map;
 
@@ -31,11 +31,28 @@ pub fn figure(plot: &Plot) -> String {
     let _ = write!(html, "<h3>{}</h3>", escape(&plot.title));
     html.push_str(&legend(plot));
     html.push_str(&svg(plot));
+    for mark in &plot.marks {
+        if let Mark::Film(film) = mark {
+            html.push_str(&slider(film));
+        }
+    }
     if !plot.caption.is_empty() {
         let _ = write!(html, "<figcaption>{}</figcaption>", escape(&plot.caption));
     }
     html.push_str("</figure>");
     html
+}
+
+/// What moves a film; the page's script listens to it.
+fn slider(film: &Film) -> String {
+    let first = film.first();
+    let label = film.shots.get(first).map_or("", |shot| &shot.label);
+    format!(
+        "<label class=\"film\">{} <input type=\"range\" class=\"film\" min=\"0\" max=\"{}\" value=\"{first}\"> <output>{}</output></label>",
+        escape(&film.name),
+        film.shots.len().saturating_sub(1),
+        escape(label)
+    )
 }
 
 /// Colour of each mark: lines, dots and bars take the next one, a band that of the line after it.
@@ -48,9 +65,11 @@ fn styles(marks: &[Mark]) -> Vec<usize> {
                 next += 1;
                 (next - 1) % STYLES
             }
-            Mark::Band { .. } | Mark::Area { .. } | Mark::Limit { .. } | Mark::Map(_) => {
-                next % STYLES
-            }
+            Mark::Band { .. }
+            | Mark::Area { .. }
+            | Mark::Limit { .. }
+            | Mark::Map(_)
+            | Mark::Film(_) => next % STYLES,
         })
         .collect()
 }
@@ -63,14 +82,19 @@ fn class(mark: &Mark, style: usize) -> String {
         Mark::Bars { .. } => format!("bars s{style}"),
         Mark::Area { .. } => "area".to_owned(),
         Mark::Limit { .. } => "limit".to_owned(),
-        Mark::Map(_) => "map".to_owned(),
+        Mark::Map(_) | Mark::Film(_) => "map".to_owned(),
     }
 }
 
 fn legend(plot: &Plot) -> String {
     let mut html = String::from("<ul class=\"legend\">");
     for (mark, style) in plot.marks.iter().zip(styles(&plot.marks)) {
-        if let Mark::Map(map) = mark {
+        let map = match mark {
+            Mark::Map(map) => Some(map),
+            Mark::Film(film) => film.shots.first().map(|shot| &shot.map),
+            _ => None,
+        };
+        if let Some(map) = map {
             html.push_str(&plot_map::scale(map));
             continue;
         }
@@ -167,6 +191,10 @@ fn extent(marks: &[Mark]) -> (DVec2, DVec2) {
             }
             Mark::Area { outline, .. } => outline.iter().copied().for_each(&mut take),
             Mark::Map(map) => map.corners.iter().copied().for_each(&mut take),
+            Mark::Film(film) => {
+                let corners = film.shots.iter().flat_map(|shot| shot.map.corners);
+                corners.for_each(&mut take);
+            }
             Mark::Bars { bars, .. } => {
                 for bar in bars {
                     take(DVec2::new(bar.from, 0.0));
@@ -265,6 +293,7 @@ fn straightened(plot: &Plot) -> Plot {
             },
             // equal cells stay equal on linear axes only
             Mark::Map(map) => Mark::Map(map.clone()),
+            Mark::Film(film) => Mark::Film(film.clone()),
         })
         .collect();
     Plot {
@@ -308,7 +337,9 @@ fn drawing(plot: &Plot) -> String {
 
 /// `under` are the marks drawn before it.
 fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axis, under: &[Mark]) {
-    let on_map = under.iter().any(|m| matches!(m, Mark::Map(_)));
+    let on_map = under
+        .iter()
+        .any(|m| matches!(m, Mark::Map(_) | Mark::Film(_)));
     let class = class(mark, style);
     match mark {
         Mark::Line { points, .. } => {
@@ -374,6 +405,19 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
             out.push_str("</g>");
         }
         Mark::Map(map) => plot_map::cells(out, map, |p| frame.place(p)),
+        Mark::Film(film) => {
+            for (n, shot) in film.shots.iter().enumerate() {
+                let hidden = if n == film.first() {
+                    ""
+                } else {
+                    " style=\"display:none\""
+                };
+                let label = escape(&shot.label);
+                let _ = write!(out, "<g class=\"shot\" data-label=\"{label}\"{hidden}>");
+                plot_map::cells(out, &shot.map, |p| frame.place(p));
+                out.push_str("</g>");
+            }
+        }
         Mark::Limit { name, value } => {
             let y = frame.y(*value);
             let _ = write!(
@@ -466,6 +510,8 @@ fn distinct(points: &[DVec2], frame: &Frame) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::ColourMap;
+    use crate::plot::{Map, Shot};
 
     fn line(points: Vec<DVec2>) -> Plot {
         Plot::new("t", Axis::new("x", "mm"), Axis::new("y", "mm")).with(Mark::Line {
@@ -486,6 +532,33 @@ mod tests {
         let frame = Frame::of(&plot);
         let peak = format!(" {:.1}", frame.y(9.0));
         assert!(text.contains(&peak), "the peak at y = {peak} is drawn");
+    }
+
+    #[test]
+    fn a_film_shows_one_picture_and_has_a_slider() {
+        let shot = |n: u32| Shot {
+            label: format!("{n} ms <"),
+            map: Map {
+                name: "temperature".to_owned(),
+                unit: "°C".to_owned(),
+                corners: [DVec2::ZERO, DVec2::new(2.0, 1.0)],
+                columns: 2,
+                values: vec![0.0, f64::from(n)],
+                range: Some([0.0, 3.0]),
+                colours: ColourMap::Sequential,
+            },
+        };
+        let film = Film {
+            name: "time".to_owned(),
+            shots: (0..3).map(shot).collect(),
+        };
+        let plot =
+            Plot::new("t", Axis::new("x", "mm"), Axis::new("z", "mm")).with(Mark::Film(film));
+        let html = figure(&plot);
+        assert_eq!(html.matches("class=\"shot\"").count(), 3);
+        assert_eq!(html.matches("display:none").count(), 2);
+        assert!(html.contains("max=\"2\" value=\"1\"") && html.contains("1 ms &lt;</output>"));
+        assert_eq!(html.matches("temperature 0 <").count(), 1);
     }
 
     #[test]

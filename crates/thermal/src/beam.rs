@@ -165,6 +165,56 @@ impl BeamPath {
         }
     }
 
+    /// What the beam does from one time to another: where it is midway of each stretch between jumps and switchings, with the
+    /// stretch's share of the time. One stretch where it neither jumps nor switches.
+    ///
+    /// ```
+    /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
+    /// let at = |time: f64, x: f64, on: bool| BeamPoint { time, x, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on };
+    /// let spots = BeamPath::new(vec![at(0.0, 0.0, true), at(1.0, 0.0, true), at(1.0, 9.0, true), at(2.0, 9.0, false)]).unwrap();
+    /// let both = spots.stretches(0.25, 1.25);
+    /// assert_eq!(both.iter().map(|(share, p)| (*share, p.x)).collect::<Vec<_>>(), [(0.75, 0.0), (0.25, 9.0)]);
+    /// ```
+    pub fn stretches(&self, from: f64, to: f64) -> Vec<(f64, BeamPoint)> {
+        let points = &self.points;
+        let first = points.partition_point(|p| p.time <= from);
+        let mut ends = vec![from];
+        for n in first..points.len() {
+            let here = points[n];
+            if here.time >= to {
+                break;
+            }
+            let before = n.checked_sub(1).map(|b| points[b]);
+            // before the first point and from the last one on the beam is off
+            let cut = before.is_none_or(|b| {
+                let jumps = b.time == here.time && (b.x, b.y) != (here.x, here.y);
+                let switches = b.on != here.on || (n + 1 == points.len() && here.on);
+                jumps || switches
+            });
+            if cut && ends.last().is_some_and(|e| *e < here.time) {
+                ends.push(here.time);
+            }
+        }
+        ends.push(to);
+        ends.windows(2)
+            .map(|w| ((w[1] - w[0]) / (to - from), self.at(0.5 * (w[0] + w[1]))))
+            .collect()
+    }
+
+    /// When the beam is on and rests on a place: from, to, s.
+    pub fn rests(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.points
+            .windows(2)
+            .filter(|w| w[0].on && w[1].time > w[0].time && (w[0].x, w[0].y) == (w[1].x, w[1].y))
+            .map(|w| [w[0].time, w[1].time])
+    }
+
+    /// Whether the beam is on and rests from one time to another, between two points of the path.
+    pub(crate) fn rests_over(&self, from: f64, to: f64) -> bool {
+        let (begun, midway) = (self.at(from), self.at(0.5 * (from + to)));
+        begun.on && (begun.x, begun.y) == (midway.x, midway.y)
+    }
+
     /// The path from one time to another, s.
     #[must_use]
     pub fn between(&self, from: f64, to: f64) -> BeamPath {

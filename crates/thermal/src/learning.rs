@@ -82,6 +82,7 @@ pub fn learn(
     if learning.aim <= material.liquidus {
         return Err(refused());
     }
+    learning.lever.check(path)?;
     observer.stage("learn from drawings", u64::from(learning.rounds) + 1);
     let mut wanted = first.unwrap_or_else(|| SpeedProfile::of(path, learning.length));
     let mut best: Option<(f64, Learned)> = None;
@@ -96,9 +97,10 @@ pub fn learn(
         let peaks = simulate(&drawn, &Quiet(observer))?;
         let reached = score(&peaks.highest);
         scores.push(reached);
-        let times = learning.lever.times(&profile, path.begin());
-        let excess = excess(&peaks, &times, learning.aim, material.start, judged);
-        if best.as_ref().is_none_or(|(most, _)| reached > *most) {
+        let pieces = Pieces::new(&learning.lever, &profile, path);
+        let excess = excess(&peaks, &pieces, learning.aim, material.start, judged);
+        // of equal rounds the later one: where none reaches the window at all it has come nearest
+        if best.as_ref().is_none_or(|(most, _)| reached >= *most) {
             let learned = Learned {
                 profile,
                 path: drawn,
@@ -123,38 +125,128 @@ pub fn learn(
 /// Weights of a voxel for the piece that made it hottest, the pieces beside it, and those beside them: they share the pool.
 const WEIGHTS: [f64; 3] = [1.0, 0.6, 0.2];
 
+/// The pieces of a path as it is drawn.
+struct Pieces {
+    /// When each begins, and the last one ends, s.
+    times: Vec<f64>,
+    /// Whether the beam is on.
+    on: Vec<bool>,
+    /// Which run each belongs to: the beam moves along a run without a jump, and a spot is a run of its own. None where the lever
+    /// changes nothing.
+    runs: Vec<Option<usize>>,
+}
+
+impl Pieces {
+    fn new(lever: &Lever, profile: &SpeedProfile, path: &BeamPath) -> Self {
+        let mut pieces = Pieces {
+            times: lever.times(profile, path),
+            on: Vec::new(),
+            runs: Vec::new(),
+        };
+        let mut run = 0;
+        let mut end: Option<[f64; 2]> = None;
+        for (from, to, _) in profile.intervals() {
+            let (begun, midway) = (path.at(from), path.at(0.5 * (from + to)));
+            let way = [midway.x - begun.x, midway.y - begun.y];
+            let moves = begun.on && way != [0.0, 0.0];
+            let goes_on = end.is_some_and(|e| (e[0] - begun.x).hypot(e[1] - begun.y) < 1e-6);
+            if !(moves && goes_on) {
+                run += 1;
+            }
+            end = moves.then(|| [midway.x + way[0], midway.y + way[1]]);
+            pieces.on.push(begun.on);
+            pieces.runs.push(lever.acts(path, from, to).then_some(run));
+        }
+        pieces
+    }
+
+    /// The piece that heated at `time`: the last one before it with the beam on.
+    fn heating(&self, time: f64) -> Option<usize> {
+        let after = self.times.partition_point(|t| *t <= time);
+        (0..after.min(self.on.len())).rev().find(|n| self.on[*n])
+    }
+
+    /// The pieces that answer for what `piece` heats, with their weights; none where the lever changes nothing.
+    fn answering(&self, piece: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let first = piece.saturating_sub(WEIGHTS.len() - 1);
+        let last = (piece + WEIGHTS.len()).min(self.runs.len());
+        (first..last)
+            .filter(move |n| self.runs[piece].is_some() && self.runs[*n] == self.runs[piece])
+            .map(move |n| (n, WEIGHTS[n.abs_diff(piece)]))
+    }
+}
+
 /// Relative excess of the highest temperature over the aim, mean over the voxels that each interval made hottest.
 fn excess(
     peaks: &Peaks,
-    times: &[f64],
+    pieces: &Pieces,
     aim: f64,
     ambient: f64,
     judged: &dyn Fn([f64; 2]) -> bool,
 ) -> Vec<Option<f64>> {
-    let intervals = times.len().saturating_sub(1);
-    let mut sums = vec![[0.0; 2]; intervals];
+    let mut sums = vec![[0.0; 2]; pieces.runs.len()];
     let grid = &peaks.highest.grid;
     let top = grid.planes() - 1;
     let nx = grid.cells[0];
     for (column, when) in peaks.when.iter().enumerate().filter(|(_, w)| !w.is_nan()) {
         let centre = grid.centre(column % nx, column / nx, top);
-        if intervals == 0 || !judged([centre.x, centre.y]) {
+        let Some(piece) = pieces.heating(*when) else {
+            continue;
+        };
+        if !judged([centre.x, centre.y]) {
             continue;
         }
         let found = peaks.highest.at(column % nx, column / nx, top);
         let value = (found - aim) / (aim - ambient);
-        let piece = times
-            .partition_point(|t| t <= when)
-            .saturating_sub(1)
-            .min(intervals - 1);
-        let first = piece.saturating_sub(2);
-        for (n, sum) in sums.iter_mut().enumerate().take(piece + 3).skip(first) {
-            let weight = WEIGHTS[n.abs_diff(piece)];
-            sum[0] += weight * value;
-            sum[1] += weight;
+        for (n, weight) in pieces.answering(piece) {
+            sums[n][0] += weight * value;
+            sums[n][1] += weight;
         }
     }
     sums.iter()
         .map(|[sum, weight]| (*weight > 0.0).then(|| sum / weight))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::beam::BeamPoint;
+
+    /// Lines answer along themselves, not across a jump; a spot answers for itself; heat after switching off is the last piece's.
+    #[test]
+    fn pieces_answer_for_what_they_heat() {
+        let at = |time: f64, x: f64, on: bool| BeamPoint {
+            time,
+            x,
+            y: 0.0,
+            voltage: 60e3,
+            current: 5e-3,
+            focus: 4e-3,
+            on,
+        };
+        let path = BeamPath::new(vec![
+            at(0.0, 0.0, true),
+            at(2.0, 2.0, false),
+            at(3.0, 5.0, true),
+            at(5.0, 7.0, true),
+            at(5.0, 7.0, true),
+            at(6.0, 7.0, true),
+            at(6.0, 9.0, true),
+            at(7.0, 9.0, false),
+        ])
+        .unwrap();
+        let profile = SpeedProfile::of(&path, 1.0);
+        let of = |lever: &Lever, time: f64| {
+            let pieces = Pieces::new(lever, &profile, &path);
+            let piece = pieces.heating(time).unwrap();
+            pieces.answering(piece).map(|(n, _)| n).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&Lever::Speed, 1.5), [0, 1]);
+        assert_eq!(of(&Lever::Speed, 2.5), [0, 1]);
+        assert_eq!(of(&Lever::Current, 3.5), [3, 4]);
+        assert_eq!(of(&Lever::Current, 5.5), [5]);
+        assert_eq!(of(&Lever::Dwell, 6.5), [6]);
+        assert!(of(&Lever::Dwell, 3.5).is_empty());
+    }
 }

@@ -1,6 +1,7 @@
-//! What is changed along a path so that it heats more or less: speed, current or width of the beam.
+//! What is changed along a path so that it heats more or less: speed, time on spots, current or width of the beam.
 //!
-//! One number says how: a factor above 1 heats less. It multiplies the speed, divides the current or multiplies the diameter.
+//! One number says how: a factor above 1 heats less. It multiplies the speed, divides the time on a spot or the current, or
+//! multiplies the diameter.
 
 use crate::beam::{BeamPath, BeamPoint};
 use crate::focus::FocusCalibration;
@@ -10,8 +11,10 @@ use crate::strategy::StrategyError;
 /// What is changed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Lever {
-    /// The speed, times the factor.
+    /// The speed, times the factor; where the beam rests its time, divided by it.
     Speed,
+    /// The time on each spot, divided by the factor; what moves keeps its speed.
+    Dwell,
     /// The beam current, divided by the factor.
     Current,
     /// The beam's diameter, times the factor, by the focus current within the branch of the calibration where it lies.
@@ -44,7 +47,7 @@ impl Lever {
     ) -> Result<BeamPath, StrategyError> {
         let change: Box<dyn Fn(BeamPoint, f64) -> Result<BeamPoint, StrategyError> + '_> =
             match self {
-                Lever::Speed => return Ok(factors.apply(path)?),
+                Lever::Speed | Lever::Dwell => return Ok(self.held(factors, path).apply(path)?),
                 Lever::Current => Box::new(|p, factor| {
                     Ok(BeamPoint {
                         current: p.current / factor,
@@ -88,18 +91,45 @@ impl Lever {
         Ok(BeamPath::new(points)?)
     }
 
+    /// Whether it changes what the path does from one of its times to another, between two of its points.
+    pub(crate) fn acts(&self, path: &BeamPath, from: f64, to: f64) -> bool {
+        match self {
+            Lever::Dwell => path.rests_over(from, to),
+            Lever::Speed | Lever::Current | Lever::Diameter(_) => path.at(from).on,
+        }
+    }
+
+    /// `factors` with 1 wherever this lever changes nothing.
+    fn held(&self, factors: &SpeedProfile, path: &BeamPath) -> SpeedProfile {
+        let mut held = factors.clone();
+        for (factor, (from, to, _)) in held.factors_mut().iter_mut().zip(factors.intervals()) {
+            if !self.acts(path, from, to) {
+                *factor = 1.0;
+            }
+        }
+        held
+    }
+
     /// When, in the time of the changed path, each interval of `factors` begins, and the last one ends; s.
-    pub(crate) fn times(&self, factors: &SpeedProfile, begin: f64) -> Vec<f64> {
-        let mut time = begin;
-        let mut times = vec![begin];
-        for (from, to, factor) in factors.intervals() {
+    pub(crate) fn times(&self, factors: &SpeedProfile, path: &BeamPath) -> Vec<f64> {
+        let mut time = path.begin();
+        let mut times = vec![time];
+        for (from, to, factor) in self.held(factors, path).intervals() {
             time += match self {
-                Lever::Speed => (to - from) / factor,
+                Lever::Speed | Lever::Dwell => (to - from) / factor,
                 Lever::Current | Lever::Diameter(_) => to - from,
             };
             times.push(time);
         }
         times
+    }
+
+    /// That it has a hold on `path` at all.
+    pub(crate) fn check(&self, path: &BeamPath) -> Result<(), StrategyError> {
+        if *self == Lever::Dwell && path.rests().next().is_none() {
+            return Err(StrategyError::NoSpots);
+        }
+        Ok(())
     }
 }
 
@@ -145,6 +175,36 @@ mod tests {
             wider(&fixed, 4e-3, 1.1),
             Err(StrategyError::FixedFocus { .. })
         ));
+    }
+
+    /// Two spots and a line between them: the time on spots changes, the line does not.
+    #[test]
+    fn dwell_changes_spots_alone() {
+        let at = |time: f64, x: f64| BeamPoint {
+            time,
+            x,
+            y: 0.0,
+            voltage: 60e3,
+            current: 5e-3,
+            focus: 4e-3,
+            on: true,
+        };
+        let points = [(0.0, 0.0), (1e-3, 0.0), (2e-3, 1.0), (4e-3, 1.0)];
+        let path = BeamPath::new(points.map(|(t, x)| at(t, x)).to_vec()).unwrap();
+        let mut factors = SpeedProfile::of(&path, 0.5);
+        factors.factors_mut().iter_mut().for_each(|f| *f = 2.0);
+        let shorter = Lever::Dwell.apply(&factors, &path).unwrap();
+        assert!((shorter.end() - 2.5e-3).abs() < 1e-12);
+        assert!((shorter.at(1e-3).x - 0.5).abs() < 1e-9);
+        let times = Lever::Dwell.times(&factors, &path);
+        let wanted = [0.0, 0.5e-3, 1e-3, 1.5e-3, 2.5e-3];
+        assert!(times.iter().zip(wanted).all(|(t, w)| (t - w).abs() < 1e-12));
+        let line = path.between(1e-3, 2e-3);
+        assert!(matches!(
+            Lever::Dwell.check(&line),
+            Err(StrategyError::NoSpots)
+        ));
+        assert!(Lever::Dwell.check(&path).is_ok());
     }
 
     /// Jumps and beam-off pieces stay as they are.

@@ -1,4 +1,4 @@
-//! In which order the lines of a path are drawn: heat that a line leaves behind preheats the next one.
+//! In which order the lines or spots of a path are drawn: heat that a line leaves behind preheats the next one.
 //!
 //! Béraud 2016, section 3.3.2.1 (lateral edges), and what it leaves open (section 4.2: the path itself as a lever).
 
@@ -17,10 +17,10 @@ pub enum Order {
     Backwards,
 }
 
-/// A straight run of a path with the beam on: point numbers from its first to its last.
+/// A straight run of a path with the beam on, or a spot: point numbers from its first to its last.
 type Run = (usize, usize);
 
-/// Straight runs of at least `shortest` mm. Shorter ones, such as the links between the lines of a zigzag, are left out.
+/// Spots, and straight runs of at least `shortest` mm. Shorter ones, such as the links between the lines of a zigzag, are left out.
 fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
     let step = |n: usize| [points[n + 1].x - points[n].x, points[n + 1].y - points[n].y];
     let heats = |n: usize| points[n].on && points[n + 1].time > points[n].time;
@@ -34,6 +34,10 @@ fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
         let first = n;
         let along = step(first);
         n += 1;
+        if along == [0.0, 0.0] {
+            found.push((first, n));
+            continue;
+        }
         while n + 1 < points.len() && heats(n) {
             let next = step(n);
             let dot = along[0] * next[0] + along[1] * next[1];
@@ -51,7 +55,8 @@ fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
     found
 }
 
-/// The straight lines of `path` in another order, jumps in no time between them; runs shorter than `shortest` mm are left out.
+/// The straight lines and spots of `path` in another order, jumps in no time between them; lines shorter than `shortest` mm are
+/// left out.
 ///
 /// # Errors
 /// [`BeamError`].
@@ -102,6 +107,29 @@ pub fn reorder(path: &BeamPath, order: Order, shortest: f64) -> Result<BeamPath,
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Spots are reordered like lines, however short their jumps.
+    #[test]
+    fn spots_change_places() {
+        let points = (0..4_u32).flat_map(|n| {
+            [0.0, 0.1].map(|rest| BeamPoint {
+                time: 0.1 * f64::from(n) + rest,
+                x: 0.05 * f64::from(n),
+                y: 0.0,
+                voltage: 60e3,
+                current: 5e-3,
+                focus: 4e-3,
+                on: true,
+            })
+        });
+        let path = BeamPath::new(points.collect()).unwrap();
+        let other = reorder(&path, Order::Every(2), 0.15).unwrap();
+        let seen = [0.05, 0.15, 0.25, 0.35].map(|t| other.at(t).x);
+        assert_eq!(
+            seen,
+            [0.0, 0.1, 0.05, 0.15].map(|x: f64| (x / 0.05).round() * 0.05)
+        );
+    }
 
     proptest! {
         /// Every order draws the same lines for the same time.

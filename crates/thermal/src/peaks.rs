@@ -2,7 +2,7 @@
 
 use meltpath_base::Observer;
 
-use crate::beam::{Beam, BeamPath};
+use crate::beam::{Beam, BeamPath, BeamPoint};
 use crate::chart_simulation::ChartSimulation;
 use crate::grid::{Field, Grid};
 use crate::run::{Sink, draw};
@@ -34,7 +34,8 @@ const LOOK: f64 = 4e-5;
 pub fn crossed(grid: &Grid, path: &BeamPath) -> Vec<bool> {
     let [nx, ny] = grid.cells;
     let mut found = vec![false; nx * ny];
-    for pair in path.points().windows(2).filter(|w| w[0].on) {
+    let heats = |w: &&[BeamPoint]| w[0].on && w[1].time > w[0].time;
+    for pair in path.points().windows(2).filter(heats) {
         let (from, to) = ([pair[0].x, pair[0].y], [pair[1].x, pair[1].y]);
         let way = (to[0] - from[0]).hypot(to[1] - from[1]);
         let pieces = (4.0 * way / grid.edge[0].min(grid.edge[1])).ceil().max(1.0) as usize;
@@ -108,10 +109,22 @@ pub fn with_charts(
         let settings = simulation.settings();
         let every = settings.step * settings.batch as f64;
         let count = ((path.end() - path.begin()) / every).ceil() as u64;
-        let at: Vec<f64> = (1..=count)
+        let mut at: Vec<f64> = (1..=count)
             .map(|n| (path.begin() + n as f64 * every).min(path.end()))
             .collect();
+        // what a spot heats is hottest at its end
+        let rests: Vec<f64> = path.rests().map(|[_, end]| end).collect();
+        let back = if rests.is_empty() {
+            0.0
+        } else {
+            0.5 * settings.step
+        };
+        at.extend(rests);
+        at.sort_by(f64::total_cmp);
+        at.dedup();
         let mut look = |time: f64, s: &ChartSimulation| {
+            // of a look at the end of a spot the time lies on the spot
+            let time = time - back;
             let p = path.at(time);
             recorder.look(&grid, [p.x, p.y], time, |i, j| s.temperature_at(i, j, top));
         };
@@ -128,15 +141,53 @@ struct Listener<'a> {
     path: &'a BeamPath,
     /// Time of the path at time 0 of the solver, s.
     shift: f64,
+    /// When the beam's rests end, s: what a spot heats is hottest then.
+    ends: Vec<f64>,
+    /// Time at the step before, and when the next look is due at the latest, s.
+    before: f64,
+    due: f64,
+}
+
+impl<'a> Listener<'a> {
+    fn new(solver: &Solver<f32>, path: &'a BeamPath) -> Self {
+        Listener {
+            recorder: Recorder::new(solver.grid()),
+            path,
+            shift: path.begin() - solver.time(),
+            ends: path.rests().map(|[_, end]| end).collect(),
+            before: path.begin(),
+            due: path.begin(),
+        }
+    }
+
+    /// Whether to look after the step from `before` to `time`, and where the beam then was.
+    fn due(&mut self, time: f64) -> Option<f64> {
+        if self.ends.is_empty() {
+            return Some(time);
+        }
+        let step = time - self.before;
+        let midway = time - 0.5 * step;
+        self.before = time;
+        // the rest that the middle of the step lies in ends before that of the next one
+        let rest = self.ends.partition_point(|end| *end <= midway);
+        let last = self.ends.get(rest).is_some_and(|end| *end <= midway + step);
+        if !last && time < self.due {
+            return None;
+        }
+        self.due = time + LOOK;
+        Some(midway)
+    }
 }
 
 impl Sink<f32> for Listener<'_> {
     fn interval(&self) -> f64 {
-        LOOK
+        if self.ends.is_empty() { LOOK } else { 0.0 }
     }
 
     fn look(&mut self, solver: &Solver<f32>) {
-        let time = solver.time() + self.shift;
+        let Some(time) = self.due(solver.time() + self.shift) else {
+            return;
+        };
         let p = self.path.at(time);
         let top = solver.grid().planes() - 1;
         // enthalpy grows with temperature, and needs no table
@@ -153,11 +204,7 @@ pub fn with_reference<'a>(
 ) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, StrategyError> + 'a {
     move |path, observer| {
         let mut solver = start.clone();
-        let mut listener = Listener {
-            recorder: Recorder::new(solver.grid()),
-            path,
-            shift: path.begin() - solver.time(),
-        };
+        let mut listener = Listener::new(&solver, path);
         draw(
             &mut solver,
             path,

@@ -98,6 +98,7 @@ pub fn predict<E: Engine>(
             celsius: prediction.aim - CELSIUS,
         });
     }
+    prediction.lever.check(path)?;
     let mut profile = SpeedProfile::of(path, prediction.length);
     let intervals: Vec<(f64, f64, f64)> = profile.intervals().collect();
     observer.stage("draw ahead", intervals.len() as u64);
@@ -111,14 +112,20 @@ pub fn predict<E: Engine>(
     let mut last = 1.0_f64.clamp(low, high);
     for (n, &(from, to, _)) in intervals.iter().enumerate() {
         let quiet = Quiet(observer);
-        if !path.at(0.5 * (from + to)).on {
+        if !prediction.lever.acts(path, from, to) {
             engine.go_on(&path.between(from, to), &quiet)?;
             observer.advance(1);
             continue;
         }
+        // under a beam at rest it is hottest at the end, and what follows lies elsewhere
+        let ahead_of = if path.rests_over(from, to) {
+            0.0
+        } else {
+            prediction.ahead
+        };
         let excess = |factor: f64| -> Result<f64, StrategyError> {
             let mut ahead = engine.clone();
-            ahead.go_on(&changed(from, to + prediction.ahead, factor)?, &quiet)?;
+            ahead.go_on(&changed(from, to + ahead_of, factor)?, &quiet)?;
             Ok((ahead.hottest() - prediction.aim) / (prediction.aim - material.start))
         };
         let first = excess(last)?;

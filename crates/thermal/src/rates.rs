@@ -43,8 +43,8 @@ pub(crate) struct Rates {
 /// Where between the shares of the charts a column lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Between {
-    low: usize,
-    high: usize,
+    low: u16,
+    high: u16,
     weight: f32,
 }
 
@@ -117,9 +117,11 @@ impl Rates {
             high
         };
         let width = self.shares[high] - self.shares[low];
+        // a set has a handful of shares
+        let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         Between {
-            low,
-            high,
+            low: short(low),
+            high: short(high),
             weight: if width > 0.0 {
                 ((share - self.shares[low]) / width) as f32
             } else {
@@ -166,11 +168,11 @@ impl Rates {
     ) -> f32 {
         let on = |ground: usize| {
             let table = ground * self.shares.len();
-            let first = self.one(table + between.low, plane, ring, g);
+            let first = self.one(table + usize::from(between.low), plane, ring, g);
             if between.weight == 0.0 {
                 first
             } else {
-                let second = self.one(table + between.high, plane, ring, g);
+                let second = self.one(table + usize::from(between.high), plane, ring, g);
                 first + between.weight * (second - first)
             }
         };
@@ -233,11 +235,11 @@ impl Rates {
             let at = |share: usize| {
                 value(&self.cooling[(ground * self.shares.len() + share) * self.planes + plane])
             };
-            let low = at(between.low);
+            let low = at(between.low.into());
             if between.weight == 0.0 {
                 low
             } else {
-                low + f64::from(between.weight) * (at(between.high) - low)
+                low + f64::from(between.weight) * (at(between.high.into()) - low)
             }
         };
         let cold = on(warmth.low);

@@ -6,6 +6,7 @@ use crate::beam::{Beam, BeamPath};
 use crate::focus::FocusError;
 use crate::real::Real;
 use crate::solver::{Solver, SolverError};
+use crate::source::Spot;
 
 /// Looks at the solver while it runs.
 pub trait Sink<R: Real> {
@@ -26,7 +27,8 @@ pub enum RunError {
     Focus(#[from] FocusError),
 }
 
-/// Draws `path` with explicit steps of at most `step` seconds, each with the beam where it is midway; `sinks` look on.
+/// Draws `path` with explicit steps of at most `step` seconds, each with the beam where it is midway, or midway of each stretch
+/// where it jumps or is switched within the step; `sinks` look on.
 ///
 /// # Errors
 /// [`RunError`]: a step that is not stable, a path outside the domain, a focus outside its calibration, cancellation.
@@ -41,6 +43,7 @@ pub fn draw<R: Real>(
     let duration = path.end() - path.begin();
     let steps = (duration / step * (1.0 - 1e-12)).ceil().max(0.0) as u64;
     let dt = duration / steps.max(1) as f64;
+    let mut spots: Vec<Spot> = Vec::new();
     let mut next: Vec<f64> = sinks.iter().map(|s| s.interval()).collect();
     observer.stage("draw the beam path", steps);
     for n in 0..steps {
@@ -48,8 +51,17 @@ pub fn draw<R: Real>(
             observer.check().map_err(SolverError::from)?;
             observer.advance(if n == 0 { 0 } else { 64 });
         }
-        let spot = beam.spot(&path.at(path.begin() + (n as f64 + 0.5) * dt))?;
-        solver.step(dt, &[spot])?;
+        // a jump or a switching within the step shares it out, so that every spot and line gets its own energy
+        let from = path.begin() + n as f64 * dt;
+        spots.clear();
+        for (share, point) in path.stretches(from, from + dt) {
+            let spot = beam.spot(&point)?;
+            spots.push(Spot {
+                power: share * spot.power,
+                ..spot
+            });
+        }
+        solver.step(dt, &spots)?;
         let elapsed = (n + 1) as f64 * dt;
         for (sink, due) in sinks.iter_mut().zip(&mut next) {
             if elapsed >= *due - 0.5 * dt || n + 1 == steps {

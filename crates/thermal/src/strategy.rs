@@ -36,6 +36,11 @@ pub enum StrategyError {
         /// Its diameter, mm.
         diameter: f64,
     },
+    /// A path without spots where their time is to be changed.
+    #[error(
+        "the beam rests nowhere on this path, so that there is no time on spots to change: draw spots, or change speed or current"
+    )]
+    NoSpots,
     /// An aim no metal can have.
     #[error("the aim is {celsius:.0} °C: it must lie above the melting range")]
     Aim {

@@ -1,4 +1,4 @@
-//! Better paths: orders and strategies tried, speed, current or focus changed along the path, on charts or on the reference
+//! Better paths: orders and strategies tried, speed, time on spots, current or focus changed along the path, on charts or on the reference
 //! solver.
 
 use std::time::{Duration, Instant};
@@ -205,6 +205,7 @@ impl Optimise {
     fn lever(&self, settings: &Settings) -> Lever {
         match self.change {
             Change::Speed => Lever::Speed,
+            Change::Dwell => Lever::Dwell,
             Change::Current => Lever::Current,
             Change::Focus => Lever::Diameter(settings.beam.focus.clone()),
         }

@@ -4,48 +4,39 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec3;
 use meltpath_report::html::{Fact, Report, Section};
 use meltpath_report::scene::{
-    Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
+    HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
-use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{
     Field as Image, Values as FieldValues, write_collection, write_height_image,
 };
-use meltpath_thermal::criteria::{Class, gradient};
-use meltpath_thermal::grid::Field;
+use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
 use super::path_file::write_parquet;
 use super::settings::Settings;
-use super::simulate::{Drawn, Outcome, top};
-use super::{present_found, present_histogram, present_part, present_sections};
+use super::simulate::{Drawn, Outcome};
+use super::{present_found, present_histogram, present_part, present_sections, present_voxels};
 
-fn plan(field: &Field) -> Grid {
-    let g = &field.grid;
-    Grid {
-        origin: DVec2::new(g.origin.x + 0.5 * g.edge[0], g.origin.y + 0.5 * g.edge[1]),
-        cell: g.edge[0],
-        nx: g.cells[0],
-        ny: g.cells[1],
-    }
-}
-
-fn celsius(kelvin: &[f64]) -> Vec<f64> {
-    kelvin.iter().map(|k| k - CELSIUS).collect()
+fn celsius(kelvin: &[f32]) -> Vec<f32> {
+    kelvin.iter().map(|k| k - CELSIUS as f32).collect()
 }
 
 /// Temperatures of the build plane in time; the slider of the view goes through the frames.
 fn heights(drawn: &Drawn) -> Result<HeightLayers, SceneError> {
-    let grid = plan(&drawn.highest);
-    let mut layers = HeightLayers::new("build plane", grid, drawn.frames.len())?
+    let grid = drawn.film.plan();
+    let frames = &drawn.film.frames;
+    let mut layers = HeightLayers::new("build plane", grid, frames.len())?
         .with_scalar(Scalar::new("highest temperature so far", "°C", Vec::new()))
         .with_scalar(Scalar::new("temperature", "°C", Vec::new()));
     let flat = vec![drawn.highest.grid.top(); grid.nx * grid.ny];
-    for (n, frame) in drawn.frames.iter().enumerate() {
-        let (highest, now) = (celsius(&frame.highest), celsius(&frame.now));
+    let shown =
+        |kelvin: &[f32]| -> Vec<f64> { kelvin.iter().map(|k| f64::from(*k) - CELSIUS).collect() };
+    for (n, frame) in frames.iter().enumerate() {
+        let (highest, now) = (shown(&frame.highest), shown(&frame.now));
         layers.push(n as u32 + 1, &flat, &[&highest, &now])?;
     }
     Ok(layers)
@@ -64,7 +55,7 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
     {
         let (a, b) = (DVec3::new(w[0].x, w[0].y, z), DVec3::new(w[1].x, w[1].y, z));
         let time = w[0].time - path.begin();
-        let frame = drawn.frames.partition_point(|f| f.time < time) as u32 + 1;
+        let frame = drawn.film.frames.partition_point(|f| f.time < time) as u32 + 1;
         let speed = (a.distance(b) / (w[1].time - w[0].time)) as f32;
         if before != Some((frame, a)) {
             polylines.push(Polyline {
@@ -296,18 +287,22 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
 ///
 /// # Errors
 /// [`OutputError`].
-pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), OutputError> {
+pub fn write_files(
+    folder: &OutputFolder,
+    settings: &Settings,
+    outcome: &Outcome,
+) -> Result<(), OutputError> {
     let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
-    let grid = plan(&shown.highest);
+    let grid = shown.film.plan();
     let mut entries = Vec::new();
-    for (n, frame) in shown.frames.iter().enumerate() {
+    for (n, frame) in shown.film.frames.iter().enumerate() {
         let name = format!("frames/{:03}.vti", n + 1);
         let (now, highest) = (celsius(&frame.now), celsius(&frame.highest));
         folder.write(&format!("fields/{name}"), |w| {
             let field = |name, values| Image {
                 name,
                 unit: "°C",
-                values: FieldValues::Float64(values),
+                values: FieldValues::Float32(values),
             };
             let fields = [
                 field("temperature", &now),
@@ -322,40 +317,5 @@ pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outpu
     folder.write("path.csv", |w| w.write_all(path.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(path, w))?;
     present_sections::write_volumes(folder, outcome)?;
-    voxels(folder, shown)
-}
-
-/// The voxels of the last layer that melted, one a line.
-fn voxels(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
-    let s = &shown.simulation;
-    let (fell, rate) = (s.fell(), s.cooling_rate());
-    let steep = gradient(&fell, &rate);
-    let highest = celsius(&top(&shown.highest));
-    let liquidus = s.settings().timed - CELSIUS;
-    let kept: Vec<usize> = (0..highest.len())
-        .filter(|n| highest[*n] >= liquidus)
-        .collect();
-    let nx = shown.highest.grid.cells[0];
-    let plane = shown.highest.grid.planes() - 1;
-    let pick = |values: &[f64]| kept.iter().map(|n| values[*n]).collect::<Vec<f64>>();
-    let x: Vec<f64> = kept
-        .iter()
-        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).x)
-        .collect();
-    let y: Vec<f64> = kept
-        .iter()
-        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).y)
-        .collect();
-    let columns = [
-        ("x", "mm", x),
-        ("y", "mm", y),
-        ("highest_temperature", "°C", pick(&highest)),
-        ("time_molten", "s", pick(&top(&s.time_above()))),
-        ("solidified", "s", pick(&top(&fell))),
-        ("cooling_rate", "K/s", pick(&top(&rate))),
-        ("gradient", "K/mm", pick(&top(&steep))),
-    ];
-    folder.write("series/voxels.csv", |out| {
-        write_columns(out, &columns).map_err(as_io)
-    })
+    present_voxels::write(folder, settings, shown, outcome)
 }

@@ -34,17 +34,7 @@ pub(super) fn section(found: &Found, settings: &Settings) -> Section {
         .optimise
         .as_ref()
         .map_or(Change::Speed, |o| o.change);
-    let (axis, of): (Axis, Quantity<'_>) = match change {
-        Change::Speed => (Axis::new("speed", "mm/s"), &|_, speed| speed),
-        Change::Current => (Axis::new("beam current", "mA"), &|p, _| 1e3 * p.current),
-        Change::Focus => (Axis::new("focus current", "mA"), &|p, _| 1e3 * p.focus),
-    };
-    let title = match change {
-        Change::Speed => "Speed along lines",
-        Change::Current => "Beam current along lines",
-        Change::Focus => "Focus current along lines",
-    };
-    let mut plots = vec![rounds, along_lines(&found.path, title, axis, of)];
+    let mut plots = vec![rounds, along_the_path(&found.path, change, settings)];
     let mut tables = Vec::new();
     if !found.trials.is_empty() {
         tables.push(trials(found));
@@ -123,6 +113,46 @@ fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
         "Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."
     );
     table
+}
+
+/// What is changed: along lines, or from spot to spot where the path is made of spots.
+fn along_the_path(path: &BeamPath, change: Change, settings: &Settings) -> Plot {
+    let spots = path.rests().next().is_some();
+    let what = match change {
+        Change::Speed | Change::Dwell if spots => "Time",
+        Change::Speed | Change::Dwell => "Speed",
+        Change::Current => "Beam current",
+        Change::Focus => "Focus current",
+    };
+    let (axis, of): (Axis, Quantity<'_>) = match change {
+        Change::Speed | Change::Dwell => (Axis::new("speed", "mm/s"), &|_, speed| speed),
+        Change::Current => (Axis::new("beam current", "mA"), &|p, _| 1e3 * p.current),
+        Change::Focus => (Axis::new("focus current", "mA"), &|p, _| 1e3 * p.focus),
+    };
+    if !spots {
+        return along_lines(path, &format!("{what} along lines"), axis, of);
+    }
+    let timed = matches!(change, Change::Speed | Change::Dwell);
+    let axis = if timed {
+        Axis::new("time on a spot", "µs")
+    } else {
+        axis
+    };
+    let points = path.rests().map(|[from, to]| {
+        let p = path.at(from);
+        let value = if timed {
+            1e6 * (to - from)
+        } else {
+            of(&p, 0.0)
+        };
+        DVec2::new(settings.contour.depth([p.x, p.y]), value)
+    });
+    let dots = Mark::Dots {
+        name: "spot".to_owned(),
+        points: points.collect(),
+    };
+    let inside = Axis::new("distance to the contour", "mm");
+    Plot::new(&format!("{what} on each spot"), inside, axis).with(dots)
 }
 
 /// A quantity along chosen lines of the path: near the beginning, in the middle, near the end.

@@ -11,7 +11,7 @@ use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Map, Mark, Plot};
 use meltpath_report::vtk::{Field as Array, Values, Volume, write_volume};
 use meltpath_thermal::criteria::{Class, Classes};
-use meltpath_thermal::grid::Field;
+use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 
 use super::settings::Settings;
@@ -19,27 +19,35 @@ use super::simulate::Outcome;
 
 /// A direction of sections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Along {
+pub(super) enum Along {
     X,
     Y,
 }
 
 impl Along {
-    fn axis(self) -> usize {
+    pub(super) fn axis(self) -> usize {
         self as usize
     }
 
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Along::X => "x",
             Along::Y => "y",
         }
     }
 
-    fn other(self) -> Along {
+    pub(super) fn other(self) -> Along {
         match self {
             Along::X => Along::Y,
             Along::Y => Along::X,
+        }
+    }
+
+    /// The column of voxels `n` along and `row` across.
+    pub(super) fn cell(self, n: usize, row: usize) -> (usize, usize) {
+        match self {
+            Along::X => (n, row),
+            Along::Y => (row, n),
         }
     }
 }
@@ -79,7 +87,7 @@ fn evenly(field: &Field) -> Cow<'_, Field> {
         })
         .collect();
     Cow::Owned(Field {
-        grid: meltpath_thermal::grid::Grid {
+        grid: Grid {
             heights: vec![height; count],
             ..field.grid.clone()
         },
@@ -117,7 +125,8 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
 
 /// Sections through the hottest place of each field and through the places that the job names.
 pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
-    let mut plots = Vec::new();
+    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
+    let mut plots = drawn.film.plots();
     let mut outside = String::new();
     for cut in cuts(outcome) {
         let grid = &cut.highest.grid;
@@ -146,7 +155,7 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
     Section {
         title: "Sections".to_owned(),
         intro: format!(
-            "Highest temperatures on vertical planes through the last layer; depths are drawn larger than widths. The whole volume lies in fields/voxels.vti.{outside}"
+            "Vertical planes through the last layer: temperatures in time, whose sliders move together, then highest temperatures; depths are drawn larger than widths. The whole volume lies in fields/voxels.vti.{outside}"
         ),
         plots,
         tables: Vec::new(),
@@ -154,8 +163,7 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
 }
 
 /// Index of the cell round a place; `None` outside.
-fn index(field: &Field, axis: usize, place: f64) -> Option<usize> {
-    let grid = &field.grid;
+pub(super) fn index(grid: &Grid, axis: usize, place: f64) -> Option<usize> {
     let at = ((place - grid.origin[axis]) / grid.edge[axis]).floor();
     (at >= 0.0 && at < grid.cells[axis] as f64).then_some(at as usize)
 }
@@ -169,13 +177,10 @@ fn plot(
 ) -> Option<Plot> {
     let (grid, axis) = (&cut.highest.grid, along.axis());
     let across = along.other();
-    index(&cut.highest, axis, place[axis])?;
-    let row = index(&cut.highest, across.axis(), place[across.axis()])?;
+    index(grid, axis, place[axis])?;
+    let row = index(grid, across.axis(), place[across.axis()])?;
     let columns = grid.cells[axis];
-    let cell = |n: usize| match along {
-        Along::X => (n, row),
-        Along::Y => (row, n),
-    };
+    let cell = |n: usize| along.cell(n, row);
     let values: Vec<f64> = (0..grid.planes())
         .flat_map(|k| (0..columns).map(move |n| (n, k)))
         .map(|(n, k)| {
@@ -249,7 +254,7 @@ pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<
     for cut in cuts(outcome) {
         let (field, grid) = (&cut.highest, &cut.highest.grid);
         let celsius: Vec<f32> = field.values.iter().map(|v| v - CELSIUS as f32).collect();
-        let classes: Vec<i64> = field
+        let classes: Vec<u8> = field
             .values
             .iter()
             .map(|v| match cut.classes.of(f64::from(*v)) {
@@ -278,7 +283,7 @@ pub(super) fn write_volumes(folder: &OutputFolder, outcome: &Outcome) -> Result<
                 Array {
                     name: "class",
                     unit: "",
-                    values: Values::Int64(&classes),
+                    values: Values::UInt8(&classes),
                 },
             ];
             write_volume(w, &volume, &fields).map_err(io::Error::other)

@@ -19,9 +19,9 @@ use meltpath_thermal::solver::SolverError;
 use meltpath_thermal::strategy::StrategyError;
 
 use super::judge::{self, JudgedPath};
-use super::present;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
+use super::{cost, present};
 use crate::job::{EbmJob, JobError};
 use crate::outcome::{self, RunError};
 
@@ -62,6 +62,29 @@ pub enum EbmError {
         low: [f64; 2],
         /// Highest corner, mm.
         high: [f64; 2],
+    },
+    /// More beam settings than charts can be made for.
+    #[error(
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage, current and focus to fewer values"
+    )]
+    ManySettings {
+        /// Settings on the path.
+        settings: usize,
+        /// How many may be.
+        most: usize,
+    },
+    /// More voxels than fit.
+    #[error(
+        "the voxels reach over {:.0} x {:.0} mm and would need {gigabytes:.0} GB of memory, {most:.0} are the limit: is the path in mm? else a larger simulation.voxel, or a smaller section or region",
+        extent[0], extent[1]
+    )]
+    Large {
+        /// Extent, mm.
+        extent: [f64; 2],
+        /// Memory, GB.
+        gigabytes: f64,
+        /// The limit, GB.
+        most: f64,
     },
     /// A body known to be good that does not melt.
     #[error(
@@ -147,7 +170,8 @@ pub fn run(
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
     let part = settings.part.as_ref().map(|p| &p.file);
-    for file in settings.path_file.iter().chain(part) {
+    let own = settings.path_file.iter().chain(part);
+    for file in own.chain(&settings.material_file) {
         record(&mut provenance, file)?;
     }
     observer.stage("write results", 0);
@@ -177,7 +201,12 @@ pub fn run(
             std::io::copy(&mut File::open(part)?, w).map(drop)
         })?;
     }
-    present::write_files(&folder, &outcome)?;
+    if let Some(file) = &settings.material_file {
+        folder.write(MATERIAL_COPY, |w| {
+            std::io::copy(&mut File::open(file)?, w).map(drop)
+        })?;
+    }
+    present::write_files(&folder, &settings, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
@@ -195,6 +224,9 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
         w.write_all(b"\n")
     })
 }
+
+/// The name of the user's own material in the folder of a run.
+pub(crate) const MATERIAL_COPY: &str = "material.toml";
 
 /// The name of a part in the folder of a run, so that the run can be drawn again without anything outside.
 pub(crate) fn part_copy(file: &Path) -> String {
@@ -352,5 +384,11 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
     let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
-    Ok(outcome::parameter_lines(&settings.provenance))
+    let mut lines = outcome::parameter_lines(&settings.provenance);
+    let reporter = Reporter::new();
+    lines.extend(cost::lines(&settings, &reporter).map_err(EbmError::told)?);
+    let found = reporter.warnings();
+    let notes = settings.warnings.iter().chain(&found);
+    lines.extend(notes.map(outcome::warning_line));
+    Ok(lines)
 }

@@ -1,36 +1,23 @@
 //! Charts, the chart simulation of a path, the window, better speeds.
 
-use std::fs::File;
-use std::io::BufReader;
-
 use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::warm_grounds;
-use meltpath_thermal::chart_simulation::{ChartSimulation, Memory};
+use meltpath_thermal::chart::ChartSet;
+use meltpath_thermal::chart_simulation::ChartSimulation;
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
-use meltpath_thermal::{chart_build, chart_file};
 
+use super::charts::{beam_settings, charts_of};
+use super::cost::Cost;
+use super::film::{self, Film};
 use super::judge::{self, Judged};
 use super::optimise::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
 use crate::job::ebm::OptimiseSolver;
-
-/// Temperatures of the build plane at one moment.
-#[derive(Debug, Clone)]
-pub struct Frame {
-    /// Time since the last layer began, s.
-    pub time: f64,
-    /// Temperatures of the top voxels, K.
-    pub now: Vec<f64>,
-    /// Highest so far, K.
-    pub highest: Vec<f64>,
-}
 
 /// A path and what it did.
 #[derive(Debug, Clone)]
@@ -44,7 +31,7 @@ pub struct Drawn {
     /// The judged voxels.
     pub tally: Tally,
     /// Pictures of the last layer.
-    pub frames: Vec<Frame>,
+    pub film: Film,
 }
 
 /// Everything a run finds.
@@ -64,62 +51,20 @@ pub struct Outcome {
     pub charts: Vec<ChartSet>,
 }
 
-/// Settings of the beam on a path, each once.
-fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
-    let mut found: Vec<[f64; 3]> = Vec::new();
-    for p in paths.flat_map(BeamPath::points).filter(|p| p.on) {
-        let setting = [p.voltage, p.current, p.focus];
-        if !found.contains(&setting) {
-            found.push(setting);
-        }
-    }
-    found
-}
-
-/// Charts for every setting: from files where they serve, computed otherwise.
-fn charts(
+/// Lowest and highest corner of the voxels round paths, mm.
+pub(super) fn extent<'a>(
     settings: &Settings,
-    paths: &[&BeamPath],
-    observer: &dyn Observer,
-) -> Result<Vec<ChartSet>, EbmError> {
-    let mut known = Vec::new();
-    for file in &settings.chart_files {
-        let shown = |message: String| EbmError::Charts {
-            path: file.clone(),
-            message,
-        };
-        let reader = File::open(file).map_err(|e| shown(e.to_string()))?;
-        let set =
-            chart_file::read(&mut BufReader::new(reader)).map_err(|e| shown(e.to_string()))?;
-        known.push(set);
+    paths: impl Iterator<Item = &'a BeamPath>,
+) -> [DVec3; 2] {
+    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
+    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
+    for p in paths.flat_map(BeamPath::points) {
+        low = low.min(DVec3::new(p.x, p.y, 0.0));
+        high = high.max(DVec3::new(p.x, p.y, 0.0));
     }
-    let material = &settings.material;
-    let remember = settings.simulation.memory != Memory::None;
-    let mut sets: Vec<ChartSet> = Vec::new();
-    for [voltage, current, focus] in beam_settings(paths.iter().copied()) {
-        let serves = |s: &&ChartSet| s.settings.serves(voltage, current, focus);
-        let mut set = if let Some(set) = known.iter().find(serves) {
-            set.clone()
-        } else {
-            let diameter = settings.beam.focus.diameter(focus)?;
-            let wanted = ChartSettings {
-                efficiency: settings.beam.efficiency,
-                depth: settings.beam.depth,
-                layer: settings.layer,
-                stop: settings.chart_stop,
-                cooling_from: settings.chart_cooling_from,
-                cell: settings.chart_spacing,
-                reach: 3.5 * settings.penetration,
-                ..ChartSettings::of_thesis(voltage, current, focus, diameter)
-            };
-            chart_build::compute(&wanted, material, observer)?
-        };
-        if remember && set.warm.is_empty() {
-            chart_build::warm(&mut set, &warm_grounds(material), material, observer)?;
-        }
-        sets.push(set);
-    }
-    Ok(sets)
+    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
+    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
+    [low - margin - depth, high + margin]
 }
 
 /// Voxels round paths, fresh powder on what lies below.
@@ -129,16 +74,9 @@ fn start<'a>(
     below: &Below,
     sets: Vec<ChartSet>,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    for p in paths.flat_map(BeamPath::points) {
-        low = low.min(DVec3::new(p.x, p.y, 0.0));
-        high = high.max(DVec3::new(p.x, p.y, 0.0));
-    }
-    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
-    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
+    let [low, high] = extent(settings, paths);
     let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
-    let grid = Grid::covering(low - margin - depth, high + margin, edge)
+    let grid = Grid::covering(low, high, edge)
         .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
     let mut simulation =
         ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
@@ -185,15 +123,10 @@ fn draw_last(
     let at: Vec<f64> = (1..=settings.frames)
         .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
         .collect();
-    let mut frames = Vec::new();
+    let frames = settings.frames as usize;
+    let mut film = Film::new(simulation.grid(), frames, &film::places(settings));
     let begin = path.begin();
-    let mut look = |time: f64, s: &ChartSimulation| {
-        frames.push(Frame {
-            time: time - begin,
-            now: top(&s.temperature()),
-            highest: top(&s.highest_temperature()),
-        });
-    };
+    let mut look = |time: f64, s: &ChartSimulation| film.take(time - begin, s);
     simulation.draw(path, &at, &mut look, observer)?;
     let highest = simulation.highest_temperature();
     Ok(Drawn {
@@ -201,7 +134,7 @@ fn draw_last(
         tally: tally(&highest, classes, &settings.contour, settings.inside),
         simulation,
         highest,
-        frames,
+        film,
     })
 }
 
@@ -284,11 +217,10 @@ pub fn simulate(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
-    let mut paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
-    if let Window::Good { path, .. } = &settings.window {
-        paths.push(path);
-    }
-    let sets = charts(settings, &paths, observer)?;
+    let paths = settings.drawn();
+    let cost = Cost::of(settings)?;
+    observer.stage(&cost.words(), 0);
+    let sets = charts_of(settings, &paths, reporter, observer)?;
     let classes = classes(settings, &sets, observer)?;
     let ready = before_last_layer(
         settings,
@@ -298,13 +230,18 @@ pub fn simulate(
         sets.clone(),
         observer,
     )?;
-    let given = draw_last(ready.clone(), &settings.path, settings, &classes, observer)?;
+    // drawn from again only where a better path is looked for
+    let (start, ready) = match &settings.optimise {
+        Some(how) => (ready.clone(), Some((how, ready))),
+        None => (ready, None),
+    };
+    let given = draw_last(start, &settings.path, settings, &classes, observer)?;
     given.simulation.tell(reporter);
-    let found = match &settings.optimise {
-        Some(how) if how.solver == OptimiseSolver::Reference => {
+    let found = match &ready {
+        Some((how, _)) if how.solver == OptimiseSolver::Reference => {
             Some(on_reference(settings, how, observer)?)
         }
-        Some(how) => Some(on_charts(settings, how, &ready, &classes, observer)?),
+        Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
         None => None,
     };
     let served = |path: &BeamPath| {
@@ -314,15 +251,11 @@ pub fn simulate(
         };
         beam_settings([path].into_iter()).into_iter().all(known)
     };
-    let better = match &found {
+    let better = match (&found, ready) {
         // charts know nothing of other currents and focus currents
-        Some(found) if served(&found.path) => Some(draw_last(
-            ready.clone(),
-            &found.path,
-            settings,
-            &classes,
-            observer,
-        )?),
+        (Some(found), Some((_, ready))) if served(&found.path) => {
+            Some(draw_last(ready, &found.path, settings, &classes, observer)?)
+        }
         _ => None,
     };
     let judged = match &settings.judge {
@@ -334,6 +267,10 @@ pub fn simulate(
         }
         None => None,
     };
+    let paths_judged = judged
+        .iter()
+        .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
+    judge::tell_outside(paths_judged.flatten(), reporter);
     let looked_at = found.iter().filter_map(|f| f.reference.as_ref());
     let looked_at = looked_at.flat_map(|r| [&r.given.0, &r.better.0]);
     let paths = judged
@@ -361,7 +298,7 @@ pub(crate) fn look_at(
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
-    let sets = charts(settings, &paths, observer)?;
+    let sets = charts_of(settings, &paths, reporter, observer)?;
     let mut simulation = start(settings, paths.iter().copied(), &settings.below, sets)?;
     for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
         if layer > 0 {

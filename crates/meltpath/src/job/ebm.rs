@@ -274,8 +274,8 @@ pub struct OptimiseTable {
     /// Rounds of learning; default 12, and none after `predictive`.
     #[serde(default)]
     pub rounds: Option<u32>,
-    /// Slowest and fastest speed, as shares of the path's own; default 60 % and 300 %. Where the current is changed it is
-    /// divided by them, where the diameter is changed it is multiplied.
+    /// Slowest and fastest speed, as shares of the path's own; default 60 % and 300 %. Where the current or the time on spots
+    /// is changed it is divided by them, where the diameter is changed it is multiplied.
     #[serde(default)]
     pub speeds: Option<[Positive<Ratio>; 2]>,
     /// Length of a piece of one speed; default 0.25 mm on charts, a cell on the reference solver.
@@ -307,10 +307,12 @@ pub enum OptimiseMethod {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Change {
-    /// Speed.
+    /// Speed; where the beam rests, how long.
     #[default]
     Speed,
-    /// Beam current.
+    /// Time on each spot.
+    Dwell,
+    /// Beam current, on lines and on spots.
     Current,
     /// Focus current, and with it the beam's diameter.
     Focus,
@@ -374,6 +376,12 @@ pub struct JudgeTable {
     /// Longest time step; default 4 µs. Shorter where stability asks for it.
     #[serde(default)]
     pub step: Option<Positive<Time>>,
+    /// Places whose temperature is kept in time: x, y, and z where it is not the build plane; default the charts' hottest.
+    #[serde(default)]
+    pub places: Vec<Spanned<Vec<Length>>>,
+    /// Time between two of these temperatures; default 50 µs.
+    #[serde(default)]
+    pub every: Option<Positive<Time>>,
 }
 
 /// What a path is judged on.
@@ -446,11 +454,22 @@ impl EbmJob {
                     "use learning or predictive for current and focus, and on the reference solver",
                 );
             }
-            if o.change != Change::Speed && o.solver == OptimiseSolver::Charts {
+            if matches!(o.change, Change::Current | Change::Focus)
+                && o.solver == OptimiseSolver::Charts
+            {
                 return wrong(
                     "optimise.change current and focus need the reference solver",
                     "write solver = \"reference\" under [optimise]: charts know only the settings they were made for",
                 );
+            }
+            if let (Change::Dwell, Some(hatch)) = (o.change, &self.hatch) {
+                let mut drawn = o.strategies.iter().chain([&hatch.strategy]);
+                if drawn.any(|s| *s != HatchStrategy::Spots) {
+                    return wrong(
+                        "optimise.change = \"dwell\" changes the time on spots, and [hatch] or optimise.strategies draw lines",
+                        "write strategy = \"spots\" under [hatch] and no other under optimise.strategies, or change speed or current",
+                    );
+                }
             }
             if !o.strategies.is_empty() && self.hatch.is_none() {
                 return wrong(
@@ -501,6 +520,23 @@ impl EbmJob {
                     help: Some("write its lower left corner, then its upper right one".to_owned()),
                 });
             }
+        }
+        let places = self.judge.iter().flat_map(|j| &j.places);
+        if let Some(place) = places
+            .into_iter()
+            .find(|p| ![2, 3].contains(&p.get_ref().len()))
+        {
+            return Err(TextError {
+                span: Some(place.span()),
+                message: format!(
+                    "a place of judge.places has {} values",
+                    place.get_ref().len()
+                ),
+                help: Some(
+                    "write x and y, and z where it is not the build plane: [\"1 mm\", \"2 mm\"]"
+                        .to_owned(),
+                ),
+            });
         }
         let few = |ring: &Vec<_>| ring.len() < 3;
         let contour = &self.region.contour;

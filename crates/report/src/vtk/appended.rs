@@ -15,6 +15,8 @@ pub enum Values<'a> {
     Float64(&'a [f64]),
     /// 64-bit integers.
     Int64(&'a [i64]),
+    /// Bytes, such as classes.
+    UInt8(&'a [u8]),
     /// Triples of 64-bit floats.
     Points(&'a [DVec3]),
 }
@@ -25,6 +27,7 @@ impl Values<'_> {
             Values::Float32(_) => "Float32",
             Values::Float64(_) | Values::Points(_) => "Float64",
             Values::Int64(_) => "Int64",
+            Values::UInt8(_) => "UInt8",
         }
     }
 
@@ -41,6 +44,7 @@ impl Values<'_> {
             Values::Float32(v) => 4 * v.len(),
             Values::Float64(v) => 8 * v.len(),
             Values::Int64(v) => 8 * v.len(),
+            Values::UInt8(v) => v.len(),
             Values::Points(v) => 24 * v.len(),
         };
         bytes as u64
@@ -51,6 +55,7 @@ impl Values<'_> {
             Values::Float32(v) => v.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
             Values::Float64(v) => v.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
             Values::Int64(v) => v.iter().try_for_each(|x| out.write_all(&x.to_le_bytes())),
+            Values::UInt8(v) => out.write_all(v),
             Values::Points(v) => v
                 .iter()
                 .flat_map(DVec3::to_array)

@@ -25,6 +25,7 @@ impl Field<'_> {
             Values::Float32(v) => v.len(),
             Values::Float64(v) => v.len(),
             Values::Int64(v) => v.len(),
+            Values::UInt8(v) => v.len(),
             Values::Points(v) => v.len(),
         }
     }

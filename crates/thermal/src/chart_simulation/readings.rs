@@ -8,6 +8,16 @@ use super::batch::{Standing, Voxel, cool};
 use crate::chart::ChartSet;
 use crate::grid::Field;
 use crate::material::CELSIUS;
+use crate::watch::{Freezing, upper};
+
+/// How fast a voxel fell through the timed temperature, K/s; NaN where it has not.
+fn rate_of(voxel: &Voxel, capacity: f64) -> f32 {
+    if voxel.fell.is_nan() {
+        f32::NAN
+    } else {
+        (f64::from(voxel.rate) / capacity) as f32
+    }
+}
 
 impl ChartSimulation {
     /// Enthalpy of a voxel now.
@@ -35,6 +45,52 @@ impl ChartSimulation {
             grid: self.grid.clone(),
             values,
         }
+    }
+
+    /// One number per column, row by row.
+    fn surface(&self, value: impl Fn(usize) -> f64 + Sync) -> Vec<f32> {
+        let columns = (0..self.columns.len()).into_par_iter();
+        columns.map(|c| value(c) as f32).collect()
+    }
+
+    /// Temperatures of the build plane now, K, row by row.
+    pub fn surface_temperature(&self) -> Vec<f32> {
+        self.surface(|c| self.curve.temperature(f64::from(self.now(c, 0))))
+    }
+
+    /// Highest temperatures of the build plane since the layer began, K, row by row.
+    pub fn surface_highest(&self) -> Vec<f32> {
+        let planes = self.planes();
+        self.surface(|c| {
+            let highest = self.voxels[c * planes].highest;
+            self.curve.temperature(f64::from(highest))
+        })
+    }
+
+    /// How the voxels near the build plane froze.
+    pub fn freezing(&self) -> Freezing {
+        let grid = upper(&self.grid);
+        let columns = self.columns.len();
+        let planes = grid.planes();
+        let settled: Vec<Voxel> = (0..columns * planes)
+            .into_par_iter()
+            .map(|n| self.settled(n % columns, planes - 1 - n / columns))
+            .collect();
+        let capacity = self.capacity();
+        let field = |value: &dyn Fn(&Voxel) -> f32| Field {
+            grid: grid.clone(),
+            values: settled.iter().map(value).collect(),
+        };
+        Freezing {
+            above: field(&|v| v.above),
+            fell: field(&|v| v.fell),
+            rate: field(&|v| rate_of(v, capacity)),
+        }
+    }
+
+    /// Heat capacity just above the timed temperature, J/(mm³·K).
+    fn capacity(&self) -> f64 {
+        self.material.heat_capacity(self.settings.timed + 1e-3)
     }
 
     /// Temperatures now, K.
@@ -92,16 +148,8 @@ impl ChartSimulation {
 
     /// How fast each voxel last fell through the timed temperature, K/s; NaN where it has not yet.
     pub fn cooling_rate(&self) -> Field {
-        // just above the timed temperature
-        let capacity = self.material.heat_capacity(self.settings.timed + 1e-3);
-        self.field(|c, k| {
-            let voxel = self.settled(c, k);
-            if voxel.fell.is_nan() {
-                f64::NAN
-            } else {
-                f64::from(voxel.rate) / capacity
-            }
-        })
+        let capacity = self.capacity();
+        self.field(|c, k| f64::from(rate_of(&self.settled(c, k), capacity)))
     }
 
     /// The voxel as it stands now.
