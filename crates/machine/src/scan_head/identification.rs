@@ -404,6 +404,7 @@ pub fn responses(
 /// Power of a signal, over its largest at any frequency, below which a frequency counts as not excited: a sweep that ends within the
 /// band leaves only its windows' leakage beyond.
 const UNEXCITED: f64 = 1e-5;
+
 /// The motor of the logarithms of R, L, Kc, J, B.
 fn motor(logs: &[f64]) -> Galvanometer {
     let value = |i: usize| logs.get(i).map_or(f64::NAN, |v| v.exp());
