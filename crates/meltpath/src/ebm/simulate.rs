@@ -9,7 +9,7 @@ use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
-use super::charts::{beam_settings, charts_of};
+use super::charts::{Charts, charts_of};
 use super::cost::Cost;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
@@ -72,14 +72,13 @@ fn start<'a>(
     settings: &Settings,
     paths: impl Iterator<Item = &'a BeamPath>,
     below: &Below,
-    sets: Vec<ChartSet>,
+    charts: &Charts,
 ) -> Result<ChartSimulation, EbmError> {
     let [low, high] = extent(settings, paths);
     let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
     let grid = Grid::covering(low, high, edge)
         .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
-    let mut simulation =
-        ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
+    let mut simulation = charts.simulation(&grid, settings)?;
     simulation.set_state(|c| {
         if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {
             State::Powder
@@ -96,10 +95,10 @@ fn before_last_layer(
     lower: &[BeamPath],
     last: &BeamPath,
     below: &Below,
-    sets: Vec<ChartSet>,
+    charts: &Charts,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, lower.iter().chain([last]), below, sets)?;
+    let mut simulation = start(settings, lower.iter().chain([last]), below, charts)?;
     for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
@@ -150,7 +149,7 @@ pub(super) fn top(field: &Field) -> Vec<f64> {
 /// The window: as written, or round what the middle of a good body reaches.
 fn classes(
     settings: &Settings,
-    sets: &[ChartSet],
+    charts: &Charts,
     observer: &dyn Observer,
 ) -> Result<Classes, EbmError> {
     let melting = settings.material.liquidus;
@@ -165,7 +164,7 @@ fn classes(
                 &vec![path.as_ref().clone(); settings.lower.len()],
                 path,
                 &settings.below_good(),
-                sets.to_vec(),
+                charts,
                 observer,
             )?;
             simulation.draw(path, &[], &mut |_, _| (), observer)?;
@@ -220,14 +219,14 @@ pub fn simulate(
     let paths = settings.drawn();
     let cost = Cost::of(settings)?;
     observer.stage(&cost.words(), 0);
-    let sets = charts_of(settings, &paths, reporter, observer)?;
-    let classes = classes(settings, &sets, observer)?;
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let classes = classes(settings, &charts, observer)?;
     let ready = before_last_layer(
         settings,
         &settings.lower,
         &settings.path,
         &settings.below,
-        sets.clone(),
+        &charts,
         observer,
     )?;
     // drawn from again only where a better path is looked for
@@ -244,16 +243,9 @@ pub fn simulate(
         Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
         None => None,
     };
-    let served = |path: &BeamPath| {
-        let known = |[voltage, current, focus]: [f64; 3]| {
-            let serves = |s: &ChartSet| s.settings.serves(voltage, current, focus);
-            sets.iter().any(serves)
-        };
-        beam_settings([path].into_iter()).into_iter().all(known)
-    };
     let better = match (&found, ready) {
         // charts know nothing of other currents and focus currents
-        (Some(found), Some((_, ready))) if served(&found.path) => {
+        (Some(found), Some((_, ready))) if charts.serve(&found.path) => {
             Some(draw_last(ready, &found.path, settings, &classes, observer)?)
         }
         _ => None,
@@ -284,7 +276,7 @@ pub fn simulate(
         found,
         better,
         judged,
-        charts: sets,
+        charts: charts.own,
     })
 }
 
@@ -298,8 +290,8 @@ pub(crate) fn look_at(
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
-    let sets = charts_of(settings, &paths, reporter, observer)?;
-    let mut simulation = start(settings, paths.iter().copied(), &settings.below, sets)?;
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let mut simulation = start(settings, paths.iter().copied(), &settings.below, &charts)?;
     for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
         if layer > 0 {
             simulation.add_layer();
