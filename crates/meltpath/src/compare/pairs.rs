@@ -1,5 +1,6 @@
 //! Pairs of a comparison: samples of a table, and what a run or another table says there.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use toml::Spanned;
 use super::CompareError;
 use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
+use crate::ebm::charts::beam_settings;
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::{Settings, resolve};
 use crate::ebm::{EbmError, simulate};
@@ -178,6 +180,15 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
         .map_err(|e| e.to_string())
         .and_then(|f| BeamPath::from_csv(BufReader::new(f)).map_err(|e| e.to_string()));
     settings.path = path.map_err(|e| wrong(format!("its path.csv does not read: {e}")))?;
+    let drawn = settings.lower.iter().chain([&settings.path]);
+    let focuses: BTreeSet<u64> = beam_settings(drawn)
+        .iter()
+        .map(|s| s[2].to_bits())
+        .collect();
+    if focuses.len() > settings.chart_files.len() {
+        let what = "its path changes the focus along the way, which charts do not draw; compare the tables in its folder `series`";
+        return Err(wrong(what.to_owned()).into());
+    }
     Ok(settings)
 }
 

@@ -29,7 +29,7 @@ const MANY: usize = 8;
 const STEP: f64 = 0.01;
 
 /// Settings of the beam on paths, each once: voltage, current, focus.
-pub(super) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
+pub(crate) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
     let mut seen = HashSet::new();
     let on = paths.flat_map(BeamPath::points).filter(|p| p.on);
     on.map(|p| [p.voltage, p.current, p.focus])
@@ -316,7 +316,7 @@ fn tell_ladder(ladder: &Ladder, currents: usize, reporter: &Reporter) {
             ladder.pairs + 1,
             100.0 * ladder.step()
         ),
-        "highest temperatures then differ by some 10 K, by 40 K at most where powder melts",
+        "highest temperatures then differ by some 10 K in the mean, in single voxels by up to 125 K",
     );
 }
 
@@ -373,7 +373,7 @@ fn source(
                     1e3 * a.1.settings.current,
                     1e3 * b.1.settings.current
                 ),
-                "highest temperatures then differ by some 10 K, by 40 K at most where powder melts; leave one of the two out of charts.files, and the run computes them",
+                "highest temperatures then differ by some 10 K in the mean, in single voxels by up to 125 K; leave one of the two out of charts.files, and the run computes them",
             );
             let files = [a.0.clone(), b.0.clone()];
             return Ok(Source::Between(files, Box::new(set)));

@@ -17,7 +17,7 @@ use super::optimise::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
-use crate::job::ebm::OptimiseSolver;
+use crate::job::ebm::{Change, OptimiseSolver};
 
 /// A path and what it did.
 #[derive(Debug, Clone)]
@@ -243,12 +243,17 @@ pub fn simulate(
         Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
         None => None,
     };
-    let better = match (&found, ready) {
-        // charts know nothing of other currents and focus currents
+    let (better, more) = match (&found, ready) {
         (Some(found), Some((_, ready))) if charts.serve(&found.path) => {
-            Some(draw_last(ready, &found.path, settings, &classes, observer)?)
+            let drawn = draw_last(ready, &found.path, settings, &classes, observer)?;
+            (Some(drawn), Vec::new())
         }
-        _ => None,
+        (Some(found), Some((how, _))) if how.change == Change::Current => {
+            let (drawn, sets) = other_currents(settings, found, &classes, reporter, observer)?;
+            (Some(drawn), sets)
+        }
+        // charts know nothing of other focus currents
+        _ => (None, Vec::new()),
     };
     let judged = match &settings.judge {
         Some(judging) => {
@@ -276,8 +281,24 @@ pub fn simulate(
         found,
         better,
         judged,
-        charts: charts.own,
+        charts: charts.own.into_iter().chain(more).collect(),
     })
+}
+
+/// Draws a found path whose currents need charts of their own, which come back too.
+fn other_currents(
+    settings: &Settings,
+    found: &Found,
+    classes: &Classes,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(Drawn, Vec<ChartSet>), EbmError> {
+    let (lower, path) = (&settings.lower, &found.path);
+    let paths: Vec<&BeamPath> = lower.iter().chain([path]).collect();
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let ready = before_last_layer(settings, lower, path, &settings.below, &charts, observer)?;
+    let drawn = draw_last(ready, path, settings, classes, observer)?;
+    Ok((drawn, charts.own))
 }
 
 /// Draws the paths of all layers again with charts and looks at each at its `times`, in order; layers count from 0, times are
