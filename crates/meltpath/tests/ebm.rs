@@ -161,13 +161,13 @@ fn a_path_is_found_on_the_reference_solver() {
         .filter_map(|l| l.split(',').nth(4))
         .collect();
     assert!(currents.len() > 5, "{currents:?}");
-    // charts know nothing of those currents, and comparing says so
+    // the run drew it with charts too, for some of its currents, and comparing draws the same, but for currents halfway
+    // between two steps
+    assert!(warned("charts-in-steps"));
     let voxels = out.join("series/voxels.csv");
-    let error = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap_err();
-    assert!(
-        error.to_string().contains("which charts do not draw"),
-        "{error}"
-    );
+    let same = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap();
+    let apart = same.parts.iter().map(|p| p.apart.mean);
+    assert!(apart.fold(0.0, f64::max) < 1.0);
     let wrong = text.replace("solver = \"reference\"\n", "");
     std::fs::write(&file, wrong).unwrap();
     let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::compare::compare;
 use meltpath_base::Silent;
 use meltpath_base::container::Container;
 use meltpath_thermal::chart_file;
@@ -246,7 +247,7 @@ fn paths_that_cannot_be_meant_are_refused() {
     for n in 0..90 {
         writeln!(
             many,
-            "{},{},0,60000,{},0.004,1",
+            "{},{},0,60000,0.005,{},1",
             1e-4 * f64::from(n),
             0.1 * f64::from(n),
             4e-3 + 1e-5 * f64::from(n)
@@ -255,4 +256,43 @@ fn paths_that_cannot_be_meant_are_refused() {
     }
     let (told, _) = refused(&many, "");
     assert!(told.contains("different beam settings"), "{told}");
+}
+
+/// A path whose current changes all the time is drawn with charts for some of its currents; `compare` finds them again.
+#[test]
+fn charts_serve_a_current_that_changes_all_the_time() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    // six currents, one a line, and the same with every point a little off
+    let drawn = |name: &str, off: f64| {
+        let mut rows = path();
+        let mut n = 0.0;
+        while let Some(at) = rows.find(",0.005,") {
+            let current = 4.5e-3 + 0.2e-3 * f64::floor(0.5 * n) + off * n;
+            rows.replace_range(at..at + 7, &format!(",{current},"));
+            n += 1.0;
+        }
+        let file = job(folder, name, "");
+        std::fs::write(folder.join("path.csv"), rows).unwrap();
+        let out = folder.join(name);
+        let found = chain::run(&file, Some(&out), folder, &Silent).unwrap();
+        (found, out)
+    };
+    let charts = |out: &Path| std::fs::read_dir(out.join("charts")).unwrap().count();
+    let (own, of_own) = drawn("own", 0.0);
+    let (many, of_many) = drawn("many", 1e-9);
+    assert_eq!([charts(&of_own), charts(&of_many)], [6, 2]);
+    assert!((hottest(&own) - hottest(&many)).abs() < 20.0);
+    assert!(hottest(&own) > 1800.0);
+    let warnings = &many.verdict.warnings;
+    let told = warnings.iter().find(|w| w.code == "charts-in-steps");
+    let told = &told.unwrap().message;
+    assert!(
+        told.contains("12 beam currents from 4.500 to 5.500 mA") && told.contains("for 2 of them"),
+        "{told}"
+    );
+    let table = of_many.join("series/voxels.csv");
+    let out = folder.join("compared");
+    let same = compare(&of_many, Some(&table), Some(&out), folder, &Silent).unwrap();
+    assert!(same.parts.iter().all(|p| p.apart.mean < 0.1));
 }

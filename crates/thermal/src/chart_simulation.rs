@@ -54,6 +54,8 @@ pub struct Settings {
     pub timed: f64,
     /// What the ground keeps of earlier beam positions.
     pub memory: Memory,
+    /// How far a beam current may lie from that of the charts that serve it, as a share of it; 0 for those of the current alone.
+    pub nearest: f64,
 }
 
 impl Settings {
@@ -66,6 +68,7 @@ impl Settings {
             fusion: material.solidus,
             timed: material.liquidus,
             memory: Memory::None,
+            nearest: 0.0,
         }
     }
 }
@@ -361,6 +364,7 @@ impl ChartSimulation {
     fn set_for(&self, p: &BeamPoint, time: f64) -> Result<u8, ChartError> {
         let serves = |s: &ChartSet| s.settings.serves(p.voltage, p.current, p.focus);
         let found = self.sets.iter().position(serves);
+        let found = found.or_else(|| self.nearest(p));
         found.and_then(|n| u8::try_from(n).ok()).ok_or_else(|| {
             let known: Vec<String> = self
                 .sets
@@ -383,6 +387,15 @@ impl ChartSimulation {
                 known: known.join("; "),
             }
         })
+    }
+
+    /// The charts whose current comes nearest, if one comes near enough.
+    fn nearest(&self, p: &BeamPoint) -> Option<usize> {
+        let away = |s: &ChartSet| (s.settings.current / p.current).ln().abs();
+        let alike = |s: &ChartSet| s.settings.serves(p.voltage, s.settings.current, p.focus);
+        let near = self.sets.iter().enumerate().filter(|(_, s)| alike(s));
+        let (n, set) = near.min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
+        (away(set) <= self.settings.nearest).then_some(n)
     }
 
     fn check_inside(&self, steps: &[Step]) -> Result<(), ChartSimulationError> {

@@ -1,5 +1,6 @@
 //! Pairs of a comparison: samples of a table, and what a run or another table says there.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -180,8 +181,12 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
         .and_then(|f| BeamPath::from_csv(BufReader::new(f)).map_err(|e| e.to_string()));
     settings.path = path.map_err(|e| wrong(format!("its path.csv does not read: {e}")))?;
     let drawn = settings.lower.iter().chain([&settings.path]);
-    if beam_settings(drawn).len() > settings.chart_files.len() {
-        let what = "its path changes the current or the focus along the way, which charts do not draw; compare the tables in its folder `series`";
+    let focuses: BTreeSet<u64> = beam_settings(drawn)
+        .iter()
+        .map(|s| s[2].to_bits())
+        .collect();
+    if focuses.len() > settings.chart_files.len() {
+        let what = "its path changes the focus along the way, which charts do not draw; compare the tables in its folder `series`";
         return Err(wrong(what.to_owned()).into());
     }
     Ok(settings)

@@ -109,7 +109,7 @@ impl Cost {
 pub(super) fn lines(settings: &Settings, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
     let cost = Cost::of(settings)?;
     let mut lines = Vec::new();
-    for source in sources(settings, &settings.drawn(), reporter)? {
+    for source in sources(settings, &settings.drawn(), reporter)?.own {
         let (s, from) = match source {
             Source::File(path, set) => (set.settings, path.display().to_string()),
             Source::Between([a, b], set) => {

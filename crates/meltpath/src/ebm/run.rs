@@ -65,13 +65,22 @@ pub enum EbmError {
     },
     /// More beam settings than charts can be made for.
     #[error(
-        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage, current and focus to fewer values"
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage and focus to fewer values (of currents there may be any number)"
     )]
     ManySettings {
         /// Settings on the path.
         settings: usize,
         /// How many may be.
         most: usize,
+    },
+    /// Charts from files that nothing can be taken between.
+    #[error(
+        "the charts for {:.3} and {:.3} mA differ in more than the current, so that those of the currents between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
+        1e3 * currents[0], 1e3 * currents[1]
+    )]
+    UnlikeCharts {
+        /// Their currents, A.
+        currents: [f64; 2],
     },
     /// More voxels than fit.
     #[error(

@@ -9,7 +9,7 @@ use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
-use super::charts::{beam_settings, charts_of};
+use super::charts::{Charts, charts_of};
 use super::cost::Cost;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
@@ -17,7 +17,7 @@ use super::optimise::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
-use crate::job::ebm::OptimiseSolver;
+use crate::job::ebm::{Change, OptimiseSolver};
 
 /// A path and what it did.
 #[derive(Debug, Clone)]
@@ -72,14 +72,13 @@ fn start<'a>(
     settings: &Settings,
     paths: impl Iterator<Item = &'a BeamPath>,
     below: &Below,
-    sets: Vec<ChartSet>,
+    charts: &Charts,
 ) -> Result<ChartSimulation, EbmError> {
     let [low, high] = extent(settings, paths);
     let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
     let grid = Grid::covering(low, high, edge)
         .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
-    let mut simulation =
-        ChartSimulation::new(&grid, settings.material.clone(), sets, settings.simulation)?;
+    let mut simulation = charts.simulation(&grid, settings)?;
     simulation.set_state(|c| {
         if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {
             State::Powder
@@ -96,10 +95,10 @@ fn before_last_layer(
     lower: &[BeamPath],
     last: &BeamPath,
     below: &Below,
-    sets: Vec<ChartSet>,
+    charts: &Charts,
     observer: &dyn Observer,
 ) -> Result<ChartSimulation, EbmError> {
-    let mut simulation = start(settings, lower.iter().chain([last]), below, sets)?;
+    let mut simulation = start(settings, lower.iter().chain([last]), below, charts)?;
     for path in lower {
         simulation.draw(path, &[], &mut |_, _| (), observer)?;
         simulation.add_layer();
@@ -150,7 +149,7 @@ pub(super) fn top(field: &Field) -> Vec<f64> {
 /// The window: as written, or round what the middle of a good body reaches.
 fn classes(
     settings: &Settings,
-    sets: &[ChartSet],
+    charts: &Charts,
     observer: &dyn Observer,
 ) -> Result<Classes, EbmError> {
     let melting = settings.material.liquidus;
@@ -165,7 +164,7 @@ fn classes(
                 &vec![path.as_ref().clone(); settings.lower.len()],
                 path,
                 &settings.below_good(),
-                sets.to_vec(),
+                charts,
                 observer,
             )?;
             simulation.draw(path, &[], &mut |_, _| (), observer)?;
@@ -220,14 +219,14 @@ pub fn simulate(
     let paths = settings.drawn();
     let cost = Cost::of(settings)?;
     observer.stage(&cost.words(), 0);
-    let sets = charts_of(settings, &paths, reporter, observer)?;
-    let classes = classes(settings, &sets, observer)?;
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let classes = classes(settings, &charts, observer)?;
     let ready = before_last_layer(
         settings,
         &settings.lower,
         &settings.path,
         &settings.below,
-        sets.clone(),
+        &charts,
         observer,
     )?;
     // drawn from again only where a better path is looked for
@@ -244,19 +243,17 @@ pub fn simulate(
         Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
         None => None,
     };
-    let served = |path: &BeamPath| {
-        let known = |[voltage, current, focus]: [f64; 3]| {
-            let serves = |s: &ChartSet| s.settings.serves(voltage, current, focus);
-            sets.iter().any(serves)
-        };
-        beam_settings([path].into_iter()).into_iter().all(known)
-    };
-    let better = match (&found, ready) {
-        // charts know nothing of other currents and focus currents
-        (Some(found), Some((_, ready))) if served(&found.path) => {
-            Some(draw_last(ready, &found.path, settings, &classes, observer)?)
+    let (better, more) = match (&found, ready) {
+        (Some(found), Some((_, ready))) if charts.serve(&found.path) => {
+            let drawn = draw_last(ready, &found.path, settings, &classes, observer)?;
+            (Some(drawn), Vec::new())
         }
-        _ => None,
+        (Some(found), Some((how, _))) if how.change == Change::Current => {
+            let (drawn, sets) = other_currents(settings, found, &classes, reporter, observer)?;
+            (Some(drawn), sets)
+        }
+        // charts know nothing of other focus currents
+        _ => (None, Vec::new()),
     };
     let judged = match &settings.judge {
         Some(judging) => {
@@ -284,8 +281,24 @@ pub fn simulate(
         found,
         better,
         judged,
-        charts: sets,
+        charts: charts.own.into_iter().chain(more).collect(),
     })
+}
+
+/// Draws a found path whose currents need charts of their own, which come back too.
+fn other_currents(
+    settings: &Settings,
+    found: &Found,
+    classes: &Classes,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(Drawn, Vec<ChartSet>), EbmError> {
+    let (lower, path) = (&settings.lower, &found.path);
+    let paths: Vec<&BeamPath> = lower.iter().chain([path]).collect();
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let ready = before_last_layer(settings, lower, path, &settings.below, &charts, observer)?;
+    let drawn = draw_last(ready, path, settings, classes, observer)?;
+    Ok((drawn, charts.own))
 }
 
 /// Draws the paths of all layers again with charts and looks at each at its `times`, in order; layers count from 0, times are
@@ -298,8 +311,8 @@ pub(crate) fn look_at(
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
     let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
-    let sets = charts_of(settings, &paths, reporter, observer)?;
-    let mut simulation = start(settings, paths.iter().copied(), &settings.below, sets)?;
+    let charts = charts_of(settings, &paths, reporter, observer)?;
+    let mut simulation = start(settings, paths.iter().copied(), &settings.below, &charts)?;
     for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
         if layer > 0 {
             simulation.add_layer();
