@@ -25,12 +25,7 @@ use meltpath_thermal::solver::{Face, Faces, Solver, State};
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::surface::Surface;
-use support::{settings, titanium};
-
-/// Speed of the thesis at lines 0.125 mm apart, mm/s.
-const SPEED: f64 = 980.0;
-/// Its lines are this far apart, mm.
-const HATCH: f64 = 0.125;
+use support::{HATCH, SPEED, good_body, settings, titanium};
 
 /// Half the width of the thesis' triangle at height `y`, mm.
 fn side(y: f64) -> f64 {
@@ -78,27 +73,6 @@ fn serpentine() -> BeamPath {
         })
         .collect();
     BeamPath::along(&corners, SPEED, settings(5e-3, 4e-3)).unwrap()
-}
-
-/// The middle of the thesis' rectangle: 4 mm of ten of its lines of 15 mm, the beam off while it is further away.
-fn rectangle() -> BeamPath {
-    let mut points = Vec::new();
-    let mut time = 0.0;
-    for n in 0..10 {
-        let y = (f64::from(n) + 0.5) * HATCH;
-        let ends = if n % 2 == 0 { [-2.0, 2.0] } else { [2.0, -2.0] };
-        for (x, on) in ends.into_iter().zip([true, false]) {
-            points.push(BeamPoint {
-                time,
-                x,
-                y,
-                on,
-                ..settings(5e-3, 4e-3)
-            });
-            time += if on { 4.0 } else { 11.0 } / SPEED;
-        }
-    }
-    BeamPath::new(points).unwrap()
 }
 
 /// Cells, longest step and power of a solver.
@@ -165,7 +139,7 @@ impl Resolution {
 
     /// 60 K round what the middle of the rectangle reaches.
     fn window(self) -> Classes {
-        let field = self.highest(&rectangle());
+        let field = self.highest(&good_body());
         let any = Classes {
             melting: 0.0,
             window: [0.0, f64::INFINITY],
