@@ -99,13 +99,14 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Compare a table of temperatures (x, y, z, t, T) with a run of an electron beam, or with another table.
+    /// Compare a table of temperatures (x, y, z, t, T) with a run of an electron beam, or with another table; or a run's charts
+    /// with the reference solver that judged it.
     Compare {
         /// A run's folder, or a `.csv` or `.parquet` table.
         against: PathBuf,
-        /// The table: `.csv` or `.parquet`, columns x, y, z, t, T.
-        table: PathBuf,
-        /// Folder to write, new; default the next free `<table>-compare/NNN` beside the table.
+        /// The table: `.csv` or `.parquet`, columns x, y, z, t, T, or `T_max`, `time_molten`, solidified; without one the run's judge.
+        table: Option<PathBuf>,
+        /// Folder to write, new; default the next free `<table>-compare/NNN` beside the table, or beside the run.
         #[arg(long)]
         out: Option<PathBuf>,
     },

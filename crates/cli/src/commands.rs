@@ -46,7 +46,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             against,
             table,
             out,
-        } => compared(against, table, out.as_deref()),
+        } => compared(against, table.as_deref(), out.as_deref()),
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
@@ -254,37 +254,48 @@ fn identified(
     Ok(0)
 }
 
-fn compared(against: &Path, table: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
-    let runs = beside(table, "-compare");
+    let runs = beside(table.unwrap_or(against), "-compare");
     let found = compare::compare(against, table, out, &runs, &progress)?;
     show_timers(&progress);
-    let a = &found.apart;
-    let [half, most, nearly, all] = a.percentiles;
-    line("");
-    line(&format!(
-        "{} samples compared with {}",
-        a.pairs, found.against
-    ));
-    line(&format!(
-        "bias {:.1} K, standard deviation {:.1} K, mean without sign {:.1} K ({:.2} %)",
-        a.bias,
-        a.deviation,
-        a.mean,
-        100.0 * a.relative
-    ));
-    line(&format!(
-        "50, 90, 95, 99 % within {half:.0}, {most:.0}, {nearly:.0}, {all:.0} K"
-    ));
-    let worst = &a.worst.sample;
-    line(&format!(
-        "furthest apart: {:+.0} K at x {:.3}, y {:.3}, z {:.3} mm, {:.6} s",
-        a.worst.difference(),
-        worst.place[0],
-        worst.place[1],
-        worst.place[2],
-        worst.time
-    ));
+    for part in &found.parts {
+        let (a, shown) = (&part.apart, part.quantity.shown());
+        let unit = shown.difference;
+        let digits = if part.quantity.is_temperature() { 1 } else { 4 };
+        let told = |value: f64| format!("{:.digits$}", shown.difference(value));
+        line("");
+        line(&format!(
+            "{}: {} samples of {} compared with {}",
+            part.quantity.words(),
+            a.pairs,
+            found.name,
+            found.against
+        ));
+        line(&format!(
+            "bias {} {unit}, standard deviation {} {unit}, mean without sign {} {unit}",
+            told(a.bias),
+            told(a.deviation),
+            told(a.mean),
+        ));
+        line(&format!(
+            "50, 90, 95, 99 % within {} {unit}",
+            a.percentiles.map(told).join(", ")
+        ));
+        let worst = &a.worst.sample;
+        let when = if part.quantity.is_in_time() {
+            format!(", {:.6} s", worst.time)
+        } else {
+            String::new()
+        };
+        line(&format!(
+            "furthest apart: {} {unit} at x {:.3}, y {:.3}, z {:.3} mm{when}",
+            told(a.worst.difference()),
+            worst.place[0],
+            worst.place[1],
+            worst.place[2],
+        ));
+    }
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }

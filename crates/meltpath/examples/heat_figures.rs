@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use meltpath::ebm::focus::builtin;
-use meltpath::ebm::settings::MATERIALS;
+use meltpath::material::MATERIALS;
 use meltpath_base::{Check, Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_report::html::{Report, Section, write_html};

@@ -11,6 +11,7 @@ mod present_found;
 mod present_histogram;
 mod present_part;
 mod present_sections;
+pub(crate) mod present_voxels;
 pub mod region;
 pub mod run;
 pub mod section;

@@ -10,11 +10,11 @@ use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
 use meltpath_thermal::fit::{self as least_squares, Fitted, Measured, Prior, which_to_build};
-use meltpath_thermal::material_file::{MaterialError, Readings, read as read_material};
+use meltpath_thermal::material_file::Readings;
 use meltpath_thermal::strategy::solve_radius;
 
 use crate::ebm::focus::{self, FocusFileError};
-use crate::ebm::settings::MATERIALS;
+use crate::material::{MaterialFileError, load};
 use crate::outcome::RunError;
 
 pub use measurements::{Measurements, MeasurementsError};
@@ -33,11 +33,8 @@ pub enum FitCommandError {
     #[error(transparent)]
     Measurements(#[from] MeasurementsError),
     /// The material.
-    #[error("{0}")]
-    Material(String),
-    /// Its file.
     #[error(transparent)]
-    MaterialFile(#[from] MaterialError),
+    Material(#[from] MaterialFileError),
     /// The focus calibration.
     #[error(transparent)]
     Focus(#[from] FocusFileError),
@@ -109,7 +106,8 @@ pub fn fit(
     let mut provenance = Provenance::new();
     let measured = measurements::read(file).map_err(FitCommandError::from)?;
     crate::ebm::run::record(&mut provenance, file)?;
-    let found = search(&measured, &mut provenance, &reporter, observer).map_err(told)?;
+    let beside = file.parent().unwrap_or(Path::new(""));
+    let found = search(&measured, beside, &mut provenance, &reporter, observer).map_err(told)?;
     let (before, fitted, prediction) = found;
     for (n, m) in measured.all.iter().enumerate() {
         let miss = (m.value - fitted.predicted[n]) / m.sigma;
@@ -188,23 +186,14 @@ type Answer = (Vec<f64>, Fitted, Option<Prediction>);
 
 fn search(
     measured: &Measurements,
+    folder: &Path,
     provenance: &mut Provenance,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Answer, FitCommandError> {
-    let text = MATERIALS
-        .iter()
-        .find(|(name, _)| *name == measured.material)
-        .map(|(_, text)| *text)
-        .ok_or_else(|| {
-            let known: Vec<&str> = MATERIALS.iter().map(|m| m.0).collect();
-            FitCommandError::Material(format!(
-                "there is no material \"{}\"; known are {}",
-                measured.material,
-                known.join(", ")
-            ))
-        })?;
-    let material = read_material(text, Readings::default())?;
+    let loaded = load(&measured.material, Readings::default(), folder)?;
+    loaded.tell(provenance);
+    let material = loaded.material;
     let (calibration, source) = focus::builtin(&measured.focus)?;
     provenance.model("focus calibration", &source);
     provenance.model(

@@ -10,6 +10,7 @@ pub mod identify;
 pub mod inspect;
 pub mod job;
 pub mod lpbf;
+pub mod material;
 pub mod outcome;
 pub mod part;
 pub mod start;

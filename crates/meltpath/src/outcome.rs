@@ -159,6 +159,12 @@ pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Res
     Ok(())
 }
 
+/// A warning with what to do about it.
+pub(crate) fn warning_line(warning: &meltpath_base::Warning) -> String {
+    let remedy = warning.remedy.iter().map(|r| format!("; {r}"));
+    format!("note: {}{}", warning.message, remedy.collect::<String>())
+}
+
 /// Every parameter with its value and origin, one a line.
 pub(crate) fn parameter_lines(provenance: &Provenance) -> Vec<String> {
     let mut lines = Vec::new();

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use meltpath::compare::quantity::Quantity;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
@@ -43,10 +44,14 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
     let file = folder.join("sensors.csv");
     std::fs::write(&file, &table).unwrap();
     let out = folder.join("first");
-    let found = compare::compare(&run, &file, Some(&out), folder, &Silent).unwrap();
-    assert_eq!(found.left_out, [1, 1]);
+    let found = compare::compare(&run, Some(&file), Some(&out), folder, &Silent).unwrap();
+    assert_eq!(found.parts[0].left_out, [1, 1]);
     // 0.4 mm beside the line nothing is heated yet: the table is 25 K too high
-    assert!((found.apart.bias - 25.0).abs() < 0.5, "{:?}", found.apart);
+    assert!(
+        (found.parts[0].apart.bias - 25.0).abs() < 0.5,
+        "{:?}",
+        found.parts[0].apart
+    );
     assert!(
         found
             .verdict
@@ -82,17 +87,99 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         .collect();
     let again = folder.join("own.csv");
     std::fs::write(&again, own).unwrap();
-    let same =
-        compare::compare(&run, &again, Some(&folder.join("second")), folder, &Silent).unwrap();
+    let same = compare::compare(
+        &run,
+        Some(&again),
+        Some(&folder.join("second")),
+        folder,
+        &Silent,
+    )
+    .unwrap();
     assert!(
-        same.apart.worst.difference().abs() < 0.05,
+        same.parts[0].apart.worst.difference().abs() < 0.05,
         "{:?}",
-        same.apart
+        same.parts[0].apart
     );
     // and one table against the other
-    let tables =
-        compare::compare(&again, &file, Some(&folder.join("third")), folder, &Silent).unwrap();
-    assert!((tables.apart.bias - 25.0).abs() < 0.5, "{:?}", tables.apart);
+    let tables = compare::compare(
+        &again,
+        Some(&file),
+        Some(&folder.join("third")),
+        folder,
+        &Silent,
+    )
+    .unwrap();
+    assert!(
+        (tables.parts[0].apart.bias - 25.0).abs() < 0.5,
+        "{:?}",
+        tables.parts[0].apart
+    );
+}
+
+/// A judged run is compared with its own judge by one command, and the judge's tables with themselves and with charts.
+#[test]
+fn charts_are_compared_with_their_judge() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    for (time, x) in [(0.0, 0.0), (2.5e-3, 1.0), (6.0e-3, 1.0)] {
+        let on = i32::from(time < 1e-3);
+        writeln!(path, "{time},{x},0,60000,0.002,0.004,{on}").unwrap();
+    }
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3300 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n";
+    let file = folder.join("job.toml");
+    let plain = folder.join("plain");
+    std::fs::write(&file, job).unwrap();
+    chain::run(&file, Some(&plain), folder, &Silent).unwrap();
+    let refused = compare::compare(&plain, None, None, folder, &Silent).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.contains("solver = \"reference\""), "{refused}");
+    let judge = "[judge]\nsolver = \"reference\"\ncell = \"0.1 mm\"\nstep = \"10 us\"\nplaces = [[\"0.6 mm\", \"0 mm\"], [\"0.6 mm\", \"0 mm\", \"-0.1 mm\"], [\"9 mm\", \"0 mm\"]]\n";
+    std::fs::write(&file, format!("{job}{judge}")).unwrap();
+    let run = folder.join("run");
+    let ran = chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    let told = |code: &str| ran.verdict.warnings.iter().find(|w| w.code == code);
+    assert!(
+        told("places-outside")
+            .unwrap()
+            .message
+            .contains("(9, 0, 0)")
+    );
+    let out = folder.join("out");
+    let found = compare::compare(&run, None, Some(&out), folder, &Silent).unwrap();
+    let of = |q: Quantity| found.parts.iter().find(|p| p.quantity == q).unwrap();
+    assert_eq!(found.parts.len(), 4);
+    // two places every 50 µs of 6 ms, from the first look on
+    assert_eq!(of(Quantity::Temperature).pairs.len(), 2 * 121);
+    // one line, charts that do not end before it: within some 100 K and half a millisecond
+    let highest = &of(Quantity::Highest).apart;
+    assert!(highest.bias.abs() < 150.0, "{highest:?}");
+    let froze = &of(Quantity::Solidified).apart;
+    assert!(froze.mean < 5e-4, "{froze:?}");
+    for name in [
+        "pairs.csv",
+        "pairs-highest.csv",
+        "map-molten.vti",
+        "map-solidified.csv",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("Time of freezing"));
+    // tables against tables: each with itself, and charts with the solver within a twentieth of a millimetre
+    let (ours, theirs) = (
+        run.join("series/voxels-reference.csv"),
+        run.join("series/voxels.csv"),
+    );
+    let same = compare::compare(&ours, Some(&ours), None, &folder.join("same"), &Silent).unwrap();
+    assert!(same.parts.iter().all(|p| p.apart.worst.difference() == 0.0));
+    let near = compare::compare(&theirs, Some(&ours), None, &folder.join("near"), &Silent).unwrap();
+    assert_eq!(near.parts.len(), 3);
+    let samples = run.join("series/temperatures-reference.csv");
+    let error = compare::compare(&theirs, Some(&samples), None, folder, &Silent).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("nothing is told by both"), "{error}");
 }
 
 /// Each layer of a run is met at its own height and on its own clock, and told by itself.
@@ -126,23 +213,27 @@ fn every_layer_is_compared() {
     let out = folder.join("out");
     let found = compare::compare(
         &run,
-        &table("all.csv", &[1, 2, 3]),
+        Some(&table("all.csv", &[1, 2, 3])),
         Some(&out),
         folder,
         &Silent,
     );
     let found = found.unwrap();
-    assert_eq!(found.pairs.len(), 30);
+    assert_eq!(found.parts[0].pairs.len(), 30);
     let height = |layer: usize| {
-        let n = found.layers.iter().position(|l| *l == layer).unwrap();
-        found.pairs[n].sample.place[2]
+        let n = found.parts[0]
+            .layers
+            .iter()
+            .position(|l| *l == layer)
+            .unwrap();
+        found.parts[0].pairs[n].sample.place[2]
     };
     assert!((height(3) - height(1) - 0.1).abs() < 1e-9);
     let of = |layer: usize| {
-        let own = found
+        let own = found.parts[0]
             .layers
             .iter()
-            .zip(&found.pairs)
+            .zip(&found.parts[0].pairs)
             .filter(|(l, _)| **l == layer);
         own.map(|(_, p)| p.difference()).fold(0.0, f64::max)
     };
@@ -156,7 +247,7 @@ fn every_layer_is_compared() {
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("By layer"));
     let wrong = table("wrong.csv", &[1, 4]);
-    let error = compare::compare(&run, &wrong, None, folder, &Silent).unwrap_err();
+    let error = compare::compare(&run, Some(&wrong), None, folder, &Silent).unwrap_err();
     assert!(
         error
             .to_string()
@@ -178,7 +269,8 @@ fn what_cannot_be_compared_is_named() {
     let away = write("b.csv", "x,y,z,t,T\n5,0,0,0,900\n");
     let told = |against: &Path, table: &Path| {
         let out = folder.join("out");
-        let error = compare::compare(against, table, Some(&out), folder, &Silent).unwrap_err();
+        let error =
+            compare::compare(against, Some(table), Some(&out), folder, &Silent).unwrap_err();
         assert!(!out.exists());
         error.to_string()
     };

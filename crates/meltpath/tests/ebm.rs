@@ -205,7 +205,10 @@ fn what_cannot_be_is_refused_with_its_place() {
     assert!(
         refused("[window]\nlow = \"2800 °C\"\nhigh = \"2700 °C\"\n", 4e-3).contains("not below")
     );
-    assert!(refused("[ebm]\nmaterial = \"gold\"\n", 4e-3).contains("known are ti6al4v-ebm"));
+    assert!(
+        refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
+            .contains("known are ti6al4v-ebm, in625-laser")
+    );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);

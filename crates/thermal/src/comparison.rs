@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use crate::grid::{Field, Grid};
 
-/// A temperature somewhere at some time.
+/// What a field says somewhere at some time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Where, mm.
     pub place: [f64; 3],
     /// When, s.
     pub time: f64,
-    /// Temperature, K.
-    pub kelvin: f64,
+    /// Temperature, K; or s where times are compared.
+    pub value: f64,
 }
 
 /// A sample and what the other field says there.
@@ -20,31 +20,29 @@ pub struct Sample {
 pub struct Pair {
     /// The sample.
     pub sample: Sample,
-    /// The other field's temperature, K.
+    /// What the other field says there, in the same unit.
     pub other: f64,
 }
 
 impl Pair {
-    /// Sample less other, K.
+    /// Sample less other.
     pub fn difference(&self) -> f64 {
-        self.sample.kelvin - self.other
+        self.sample.value - self.other
     }
 }
 
-/// How far apart two fields are.
+/// How far apart two fields are, in the unit of the pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
     /// Pairs compared.
     pub pairs: usize,
-    /// Mean difference, K.
+    /// Mean difference.
     pub bias: f64,
-    /// Standard deviation of the differences, K.
+    /// Standard deviation of the differences.
     pub deviation: f64,
-    /// Mean of the differences without sign, K.
+    /// Mean of the differences without sign.
     pub mean: f64,
-    /// The same as a share of the sample's temperature in °C (the measure of Béraud 2016, section 3.2.3.3).
-    pub relative: f64,
-    /// Differences without sign that 50, 90, 95 and 99 % of the pairs stay below, K.
+    /// Differences without sign that 50, 90, 95 and 99 % of the pairs stay below.
     pub percentiles: [f64; 4],
     /// The pair that is furthest apart.
     pub worst: Pair,
@@ -57,7 +55,7 @@ pub const PERCENTILES: [f64; 4] = [0.50, 0.90, 0.95, 0.99];
 ///
 /// ```
 /// use meltpath_thermal::comparison::{Pair, Sample, apart};
-/// let pair = |kelvin: f64, other: f64| Pair { sample: Sample { place: [0.0; 3], time: 0.0, kelvin }, other };
+/// let pair = |kelvin: f64, other: f64| Pair { sample: Sample { place: [0.0; 3], time: 0.0, value: kelvin }, other };
 /// let found = apart(&[pair(1000.0, 990.0), pair(1000.0, 1030.0)]).unwrap();
 /// assert!((found.bias + 10.0).abs() < 1e-9 && (found.mean - 20.0).abs() < 1e-9);
 /// assert_eq!(found.worst.other, 1030.0);
@@ -86,13 +84,19 @@ pub fn apart(pairs: &[Pair]) -> Option<Apart> {
         bias,
         deviation,
         mean: mean_of(&|p| p.difference().abs()),
-        relative: mean_of(&|p| {
-            let celsius = p.sample.kelvin - crate::material::CELSIUS;
-            p.difference().abs() / celsius.abs().max(1.0)
-        }),
         percentiles: PERCENTILES.map(rank),
         worst: *worst,
     })
+}
+
+/// Mean difference without sign as a share of the sample's temperature in °C (the measure of Béraud 2016, section 3.2.3.3);
+/// not a number without pairs.
+pub fn relative(pairs: &[Pair]) -> f64 {
+    let share = |p: &Pair| {
+        let celsius = p.sample.value - crate::material::CELSIUS;
+        p.difference().abs() / celsius.abs().max(1.0)
+    };
+    pairs.iter().map(share).sum::<f64>() / pairs.len() as f64
 }
 
 /// Value of a field between the centres of its cells, straight along each axis; beyond the outer centres theirs. `None`
@@ -105,6 +109,14 @@ pub fn between(field: &Field, place: [f64; 3]) -> Option<f64> {
             .map(|&([i, j, k], weight)| weight * field.at(i, j, k))
             .sum(),
     )
+}
+
+/// Value of the cell in which a place lies. `None` outside the grid.
+pub fn nearest(field: &Field, place: [f64; 3]) -> Option<f64> {
+    let cells = around(&field.grid, place)?;
+    let nearest = cells.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let [i, j, k] = nearest.0;
+    Some(field.at(i, j, k))
 }
 
 /// The cells round a place and their weights.
@@ -185,7 +197,7 @@ impl Places {
         let mut boxes: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
         for group in by_place.into_values() {
             let place = group[0].place;
-            let mut history: Vec<[f64; 2]> = group.iter().map(|s| [s.time, s.kelvin]).collect();
+            let mut history: Vec<[f64; 2]> = group.iter().map(|s| [s.time, s.value]).collect();
             history.sort_by(|a, b| a[0].total_cmp(&b[0]));
             boxes
                 .entry(place.map(|x| (x / within).floor() as i64))
@@ -200,7 +212,7 @@ impl Places {
         }
     }
 
-    /// Temperature at a place and time, K.
+    /// Value at a place and time.
     ///
     /// # Errors
     /// [`Missing`]: no place near enough, or a time outside its samples.
@@ -264,7 +276,7 @@ mod tests {
         Sample {
             place,
             time,
-            kelvin,
+            value: kelvin,
         }
     }
 

@@ -9,8 +9,10 @@ use meltpath_geometry::math::DVec3;
 
 use crate::beam::{BeamError, BeamPath, BeamPoint};
 use crate::bed::{Body, MARGIN};
+use crate::comparison::Sample;
 use crate::grid::{Field, Grid};
-use crate::run::{RunError, draw};
+use crate::run::{RunError, Sink, draw};
+use crate::watch::{Watch, Watched, Watcher};
 
 /// Largest change of a share that is called converged.
 pub const CONVERGED: f64 = 0.05;
@@ -106,6 +108,8 @@ pub struct Drawn {
     pub residual: f64,
     /// Updates of cells.
     pub updates: u64,
+    /// What was seen besides, where something was to be looked at.
+    pub watched: Option<Watched>,
 }
 
 /// The same path with x and y exchanged.
@@ -134,6 +138,28 @@ fn turned_field(field: &Field) -> Field {
             edge: [grid.edge[1], grid.edge[0]],
             heights: grid.heights.clone(),
         },
+    }
+}
+
+fn turned_place([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [y, x, z]
+}
+
+/// What was seen with x and y exchanged.
+fn turned_watched(seen: Watched) -> Watched {
+    Watched {
+        above: turned_field(&seen.above),
+        fell: turned_field(&seen.fell),
+        rate: turned_field(&seen.rate),
+        samples: seen
+            .samples
+            .into_iter()
+            .map(|s| Sample {
+                place: turned_place(s.place),
+                ..s
+            })
+            .collect(),
+        outside: seen.outside.into_iter().map(turned_place).collect(),
     }
 }
 
@@ -171,6 +197,21 @@ pub fn judge(
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
+    watched(body, lower, path, resolution, None, observer)
+}
+
+/// The same, and what `watch` asks for.
+///
+/// # Errors
+/// [`RunError`].
+pub fn watched(
+    body: &Body<'_>,
+    lower: &[BeamPath],
+    path: &BeamPath,
+    resolution: &Resolution,
+    watch: Option<&Watch>,
+    observer: &dyn Observer,
+) -> Result<Drawn, RunError> {
     let others: Vec<BeamPath> = lower.iter().filter_map(|p| turned(p).ok()).collect();
     let areas = |lower: &[BeamPath], path: &BeamPath| {
         lower.iter().map(awake_area).sum::<f64>() + awake_area(path)
@@ -179,16 +220,28 @@ pub fn judge(
         .ok()
         .filter(|other| others.len() == lower.len() && areas(&others, other) < areas(lower, path));
     let Some(path) = fewer else {
-        return draw_rows(body, lower, path, resolution, observer);
+        return draw_rows(body, lower, path, resolution, watch, observer);
     };
     let ground = |[x, y]: [f64; 2]| (body.ground)([y, x]);
     let turned = Body {
         ground: &ground,
         ..*body
     };
-    let drawn = draw_rows(&turned, &others, &path, resolution, observer)?;
+    let watch = watch.map(|w| Watch {
+        places: w.places.iter().map(|p| turned_place(*p)).collect(),
+        ..*w
+    });
+    let drawn = draw_rows(
+        &turned,
+        &others,
+        &path,
+        resolution,
+        watch.as_ref(),
+        observer,
+    )?;
     Ok(Drawn {
         highest: turned_field(&drawn.highest),
+        watched: drawn.watched.map(turned_watched),
         ..drawn
     })
 }
@@ -198,12 +251,17 @@ fn draw_rows(
     lower: &[BeamPath],
     path: &BeamPath,
     resolution: &Resolution,
+    watch: Option<&Watch>,
     observer: &dyn Observer,
 ) -> Result<Drawn, RunError> {
     let mut bed = body.bed(&[path], lower, resolution, observer)?;
     let solver = &mut bed.solver;
-    draw(solver, path, &bed.beam, bed.step, &mut [], observer)?;
+    let mut watcher = watch.map(|w| Watcher::new(w, solver));
+    let mut sinks: Vec<&mut dyn Sink<f32>> = Vec::new();
+    sinks.extend(watcher.as_mut().map(|w| w as &mut dyn Sink<f32>));
+    draw(solver, path, &bed.beam, bed.step, &mut sinks, observer)?;
     Ok(Drawn {
+        watched: watcher.map(Watcher::seen),
         residual: solver.ledger().residual(solver.stored()),
         highest: solver.highest_temperature(),
         step: bed.step,

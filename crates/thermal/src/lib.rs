@@ -51,4 +51,5 @@ pub mod speed;
 pub mod strategy;
 pub mod surface;
 pub mod vector;
+pub mod watch;
 mod window;

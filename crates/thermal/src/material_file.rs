@@ -408,6 +408,18 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         roughness,
         absorptivity,
     };
+    let [low, high] = material.range;
+    if !(low <= start && liquidus < high) {
+        return Err(MaterialError::Value {
+            what: format!(
+                "`range` is {:.0} to {:.0} °C: the laws must hold from the consolidation, {:.0} °C, to above the liquidus, {:.0} °C",
+                low - CELSIUS,
+                high - CELSIUS,
+                start - CELSIUS,
+                liquidus - CELSIUS
+            ),
+        });
+    }
     if !(start < solidus && solidus < liquidus) {
         return Err(MaterialError::Value {
             what: format!(
@@ -419,6 +431,15 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         });
     }
     Ok(material)
+}
+
+/// The sources that a material file lists, in the order of their names.
+///
+/// # Errors
+/// [`MaterialError::Syntax`].
+pub fn sources(text: &str) -> Result<Vec<String>, MaterialError> {
+    let file: File = toml::from_str(text)?;
+    Ok(file.sources.into_values().collect())
 }
 
 fn relative_density(
@@ -488,6 +509,14 @@ mod tests {
             read(&text, Readings::default()),
             Err(MaterialError::Source { .. })
         ));
+    }
+
+    #[test]
+    fn laws_that_do_not_reach_the_melt_are_refused() {
+        let text = TITANIUM.replacen("[750.0, 3000.0]", "[750.0, 1650.0]", 1);
+        let error = read(&text, Readings::default()).unwrap_err().to_string();
+        assert!(error.contains("above the liquidus, 1665 °C"), "{error}");
+        assert_eq!(sources(TITANIUM).unwrap().len(), 4);
     }
 
     #[test]

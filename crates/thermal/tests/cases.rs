@@ -6,56 +6,19 @@
     reason = "a test that fails stops here; its figures are shown with --nocapture"
 )]
 
+mod support;
+
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{DensityReading, PorosityReading, Readings, read};
+use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::material_file::{DensityReading, PorosityReading, Readings};
 use meltpath_thermal::pool::MeltPool;
 use meltpath_thermal::run::{Sink, draw};
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::solver::{Faces, Solver, State};
 use meltpath_thermal::surface::Surface;
-
-fn titanium(readings: Readings) -> Material {
-    read(
-        include_str!("../../../data/materials/ti6al4v-ebm.toml"),
-        readings,
-    )
-    .unwrap()
-}
-
-fn faces(material: &Material) -> Faces {
-    Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
-    }
-}
-
-fn beam(diameter: f64) -> Beam {
-    Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(diameter),
-    }
-}
-
-fn settings(current: f64) -> BeamPoint {
-    BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        voltage: 60e3,
-        current,
-        focus: 0.0,
-        on: true,
-    }
-}
+use support::{beam, faces, fresh_layer, settings, titanium, titanium_read};
 
 /// Largest pool and temperature seen while the beam is on its way.
 struct Largest {
@@ -83,7 +46,7 @@ fn single_bead(readings: Readings, edge: DVec3) -> (MeltPool, f64) {
         initial_porosity: Some(0.3),
         ..readings
     };
-    let material = titanium(readings);
+    let material = titanium_read(readings);
     let liquidus = material.liquidus;
     let grid = Grid::covering(
         DVec3::new(-0.5, -0.6, -0.6),
@@ -100,7 +63,7 @@ fn single_bead(readings: Readings, edge: DVec3) -> (MeltPool, f64) {
             State::Dense
         }
     });
-    let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(2e-3)).unwrap();
+    let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(2e-3, 0.0)).unwrap();
     let mut largest = Largest {
         liquidus,
         pool: MeltPool::default(),
@@ -182,7 +145,7 @@ fn ebm_t01_t02_single_bead() {
 
 /// A block under a beam at rest, 50 µm of powder on dense metal unless `state` says otherwise (sections 2.10.3, 3.3).
 fn fixed_beam(state: impl Fn(DVec3) -> State) -> Solver<f32> {
-    let material = titanium(Readings::default());
+    let material = titanium();
     let grid = Grid::covering(
         DVec3::new(-0.5, -0.5, -0.5),
         DVec3::new(0.5, 0.5, 0.0),
@@ -195,17 +158,9 @@ fn fixed_beam(state: impl Fn(DVec3) -> State) -> Solver<f32> {
     solver
 }
 
-fn fresh_layer(c: DVec3) -> State {
-    if c.z > -0.05 {
-        State::Powder
-    } else {
-        State::Dense
-    }
-}
-
 /// Heats under a beam at rest until the hottest cell reaches `celsius`; returns the time, s.
 fn heat_to(solver: &mut Solver<f32>, current: f64, diameter: f64, celsius: f64, dt: f64) -> f64 {
-    let spot = beam(diameter).spot(&settings(current)).unwrap();
+    let spot = beam(diameter).spot(&settings(current, 0.0)).unwrap();
     let before = solver.time();
     while solver.hottest() < celsius + CELSIUS {
         solver.step(dt, &[spot]).unwrap();
@@ -270,7 +225,7 @@ fn ebm_t07_a_hotter_pool_freezes_longer() {
 /// A vertical strut: per layer a circle of `outer` (2 mA), then one of `inner` (2.4 mA), 0.4 mm overlap each, 470 mm/s.
 /// Returns the diameter of the circle with the molten area of each layer, mm.
 fn strut(outer: f64, inner: f64, layers: usize) -> Vec<f64> {
-    let material = titanium(Readings::default());
+    let material = titanium();
     let half = outer + 0.35 + 0.5;
     let grid = Grid::covering(
         DVec3::new(-half, -half, -0.5),
@@ -295,7 +250,7 @@ fn strut(outer: f64, inner: f64, layers: usize) -> Vec<f64> {
                 .map(|n| turn * f64::from(n) / 90.0)
                 .map(|a| [radius * a.cos(), radius * a.sin()])
                 .collect();
-            let path = BeamPath::along(&corners, 470.0, settings(current)).unwrap();
+            let path = BeamPath::along(&corners, 470.0, settings(current, 0.0)).unwrap();
             draw(&mut solver, &path, &beam(0.551_67), STEP, &mut [], &Silent).unwrap();
         }
     }
@@ -376,7 +331,7 @@ fn ebm_t10_a_layer_starts_at_the_consolidation_temperature() {
 fn ebm_t11_powder_heats_faster() {
     let curve = |state: fn(DVec3) -> State| {
         let mut solver = fixed_beam(state);
-        let spot = beam(0.551_67).spot(&settings(2e-3)).unwrap();
+        let spot = beam(0.551_67).spot(&settings(2e-3, 0.0)).unwrap();
         let mut hottest = vec![solver.hottest()];
         while solver.hottest() < 2800.0 + CELSIUS {
             // the check's steps of 2.5 µs, in halves
@@ -446,7 +401,7 @@ fn ebm_t12_influence_of_depth_and_distance() {
 /// Section 5.4: a line at 300 W and 980 mm/s on fresh powder reaches 3398 °C, 1520 × 400 × 100 µm; and what evaporation takes.
 #[test]
 fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
-    let material = titanium(Readings::default());
+    let material = titanium();
     let liquidus = material.liquidus;
     let steam = Surface::Evaporating {
         surroundings: 300.0 + CELSIUS,
@@ -465,7 +420,7 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
         };
         let mut solver = Solver::<f32>::new(grid, material.clone(), faces).unwrap();
         solver.set_state(fresh_layer);
-        let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 980.0, settings(5e-3)).unwrap();
+        let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 980.0, settings(5e-3, 0.0)).unwrap();
         let mut largest = Largest {
             liquidus,
             pool: MeltPool::default(),
@@ -498,7 +453,7 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
 
 /// Walls of single tracks, `layers` high: mean width of the molten metal in the upper half, mm.
 fn wall(current: f64, speed: f64, diameter: f64, layers: usize) -> f64 {
-    let material = titanium(Readings::default());
+    let material = titanium();
     let grid = Grid::covering(
         DVec3::new(-0.5, -0.6, -0.4),
         DVec3::new(2.5, 0.6, 0.0),
@@ -515,7 +470,8 @@ fn wall(current: f64, speed: f64, diameter: f64, layers: usize) -> f64 {
             solver.add_layer(0.05).unwrap();
             solver.freeze_below(0.5);
         }
-        let path = BeamPath::along(&[[0.0, 0.0], [2.0, 0.0]], speed, settings(current)).unwrap();
+        let path =
+            BeamPath::along(&[[0.0, 0.0], [2.0, 0.0]], speed, settings(current, 0.0)).unwrap();
         let step = solver.stable_step().min(STEP);
         draw(&mut solver, &path, &beam(diameter), step, &mut [], &Silent).unwrap();
     }

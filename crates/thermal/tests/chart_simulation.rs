@@ -12,19 +12,19 @@ use std::time::Instant;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath};
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::ChartSet;
 use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::medium::Body;
 use meltpath_thermal::rates::PastTheEnd;
 use meltpath_thermal::run::{Sink, draw};
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::Depth;
-use meltpath_thermal::surface::Surface;
-use support::{FAST, INNER, SLOW, charts, compute_charts, settings, titanium, with_warm_ground};
+use meltpath_thermal::solver::{Solver, State};
+use support::{
+    FAST, INNER, SLOW, beam, charts, compute_charts, faces, fresh_layer, settings, titanium,
+    with_warm_ground,
+};
 
 /// Section 5.1: metal in steps of thickness under a fresh layer; a line of 3 mm at 2 mA and 400 mm/s.
 fn steps_of_thickness(c: DVec3) -> State {
@@ -82,20 +82,10 @@ fn reference() -> (Vec<Vec<f64>>, Vec<f64>) {
     let material = titanium();
     let low = DVec3::new(LOW.x, LOW.y, -0.6);
     let grid = Grid::covering(low, HIGH, DVec3::new(0.05, 0.05, 0.025)).unwrap();
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
-    };
+    let faces = faces(&material);
     let mut solver = Solver::<f32>::new(grid, material, faces).unwrap();
     solver.set_state(steps_of_thickness);
-    let beam = Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.551_67),
-    };
+    let beam = beam(0.551_67);
     let mut histories = Axis(Vec::new());
     let path = overhang_line();
     draw(
@@ -347,13 +337,7 @@ fn ebm_q02_a_triangle_overheats_towards_its_apex() {
     .unwrap();
     let options = Settings::of(&titanium());
     let mut simulation = ChartSimulation::new(&grid, titanium(), vec![set], options).unwrap();
-    simulation.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    simulation.set_state(fresh_layer);
     let path = triangle();
     let begun = Instant::now();
     simulation

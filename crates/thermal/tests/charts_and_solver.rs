@@ -10,16 +10,12 @@ mod support;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath};
-use meltpath_thermal::bed::Body;
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::solver::State;
-use meltpath_thermal::source::Depth;
-use support::{compute_charts, settings, titanium};
+use support::{beam, compute_charts, fresh_layer, on_metal, settings, titanium};
 
 /// Lines of `length` mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA, focus 4 mA.
 fn hatch(lines: u32, length: f64) -> BeamPath {
@@ -58,17 +54,8 @@ fn last_line(field: &Field, lines: u32, length: f64) -> [f64; 2] {
 
 fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
     let material = titanium();
-    let beam = Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.413_67),
-    };
-    let body = Body {
-        material: &material,
-        beam: &beam,
-        layer: 0.05,
-        ground: &|_| State::Dense,
-    };
+    let beam = beam(0.413_67);
+    let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell,
         planes,
@@ -94,13 +81,7 @@ fn on_charts(path: &BeamPath, stop: f64, cell: f64, batch: usize) -> Field {
         ..Settings::of(&titanium())
     };
     let mut simulation = ChartSimulation::new(&grid, titanium(), vec![set], options).unwrap();
-    simulation.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    simulation.set_state(fresh_layer);
     simulation.draw(path, &[], &mut |_, _| (), &Silent).unwrap();
     simulation.highest_temperature()
 }

@@ -11,20 +11,16 @@
 mod support;
 
 use meltpath_base::{Observer, Silent};
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::bed::Body;
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::criteria::{Class, Classes, Tally};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::learning::{Freedom, Learned, Learning, learn};
 use meltpath_thermal::lever::Lever;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::peaks::with_reference;
-use meltpath_thermal::solver::State;
-use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
-use support::{HATCH, SPEED, good_body, settings, titanium};
+use support::{HATCH, SPEED, beam, good_body, on_metal, settings, titanium};
 
 /// Distance of lines, how far they overrun the contour, thickness of a layer, mm.
 const SPACING: f64 = 0.031_25;
@@ -135,9 +131,9 @@ impl Shape {
         rounds: u32,
         first: Option<SpeedProfile>,
     ) -> Learned {
-        let (material, beam) = (titanium(), beam());
+        let (material, beam) = (titanium(), beam(0.413_67));
         let path = self.path();
-        let bed = body(&material, &beam)
+        let bed = on_metal(&material, &beam)
             .bed(&[&path], &[], &at, &Silent)
             .unwrap();
         let learning = Learning {
@@ -169,23 +165,6 @@ impl Shape {
     }
 }
 
-fn beam() -> Beam {
-    Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.413_67),
-    }
-}
-
-fn body<'a>(material: &'a meltpath_thermal::material::Material, beam: &'a Beam) -> Body<'a> {
-    Body {
-        material,
-        beam,
-        layer: LAYER,
-        ground: &|_| State::Dense,
-    }
-}
-
 /// The field with the mean over the last layer in its top plane.
 fn layer(mut field: Field) -> Field {
     let [nx, ny] = field.grid.cells;
@@ -208,8 +187,8 @@ fn layer(mut field: Field) -> Field {
 }
 
 fn highest(path: &BeamPath, at: Resolution) -> Field {
-    let (material, beam) = (titanium(), beam());
-    let drawn = judge(&body(&material, &beam), &[], path, &at, &Silent).unwrap();
+    let (material, beam) = (titanium(), beam(0.413_67));
+    let drawn = judge(&on_metal(&material, &beam), &[], path, &at, &Silent).unwrap();
     layer(drawn.highest)
 }
 

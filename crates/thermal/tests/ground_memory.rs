@@ -12,18 +12,14 @@ use std::time::Instant;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath};
-use meltpath_thermal::bed::Body;
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::chart::ChartSet;
 use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::medium;
-use meltpath_thermal::solver::State;
-use meltpath_thermal::source::Depth;
-use support::{compute_warm_charts, settings, titanium};
+use support::{beam, compute_warm_charts, fresh_layer, on_metal, settings, titanium};
 
 /// Cells and voxels in the plane, mm.
 const CELL: f64 = 0.06;
@@ -74,17 +70,8 @@ fn box_of(path: &BeamPath) -> [DVec3; 2] {
 
 fn on_solver(path: &BeamPath, diameter: f64) -> Field {
     let material = titanium();
-    let beam = Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(diameter),
-    };
-    let body = Body {
-        material: &material,
-        beam: &beam,
-        layer: 0.05,
-        ground: &|_| State::Dense,
-    };
+    let beam = beam(diameter);
+    let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell: CELL,
         planes: 1,
@@ -109,13 +96,7 @@ fn on_charts(path: &BeamPath, like: &Grid, set: &ChartSet, memory: Memory) -> Fi
     };
     let mut simulation =
         ChartSimulation::new(&grid, titanium(), vec![set.clone()], options).unwrap();
-    simulation.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    simulation.set_state(fresh_layer);
     simulation.draw(path, &[], &mut |_, _| (), &Silent).unwrap();
     simulation.highest_temperature()
 }

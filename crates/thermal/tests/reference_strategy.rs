@@ -21,11 +21,10 @@ use meltpath_thermal::order::{Order, reorder};
 use meltpath_thermal::peaks::with_reference;
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
 use meltpath_thermal::run::draw;
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
+use meltpath_thermal::solver::Solver;
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
-use meltpath_thermal::surface::Surface;
-use support::{HATCH, SPEED, good_body, settings, titanium};
+use support::{HATCH, SPEED, faces, fresh_layer, good_body, settings, titanium};
 
 /// Half the width of the thesis' triangle at height `y`, mm.
 fn side(y: f64) -> f64 {
@@ -111,21 +110,9 @@ impl Resolution {
         let margin = DVec3::new(0.5, 0.5, 0.0);
         let edge = DVec3::new(self.cell, self.cell, self.height);
         let grid = Grid::covering((low - margin).with_z(-0.5), high + margin, edge).unwrap();
-        let faces = Faces {
-            top: Surface::Radiating {
-                surroundings: 300.0 + CELSIUS,
-            },
-            sides: Face::Imposed(material.start),
-            bottom: Face::Imposed(material.start),
-        };
+        let faces = faces(&material);
         let mut solver = Solver::new(grid, material, faces).unwrap();
-        solver.set_state(|c| {
-            if c.z > -0.05 {
-                State::Powder
-            } else {
-                State::Dense
-            }
-        });
+        solver.set_state(fresh_layer);
         let step = solver.stable_step().min(self.step);
         (solver, step)
     }

@@ -24,7 +24,7 @@ use meltpath_thermal::peaks::{crossed, with_charts};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::speed::SpeedProfile;
 use meltpath_thermal::strategy::{Accelerator, Controller, Pid, control, solve_radius};
-use support::{FAST, INNER, SLOW, compute_charts, settings, titanium};
+use support::{FAST, INNER, SLOW, compute_charts, fresh_layer, settings, titanium};
 
 const HATCH: f64 = 0.125;
 
@@ -59,13 +59,7 @@ fn ready(path: &BeamPath) -> ChartSimulation {
     let options = Settings::of(&titanium());
     let mut simulation =
         ChartSimulation::new(&grid, titanium(), vec![set.clone()], options).unwrap();
-    simulation.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    simulation.set_state(fresh_layer);
     simulation
 }
 

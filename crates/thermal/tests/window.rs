@@ -9,44 +9,23 @@ mod support;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPath};
-use meltpath_thermal::bed::Body;
-use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::judgement::{Resolution, judge};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::run::draw;
-use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::Depth;
-use meltpath_thermal::surface::Surface;
-use support::{settings, titanium};
+use meltpath_thermal::solver::Solver;
+use support::{beam, faces, fresh_layer, on_metal, settings, titanium};
 
-fn beam() -> Beam {
-    Beam {
-        efficiency: 0.9,
-        depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.413_67),
-    }
-}
+/// Of the beam, mm.
+const DIAMETER: f64 = 0.413_67;
 
 fn solver(low: DVec3, high: DVec3, edge: f64) -> Solver<f32> {
     let material = titanium();
-    let faces = Faces {
-        top: Surface::Radiating {
-            surroundings: 300.0 + CELSIUS,
-        },
-        sides: Face::Imposed(material.start),
-        bottom: Face::Imposed(material.start),
-    };
+    let faces = faces(&material);
     let grid = Grid::covering(low, high, DVec3::new(edge, edge, 0.05)).unwrap();
     let mut solver = Solver::new(grid, material, faces).unwrap();
-    solver.set_state(|c| {
-        if c.z > -0.05 {
-            State::Powder
-        } else {
-            State::Dense
-        }
-    });
+    solver.set_state(fresh_layer);
     solver
 }
 
@@ -73,7 +52,7 @@ fn sleeping_rows_change_temperatures_by_less_than_a_stated_bound() {
     let tolerance = 2.0;
     window.let_rows_sleep(tolerance);
     for s in [&mut whole, &mut window] {
-        draw(s, &path, &beam(), 4e-6, &mut [], &Silent).unwrap();
+        draw(s, &path, &beam(DIAMETER), 4e-6, &mut [], &Silent).unwrap();
     }
     let (a, b) = (whole.highest_temperature(), window.highest_temperature());
     let liquidus = titanium().liquidus as f32;
@@ -111,13 +90,8 @@ fn sleeping_rows_change_temperatures_by_less_than_a_stated_bound() {
 #[ignore = "half a minute of computing"]
 fn a_long_track_costs_where_it_is_hot() {
     let material = titanium();
-    let beam = beam();
-    let body = Body {
-        material: &material,
-        beam: &beam,
-        layer: 0.05,
-        ground: &|_| State::Dense,
-    };
+    let beam = beam(DIAMETER);
+    let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell: 0.0625,
         planes: 1,
@@ -157,7 +131,7 @@ fn the_bits_with_a_window_do_not_depend_on_threads() {
             s.let_rows_sleep(2.0);
             let path =
                 BeamPath::along(&[[0.0, 0.0], [2.0, 2.0]], 980.0, settings(5e-3, 4e-3)).unwrap();
-            draw(&mut s, &path, &beam(), 4e-6, &mut [], &Silent).unwrap();
+            draw(&mut s, &path, &beam(DIAMETER), 4e-6, &mut [], &Silent).unwrap();
             (s.highest_temperature(), s.ledger().radiated.to_bits())
         })
     };

@@ -55,6 +55,17 @@ pub enum AxisError {
         /// The travel, deg.
         travel_deg: f64,
     },
+    /// Changes of speed that the drives do not follow, however the path is smoothed ahead.
+    #[error(
+        "a preview cannot keep the drives within their limits: the path changes the mirrors' speeds by {:.0} and {:.0} deg/s at once, even smoothed over {:.0} µs to either side: slower jumps, or no preview",
+        .changes_deg[0], .changes_deg[1], 1e6 * .smoothing
+    )]
+    Ahead {
+        /// Largest changes of speed, X and Y, deg/s.
+        changes_deg: [f64; 2],
+        /// The longest smoothing that was tried, s.
+        smoothing: f64,
+    },
     /// A linear system behind it.
     #[error(transparent)]
     System(#[from] SystemError),

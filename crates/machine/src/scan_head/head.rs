@@ -3,6 +3,8 @@
 //! Source: Rasoanarivo 2020, fig. 2.1 and 2.6 (the digital chain). While the axes run over one block, the next is commanded
 //! and the previous one is judged; memory does not grow with the job. The result does not depend on the number of threads.
 
+use std::collections::VecDeque;
+
 use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::math::{DVec2, DVec3};
 
@@ -13,10 +15,10 @@ use super::focus::{Focus, Lenses};
 use super::galvanometer::AxisError;
 use super::gate::Gate;
 use super::geometry::{Geometry, GeometryError};
-use super::interpolation::{CommandBlock, Interpolator, sample_count};
+use super::interpolation::{CommandBlock, Interpolator, counts, sample_count};
 use super::job::{LaserDelays, ScanJob, ScanJobError};
 use super::prefilter::Kernel;
-use super::servo_preview::Preview;
+use super::servo_preview::{Preview, Previews};
 
 /// Samples in a block.
 pub const BLOCK: usize = 8192;
@@ -109,8 +111,10 @@ pub struct HeadBlock {
     pub period: f64,
     /// The command: points, vectors, whether it moves.
     pub command: CommandBlock,
-    /// Angle set-points (θx, θy, θz), rad.
+    /// Angles (θx, θy, θz) of the commanded points, rad.
     pub set_points: [Vec<f64>; 3],
+    /// What the mirrors are given in their place where the path ahead is used, rad; empty otherwise.
+    pub shaped: [Vec<f64>; 2],
     /// What each axis did; the third is empty without focus axis.
     pub axes: [AxisRecord; 3],
     /// Point hit in the plane, mm.
@@ -181,7 +185,7 @@ pub struct ReadyHead {
     head: ScanHead,
     focus: Option<Focus>,
     inverse: Inverse,
-    previews: Option<[Preview; 2]>,
+    previews: Option<Previews>,
 }
 
 #[derive(Debug, Clone)]
@@ -314,9 +318,45 @@ impl ReadyHead {
 
     /// The same head with the set-points of its mirrors shaped, the path ahead being known.
     #[must_use]
-    pub fn with_previews(mut self, previews: [Preview; 2]) -> Self {
+    pub fn with_previews(mut self, previews: Previews) -> Self {
         self.previews = Some(previews);
         self
+    }
+
+    /// The largest changes of each mirror's speed, rad/s, that the commands of a job ask for within `window` s.
+    pub fn speed_changes(&self, job: &ScanJob, window: f64) -> [f64; 2] {
+        let period = self.head.period;
+        // speeds of the last `window`, each with the sample at which it ends
+        let mut recent: VecDeque<(f64, DVec2)> = VecDeque::from([(0.0, DVec2::ZERO)]);
+        let (mut at, mut from) = (0.0, self.angles(job.start).truncate());
+        let mut largest = DVec2::ZERO;
+        let mut note = |begin: f64, end: f64, speed: DVec2| {
+            while recent
+                .front()
+                .is_some_and(|r| r.0 + window / period < begin)
+            {
+                recent.pop_front();
+            }
+            for (_, before) in &recent {
+                largest = largest.max((speed - before).abs());
+            }
+            recent.push_back((end, speed));
+        };
+        for (index, v) in job.vectors.iter().enumerate() {
+            let to = self.angles(v.end).truncate();
+            let (moving, waiting) = counts(job, index, period);
+            let (moving, waiting) = (moving as f64, waiting as f64);
+            if moving > 0.0 {
+                note(at, at + moving, (to - from) / (moving * period));
+            }
+            if waiting > 0.0 {
+                note(at + moving, at + moving + waiting, DVec2::ZERO);
+            }
+            at += moving + waiting;
+            from = to;
+        }
+        note(at, at, DVec2::ZERO);
+        largest.to_array()
     }
 
     /// Refuses a job that leaves the field or has vectors without samples.
@@ -448,10 +488,13 @@ impl ReadyHead {
         let mut source = Source {
             head: self,
             path: Interpolator::new(job, period, rest),
-            ahead: self
-                .previews
-                .as_ref()
-                .map(|previews| Ahead::new(previews, Interpolator::new(job, period, rest), start)),
+            ahead: self.previews.as_ref().map(|previews| {
+                Ahead::new(
+                    &previews.mirrors,
+                    Interpolator::new(job, period, rest),
+                    start,
+                )
+            }),
         };
         let mut optics = Optics {
             head: self,
@@ -466,6 +509,15 @@ impl ReadyHead {
         coming.period = period;
         moving.period = period;
         done.period = period;
+        // what the path has ahead begins before the path does: the mirrors are on their way at its first sample
+        if let Some(ahead) = &mut source.ahead {
+            let future = ahead.future;
+            for (column, angle) in done.set_points.iter_mut().zip(start.to_array()) {
+                column.resize(future, angle);
+            }
+            ahead.shape(self, future, &mut done.shaped);
+            advance(&mut axes, &mut done)?;
+        }
         source.fill(&mut moving);
         while !moving.is_empty() {
             let mut outcome = Ok(());
@@ -493,14 +545,20 @@ impl ReadyHead {
 fn advance(axes: &mut [(char, RunningAxis)], block: &mut HeadBlock) -> Result<(), HeadError> {
     let HeadBlock {
         set_points,
+        shaped,
         axes: records,
         ..
     } = block;
+    let [x, y, z] = &*set_points;
+    let given = match &*shaped {
+        [a, b] if !a.is_empty() => [a, b, z],
+        _ => [x, y, z],
+    };
     let mut outcomes = [Ok(()), Ok(()), Ok(())];
     rayon::scope(|scope| {
         let parts = axes
             .iter_mut()
-            .zip(set_points.iter())
+            .zip(given)
             .zip(records.iter_mut())
             .zip(outcomes.iter_mut());
         for ((((letter, axis), points), record), outcome) in parts {
@@ -529,7 +587,7 @@ struct Ahead<'a> {
     previews: &'a [Preview; 2],
     path: Interpolator<'a>,
     block: CommandBlock,
-    /// Set-points from `past` samples before the present on.
+    /// Set-points from `past` samples before the present on; the present starts `future` samples before the path.
     angles: Vec<DVec2>,
     past: usize,
     future: usize,
@@ -541,19 +599,19 @@ impl<'a> Ahead<'a> {
             .iter()
             .map(|p| p.taps.len().saturating_sub(p.ahead))
             .fold(1, usize::max);
+        let future = previews.iter().map(|p| p.ahead).fold(0, usize::max);
         Ahead {
             previews,
             path,
             block: CommandBlock::default(),
-            angles: vec![start.truncate(); past],
+            angles: vec![start.truncate(); past + future],
             past,
-            future: previews.iter().map(|p| p.ahead).fold(0, usize::max),
+            future,
         }
     }
 
-    /// Shapes the mirrors' set-points of the next samples.
-    fn shape(&mut self, head: &ReadyHead, set_points: &mut [Vec<f64>; 3]) {
-        let count = set_points[0].len();
+    /// Shapes the mirrors' set-points of the next `count` samples.
+    fn shape(&mut self, head: &ReadyHead, count: usize, shaped: &mut [Vec<f64>; 2]) {
         while self.angles.len() < self.past + count + self.future {
             let wanted = self.past + count + self.future - self.angles.len();
             self.path.fill(&mut self.block, wanted);
@@ -566,7 +624,8 @@ impl<'a> Ahead<'a> {
                 self.angles.push(head.angles(point).truncate());
             }
         }
-        for (axis, (preview, column)) in self.previews.iter().zip(set_points).enumerate() {
+        for (axis, (preview, column)) in self.previews.iter().zip(shaped).enumerate() {
+            column.resize(count, 0.0);
             for (k, out) in column.iter_mut().enumerate() {
                 // the newest set-point that counts
                 let newest = self.past + k + preview.ahead;
@@ -595,7 +654,8 @@ impl Source<'_> {
             block.set_points[2].push(angles.z);
         }
         if let Some(ahead) = &mut self.ahead {
-            ahead.shape(self.head, &mut block.set_points);
+            let count = block.command.position.len();
+            ahead.shape(self.head, count, &mut block.shaped);
         }
     }
 }

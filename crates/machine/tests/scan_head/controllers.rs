@@ -7,18 +7,17 @@ use meltpath_machine::scan_head::delays::{DelayTuning, HitRecord};
 use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate};
 use meltpath_machine::scan_head::friction::Friction;
 use meltpath_machine::scan_head::head::ScanHead;
-use meltpath_machine::scan_head::job::{JobBuilder, Jump, LaserDelays, Recipe, ScanJob};
+use meltpath_machine::scan_head::job::{Recipe, ScanJob};
 use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
 use meltpath_machine::scan_head::servo_loop::{AngleUnit, Controller};
+use meltpath_machine::scan_head::servo_preview::Previews;
 
-use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_machine::scan_head::servo_preview::{Preview, PreviewDesign, preview, synchronise};
-
+use super::preview::ahead;
 use super::reference::{recipes, three_axis_data, two_axis_data};
 
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
-fn with_hinf(data: &HeadData) -> ScanHead {
+pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
     let mut head = data.head.clone();
     for (axis, times) in head.mirrors.iter_mut().zip(data.tuning) {
         let Controller::Cascade(gains) = axis.controller.clone() else {
@@ -40,7 +39,7 @@ fn with_hinf(data: &HeadData) -> ScanHead {
     head
 }
 
-fn without_prefilter(mut head: ScanHead) -> ScanHead {
+pub(crate) fn without_prefilter(mut head: ScanHead) -> ScanHead {
     for axis in &mut head.mirrors {
         axis.prefilter = None;
     }
@@ -78,7 +77,21 @@ fn majority(h: &Histogram) -> f64 {
 }
 
 fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
-    let ready = head.ready().unwrap();
+    told_with(head, plate, recipe, |_, _| None)
+}
+
+/// The same with set-points shaped for each job.
+fn told_with(
+    head: &ScanHead,
+    plate: &SquarePlate,
+    recipe: &Recipe,
+    shaped: impl Fn(&ScanHead, &ScanJob) -> Option<Previews>,
+) -> Told {
+    let plain = head.ready().unwrap();
+    let ready = |job: &ScanJob| match shaped(head, job) {
+        Some(previews) => plain.clone().with_previews(previews),
+        None => plain.clone(),
+    };
     let mut recipe = recipe.clone();
     let two = SquarePlate {
         columns: 2,
@@ -87,7 +100,7 @@ fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
     };
     let job = two.job(&recipe).unwrap();
     let mut record = HitRecord::default();
-    ready
+    ready(&job)
         .run(&job, recipe.delays, 1, &Silent, &mut record)
         .unwrap();
     recipe.delays = DelayTuning::new(&job, &record.hits, head.period, 800e-6, 0.035)
@@ -109,7 +122,7 @@ fn told(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Told {
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
         ),
     );
-    ready
+    ready(&job)
         .run(&job, recipe.delays, 1, &Silent, &mut sinks)
         .unwrap();
     let (path, fill) = sinks;
@@ -328,76 +341,54 @@ fn lpbf_table_3_1_contour_shares_over_friction_and_integral() {
     }
 }
 
-/// A closed path through points, marked at the contour speed.
-fn path(recipe: &Recipe, points: &[DVec2]) -> ScanJob {
-    let mut builder = JobBuilder::new(recipe, DVec3::ZERO);
-    builder.jump(points[0].extend(0.0), Jump::ToFill);
-    for p in points.iter().skip(1).chain(points.first()) {
-        builder.contour(p.extend(0.0));
-    }
-    builder.finish().unwrap()
-}
-
-/// Mean contour error of lit points and the one that 99 % of them do not exceed, µm.
-fn contour_of(
-    head: &ScanHead,
-    previews: Option<[Preview; 2]>,
-    job: &ScanJob,
-    recipe: &Recipe,
-) -> [f64; 2] {
-    let mut ready = head.ready().unwrap();
-    if let Some(p) = previews {
-        ready = ready.with_previews(p);
-    }
-    let mut errors = PathErrors::new(job, 2e-3, head.period);
-    ready
-        .run(job, recipe.delays, 1, &Silent, &mut errors)
-        .unwrap();
-    [
-        1e3 * errors.contour.sum / errors.contour.total() as f64,
-        1e3 * errors.contour.quantile(0.99),
-    ]
-}
-
-/// X and Y made alike, and the path known ahead, on a square turned by 30° and a circle at 3000 mm/s (three axes, pre-filter off).
+/// § 20: the three recipes' squares on three axes with the path ahead, behind each structure: contours and fill.
 #[test]
-fn preview_lowers_contour_errors_under_h_infinity() {
+fn lpbf_20_preview_on_the_recipes_squares() {
     let data = three_axis_data();
-    let mut recipe = recipes()[2].clone();
-    // no pre-filter, no lag: the recipe's delays are those of one
-    recipe.delays = LaserDelays {
-        on: 300e-6,
-        off: 0.0,
-    };
-    let square: Vec<DVec2> = (0..4)
-        .map(|k| 7.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::FRAC_PI_2 + 1.3))
-        .collect();
-    let circle: Vec<DVec2> = (0..180)
-        .map(|k| 2.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 180.0))
-        .collect();
-    let design = PreviewDesign::default();
-    for (controller, head) in [
-        ("cascade", without_prefilter(data.head.clone())),
-        ("H-infinity", without_prefilter(with_hinf(&data))),
-    ] {
-        let axes = [&head.mirrors[0], &head.mirrors[1]];
-        let alike = synchronise(axes, head.period, &design).unwrap();
-        let ahead = preview(axes, head.period, &design).unwrap();
-        for (shape, points) in [("square", &square), ("circle", &circle)] {
-            let job = path(&recipe, points);
-            let plain = contour_of(&head, None, &job, &recipe);
-            let synchronised = contour_of(&head, Some(alike.clone()), &job, &recipe);
-            let previewed = contour_of(&head, Some(ahead.clone()), &job, &recipe);
-            println!(
-                "{controller}, {shape}: mean and 99 % contour error, µm: as commanded {plain:.1?}, synchronised {synchronised:.1?}, preview {previewed:.1?}"
-            );
-            if controller == "H-infinity" {
-                // preview: square 17.9 to 10.2 µm in the mean, 146 to 45 µm at 99 %; circle 7.2 to 6.4 and 29 to 21 µm
-                assert!(previewed[0] < plain[0] && previewed[1] < 0.8 * plain[1]);
-                assert!(synchronised[0] < plain[0]);
-            } else {
-                // recorded: behind the cascade preview is no help
-                assert!(previewed[0] > plain[0]);
+    // contour points below 10 µm and fill by sampled points, as commanded and with preview
+    let recorded = [
+        [
+            [0.237, 0.858, 0.240, 0.917],
+            [0.196, 0.864, 0.242, 0.922],
+            [0.977, 0.877, 0.998, 0.906],
+        ],
+        [
+            [0.239, 0.826, 0.236, 0.897],
+            [0.198, 0.849, 0.241, 0.903],
+            [0.976, 0.843, 0.998, 0.883],
+        ],
+        [
+            [0.355, 0.662, 0.346, 0.815],
+            [0.332, 0.699, 0.363, 0.829],
+            [0.942, 0.730, 0.996, 0.808],
+        ],
+    ];
+    for (recipe, recorded) in recipes().iter().zip(recorded) {
+        for ((structure, head), recorded) in [
+            ("conventional, pre-filter", data.head.clone()),
+            ("conventional, none", without_prefilter(data.head.clone())),
+            ("H-infinity, none", without_prefilter(with_hinf(&data))),
+        ]
+        .into_iter()
+        .zip(recorded)
+        {
+            let plain = told(&head, &data.plate, recipe);
+            let previewed = told_with(&head, &data.plate, recipe, |head, job| {
+                Some(ahead(head, job).unwrap())
+            });
+            let found = [&plain, &previewed].map(|t| [t.contour[0], t.fill[0]]);
+            for (value, recorded) in found.as_flattened().iter().zip(recorded) {
+                assert!((value - recorded).abs() < 0.005, "{found:.3?} {recorded}");
+            }
+            for (name, t) in [("as commanded", plain), ("preview", previewed)] {
+                println!(
+                    "{}, {structure}, {name}: median {:.4?} deg, contour {:.3?} largest {:.4} mm fill {:.4?}",
+                    recipe.name,
+                    t.median,
+                    &t.contour[..4],
+                    t.largest,
+                    t.fill
+                );
             }
         }
     }

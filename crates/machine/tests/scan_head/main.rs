@@ -13,6 +13,7 @@ mod identification;
 mod jobs;
 mod km0;
 mod models;
+mod preview;
 mod reference;
 mod richer;
 mod trajectory;

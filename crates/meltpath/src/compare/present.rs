@@ -6,16 +6,17 @@ use std::io;
 use meltpath_base::Provenance;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
+use meltpath_report::colour::ColourMap;
 use meltpath_report::html::{Fact, Report, Section};
-use meltpath_report::plot::{Axis, Mark, Plot, histogram};
+use meltpath_report::plot::{Axis, Map as PlotMap, Mark, Plot, histogram};
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
 use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
-use meltpath_thermal::comparison::{PERCENTILES, Pair, apart};
-use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::comparison::{PERCENTILES, Pair, apart, relative};
 
-use super::Comparison;
+use super::quantity::Quantity;
+use super::{Compared, Comparison};
 
 /// Dots drawn of temperature against temperature, at most.
 const DOTS: usize = 3000;
@@ -26,7 +27,7 @@ const CELLS: f64 = 1e6;
 /// Samples in a cell of the map, in the mean and at least.
 const PER_CELL: f64 = 4.0;
 
-/// Differences by place of the plan.
+/// Differences by place of the plan, as they are shown.
 struct Map {
     grid: Grid,
     count: Vec<f64>,
@@ -34,18 +35,18 @@ struct Map {
     largest: Vec<f64>,
 }
 
-fn map(comparison: &Comparison) -> Option<Map> {
+fn map(part: &Compared, cell: f64) -> Option<Map> {
     let mut low = DVec2::splat(f64::INFINITY);
     let mut high = DVec2::splat(f64::NEG_INFINITY);
-    for p in &comparison.pairs {
+    for p in &part.pairs {
         let at = DVec2::new(p.sample.place[0], p.sample.place[1]);
         (low, high) = (low.min(at), high.max(at));
     }
     let size = high - low;
     // some samples in each cell, so that a sparse table still gives a map
-    let cells = (comparison.pairs.len() as f64 / PER_CELL).clamp(1.0, CELLS);
+    let cells = (part.pairs.len() as f64 / PER_CELL).clamp(1.0, CELLS);
     let least = (size.x * size.y / cells).sqrt();
-    let cell = comparison.cell.max(least);
+    let cell = cell.max(least);
     let count = |length: f64| (length / cell).round() as usize + 1;
     let grid = Grid {
         origin: low,
@@ -57,22 +58,24 @@ fn map(comparison: &Comparison) -> Option<Map> {
         return None;
     }
     let cells = grid.nx * grid.ny;
+    let shown = part.quantity.shown();
     let mut map = Map {
         grid,
         count: vec![0.0; cells],
         mean: vec![0.0; cells],
         largest: vec![f64::NAN; cells],
     };
-    for p in &comparison.pairs {
+    for p in &part.pairs {
         let index = |a: usize, n: usize| {
             let x = (p.sample.place[a] - low[a]) / cell;
             (x.round().max(0.0) as usize).min(n - 1)
         };
         let n = index(1, grid.ny) * grid.nx + index(0, grid.nx);
+        let difference = shown.difference(p.difference());
         map.count[n] += 1.0;
-        map.mean[n] += p.difference();
-        if map.largest[n].is_nan() || p.difference().abs() > map.largest[n].abs() {
-            map.largest[n] = p.difference();
+        map.mean[n] += difference;
+        if map.largest[n].is_nan() || difference.abs() > map.largest[n].abs() {
+            map.largest[n] = difference;
         }
     }
     for (mean, count) in map.mean.iter_mut().zip(&map.count) {
@@ -81,15 +84,16 @@ fn map(comparison: &Comparison) -> Option<Map> {
     Some(map)
 }
 
-/// The limits of the colours: what 99 % of the differences stay below.
-fn limit(comparison: &Comparison) -> f64 {
-    comparison.apart.percentiles[3].max(1.0)
-}
-
+/// The map of the first quantity; the others' lie in files.
 fn scene(comparison: &Comparison) -> Option<Scene> {
-    let map = map(comparison)?;
-    let most = limit(comparison);
-    let scalar = |name: &str| Scalar::new(name, "K", Vec::new()).diverging(most);
+    let part = comparison.parts.first()?;
+    let shown = part.quantity.shown();
+    let map = map(part, comparison.cell)?;
+    // what 99 % of the differences stay below
+    let most = shown
+        .difference(part.apart.percentiles[3])
+        .max(f64::MIN_POSITIVE);
+    let scalar = |name: &str| Scalar::new(name, shown.difference, Vec::new()).diverging(most);
     let mut layers = HeightLayers::new("difference", map.grid, 1)
         .ok()?
         .with_scalar(scalar("mean difference"))
@@ -107,8 +111,36 @@ fn scene(comparison: &Comparison) -> Option<Scene> {
     })
 }
 
+/// The map of a quantity in the plan, for those that the view does not show.
+fn flat_map(part: &Compared, cell: f64) -> Option<Plot> {
+    let map = map(part, cell)?;
+    let grid = map.grid;
+    let shown = part.quantity.shown();
+    let most = shown
+        .difference(part.apart.percentiles[3])
+        .max(f64::MIN_POSITIVE);
+    let low = grid.origin - 0.5 * grid.cell;
+    let high = low + grid.cell * DVec2::new(grid.nx as f64, grid.ny as f64);
+    let plot = Plot::new(
+        "By place",
+        Axis::new("x", "mm").between(low.x, high.x),
+        Axis::new("y", "mm").between(low.y, high.y),
+    );
+    Some(plot.with(Mark::Map(PlotMap {
+        name: "mean difference".to_owned(),
+        unit: shown.difference.to_owned(),
+        corners: [low, high],
+        columns: grid.nx,
+        values: map.mean,
+        range: Some([-most, most]),
+        colours: ColourMap::Diverging,
+    })))
+}
+
 /// Mean difference and its standard deviation over intervals of `along`.
-fn course(title: &str, axis: Axis, pairs: &[Pair], along: &dyn Fn(&Pair) -> f64) -> Plot {
+fn course(title: &str, axis: Axis, part: &Compared, along: &dyn Fn(&Pair) -> f64) -> Plot {
+    let shown = part.quantity.shown();
+    let pairs = &part.pairs;
     let ends = pairs
         .iter()
         .map(along)
@@ -120,7 +152,7 @@ fn course(title: &str, axis: Axis, pairs: &[Pair], along: &dyn Fn(&Pair) -> f64)
     for p in pairs {
         let n = (((along(p) - ends[0]) / width) as usize).min(INTERVALS - 1);
         let bin = bins.entry(n).or_default();
-        let d = p.difference();
+        let d = shown.difference(p.difference());
         *bin = [bin[0] + 1.0, bin[1] + d, bin[2] + d * d];
     }
     let (mut middle, mut lower, mut upper) = (Vec::new(), Vec::new(), Vec::new());
@@ -132,7 +164,7 @@ fn course(title: &str, axis: Axis, pairs: &[Pair], along: &dyn Fn(&Pair) -> f64)
         lower.push(DVec2::new(x, mean - deviation));
         upper.push(DVec2::new(x, mean + deviation));
     }
-    Plot::new(title, axis, Axis::new("difference", "K"))
+    Plot::new(title, axis, Axis::new("difference", shown.difference))
         .with(Mark::Band {
             name: "one standard deviation".to_owned(),
             lower,
@@ -144,12 +176,14 @@ fn course(title: &str, axis: Axis, pairs: &[Pair], along: &dyn Fn(&Pair) -> f64)
         })
 }
 
-fn against_each_other(pairs: &[Pair]) -> Plot {
-    let every = pairs.len().div_ceil(DOTS).max(1);
-    let dots: Vec<DVec2> = pairs
+fn against_each_other(part: &Compared) -> Plot {
+    let shown = part.quantity.shown();
+    let every = part.pairs.len().div_ceil(DOTS).max(1);
+    let dots: Vec<DVec2> = part
+        .pairs
         .iter()
         .step_by(every)
-        .map(|p| DVec2::new(p.other - CELSIUS, p.sample.kelvin - CELSIUS))
+        .map(|p| DVec2::new(shown.value(p.other), shown.value(p.sample.value)))
         .collect();
     let ends = dots
         .iter()
@@ -163,9 +197,9 @@ fn against_each_other(pairs: &[Pair]) -> Plot {
         String::new()
     };
     Plot::new(
-        "Temperature against temperature",
-        Axis::new("other", "°C"),
-        Axis::new("table", "°C"),
+        "Against each other",
+        Axis::new("other", shown.unit),
+        Axis::new("table", shown.unit),
     )
     .with(Mark::Dots {
         name: "pairs".to_owned(),
@@ -178,20 +212,29 @@ fn against_each_other(pairs: &[Pair]) -> Plot {
     .caption(&caption)
 }
 
-fn place(p: &Pair) -> Vec<Cell> {
-    vec![
-        Cell::Fixed(p.sample.place[0], 3),
-        Cell::Fixed(p.sample.place[1], 3),
-        Cell::Fixed(p.sample.place[2], 3),
-        Cell::Fixed(1e3 * p.sample.time, 4),
-        Cell::Fixed(p.sample.kelvin - CELSIUS, 1),
-        Cell::Fixed(p.other - CELSIUS, 1),
-        Cell::Fixed(p.difference(), 1),
-    ]
+fn place(p: &Pair, quantity: Quantity) -> Vec<Cell> {
+    let shown = quantity.shown();
+    let mut row: Vec<Cell> = p.sample.place.iter().map(|v| Cell::Fixed(*v, 3)).collect();
+    if quantity.is_in_time() {
+        row.push(Cell::Fixed(1e3 * p.sample.time, 4));
+    }
+    let digits = digits(quantity);
+    row.extend([
+        Cell::Fixed(shown.value(p.sample.value), digits),
+        Cell::Fixed(shown.value(p.other), digits),
+        Cell::Fixed(shown.difference(p.difference()), digits),
+    ]);
+    row
 }
 
-fn tables(comparison: &Comparison) -> Vec<Table> {
-    let a = &comparison.apart;
+/// Digits after the point.
+fn digits(quantity: Quantity) -> usize {
+    if quantity.is_temperature() { 1 } else { 4 }
+}
+
+fn tables(part: &Compared) -> Vec<Table> {
+    let a = &part.apart;
+    let shown = part.quantity.shown();
     let mut figures = Table::new("Difference, table less other", &["figure", "value", "unit"]);
     let mut row = |name: &str, value: Cell, unit: &str| {
         figures
@@ -201,126 +244,152 @@ fn tables(comparison: &Comparison) -> Vec<Table> {
     row("samples compared", Cell::Fixed(a.pairs as f64, 0), "");
     for (name, count) in ["left out for their place", "left out for their time"]
         .iter()
-        .zip(comparison.left_out)
+        .zip(part.left_out)
     {
         row(name, Cell::Fixed(count as f64, 0), "");
     }
-    row("bias", Cell::Fixed(a.bias, 2), "K");
-    row("standard deviation", Cell::Fixed(a.deviation, 2), "K");
-    row("mean without sign", Cell::Fixed(a.mean, 2), "K");
-    row(
-        "the same of the temperature in °C",
-        Cell::Fixed(100.0 * a.relative, 2),
-        "%",
-    );
+    let digits = digits(part.quantity) + 1;
+    let mut difference = |name: &str, value: f64| {
+        let value = Cell::Fixed(shown.difference(value), digits);
+        row(name, value, shown.difference);
+    };
+    difference("bias", a.bias);
+    difference("standard deviation", a.deviation);
+    difference("mean without sign", a.mean);
     for (share, value) in PERCENTILES.iter().zip(a.percentiles) {
+        difference(&format!("{:.0} % stay below", 100.0 * share), value);
+    }
+    if part.quantity.is_temperature() {
         row(
-            &format!("{:.0} % stay below", 100.0 * share),
-            Cell::Fixed(value, 1),
-            "K",
+            "mean without sign, of the temperature in °C",
+            Cell::Fixed(100.0 * relative(&part.pairs), 2),
+            "%",
         );
     }
-    let mut worst = Table::new(
-        "Furthest apart",
-        &[
-            "x (mm)",
-            "y (mm)",
-            "z (mm)",
-            "t (ms)",
-            "table (°C)",
-            "other (°C)",
-            "difference (K)",
-        ],
-    );
-    let mut sorted: Vec<&Pair> = comparison.pairs.iter().collect();
+    let mut heads = vec!["x (mm)", "y (mm)", "z (mm)"];
+    if part.quantity.is_in_time() {
+        heads.push("t (ms)");
+    }
+    let told = ["table", "other"].map(|name| format!("{name} ({})", shown.unit));
+    let apart = format!("difference ({})", shown.difference);
+    heads.extend([told[0].as_str(), told[1].as_str(), apart.as_str()]);
+    let mut worst = Table::new("Furthest apart", &heads);
+    let mut sorted: Vec<&Pair> = part.pairs.iter().collect();
     sorted.sort_by(|a, b| b.difference().abs().total_cmp(&a.difference().abs()));
-    worst.rows = sorted.into_iter().take(10).map(place).collect();
+    worst.rows = sorted
+        .into_iter()
+        .take(10)
+        .map(|p| place(p, part.quantity))
+        .collect();
     let mut tables = vec![figures, worst];
-    tables.extend(by_layer(comparison));
+    tables.extend(by_layer(part));
     tables
 }
 
 /// The figures of each layer, where there are several.
-fn by_layer(comparison: &Comparison) -> Option<Table> {
+fn by_layer(part: &Compared) -> Option<Table> {
     let mut layers: BTreeMap<usize, Vec<Pair>> = BTreeMap::new();
-    for (layer, pair) in comparison.layers.iter().zip(&comparison.pairs) {
+    for (layer, pair) in part.layers.iter().zip(&part.pairs) {
         layers.entry(*layer).or_default().push(*pair);
     }
     if layers.len() < 2 {
         return None;
     }
-    let mut table = Table::new(
-        "By layer",
-        &[
-            "layer",
-            "samples",
-            "bias (K)",
-            "standard deviation (K)",
-            "95 % stay below (K)",
-        ],
-    );
+    let shown = part.quantity.shown();
+    let unit = shown.difference;
+    let [bias, deviation, most] =
+        ["bias", "standard deviation", "95 % stay below"].map(|name| format!("{name} ({unit})"));
+    let mut table = Table::new("By layer", &["layer", "samples", &bias, &deviation, &most]);
+    let digits = digits(part.quantity) + 1;
     for (layer, pairs) in layers {
         let Some(a) = apart(&pairs) else { continue };
+        let difference = |value: f64| Cell::Fixed(shown.difference(value), digits);
         table.rows.push(vec![
             Cell::Fixed(layer as f64, 0),
             Cell::Fixed(a.pairs as f64, 0),
-            Cell::Fixed(a.bias, 2),
-            Cell::Fixed(a.deviation, 2),
-            Cell::Fixed(a.percentiles[2], 1),
+            difference(a.bias),
+            difference(a.deviation),
+            difference(a.percentiles[2]),
         ]);
     }
     Some(table)
 }
 
-/// The report.
-pub fn report(table: &str, comparison: &Comparison, provenance: &Provenance) -> Report {
-    let pairs = &comparison.pairs;
-    let differences: Vec<f64> = pairs.iter().map(Pair::difference).collect();
-    let a = &comparison.apart;
+/// One quantity; the map of the `first` one is the view.
+fn section(comparison: &Comparison, part: &Compared, first: bool) -> Section {
+    let shown = part.quantity.shown();
+    let differences: Vec<f64> = part
+        .pairs
+        .iter()
+        .map(|p| shown.difference(p.difference()))
+        .collect();
     let spread = Plot::new(
         "How often",
-        Axis::new("difference", "K"),
+        Axis::new("difference", shown.difference),
         Axis::new("samples", ""),
     )
     .with(Mark::Bars {
         name: "samples".to_owned(),
         bars: histogram(&differences, 60),
     });
+    let mut plots = Vec::new();
+    if !first {
+        plots.extend(flat_map(part, comparison.cell));
+    }
+    plots.extend([spread, against_each_other(part)]);
+    if part.quantity.is_in_time() {
+        let axis = Axis::new("time", "ms");
+        plots.push(course("In time", axis, part, &|p| 1e3 * p.sample.time));
+    }
+    let axis = Axis::new("other", shown.unit);
+    let title = format!("Against the {}", part.quantity.words());
+    plots.push(course(&title, axis, part, &|p| shown.value(p.other)));
+    let mut words = part.quantity.words().to_owned();
+    words[..1].make_ascii_uppercase();
+    Section {
+        title: words,
+        intro: if first {
+            "Differences are the table's less the other's. In the view: their mean and largest by place, over all times and depths."
+        } else {
+            "Differences are the table's less the other's."
+        }
+        .to_owned(),
+        plots,
+        tables: tables(part),
+    }
+}
+
+/// The report.
+pub fn report(comparison: &Comparison, provenance: &Provenance) -> Report {
+    let samples: usize = comparison.parts.iter().map(|p| p.pairs.len()).sum();
+    let mut facts = Vec::new();
+    for part in &comparison.parts {
+        let (shown, a) = (part.quantity.shown(), &part.apart);
+        let told = |value: f64| {
+            let digits = digits(part.quantity);
+            format!("{:.digits$} {}", shown.difference(value), shown.difference)
+        };
+        facts.push(Fact::new(
+            part.quantity.words(),
+            &format!("{} ± {}", told(a.bias), told(a.deviation)),
+        ));
+        if part.quantity.is_in_time() {
+            let share = 100.0 * relative(&part.pairs);
+            let mean = format!("{}, {share:.2} %", told(a.mean));
+            facts.push(Fact::new("mean without sign", &mean));
+            facts.push(Fact::new("95 % stay below", &told(a.percentiles[2])));
+        }
+    }
+    let sections = comparison.parts.iter().enumerate();
     Report {
-        title: format!("{table} compared"),
-        subtitle: format!("with {} · {} samples", comparison.against, a.pairs),
+        title: format!("{} compared", comparison.name),
+        subtitle: format!("with {} · {samples} samples", comparison.against),
         verdict: comparison.verdict.clone(),
-        facts: vec![
-            Fact::new("bias", &format!("{:.1} K", a.bias)),
-            Fact::new("standard deviation", &format!("{:.1} K", a.deviation)),
-            Fact::new(
-                "mean without sign",
-                &format!("{:.1} K, {:.2} %", a.mean, 100.0 * a.relative),
-            ),
-            Fact::new("95 % stay below", &format!("{:.0} K", a.percentiles[2])),
-        ],
+        facts,
         scene: scene(comparison),
-        sections: vec![Section {
-            title: "How far apart".to_owned(),
-            intro: "Differences are the table's temperature less the other's. In the view: their mean and largest by place, over all times and depths.".to_owned(),
-            plots: vec![
-                spread,
-                against_each_other(pairs),
-                course(
-                    "In time",
-                    Axis::new("time", "ms"),
-                    pairs,
-                    &|p| 1e3 * p.sample.time,
-                ),
-                course(
-                    "Against temperature",
-                    Axis::new("other", "°C"),
-                    pairs,
-                    &|p| p.other - CELSIUS,
-                ),
-            ],
-            tables: tables(comparison),
-        }],
+        sections: sections
+            .map(|(n, part)| section(comparison, part, n == 0))
+            .collect(),
         sheet: None,
         provenance: provenance.clone(),
     }
@@ -338,37 +407,56 @@ fn write_csv(
     folder.write(name, |out| write_columns(out, columns).map_err(as_io))
 }
 
-/// Writes the pairs, the map and the verdict.
+/// Writes the pairs and the map of each quantity, and the verdict.
 ///
 /// # Errors
 /// [`OutputError`].
 pub fn write_files(folder: &OutputFolder, comparison: &Comparison) -> Result<(), OutputError> {
-    let of = |f: &dyn Fn(&Pair) -> f64| comparison.pairs.iter().map(f).collect::<Vec<f64>>();
-    write_csv(
-        folder,
-        "pairs.csv",
-        &[
-            (
-                "layer",
-                "",
-                comparison.layers.iter().map(|n| *n as f64).collect(),
-            ),
-            ("x", "mm", of(&|p| p.sample.place[0])),
-            ("y", "mm", of(&|p| p.sample.place[1])),
-            ("z", "mm", of(&|p| p.sample.place[2])),
-            ("t", "s", of(&|p| p.sample.time)),
-            ("table", "°C", of(&|p| p.sample.kelvin - CELSIUS)),
-            ("other", "°C", of(&|p| p.other - CELSIUS)),
-            ("difference", "K", of(&Pair::difference)),
-        ],
-    )?;
     folder.write("verdict.json", |w| {
         serde_json::to_writer_pretty(&mut *w, &comparison.verdict.to_json())?;
         w.write_all(b"\n")
     })?;
-    let Some(map) = map(comparison) else {
+    for part in &comparison.parts {
+        write_pairs(folder, part)?;
+        write_map(folder, part, comparison.cell)?;
+    }
+    Ok(())
+}
+
+fn write_pairs(folder: &OutputFolder, part: &Compared) -> Result<(), OutputError> {
+    let shown = part.quantity.shown();
+    let of = |f: &dyn Fn(&Pair) -> f64| part.pairs.iter().map(f).collect::<Vec<f64>>();
+    let layers = part.layers.iter().map(|n| *n as f64).collect();
+    let mut columns = vec![
+        ("layer", "", layers),
+        ("x", "mm", of(&|p| p.sample.place[0])),
+        ("y", "mm", of(&|p| p.sample.place[1])),
+        ("z", "mm", of(&|p| p.sample.place[2])),
+    ];
+    if part.quantity.is_in_time() {
+        columns.push(("t", "s", of(&|p| p.sample.time)));
+    }
+    columns.extend([
+        ("table", shown.unit, of(&|p| shown.value(p.sample.value))),
+        ("other", shown.unit, of(&|p| shown.value(p.other))),
+        (
+            "difference",
+            shown.difference,
+            of(&|p| shown.difference(p.difference())),
+        ),
+    ]);
+    write_csv(
+        folder,
+        &format!("pairs{}.csv", part.quantity.suffix()),
+        &columns,
+    )
+}
+
+fn write_map(folder: &OutputFolder, part: &Compared, cell: f64) -> Result<(), OutputError> {
+    let Some(map) = map(part, cell) else {
         return Ok(());
     };
+    let (suffix, unit) = (part.quantity.suffix(), part.quantity.shown().difference);
     let kept: Vec<usize> = (0..map.count.len())
         .filter(|n| map.count[*n] > 0.0)
         .collect();
@@ -383,19 +471,19 @@ pub fn write_files(folder: &OutputFolder, comparison: &Comparison) -> Result<(),
     };
     write_csv(
         folder,
-        "map.csv",
+        &format!("map{suffix}.csv"),
         &[
             ("x", "mm", at(0)),
             ("y", "mm", at(1)),
             ("samples", "", pick(&map.count)),
-            ("mean_difference", "K", pick(&map.mean)),
-            ("largest_difference", "K", pick(&map.largest)),
+            ("mean_difference", unit, pick(&map.mean)),
+            ("largest_difference", unit, pick(&map.largest)),
         ],
     )?;
-    folder.write("map.vti", |w| {
+    folder.write(&format!("map{suffix}.vti"), |w| {
         let field = |name, values| Field {
             name,
-            unit: "K",
+            unit,
             values: FieldValues::Float64(values),
         };
         let fields = [

@@ -1,4 +1,4 @@
-//! Tables of temperatures: columns x, y, z, t, T with their units in the heads.
+//! Tables of temperatures: columns x, y, z, t, T, or highest temperatures and times of freezing, with their units in the heads.
 
 use std::path::Path;
 
@@ -6,6 +6,8 @@ use meltpath_base::Reporter;
 use meltpath_perception::{RecordError, table};
 use meltpath_thermal::comparison::Sample;
 use meltpath_thermal::material::CELSIUS;
+
+use super::quantity::Quantity;
 
 /// Why a table of temperatures was refused.
 #[derive(Debug, thiserror::Error)]
@@ -15,7 +17,7 @@ pub enum SamplesError {
     File(#[from] RecordError),
     /// A column that is not there.
     #[error(
-        "`{file}` has no column for {wanted}: its columns are {found}; name them x, y, z, t, T, with the unit if it is not mm, s, °C, such as `x_mm`, `t (ms)`, `T_K`"
+        "`{file}` has no column for {wanted}: its columns are {found}; name them x, y, z, t, T (or T_max, time_molten, solidified without t), with the unit if it is not mm, s, °C, such as `x_mm`, `t (ms)`, `T_K`"
     )]
     Column {
         /// The file.
@@ -64,7 +66,7 @@ pub enum SamplesError {
         unit: String,
     },
     /// No row with all numbers.
-    #[error("`{file}` has no row in which x, y, t and T are all numbers")]
+    #[error("`{file}` has no row in which x, y and what it tells are all numbers")]
     Empty {
         /// The file.
         file: String,
@@ -102,16 +104,14 @@ const TEMPERATURES: &[Unit] = &[
     unit(&["K"], 1.0, 0.0),
 ];
 
-/// Name and unit of a head such as `x (mm)`, `x [mm]`, `x_mm` or `x`.
-fn parts(head: &str) -> (&str, &str) {
-    let head = head.trim();
-    match head.find(['(', '[', '_']) {
-        Some(at) => {
-            let unit = head[at + 1..].trim_end_matches([')', ']']);
-            (head[..at].trim(), unit.trim())
-        }
-        None => (head, ""),
+/// The unit of a head such as `x (mm)`, `x [mm]`, `x_mm` or `x` that bears the name; `None` where it bears another.
+fn unit_of<'a>(head: &'a str, name: &str) -> Option<&'a str> {
+    let rest = head.trim().strip_prefix(name)?.trim();
+    if rest.is_empty() {
+        return Some("");
     }
+    let unit = rest.strip_prefix(['(', '[', '_'])?;
+    Some(unit.trim_end_matches([')', ']']).trim())
 }
 
 struct Wanted {
@@ -140,120 +140,128 @@ pub struct Layers {
 
 const NUMBERS: &[Unit] = &[unit(&["1"], 1.0, 0.0)];
 
-const COLUMNS: [Wanted; 6] = [
-    Wanted {
-        names: &["x", "X"],
-        what: "x",
-        units: LENGTHS,
-    },
-    Wanted {
-        names: &["y", "Y"],
-        what: "y",
-        units: LENGTHS,
-    },
-    Wanted {
-        names: &["z", "Z"],
-        what: "z",
-        units: LENGTHS,
-    },
-    Wanted {
-        names: &["t", "time", "Time"],
-        what: "the time t",
-        units: TIMES,
-    },
-    Wanted {
-        names: &["T", "temperature", "Temperature", "temp"],
-        what: "the temperature T",
-        units: TEMPERATURES,
-    },
-    Wanted {
-        names: &["layer", "Layer"],
-        what: "the layer",
-        units: NUMBERS,
-    },
-];
-
-/// Values of a column in mm, s or K, with the unit as written; `None` where there is none of its names.
-fn column(
-    file: &str,
-    columns: &[(String, Vec<f64>)],
-    wanted: &Wanted,
-) -> Result<Option<(Vec<f64>, &'static str)>, SamplesError> {
-    let found = columns
-        .iter()
-        .find(|(head, _)| wanted.names.contains(&parts(head).0));
-    let Some((head, values)) = found else {
-        return Ok(None);
-    };
-    let written = parts(head).1;
-    let unit = if written.is_empty() {
-        wanted.units.first()
-    } else {
-        wanted.units.iter().find(|u| u.spellings.contains(&written))
-    };
-    let unit = unit.ok_or_else(|| SamplesError::Unit {
-        file: file.to_owned(),
-        column: head.clone(),
-        unit: written.to_owned(),
-        known: wanted
-            .units
-            .iter()
-            .flat_map(|u| u.spellings)
-            .copied()
-            .collect::<Vec<_>>()
-            .join(", "),
-    })?;
-    let values = values
-        .iter()
-        .map(|v| unit.factor * v + unit.offset)
-        .collect();
-    Ok(Some((values, unit.spellings[0])))
+const fn wanted(
+    names: &'static [&'static str],
+    what: &'static str,
+    units: &'static [Unit],
+) -> Wanted {
+    Wanted { names, what, units }
 }
 
-/// Reads the samples of a CSV, Parquet or MAT table taken while `layers` were drawn. Without a column `layer` the last one is
-/// meant, without a z its surface. Rows in which a number is missing are left out and told.
+/// Place, layer and time, then the quantities in the order of [`Quantity::ALL`].
+const COLUMNS: [Wanted; 9] = [
+    wanted(&["x", "X"], "x", LENGTHS),
+    wanted(&["y", "Y"], "y", LENGTHS),
+    wanted(&["z", "Z"], "z", LENGTHS),
+    wanted(&["layer", "Layer"], "the layer", NUMBERS),
+    wanted(&["t", "time", "Time"], "the time t", TIMES),
+    wanted(
+        &["T", "temperature", "Temperature", "temp"],
+        "the temperature T",
+        TEMPERATURES,
+    ),
+    wanted(
+        &[
+            "highest_temperature",
+            "highest temperature",
+            "T_max",
+            "Tmax",
+        ],
+        "the highest temperature T_max",
+        TEMPERATURES,
+    ),
+    wanted(&["time_molten"], "the time molten", TIMES),
+    wanted(&["solidified"], "the time of freezing", TIMES),
+];
+/// See [`COLUMNS`].
+const Z: usize = 2;
+const LAYER: usize = 3;
+const TIME: usize = 4;
+const FIRST_QUANTITY: usize = 5;
+
+/// A column in mm, s or K, with the unit as written.
+type Column = (Vec<f64>, &'static str);
+
+/// The columns of a table that are wanted, each the first of its name; a head bears the longest name that it can.
+fn columns(file: &str, table: &[(String, Vec<f64>)]) -> Result<Vec<Option<Column>>, SamplesError> {
+    let mut found: Vec<Option<Column>> = COLUMNS.iter().map(|_| None).collect();
+    for (head, values) in table {
+        let named = COLUMNS.iter().enumerate().flat_map(|(n, wanted)| {
+            let names = wanted.names.iter();
+            names.filter_map(move |name| Some((name.len(), n, unit_of(head, name)?)))
+        });
+        let Some((_, n, written)) = named.max_by_key(|(length, _, _)| *length) else {
+            continue;
+        };
+        if found[n].is_some() {
+            continue;
+        }
+        let units = COLUMNS[n].units;
+        let unit = if written.is_empty() {
+            units.first()
+        } else {
+            units.iter().find(|u| u.spellings.contains(&written))
+        };
+        let unit = unit.ok_or_else(|| SamplesError::Unit {
+            file: file.to_owned(),
+            column: head.clone(),
+            unit: written.to_owned(),
+            known: units
+                .iter()
+                .flat_map(|u| u.spellings)
+                .copied()
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?;
+        let values = values.iter().map(|v| unit.factor * v + unit.offset);
+        found[n] = Some((values.collect(), unit.spellings[0]));
+    }
+    Ok(found)
+}
+
+/// What a table tells of each quantity that it has.
+pub type Told = Vec<(Quantity, Vec<Row>)>;
+
+/// Reads what a CSV, Parquet or MAT table tells of `layers`. Without a column `layer` the last one is meant, without a z its
+/// surface. Rows in which a number is missing are left out and told.
 ///
 /// # Errors
 /// [`SamplesError`].
-pub fn read(path: &Path, layers: Layers, reporter: &Reporter) -> Result<Vec<Row>, SamplesError> {
-    rows(path, Some(layers), reporter)
+pub fn read(path: &Path, layers: Layers, reporter: &Reporter) -> Result<Told, SamplesError> {
+    told(path, Some(layers), reporter)
 }
 
 /// The same whatever was being drawn: a column `layer` is not looked at, and without a z the height is 0.
 ///
 /// # Errors
 /// [`SamplesError`].
-pub fn of_any_layer(path: &Path, reporter: &Reporter) -> Result<Vec<Sample>, SamplesError> {
-    let found = rows(path, None, reporter)?;
-    Ok(found.into_iter().map(|r| r.sample).collect())
+pub fn of_any_layer(path: &Path, reporter: &Reporter) -> Result<Told, SamplesError> {
+    told(path, None, reporter)
 }
 
-fn rows(
-    path: &Path,
-    layers: Option<Layers>,
-    reporter: &Reporter,
-) -> Result<Vec<Row>, SamplesError> {
+fn told(path: &Path, layers: Option<Layers>, reporter: &Reporter) -> Result<Told, SamplesError> {
     let file = path.display().to_string();
     let table = table::read(path)?;
-    let mut found: Vec<Option<(Vec<f64>, &'static str)>> = Vec::new();
-    let known = if layers.is_some() { 6 } else { 5 };
-    for wanted in &COLUMNS[..known] {
-        let values = column(&file, &table.columns, wanted)?;
-        if values.is_none() && !["z", "the layer"].contains(&wanted.what) {
-            let heads: Vec<String> = table
-                .columns
-                .iter()
-                .map(|(h, _)| format!("\"{h}\""))
-                .collect();
-            return Err(SamplesError::Column {
-                file,
-                wanted: wanted.what,
-                found: heads.join(", "),
-            });
+    let mut found = columns(&file, &table.columns)?;
+    let missing = |wanted: &'static str| {
+        let heads = table.columns.iter().map(|(head, _)| format!("\"{head}\""));
+        SamplesError::Column {
+            file: file.clone(),
+            wanted,
+            found: heads.collect::<Vec<String>>().join(", "),
         }
-        found.push(values);
+    };
+    let temperature = FIRST_QUANTITY + Quantity::Temperature as usize;
+    if let Some(n) = (0..Z).find(|n| found[*n].is_none()) {
+        return Err(missing(COLUMNS[n].what));
     }
-    if found[2].is_none() {
+    if found[FIRST_QUANTITY..].iter().all(Option::is_none) {
+        return Err(missing(COLUMNS[temperature].what));
+    }
+    if found[temperature].is_some() && found[TIME].is_none() {
+        return Err(missing(COLUMNS[TIME].what));
+    }
+    if found[Z].is_none() {
         reporter.warn(
             "no-z",
             format!(
@@ -263,65 +271,92 @@ fn rows(
         );
     }
     if layers.is_none() {
-        found.push(None);
+        found[LAYER] = None;
     }
     let layers = layers.unwrap_or(Layers {
         count: 1,
         thickness: 0.0,
     });
-    let rows = table.rows();
+    let mut all = Told::new();
+    for quantity in Quantity::ALL {
+        let column = FIRST_QUANTITY + quantity as usize;
+        if found[column].is_none() {
+            continue;
+        }
+        let rows = of_quantity(&file, &found, quantity, table.rows(), layers)?;
+        if rows.len() < table.rows() && !rows.is_empty() {
+            reporter.warn(
+                "rows-without-numbers",
+                format!(
+                    "{} of {} rows of `{file}` lack a number of the {} and are left out",
+                    table.rows() - rows.len(),
+                    table.rows(),
+                    quantity.words()
+                ),
+                "",
+            );
+        }
+        if !rows.is_empty() {
+            all.push((quantity, rows));
+        }
+    }
+    if all.is_empty() {
+        return Err(SamplesError::Empty { file });
+    }
+    Ok(all)
+}
+
+/// The rows that tell a quantity.
+fn of_quantity(
+    file: &str,
+    found: &[Option<Column>],
+    quantity: Quantity,
+    rows: usize,
+    layers: Layers,
+) -> Result<Vec<Row>, SamplesError> {
     let value = |column: usize, row: usize, otherwise: f64| {
-        found[column]
-            .as_ref()
-            .map_or(otherwise, |(values, _)| values[row])
+        let column = found[column].as_ref();
+        column.map_or(otherwise, |(values, _)| values[row])
     };
+    let told = FIRST_QUANTITY + quantity as usize;
     let mut samples = Vec::with_capacity(rows);
     for row in 0..rows {
-        let layer = value(5, row, layers.count as f64);
+        let layer = value(LAYER, row, layers.count as f64);
         let top = (layer - 1.0) * layers.thickness;
         let sample = Sample {
-            place: [value(0, row, 0.0), value(1, row, 0.0), value(2, row, top)],
-            time: value(3, row, 0.0),
-            kelvin: value(4, row, 0.0),
+            place: [value(0, row, 0.0), value(1, row, 0.0), value(Z, row, top)],
+            time: if quantity.is_in_time() {
+                value(TIME, row, 0.0)
+            } else {
+                0.0
+            },
+            value: value(told, row, f64::NAN),
         };
         let whole = sample.place.iter().all(|v| v.is_finite())
             && sample.time.is_finite()
-            && sample.kelvin.is_finite()
+            && sample.value.is_finite()
             && layer.is_finite();
         if !whole {
             continue;
         }
-        if sample.kelvin < 0.0 {
-            let unit = found[4].as_ref().map_or("", |(_, unit)| unit);
+        if quantity.is_temperature() && sample.value < 0.0 {
+            let unit = found[told].as_ref().map_or("", |(_, unit)| unit);
             let offset = if unit == "K" { 0.0 } else { CELSIUS };
             return Err(SamplesError::Cold {
-                file,
+                file: file.to_owned(),
                 row: row + 1,
-                value: sample.kelvin - offset,
+                value: sample.value - offset,
                 unit: unit.to_owned(),
             });
         }
         let number = (1..=layers.count).find(|n| (*n as f64 - layer).abs() < 1e-6);
-        let layer = number.ok_or(SamplesError::Layer {
-            file: file.clone(),
+        let layer = number.ok_or_else(|| SamplesError::Layer {
+            file: file.to_owned(),
             row: row + 1,
             value: layer,
             layers: layers.count,
         })?;
         samples.push(Row { layer, sample });
-    }
-    if samples.is_empty() {
-        return Err(SamplesError::Empty { file });
-    }
-    if samples.len() < rows {
-        reporter.warn(
-            "rows-without-numbers",
-            format!(
-                "{} of {rows} rows of `{file}` lack a number and are left out",
-                rows - samples.len()
-            ),
-            "",
-        );
     }
     Ok(samples)
 }
@@ -339,7 +374,8 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("table.csv");
         std::fs::write(&file, text).unwrap();
-        read(&file, TWO, &Reporter::new())
+        let told = read(&file, TWO, &Reporter::new())?;
+        Ok(told.into_iter().next().unwrap().1)
     }
 
     #[test]
@@ -349,12 +385,31 @@ mod tests {
         let (a, b) = (&mm[0].sample, &other[0].sample);
         assert!((a.place[0] - b.place[0]).abs() < 1e-12, "{a:?} {b:?}");
         assert!((a.place[1] - b.place[1]).abs() < 1e-12, "{a:?} {b:?}");
-        assert!((a.time - b.time).abs() < 1e-12 && (a.kelvin - b.kelvin).abs() < 1e-9);
+        assert!((a.time - b.time).abs() < 1e-12 && (a.value - b.value).abs() < 1e-9);
         // without z: the build plane
         let last = written("x,y,t,T\n1,2,0,900\n").unwrap()[0];
         assert!(last.layer == 2 && (last.sample.place[2] - 0.1).abs() < 1e-12);
         let first = written("x,y,t,T,layer\n1,2,0,900,1\n").unwrap()[0];
         assert!(first.layer == 1 && first.sample.place[2] == 0.0);
+    }
+
+    #[test]
+    fn the_longest_name_is_meant() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("table.csv");
+        let text = "x_mm,y_mm,time_molten_ms,T_max_K,solidified (s),temperature gradient\n1,2,3,1500,0.25,7\n1,2,3,1500,,7\n";
+        std::fs::write(&file, text).unwrap();
+        let told = read(&file, TWO, &Reporter::new()).unwrap();
+        let all: Vec<(Quantity, usize, f64)> = told
+            .iter()
+            .map(|(q, rows)| (*q, rows.len(), rows[0].sample.value))
+            .collect();
+        let wanted = [
+            (Quantity::Highest, 2, 1500.0),
+            (Quantity::Molten, 2, 3e-3),
+            (Quantity::Solidified, 1, 0.25),
+        ];
+        assert_eq!(all, wanted);
     }
 
     #[test]

@@ -5,12 +5,13 @@ use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::bed::Body;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::judgement::{Resolution, Share, Variant, judge};
+use meltpath_thermal::judgement::{Resolution, Share, Variant, judge, watched};
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::part::{Rectangle, within};
 use meltpath_thermal::run::RunError;
 use meltpath_thermal::solver::State;
 use meltpath_thermal::strategy::StrategyError;
+use meltpath_thermal::watch::{Watch, Watched};
 
 use super::region::{Below, Contour};
 use super::run::EbmError;
@@ -45,6 +46,8 @@ pub struct JudgedPath {
     pub runs: Vec<Run>,
     /// Highest temperatures of the run as asked, K.
     pub highest: Field,
+    /// What else the run as asked showed.
+    pub watched: Watched,
     /// The same voxels on the charts, in the charts' window.
     pub on_charts: Option<Tally>,
 }
@@ -177,6 +180,18 @@ fn classes(
     }
 }
 
+/// What is looked at in the run as asked: the places of the job, or the hottest one on the charts.
+fn watch(settings: &Settings, judging: &Judge, hottest: Option<[f64; 3]>) -> Watch {
+    let top = settings.lower.len() as f64 * settings.layer;
+    let asked = judging.places.iter();
+    let asked = asked.map(|([x, y], z)| [*x, *y, z.unwrap_or(top)]);
+    let hottest = hottest.filter(|_| judging.places.is_empty());
+    Watch {
+        places: asked.chain(hottest).collect(),
+        every: judging.every,
+    }
+}
+
 /// The windows of the variants, found when first needed.
 struct Windows<'a> {
     settings: &'a Settings,
@@ -214,6 +229,7 @@ fn judged(
     };
     let lower = settings.lower.iter().map(wanted);
     let lower = lower.collect::<Result<Vec<BeamPath>, _>>()?;
+    let whole_begin = path.begin();
     let path = wanted(path)?;
     let part = judging.part.as_ref().map(|p| (p, judging.beyond));
     let of = |highest: &Field, classes: &Classes| {
@@ -221,12 +237,21 @@ fn judged(
     };
     let ground = ground(&settings.below);
     let body = body(settings, &ground);
+    let charts_tally = charts.map(|highest| (of(highest, on_charts), &highest.grid));
+    let hottest = charts_tally.as_ref().map(|(tally, grid)| {
+        let [i, j, k] = tally.hottest.1;
+        grid.centre(i, j, k).to_array()
+    });
+    let watch = watch(settings, judging, hottest);
     let mut runs: Vec<Run> = Vec::new();
     let mut first: Option<(Field, Classes, f64)> = None;
+    let mut seen: Option<Watched> = None;
     for (n, variant) in Variant::ALL.into_iter().enumerate() {
         let taken = first.as_ref().map_or(judging.resolution.step, |f| f.2);
         let wanted = judging.resolution.of(variant, taken);
-        let drawn = judge(&body, &lower, &path, &wanted, observer)?;
+        let watch = (n == 0).then_some(&watch);
+        let drawn = watched(&body, &lower, &path, &wanted, watch, observer)?;
+        seen = seen.or(drawn.watched);
         let classes = windows.of(n, &wanted, observer)?;
         let window = first.as_ref().map_or(classes, |f| f.1);
         runs.push(Run {
@@ -253,14 +278,16 @@ fn judged(
             .map(|(r, s)| (r.variant, s - shares[0]))
             .collect(),
     };
-    let Some((highest, _, _)) = first else {
+    let (Some((highest, _, _)), Some(mut watched)) = (first, seen) else {
         return Err(EbmError::GoodBody);
     };
+    watched.count_from(path.begin() - whole_begin);
     Ok(JudgedPath {
         share,
         runs,
-        on_charts: charts.map(|highest| of(highest, on_charts)),
+        on_charts: charts_tally.map(|(tally, _)| tally),
         highest,
+        watched,
     })
 }
 
@@ -313,6 +340,25 @@ pub(super) fn tell<'a>(
             "shares compare strategies on one scale; read no boiling or evaporation from them",
         );
     }
+}
+
+/// Warns of places of the job that the judge did not draw.
+pub(super) fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, reporter: &Reporter) {
+    let Some(outside) = paths.map(|p| &p.watched.outside).find(|o| !o.is_empty()) else {
+        return;
+    };
+    let places: Vec<String> = outside
+        .iter()
+        .map(|[x, y, z]| format!("({x}, {y}, {z}) mm"))
+        .collect();
+    reporter.warn(
+        "places-outside",
+        format!(
+            "judge.places {} lie outside what the reference solver draws: nothing is kept of them",
+            places.join(", ")
+        ),
+        "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
+    );
 }
 
 /// Whether an error is a cancellation.

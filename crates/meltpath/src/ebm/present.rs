@@ -9,19 +9,18 @@ use meltpath_report::html::{Fact, Report, Section};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
-use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{
     Field as Image, Values as FieldValues, write_collection, write_height_image,
 };
-use meltpath_thermal::criteria::{Class, gradient};
+use meltpath_thermal::criteria::Class;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
 use super::path_file::write_parquet;
 use super::settings::Settings;
-use super::simulate::{Drawn, Outcome, top};
-use super::{present_found, present_histogram, present_part, present_sections};
+use super::simulate::{Drawn, Outcome};
+use super::{present_found, present_histogram, present_part, present_sections, present_voxels};
 
 fn plan(field: &Field) -> Grid {
     let g = &field.grid;
@@ -296,7 +295,11 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
 ///
 /// # Errors
 /// [`OutputError`].
-pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), OutputError> {
+pub fn write_files(
+    folder: &OutputFolder,
+    settings: &Settings,
+    outcome: &Outcome,
+) -> Result<(), OutputError> {
     let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
     let grid = plan(&shown.highest);
     let mut entries = Vec::new();
@@ -322,40 +325,5 @@ pub fn write_files(folder: &OutputFolder, outcome: &Outcome) -> Result<(), Outpu
     folder.write("path.csv", |w| w.write_all(path.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(path, w))?;
     present_sections::write_volumes(folder, outcome)?;
-    voxels(folder, shown)
-}
-
-/// The voxels of the last layer that melted, one a line.
-fn voxels(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
-    let s = &shown.simulation;
-    let (fell, rate) = (s.fell(), s.cooling_rate());
-    let steep = gradient(&fell, &rate);
-    let highest = celsius(&top(&shown.highest));
-    let liquidus = s.settings().timed - CELSIUS;
-    let kept: Vec<usize> = (0..highest.len())
-        .filter(|n| highest[*n] >= liquidus)
-        .collect();
-    let nx = shown.highest.grid.cells[0];
-    let plane = shown.highest.grid.planes() - 1;
-    let pick = |values: &[f64]| kept.iter().map(|n| values[*n]).collect::<Vec<f64>>();
-    let x: Vec<f64> = kept
-        .iter()
-        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).x)
-        .collect();
-    let y: Vec<f64> = kept
-        .iter()
-        .map(|n| shown.highest.grid.centre(n % nx, n / nx, plane).y)
-        .collect();
-    let columns = [
-        ("x", "mm", x),
-        ("y", "mm", y),
-        ("highest_temperature", "°C", pick(&highest)),
-        ("time_molten", "s", pick(&top(&s.time_above()))),
-        ("solidified", "s", pick(&top(&fell))),
-        ("cooling_rate", "K/s", pick(&top(&rate))),
-        ("gradient", "K/mm", pick(&top(&steep))),
-    ];
-    folder.write("series/voxels.csv", |out| {
-        write_columns(out, &columns).map_err(as_io)
-    })
+    present_voxels::write(folder, settings, shown, outcome)
 }

@@ -147,7 +147,8 @@ pub fn run(
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
     let part = settings.part.as_ref().map(|p| &p.file);
-    for file in settings.path_file.iter().chain(part) {
+    let own = settings.path_file.iter().chain(part);
+    for file in own.chain(&settings.material_file) {
         record(&mut provenance, file)?;
     }
     observer.stage("write results", 0);
@@ -177,7 +178,12 @@ pub fn run(
             std::io::copy(&mut File::open(part)?, w).map(drop)
         })?;
     }
-    present::write_files(&folder, &outcome)?;
+    if let Some(file) = &settings.material_file {
+        folder.write(MATERIAL_COPY, |w| {
+            std::io::copy(&mut File::open(file)?, w).map(drop)
+        })?;
+    }
+    present::write_files(&folder, &settings, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
@@ -195,6 +201,9 @@ fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<
         w.write_all(b"\n")
     })
 }
+
+/// The name of the user's own material in the folder of a run.
+pub(crate) const MATERIAL_COPY: &str = "material.toml";
 
 /// The name of a part in the folder of a run, so that the run can be drawn again without anything outside.
 pub(crate) fn part_copy(file: &Path) -> String {
@@ -352,5 +361,7 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// [`RunError`].
 pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
     let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
-    Ok(outcome::parameter_lines(&settings.provenance))
+    let mut lines = outcome::parameter_lines(&settings.provenance);
+    lines.extend(settings.warnings.iter().map(outcome::warning_line));
+    Ok(lines)
 }

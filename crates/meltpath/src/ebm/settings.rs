@@ -8,7 +8,7 @@ use meltpath_thermal::chart_simulation;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::material_file::Readings;
 use meltpath_thermal::medium::Body;
 use meltpath_thermal::part::Rectangle;
 use meltpath_thermal::source::Depth;
@@ -20,12 +20,10 @@ use super::region::{Below, Contour};
 use super::{focus, path_file};
 use crate::job::TextError;
 use crate::job::ebm::{ChartMemory, EbmJob};
+use crate::material::{Loaded, load};
 
-/// The materials that ship: name and file.
-pub const MATERIALS: &[(&str, &str)] = &[(
-    "ti6al4v-ebm",
-    include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
-)];
+/// The material of Béraud 2016.
+const THESIS_MATERIAL: &str = "ti6al4v-ebm";
 
 /// What remembers earlier lines: the thesis' domain, at the start temperature half a millimetre below the build plane, as the
 /// reference solver that judges has it.
@@ -46,7 +44,7 @@ pub enum Window {
 }
 
 /// How the path is judged on the reference solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Judge {
     /// What is judged; the whole path where absent.
     pub part: Option<Rectangle>,
@@ -54,6 +52,10 @@ pub struct Judge {
     pub beyond: f64,
     /// Cells and steps.
     pub resolution: Resolution,
+    /// Places whose temperature is kept in time, mm; without z on the build plane.
+    pub places: Vec<([f64; 2], Option<f64>)>,
+    /// Time between two of these temperatures, s.
+    pub every: f64,
 }
 
 /// A job with every value resolved.
@@ -69,6 +71,8 @@ pub struct Settings {
     pub warnings: Vec<Warning>,
     /// The material.
     pub material: Material,
+    /// Its file, where it is not one that ships.
+    pub material_file: Option<PathBuf>,
     /// Beam to heat.
     pub beam: Beam,
     /// Penetration of the beam, mm.
@@ -165,7 +169,12 @@ pub fn resolve(
     observer: &dyn Observer,
 ) -> Result<Settings, TextError> {
     let mut r = Provenance::new();
-    let (material, beam, penetration) = process(job, &mut r)?;
+    let (loaded, beam, penetration) = process(job, folder, &mut r)?;
+    let Loaded {
+        material,
+        file: material_file,
+        ..
+    } = loaded;
     let mm = |v: f64| meltpath_base::Length(v);
     let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
     let ebm = &job.ebm;
@@ -251,6 +260,7 @@ pub fn resolve(
         &mut r,
     )?;
     let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
+    warn_of_window(job, &window, &material, &reporter);
     let Drawing {
         path_file,
         mut paths,
@@ -338,9 +348,27 @@ pub fn resolve(
         in_window,
         unmelted,
         material,
+        material_file,
         beam,
         provenance: r,
     })
+}
+
+/// Warns where the window is the thesis' and the metal is not.
+fn warn_of_window(job: &EbmJob, window: &Window, material: &Material, reporter: &Reporter) {
+    let written = job.window.low.is_some() || job.window.high.is_some();
+    let own = job.ebm.material.as_ref();
+    let other = own.is_some_and(|m| m.get_ref() != THESIS_MATERIAL);
+    if other && !written && matches!(window, Window::Fixed(_)) {
+        reporter.warn(
+            "window-of-another-material",
+            format!(
+                "the window of good temperatures, 2700 to 2760 °C, is that of Ti6Al4V in Béraud 2016; the material is {}",
+                material.name
+            ),
+            "give the path of a body that you know to be good as window.good, its size as window.body, or both limits",
+        );
+    }
 }
 
 fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
@@ -384,7 +412,21 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
             "a twelfth of a cell at 980 mm/s",
         )
         .0;
+    let every = r
+        .written_or(
+            "judge.every",
+            table.every.map(|s| s.0),
+            meltpath_base::Time(5e-5),
+            "a voxel at 980 mm/s",
+        )
+        .0;
+    let places = table.places.iter().map(|p| {
+        let at = |n: usize| p.get_ref().get(n).map(|v| v.0);
+        ([0, 1].map(|n| at(n).unwrap_or_default()), at(2))
+    });
     Some(Judge {
+        places: places.collect(),
+        every,
         part,
         beyond,
         resolution: Resolution {
@@ -397,26 +439,20 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
 }
 
 /// Material, beam and its penetration.
-fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), TextError> {
+fn process(
+    job: &EbmJob,
+    folder: &Path,
+    r: &mut Provenance,
+) -> Result<(Loaded, Beam, f64), TextError> {
     let ebm = &job.ebm;
     let name = ebm.material.as_ref().map(|m| m.get_ref().clone());
     let name = r.written_or(
         "ebm.material",
         name,
-        "ti6al4v-ebm".to_owned(),
+        THESIS_MATERIAL.to_owned(),
         "the material of Béraud 2016",
     );
     let span = |s: &Option<toml::Spanned<String>>| s.as_ref().map_or(0..0, toml::Spanned::span);
-    let text = MATERIALS.iter().find(|(n, _)| *n == name).ok_or_else(|| {
-        let known: Vec<&str> = MATERIALS.iter().map(|(n, _)| *n).collect();
-        at(
-            span(&ebm.material),
-            &format!(
-                "there is no material \"{name}\"; known are {}",
-                known.join(", ")
-            ),
-        )
-    })?;
     let readings = Readings {
         porosity: ebm.porosity.unwrap_or_default(),
         density: ebm.density.unwrap_or_default(),
@@ -434,7 +470,8 @@ fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), Te
         named(&readings.density),
         "erratum E2: the printed cells are exchanged",
     );
-    let material = read(text.1, readings).map_err(|e| at(span(&ebm.material), &e))?;
+    let loaded = load(&name, readings, folder).map_err(|e| at(span(&ebm.material), &e))?;
+    loaded.tell(r);
     let focus = if let Some(d) = ebm.diameter {
         r.written_or("ebm.diameter", Some(d.0), d.0, "");
         FocusCalibration::constant(d.0.0)
@@ -469,7 +506,7 @@ fn process(job: &EbmJob, r: &mut Provenance) -> Result<(Material, Beam, f64), Te
         depth: Depth::Falling { penetration },
         focus,
     };
-    Ok((material, beam, penetration))
+    Ok((loaded, beam, penetration))
 }
 
 fn window(

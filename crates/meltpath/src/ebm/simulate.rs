@@ -334,6 +334,10 @@ pub fn simulate(
         }
         None => None,
     };
+    let paths_judged = judged
+        .iter()
+        .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
+    judge::tell_outside(paths_judged.flatten(), reporter);
     let looked_at = found.iter().filter_map(|f| f.reference.as_ref());
     let looked_at = looked_at.flat_map(|r| [&r.given.0, &r.better.0]);
     let paths = judged

@@ -376,6 +376,12 @@ pub struct JudgeTable {
     /// Longest time step; default 4 µs. Shorter where stability asks for it.
     #[serde(default)]
     pub step: Option<Positive<Time>>,
+    /// Places whose temperature is kept in time: x, y, and z where it is not the build plane; default the charts' hottest.
+    #[serde(default)]
+    pub places: Vec<Spanned<Vec<Length>>>,
+    /// Time between two of these temperatures; default 50 µs.
+    #[serde(default)]
+    pub every: Option<Positive<Time>>,
 }
 
 /// What a path is judged on.
@@ -514,6 +520,23 @@ impl EbmJob {
                     help: Some("write its lower left corner, then its upper right one".to_owned()),
                 });
             }
+        }
+        let places = self.judge.iter().flat_map(|j| &j.places);
+        if let Some(place) = places
+            .into_iter()
+            .find(|p| ![2, 3].contains(&p.get_ref().len()))
+        {
+            return Err(TextError {
+                span: Some(place.span()),
+                message: format!(
+                    "a place of judge.places has {} values",
+                    place.get_ref().len()
+                ),
+                help: Some(
+                    "write x and y, and z where it is not the build plane: [\"1 mm\", \"2 mm\"]"
+                        .to_owned(),
+                ),
+            });
         }
         let few = |ring: &Vec<_>| ring.len() < 3;
         let contour = &self.region.contour;

@@ -17,21 +17,15 @@ use meltpath_thermal::fusion::{
 };
 use meltpath_thermal::history::Memory;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::material_file::Readings;
 use meltpath_thermal::medium::{Body, Medium};
 use meltpath_thermal::moving_source::{MovingSource, MovingSourceError};
 use meltpath_thermal::source::Depth;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-use super::settings::data_text;
 use crate::job::TextError;
 use crate::job::lpbf::HeatTable;
-
-/// The materials that ship: name and file.
-pub const MATERIALS: &[(&str, &str)] = &[(
-    "in625-laser",
-    include_str!("../../../../data/materials/in625-laser.toml"),
-)];
+use crate::material::load;
 
 /// Distance along the path from look to look, in spot diameters.
 const LOOK: f64 = 0.7;
@@ -102,9 +96,10 @@ pub fn resolve(
         message,
         help: (!help.is_empty()).then(|| help.to_owned()),
     };
-    let text = data_text("material", &name, MATERIALS, folder)?;
-    let material = read(&text, Readings::default())
-        .map_err(|e| at(format!("\"{}\" is not sound: {e}", name.get_ref()), ""))?;
+    let loaded =
+        load(name.get_ref(), Readings::default(), folder).map_err(|e| at(e.to_string(), ""))?;
+    loaded.tell(provenance);
+    let material = loaded.material;
     let absorptivity = match (&table.absorptivity, material.absorptivity) {
         (Some(share), _) if share.get_ref().0.0 > 1.0 => {
             return Err(TextError {

@@ -10,7 +10,7 @@ use super::settings::Settings;
 use super::work::Work;
 use crate::job::TextError;
 use crate::job::lpbf::LpbfJob;
-use crate::tune::choose::ready;
+use crate::tune::choose::ready_for;
 
 /// Refuses a head that cannot be built, squares that are none, and work that leaves the field.
 ///
@@ -18,7 +18,7 @@ use crate::tune::choose::ready;
 /// [`TextError`] with the place in the job and what to change.
 pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), TextError> {
     let name = &job.lpbf.head;
-    let head = ready(&settings.data.head, settings.path).map_err(|e| TextError {
+    let head = settings.data.head.ready().map_err(|e| TextError {
         span: Some(name.span()),
         message: format!("\"{}\" is not sound: {e}", name.get_ref()),
         help: Some(head_help(&e).to_owned()),
@@ -42,6 +42,11 @@ pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), TextError>
                 message: format!("\"{}\" cannot run: {e}", name.get_ref()),
                 help: None,
             },
+        })?;
+        ready_for(&head, settings.path, &prepared.job).map_err(|e| TextError {
+            span: Some(name.span()),
+            message: format!("\"{}\" cannot run with lpbf.path: {e}", name.get_ref()),
+            help: None,
         })?;
     }
     Ok(())

@@ -22,7 +22,7 @@ use super::work::{LayerSpan, Prepared, Work};
 use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
-use crate::tune::choose::ready;
+use crate::tune::choose::ready_for;
 use crate::waam::settings::in_file;
 
 /// The modes in which fill rates are told.
@@ -122,7 +122,7 @@ pub fn run(
             "tune on the head's own motor",
         );
     }
-    let head = ready(&settings.data.head, settings.path)?;
+    let head = settings.data.head.ready()?;
     let found = match &settings.search {
         Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
         None => None,
@@ -134,21 +134,21 @@ pub fn run(
     let mut recipes = settings.recipes.clone();
     recipes.extend(best.map(|c| c.recipe.clone()));
     let other_head = match best {
-        Some(c) => Some(ready(
-            &with_filter(&settings.data.head, c.filter_factor),
-            settings.path,
-        )?),
+        Some(c) => Some(with_filter(&settings.data.head, c.filter_factor).ready()?),
         None => None,
     };
     let mut jobs = Vec::with_capacity(recipes.len());
-    for recipe in &recipes {
-        jobs.push(settings.work.job(recipe).map_err(HeadError::from)?);
+    for (k, recipe) in recipes.iter().enumerate() {
+        let prepared = settings.work.job(recipe).map_err(HeadError::from)?;
+        let optimised = k == settings.recipes.len();
+        let plain = other_head.as_ref().filter(|_| optimised).unwrap_or(&head);
+        let ready = ready_for(plain, settings.path, &prepared.job)?;
+        jobs.push((prepared, ready));
     }
     let mut results = Vec::with_capacity(jobs.len());
-    for (k, (recipe, prepared)) in recipes.iter().zip(&jobs).enumerate() {
-        let optimised = k == settings.recipes.len();
+    for (k, (recipe, (prepared, head))) in recipes.iter().zip(&jobs).enumerate() {
         let run = Run {
-            head: other_head.as_ref().filter(|_| optimised).unwrap_or(&head),
+            head,
             settings: &settings,
             recipe,
             prepared,

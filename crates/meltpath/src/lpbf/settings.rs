@@ -145,7 +145,6 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         folder,
         &mut provenance,
     )?;
-    crate::tune::choose::check_path(&data.head, job.lpbf.path)?;
     let path = provenance.written_or(
         "lpbf.path",
         (job.lpbf.path != PathChoice::default()).then_some(job.lpbf.path),

@@ -5,6 +5,7 @@ use std::path::Path;
 use meltpath_base::{Origin, Provenance, Resolved};
 use meltpath_machine::scan_head::axis::Axis;
 use meltpath_machine::scan_head::head::{HeadError, ReadyHead, ScanHead};
+use meltpath_machine::scan_head::job::ScanJob;
 use meltpath_machine::scan_head::servo::{Loop, ServoModel};
 use meltpath_machine::scan_head::servo_file::ControllerFile;
 use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
@@ -104,52 +105,31 @@ pub fn apply(
     Ok(others)
 }
 
-/// Refuses a preview where it is known to make contours worse: behind a cascade, or in front of a pre-filter.
-///
-/// # Errors
-/// [`TextError`].
-pub fn check_path(head: &ScanHead, path: PathChoice) -> Result<(), TextError> {
-    let refuse = |message: &str, help: &str| {
-        Err(TextError {
-            span: None,
-            message: message.to_owned(),
-            help: Some(help.to_owned()),
-        })
-    };
-    if path != PathChoice::Preview {
-        return Ok(());
-    }
-    for axis in &head.mirrors {
-        if matches!(axis.controller, Controller::Cascade(_)) {
-            return refuse(
-                "a preview makes contours worse behind the cascade",
-                "take lpbf.controller = \"h-infinity\" or one of a tuning, or leave out lpbf.path",
-            );
-        }
-        if axis.prefilter.is_some() {
-            return refuse(
-                "a preview cannot undo the pre-filter",
-                "take lpbf.prefilter = \"off\", or leave out lpbf.path",
-            );
-        }
-    }
-    Ok(())
-}
+/// The time within which changes of the mirrors' speeds add up for the drives, s.
+const TOGETHER: f64 = 0.5e-3;
 
-/// A head made ready, with the filters of its mirrors' set-points that a choice asks for.
+/// A head made ready for a job, with the filters of its mirrors' set-points that a choice asks for.
 ///
 /// # Errors
 /// [`HeadError`].
-pub fn ready(head: &ScanHead, path: PathChoice) -> Result<ReadyHead, HeadError> {
+pub fn ready_for(
+    ready: &ReadyHead,
+    path: PathChoice,
+    job: &ScanJob,
+) -> Result<ReadyHead, HeadError> {
+    let head = ready.head();
     let axes = [&head.mirrors[0], &head.mirrors[1]];
     let design = PreviewDesign::default();
     let previews = match path {
-        PathChoice::AsCommanded => return head.ready(),
+        PathChoice::AsCommanded => return Ok(ready.clone()),
         PathChoice::Synchronised => synchronise(axes, head.period, &design),
-        PathChoice::Preview => preview(axes, head.period, &design),
+        PathChoice::Preview => {
+            let changes = ready.speed_changes(job, TOGETHER);
+            preview(axes, head.period, changes, &design)
+        }
     };
     let named = |source| HeadError::Axis { axis: 'X', source };
-    Ok(head.ready()?.with_previews(previews.map_err(named)?))
+    Ok(ready.clone().with_previews(previews.map_err(named)?))
 }
 
 /// An H-infinity controller for an axis: the thesis' weights at the bandwidth that its position loop is meant to have, with the

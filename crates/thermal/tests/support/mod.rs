@@ -1,22 +1,30 @@
-//! What several test files need: the material and charts that are computed once.
+//! What several test files need: the material, charts that are computed once, the bed that beams draw on.
 #![allow(dead_code, reason = "each test file uses its part of it")]
 
 use std::sync::OnceLock;
 
 use meltpath_base::Silent;
-use meltpath_thermal::beam::{BeamPath, BeamPoint};
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
+use meltpath_thermal::bed::Body;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
+use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::solver::{Face, Faces, State};
+use meltpath_thermal::source::Depth;
+use meltpath_thermal::surface::Surface;
 
 /// Ti6Al4V of the thesis.
 pub(crate) fn titanium() -> Material {
-    read(
-        include_str!("../../../../data/materials/ti6al4v-ebm.toml"),
-        Readings::default(),
-    )
-    .unwrap()
+    titanium_read(Readings::default())
+}
+
+/// The same, its source read otherwise.
+pub(crate) fn titanium_read(readings: Readings) -> Material {
+    let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+    read(text, readings).unwrap()
 }
 
 /// Charts of the slow beam, of the strut's inner circle, of the fast beam: each computed once per test file.
@@ -92,4 +100,43 @@ pub(crate) fn good_body() -> BeamPath {
         }
     }
     BeamPath::new(points).unwrap()
+}
+
+/// Metal under a layer of fresh powder of 50 µm.
+pub(crate) fn fresh_layer(c: DVec3) -> State {
+    if c.z > -0.05 {
+        State::Powder
+    } else {
+        State::Dense
+    }
+}
+
+/// The thesis' surroundings: a shield at 300 °C above, everything else at the start temperature.
+pub(crate) fn faces(material: &Material) -> Faces {
+    Faces {
+        top: Surface::Radiating {
+            surroundings: 300.0 + CELSIUS,
+        },
+        sides: Face::Imposed(material.start),
+        bottom: Face::Imposed(material.start),
+    }
+}
+
+/// The thesis' beam with this diameter, mm.
+pub(crate) fn beam(diameter: f64) -> Beam {
+    Beam {
+        efficiency: 0.9,
+        depth: Depth::Falling { penetration: 0.1 },
+        focus: FocusCalibration::constant(diameter),
+    }
+}
+
+/// Fresh powder on metal.
+pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
+    Body {
+        material,
+        beam,
+        layer: 0.05,
+        ground: &|_| State::Dense,
+    }
 }

@@ -1,0 +1,130 @@
+//! Voxels of the build plane that melted, and temperatures in time, as tables: those of charts and of the reference solver
+//! alike, so that `meltpath compare` takes either.
+
+use std::io;
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_report::series::csv::write_columns;
+use meltpath_thermal::comparison::Sample;
+use meltpath_thermal::criteria::gradient;
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+
+use super::judge::JudgedPath;
+use super::settings::Settings;
+use super::simulate::{Drawn, Outcome, top};
+
+/// Voxels that melted, of the charts.
+pub(crate) const VOXELS: &str = "series/voxels.csv";
+/// The same of the reference solver.
+pub(crate) const VOXELS_REFERENCE: &str = "series/voxels-reference.csv";
+/// Temperatures in time of the reference solver.
+pub(crate) const TEMPERATURES_REFERENCE: &str = "series/temperatures-reference.csv";
+
+/// What is told of the voxels; each field's top plane is that of the build.
+struct Voxels<'a> {
+    highest: &'a Field,
+    above: Field,
+    fell: Field,
+    rate: Field,
+}
+
+/// Writes the tables of the path that the run shows.
+///
+/// # Errors
+/// [`OutputError`].
+pub(super) fn write(
+    folder: &OutputFolder,
+    settings: &Settings,
+    shown: &Drawn,
+    outcome: &Outcome,
+) -> Result<(), OutputError> {
+    let liquidus = settings.material.liquidus;
+    let s = &shown.simulation;
+    let of_charts = Voxels {
+        highest: &shown.highest,
+        above: s.time_above(),
+        fell: s.fell(),
+        rate: s.cooling_rate(),
+    };
+    voxels(folder, VOXELS, &of_charts, liquidus)?;
+    let Some(judged) = &outcome.judged else {
+        return Ok(());
+    };
+    let path: &JudgedPath = judged.better.as_ref().unwrap_or(&judged.given);
+    let seen = &path.watched;
+    let of_solver = Voxels {
+        highest: &path.highest,
+        above: seen.above.clone(),
+        fell: seen.fell.clone(),
+        rate: seen.rate.clone(),
+    };
+    voxels(folder, VOXELS_REFERENCE, &of_solver, liquidus)?;
+    if seen.samples.is_empty() {
+        return Ok(());
+    }
+    let begin = shown.path.begin();
+    let of = |f: &dyn Fn(&Sample) -> f64| seen.samples.iter().map(f).collect::<Vec<f64>>();
+    table(
+        folder,
+        TEMPERATURES_REFERENCE,
+        &[
+            ("x", "mm", of(&|s| s.place[0])),
+            ("y", "mm", of(&|s| s.place[1])),
+            ("z", "mm", of(&|s| s.place[2])),
+            ("t", "s", of(&|s| s.time + begin)),
+            ("T", "°C", of(&|s| s.value - CELSIUS)),
+        ],
+    )
+}
+
+fn table(
+    folder: &OutputFolder,
+    name: &str,
+    columns: &[(&str, &str, Vec<f64>)],
+) -> Result<(), OutputError> {
+    folder.write(name, |out| {
+        write_columns(out, columns).map_err(io::Error::other)
+    })
+}
+
+/// The voxels of the build plane that melted, one a line.
+fn voxels(
+    folder: &OutputFolder,
+    name: &str,
+    voxels: &Voxels<'_>,
+    liquidus: f64,
+) -> Result<(), OutputError> {
+    let steep = gradient(&voxels.fell, &voxels.rate);
+    let kelvin = top(voxels.highest);
+    let kept: Vec<usize> = (0..kelvin.len())
+        .filter(|n| kelvin[*n] >= liquidus)
+        .collect();
+    let grid = &voxels.highest.grid;
+    let (nx, plane) = (grid.cells[0], grid.planes() - 1);
+    let pick = |field: &Field| {
+        let values = top(field);
+        kept.iter().map(|n| values[*n]).collect::<Vec<f64>>()
+    };
+    let centre = |axis: usize| {
+        let at = kept
+            .iter()
+            .map(|n| grid.centre(n % nx, n / nx, plane)[axis]);
+        at.collect::<Vec<f64>>()
+    };
+    let columns = [
+        ("x", "mm", centre(0)),
+        ("y", "mm", centre(1)),
+        ("z", "mm", centre(2)),
+        (
+            "highest_temperature",
+            "°C",
+            kept.iter().map(|n| kelvin[*n] - CELSIUS).collect(),
+        ),
+        ("time_molten", "s", pick(&voxels.above)),
+        ("solidified", "s", pick(&voxels.fell)),
+        ("cooling_rate", "K/s", pick(&voxels.rate)),
+        ("gradient", "K/mm", pick(&steep)),
+    ];
+    table(folder, name, &columns)
+}
