@@ -237,7 +237,7 @@ fn ebm_q04_levers_on_the_reference_solver() {
     }
 }
 
-/// Other levers and orders of the same lines: none is better than the current on lines in their order.
+/// Other levers and orders of the same lines do as well as the current on lines in their order; lines twice as far apart do not.
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_q04_other_levers_and_orders() {
@@ -254,8 +254,8 @@ fn ebm_q04_other_levers_and_orders() {
         println!("{order:?}: {:.3?}", found.scores);
         best(&found)
     });
-    assert!(best(&speed) > 0.85 && best(&wide) < 0.6);
-    assert!(found[0] < 0.5 && found[1] > 0.85, "{found:?}");
+    assert!(best(&speed) > 0.9 && best(&wide) < 0.6);
+    assert!(found.iter().all(|f| *f > 0.9), "{found:?}");
 }
 
 /// One drawing under predictive control, without any learning.
