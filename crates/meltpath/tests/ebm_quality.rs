@@ -199,7 +199,7 @@ fn ebm_q12_parts_far_apart_are_drawn_together_as_alone() {
         let all: usize = alone.iter().map(Vec::len).sum();
         println!("Q12, memory {memory}: {found} of {all} voxels, apart by at most {worst:.3} K");
         assert_eq!([found, together.len()], [all, all]);
-        // recorded: 4 K with memory, whose heat is kept in quanta of time; one of them spans the jump from part to part
+        // recorded: 4 K with memory, whose heat is folded in spans of time counted from the start of the path
         let most = if memory == "none" { 0.1 } else { 5.0 };
         assert!(worst < most, "{worst}");
     }

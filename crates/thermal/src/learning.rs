@@ -134,6 +134,8 @@ struct Pieces {
     /// Which run each belongs to: the beam moves along a run without a jump, and a spot is a run of its own. None where the lever
     /// changes nothing.
     runs: Vec<Option<usize>>,
+    /// Where the middle of each lies, mm.
+    middles: Vec<[f64; 2]>,
 }
 
 impl Pieces {
@@ -142,6 +144,7 @@ impl Pieces {
             times: lever.times(profile, path),
             on: Vec::new(),
             runs: Vec::new(),
+            middles: Vec::new(),
         };
         let mut run = 0;
         let mut end: Option<[f64; 2]> = None;
@@ -155,15 +158,43 @@ impl Pieces {
             }
             end = moves.then(|| [midway.x + way[0], midway.y + way[1]]);
             pieces.on.push(begun.on);
+            pieces.middles.push([midway.x, midway.y]);
             pieces.runs.push(lever.acts(path, from, to).then_some(run));
         }
         pieces
     }
 
-    /// The piece that heated at `time`: the last one before it with the beam on.
-    fn heating(&self, time: f64) -> Option<usize> {
+    /// The piece that heated `place` most when it was hottest at `time`: the last one before that with the beam on, or one before
+    /// it on the same run that passed nearer. What is hottest lies behind the beam.
+    fn heating(&self, place: [f64; 2], time: f64) -> Option<usize> {
         let after = self.times.partition_point(|t| *t <= time);
-        (0..after.min(self.on.len())).rev().find(|n| self.on[*n])
+        let mut piece = (0..after.min(self.on.len())).rev().find(|n| self.on[*n])?;
+        let far = |n: usize| {
+            let [dx, dy] = [0, 1].map(|a| self.middles[n][a] - place[a]);
+            dx * dx + dy * dy
+        };
+        while piece > 0 && self.runs[piece - 1] == self.runs[piece] && far(piece - 1) < far(piece) {
+            piece -= 1;
+        }
+        Some(piece)
+    }
+
+    /// Pieces that no judged place speaks of do as the nearest one on their run that is spoken of: the ends of lines that
+    /// overrun the contour.
+    fn filled(&self, found: &[Option<f64>]) -> Vec<Option<f64>> {
+        let mut filled = found.to_vec();
+        let follow = |filled: &mut Vec<Option<f64>>, n: usize, other: usize| {
+            if filled[n].is_none() && self.runs[n].is_some() && self.runs[n] == self.runs[other] {
+                filled[n] = filled[other];
+            }
+        };
+        for n in 1..filled.len() {
+            follow(&mut filled, n, n - 1);
+        }
+        for n in (1..filled.len()).rev() {
+            follow(&mut filled, n - 1, n);
+        }
+        filled
     }
 
     /// The pieces that answer for what `piece` heats, with their weights; none where the lever changes nothing.
@@ -190,12 +221,13 @@ fn excess(
     let nx = grid.cells[0];
     for (column, when) in peaks.when.iter().enumerate().filter(|(_, w)| !w.is_nan()) {
         let centre = grid.centre(column % nx, column / nx, top);
-        let Some(piece) = pieces.heating(*when) else {
-            continue;
-        };
-        if !judged([centre.x, centre.y]) {
+        let place = [centre.x, centre.y];
+        if !judged(place) {
             continue;
         }
+        let Some(piece) = pieces.heating(place, *when) else {
+            continue;
+        };
         let found = peaks.highest.at(column % nx, column / nx, top);
         let value = (found - aim) / (aim - ambient);
         for (n, weight) in pieces.answering(piece) {
@@ -203,9 +235,11 @@ fn excess(
             sums[n][1] += weight;
         }
     }
-    sums.iter()
+    let found: Vec<Option<f64>> = sums
+        .iter()
         .map(|[sum, weight]| (*weight > 0.0).then(|| sum / weight))
-        .collect()
+        .collect();
+    pieces.filled(&found)
 }
 
 #[cfg(test)]
@@ -239,7 +273,8 @@ mod tests {
         let profile = SpeedProfile::of(&path, 1.0);
         let of = |lever: &Lever, time: f64| {
             let pieces = Pieces::new(lever, &profile, &path);
-            let piece = pieces.heating(time).unwrap();
+            let here = path.at(time);
+            let piece = pieces.heating([here.x, here.y], time).unwrap();
             pieces.answering(piece).map(|(n, _)| n).collect::<Vec<_>>()
         };
         assert_eq!(of(&Lever::Speed, 1.5), [0, 1]);
@@ -248,5 +283,17 @@ mod tests {
         assert_eq!(of(&Lever::Current, 5.5), [5]);
         assert_eq!(of(&Lever::Dwell, 6.5), [6]);
         assert!(of(&Lever::Dwell, 3.5).is_empty());
+        let pieces = Pieces::new(&Lever::Speed, &profile, &path);
+        // the second piece passes behind the beam, and the first nearer still
+        assert_eq!(
+            [1.4, 0.6].map(|x| pieces.heating([x, 0.0], 2.0)),
+            [Some(1), Some(0)]
+        );
+        let told = [None, Some(0.1), None, None, Some(0.2), None, None];
+        let filled = pieces.filled(&told);
+        assert_eq!(
+            filled,
+            [Some(0.1), Some(0.1), None, Some(0.2), Some(0.2), None, None]
+        );
     }
 }

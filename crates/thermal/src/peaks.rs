@@ -26,7 +26,7 @@ pub type Draw<'a> = dyn FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, Strateg
 /// How far from the beam a voxel may still grow hotter, mm: pools are a millimetre long.
 const REACH: f64 = 0.8;
 /// Time between two looks, s: the beam moves by less than a voxel.
-const LOOK: f64 = 4e-5;
+const LOOK: f64 = 2e-5;
 
 /// Which columns of a grid the path crosses with the beam on, row by row.
 ///

@@ -24,12 +24,7 @@ use meltpath_thermal::run::draw;
 use meltpath_thermal::solver::Solver;
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
-use support::{faces, fresh_layer, settings, titanium};
-
-/// Speed of the thesis at lines 0.125 mm apart, mm/s.
-const SPEED: f64 = 980.0;
-/// Its lines are this far apart, mm.
-const HATCH: f64 = 0.125;
+use support::{HATCH, SPEED, faces, fresh_layer, good_body, settings, titanium};
 
 /// Half the width of the thesis' triangle at height `y`, mm.
 fn side(y: f64) -> f64 {
@@ -77,27 +72,6 @@ fn serpentine() -> BeamPath {
         })
         .collect();
     BeamPath::along(&corners, SPEED, settings(5e-3, 4e-3)).unwrap()
-}
-
-/// The middle of the thesis' rectangle: 4 mm of ten of its lines of 15 mm, the beam off while it is further away.
-fn rectangle() -> BeamPath {
-    let mut points = Vec::new();
-    let mut time = 0.0;
-    for n in 0..10 {
-        let y = (f64::from(n) + 0.5) * HATCH;
-        let ends = if n % 2 == 0 { [-2.0, 2.0] } else { [2.0, -2.0] };
-        for (x, on) in ends.into_iter().zip([true, false]) {
-            points.push(BeamPoint {
-                time,
-                x,
-                y,
-                on,
-                ..settings(5e-3, 4e-3)
-            });
-            time += if on { 4.0 } else { 11.0 } / SPEED;
-        }
-    }
-    BeamPath::new(points).unwrap()
 }
 
 /// Cells, longest step and power of a solver.
@@ -152,7 +126,7 @@ impl Resolution {
 
     /// 60 K round what the middle of the rectangle reaches.
     fn window(self) -> Classes {
-        let field = self.highest(&rectangle());
+        let field = self.highest(&good_body());
         let any = Classes {
             melting: 0.0,
             window: [0.0, f64::INFINITY],
@@ -263,7 +237,7 @@ fn ebm_q04_levers_on_the_reference_solver() {
     }
 }
 
-/// Other levers and orders of the same lines: none is better than the current on lines in their order.
+/// Other levers and orders of the same lines do as well as the current on lines in their order; lines twice as far apart do not.
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_q04_other_levers_and_orders() {
@@ -280,8 +254,8 @@ fn ebm_q04_other_levers_and_orders() {
         println!("{order:?}: {:.3?}", found.scores);
         best(&found)
     });
-    assert!(best(&speed) > 0.85 && best(&wide) < 0.6);
-    assert!(found[0] < 0.5 && found[1] > 0.85, "{found:?}");
+    assert!(best(&speed) > 0.9 && best(&wide) < 0.6);
+    assert!(found.iter().all(|f| *f > 0.9), "{found:?}");
 }
 
 /// One drawing under predictive control, without any learning.

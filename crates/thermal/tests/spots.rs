@@ -8,10 +8,9 @@
 mod support;
 
 use meltpath_base::Silent;
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::bed::{Bed, Body};
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
+use meltpath_thermal::bed::Bed;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::judgement::Resolution;
 use meltpath_thermal::learning::{Freedom, Learned, Learning, learn};
@@ -20,10 +19,8 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::peaks::with_reference;
 use meltpath_thermal::prediction::{Prediction, Reference, predict};
 use meltpath_thermal::run::draw;
-use meltpath_thermal::solver::State;
-use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
-use support::{settings, titanium};
+use support::{beam, on_metal, settings, titanium};
 
 /// Distance between spots, mm, and spots along an edge of the square.
 const SPACING: f64 = 0.125;
@@ -58,26 +55,14 @@ fn inside([x, y]: [f64; 2], depth: f64) -> bool {
 }
 
 fn bed(path: &BeamPath, step: f64) -> Bed {
-    let (material, beam) = (
-        titanium(),
-        Beam {
-            efficiency: 0.9,
-            depth: Depth::Falling { penetration: 0.1 },
-            focus: FocusCalibration::constant(0.413_67),
-        },
-    );
-    let body = Body {
-        material: &material,
-        beam: &beam,
-        layer: 0.05,
-        ground: &|_| State::Dense,
-    };
+    let (material, beam) = (titanium(), beam(0.413_67));
     let resolution = Resolution {
         cell: 0.0625,
         planes: 1,
         step,
         power: 1.0,
     };
+    let body = on_metal(&material, &beam);
     body.bed(&[path], &[], &resolution, &Silent).unwrap()
 }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::beam::{Beam, BeamPoint};
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::bed::Body;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
@@ -74,6 +74,32 @@ pub(crate) fn settings(current: f64, focus: f64) -> BeamPoint {
         focus,
         on: true,
     }
+}
+
+/// Speed of the thesis at lines 0.125 mm apart, mm/s.
+pub(crate) const SPEED: f64 = 980.0;
+/// Its lines are this far apart, mm.
+pub(crate) const HATCH: f64 = 0.125;
+
+/// The middle of the thesis' rectangle: 4 mm of ten of its lines of 15 mm, the beam off while it is further away.
+pub(crate) fn good_body() -> BeamPath {
+    let mut points = Vec::new();
+    let mut time = 0.0;
+    for n in 0..10 {
+        let y = (f64::from(n) + 0.5) * HATCH;
+        let ends = if n % 2 == 0 { [-2.0, 2.0] } else { [2.0, -2.0] };
+        for (x, on) in ends.into_iter().zip([true, false]) {
+            points.push(BeamPoint {
+                time,
+                x,
+                y,
+                on,
+                ..settings(5e-3, 4e-3)
+            });
+            time += if on { 4.0 } else { 11.0 } / SPEED;
+        }
+    }
+    BeamPath::new(points).unwrap()
 }
 
 /// Metal under a layer of fresh powder of 50 µm.
