@@ -341,3 +341,48 @@ fn a_small_job_is_judged() {
         assert!(report.contains(said), "{said}");
     }
 }
+
+/// Lines go beyond the contour where the job says so; the region that is judged stays, on voxels of two planes a layer.
+#[test]
+fn lines_overrun_the_contour() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let out = dir.path().join("out");
+    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let column = |n: usize| -> Vec<f64> {
+        let rows = csv
+            .lines()
+            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+        rows.map(|l| l.split(',').nth(n).unwrap().parse().unwrap())
+            .collect()
+    };
+    let least = |values: Vec<f64>| values.into_iter().fold(f64::INFINITY, f64::min);
+    let (x, y) = (least(column(1)), least(column(2)));
+    // half a spacing stays between the lines and where they end
+    assert!(
+        (-0.2..-0.1).contains(&x) && (-0.2..-0.05).contains(&y),
+        "{x} {y}"
+    );
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("hatch.overrun") && report.contains("optimise.planes"));
+    for (from, to, what) in [
+        (
+            "planes = 2",
+            "planes = 0",
+            "optimise.planes is 0: a layer has 1 to 16",
+        ),
+        (
+            "[hatch]",
+            "[modulation]\n[hatch]",
+            "beyond the contour, where [modulation]",
+        ),
+    ] {
+        std::fs::write(&file, text.replace(from, to)).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
+}

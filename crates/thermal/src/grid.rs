@@ -171,6 +171,43 @@ impl Field {
         f64::from(self.values[(k * self.grid.cells[1] + j) * self.grid.cells[0] + i])
     }
 
+    /// The same field with the mean of each column over its uppermost `thickness` mm in the top plane: what a voxel as high as
+    /// a layer has, where cells are lower.
+    ///
+    /// ```
+    /// use meltpath_geometry::math::DVec3;
+    /// use meltpath_thermal::grid::{Field, Grid};
+    /// let grid = Grid::covering(DVec3::ZERO, DVec3::ONE, DVec3::new(1.0, 1.0, 0.25)).unwrap();
+    /// let field = Field { grid, values: vec![1.0, 2.0, 3.0, 5.0] };
+    /// assert_eq!(field.over_layer(0.5).values, [1.0, 2.0, 3.0, 4.0]);
+    /// ```
+    #[must_use]
+    pub fn over_layer(mut self, thickness: f64) -> Field {
+        let columns = self.grid.cells[0] * self.grid.cells[1];
+        let mut cut = thickness;
+        // heights of the planes that the thickness takes, top first
+        let mut heights = Vec::new();
+        for height in self.grid.heights.iter().rev() {
+            if cut <= 1e-6 * thickness {
+                break;
+            }
+            heights.push(height.min(cut));
+            cut -= height.min(cut);
+        }
+        if heights.len() < 2 {
+            return self;
+        }
+        let whole: f64 = heights.iter().sum();
+        let top = self.grid.planes() - 1;
+        for column in 0..columns {
+            let of =
+                |(n, h): (usize, &f64)| h * f64::from(self.values[(top - n) * columns + column]);
+            let mean = heights.iter().enumerate().map(of).sum::<f64>() / whole;
+            self.values[top * columns + column] = mean as f32;
+        }
+        self
+    }
+
     /// Mean of the top plane's values within `radius` mm of a point of the plan, of the cell that holds it at least;
     /// `None` outside the grid.
     pub fn mean_on_top(&self, point: [f64; 2], radius: f64) -> Option<f64> {

@@ -265,7 +265,7 @@ fn draw_rows(
     Ok(Drawn {
         watched: watcher.map(Watcher::seen),
         residual: solver.ledger().residual(solver.stored()),
-        highest: solver.highest_temperature(),
+        highest: solver.highest_temperature().over_layer(body.layer),
         step: bed.step,
         updates: solver.updates(),
     })

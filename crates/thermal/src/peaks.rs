@@ -196,11 +196,13 @@ impl Sink<f32> for Listener<'_> {
     }
 }
 
-/// Draws with the reference solver in explicit steps of at most `step` s, from the state of `start`.
+/// Draws with the reference solver in explicit steps of at most `step` s, from the state of `start`. The top plane of the field holds
+/// the means over the uppermost `layer` mm.
 pub fn with_reference<'a>(
     start: &'a Solver<f32>,
     beam: &'a Beam,
     step: f64,
+    layer: f64,
 ) -> impl FnMut(&BeamPath, &dyn Observer) -> Result<Peaks, StrategyError> + 'a {
     move |path, observer| {
         let mut solver = start.clone();
@@ -214,7 +216,7 @@ pub fn with_reference<'a>(
             observer,
         )?;
         Ok(Peaks {
-            highest: solver.highest_temperature(),
+            highest: solver.highest_temperature().over_layer(layer),
             when: listener.recorder.when,
         })
     }

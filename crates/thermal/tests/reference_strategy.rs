@@ -120,7 +120,7 @@ impl Resolution {
     fn highest(self, path: &BeamPath) -> Field {
         let (solver, step) = self.solver(path);
         let beam = self.beam();
-        let mut draw = with_reference(&solver, &beam, step);
+        let mut draw = with_reference(&solver, &beam, step, 0.05);
         draw(path, &Silent).unwrap().highest
     }
 
@@ -176,7 +176,7 @@ fn learned(
         freedom: Freedom::Continuous,
     };
     learn(
-        &mut with_reference(&solver, &beam, step),
+        &mut with_reference(&solver, &beam, step, 0.05),
         &titanium(),
         path,
         &learning,

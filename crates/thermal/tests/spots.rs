@@ -86,7 +86,7 @@ fn learned(bed: &Bed, path: &BeamPath, lever: Lever, first: Option<SpeedProfile>
         freedom: Freedom::Continuous,
     };
     learn(
-        &mut with_reference(&bed.solver, &bed.beam, bed.step),
+        &mut with_reference(&bed.solver, &bed.beam, bed.step, 0.05),
         &titanium(),
         path,
         &learning,

@@ -6,6 +6,7 @@ use meltpath_base::quantity::Positive;
 use meltpath_base::{Length, Provenance, Ratio, Reporter, Speed, Time};
 use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{
     ContourOrder, FillSettings, Layer, LayerDirection, LineAngle, LineDirection, LineOrder,
@@ -20,6 +21,9 @@ use meltpath_toolpath::{Move, Pass, Profile, Toolpath};
 use super::region::Below;
 use crate::job::ebm::{HatchStrategy, HatchTable, ModulationTable};
 
+/// Corners of what is drawn beyond the contour: as sharp as the part's, but for needles.
+const CORNERS: Join = Join::Miter { limit: 4.0 };
+
 /// Why a region cannot be hatched.
 #[derive(Debug, thiserror::Error)]
 pub enum HatchError {
@@ -27,7 +31,7 @@ pub enum HatchError {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The region.
-    #[error("the region cannot be cut into islands: {0}")]
+    #[error("the region cannot be enlarged or cut into islands: {0}")]
     Region(#[from] PlanarError),
     /// The beam.
     #[error(transparent)]
@@ -139,6 +143,8 @@ pub struct Hatch {
     pub angles: [f64; 2],
     /// Contours before the interior.
     pub contours: u32,
+    /// How far beyond the contour is drawn, mm.
+    pub overrun: f64,
     /// Edge of an island, mm.
     pub island: f64,
     /// Speed, mm/s.
@@ -182,6 +188,12 @@ impl Hatch {
             "crossed layers: what one leaves cold the next one crosses",
         );
         let contours = r.written_or("hatch.contours", table.contours, 0, "lines alone");
+        let overrun = r.written_or(
+            "hatch.overrun",
+            table.overrun.map(|o| o.0),
+            mm(0.0),
+            "up to the contour",
+        );
         let island = table.island.map(|s| s.0);
         let island = r.written_or(
             "hatch.island",
@@ -226,6 +238,7 @@ impl Hatch {
             spacing: spacing.0,
             angles: [angle.0, turn.0],
             contours,
+            overrun: overrun.0,
             island: island.0,
             speed,
             dwell: dwell.0,
@@ -336,6 +349,11 @@ impl Hatch {
             passes: Vec::new(),
         };
         let mut narrow: Vec<f64> = Vec::new();
+        let beyond = match self.overrun {
+            overrun if overrun > 0.0 => outset(regions, overrun, CORNERS)?,
+            _ => Vec::new(),
+        };
+        let regions = if beyond.is_empty() { regions } else { &beyond };
         for region in regions {
             let toolpath = match self.passes(region, number, reporter) {
                 Err(HatchError::Nothing { .. }) if regions.len() > 1 => {

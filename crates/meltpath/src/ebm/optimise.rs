@@ -53,6 +53,8 @@ pub struct Optimise {
     pub piece: f64,
     /// Edge of a cell of the reference solver, mm.
     pub cell: f64,
+    /// Planes of cells in a layer there.
+    pub planes: u32,
     /// Its longest step, s.
     pub step: f64,
 }
@@ -105,6 +107,12 @@ impl Optimise {
             [0.6, 3.0],
             "what a deflection follows easily",
         );
+        let planes = r.written_or(
+            "optimise.planes",
+            table.planes.as_ref().map(|p| *p.get_ref()),
+            1,
+            "a plane a layer",
+        );
         let cell = table.cell.map(|c| c.0);
         let cell = r
             .written_or(
@@ -154,6 +162,7 @@ impl Optimise {
             bounds,
             piece,
             cell,
+            planes,
             step,
         })
     }
@@ -457,7 +466,7 @@ pub fn on_reference(
     let melting = settings.material.liquidus;
     let resolution = Resolution {
         cell: how.cell,
-        planes: 1,
+        planes: how.planes,
         step: how.step,
         power: 1.0,
     };
@@ -472,7 +481,8 @@ pub fn on_reference(
             let ground = ground(&below);
             let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
             let bed = bed.map_err(StrategyError::from)?;
-            let drawn = with_reference(&bed.solver, &bed.beam, bed.step)(path, observer)?;
+            let drawn =
+                with_reference(&bed.solver, &bed.beam, bed.step, settings.layer)(path, observer)?;
             // as [judge] reads it, so that both speak of one window
             let (hull, square) = middle(path);
             let centre = centre(&drawn.highest, melting, &hull, &square)?;
@@ -492,13 +502,13 @@ pub fn on_reference(
     let bed = body(settings, &ground).bed(&around, &settings.lower, &resolution, observer);
     let Bed { solver, beam, step } = bed.map_err(StrategyError::from)?;
     let begun = Instant::now();
-    let (given, updates) = drawn_as_given(&solver, &beam, step, &settings.path, observer)?;
+    let (given, updates) = drawn_as_given(&solver, &beam, step, settings, observer)?;
     let told = Told {
         observer,
         what: how.cost(begun.elapsed()),
     };
     let observer: &dyn Observer = &told;
-    let mut draw = with_reference(&solver, &beam, step);
+    let mut draw = with_reference(&solver, &beam, step, settings.layer);
     let (path, profile, trials) = search.choose(&mut draw, observer)?;
     let first = if how.method == OptimiseMethod::Predictive {
         let mut engine = Reference {
@@ -541,13 +551,15 @@ fn drawn_as_given(
     bed: &Solver<f32>,
     beam: &Beam,
     step: f64,
-    path: &BeamPath,
+    settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<(Field, f64), EbmError> {
+    let path = &settings.path;
     let mut solver = bed.clone();
     draw_path(&mut solver, path, beam, step, &mut [], observer).map_err(StrategyError::from)?;
     let updates = solver.updates() - bed.updates();
-    Ok((solver.highest_temperature(), updates as f64))
+    let highest = solver.highest_temperature();
+    Ok((highest.over_layer(settings.layer), updates as f64))
 }
 
 /// Adds to the name of every stage how long it will take in all.

@@ -462,6 +462,12 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
         0.0625,
         "half the thesis' distance of lines",
     );
+    let planes = r.written_or(
+        "judge.planes",
+        table.planes.as_ref().map(|p| *p.get_ref()),
+        1,
+        "a plane a layer",
+    );
     let step = r
         .written_or(
             "judge.step",
@@ -489,7 +495,7 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
         beyond,
         resolution: Resolution {
             cell,
-            planes: 1,
+            planes,
             step,
             power: 1.0,
         },

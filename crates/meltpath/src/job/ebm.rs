@@ -183,6 +183,9 @@ pub struct HatchTable {
     pub turn: Option<Angle>,
     /// Contours before the interior of lines; default none.
     pub contours: Option<u32>,
+    /// How far beyond the contour is drawn, so that the rim is as hot as the middle; default not at all. What melts there is not of the
+    /// part: draw it smaller by as much, or machine it off.
+    pub overrun: Option<NotNegative<Length>>,
     /// Edge of an island; default 2 mm.
     pub island: Option<Positive<Length>>,
     /// Speed of the beam; default 980 mm/s.
@@ -284,6 +287,9 @@ pub struct OptimiseTable {
     /// Edge of a cell of the reference solver; default 62.5 µm.
     #[serde(default)]
     pub cell: Option<Positive<Length>>,
+    /// Planes of cells in a layer of the reference solver, 1 to 16; default 1. Temperatures are means over the layer.
+    #[serde(default)]
+    pub planes: Option<Spanned<u32>>,
     /// Longest step of the reference solver; default 8 µs.
     #[serde(default)]
     pub step: Option<Positive<Time>>,
@@ -373,6 +379,9 @@ pub struct JudgeTable {
     /// Edge of a cell in the plane; default 62.5 µm.
     #[serde(default)]
     pub cell: Option<Positive<Length>>,
+    /// Planes of cells in a layer, 1 to 16; default 1. Temperatures are means over the layer.
+    #[serde(default)]
+    pub planes: Option<Spanned<u32>>,
     /// Longest time step; default 4 µs. Shorter where stability asks for it.
     #[serde(default)]
     pub step: Option<Positive<Time>>,
@@ -425,6 +434,32 @@ impl EbmJob {
             return wrong(
                 "the beam needs either `path` or the table [hatch]",
                 "name a file of the beam's path, or let [hatch] draw the region",
+            );
+        }
+        let planes = [
+            (
+                "optimise.planes",
+                self.optimise.as_ref().and_then(|o| o.planes.as_ref()),
+            ),
+            (
+                "judge.planes",
+                self.judge.as_ref().and_then(|j| j.planes.as_ref()),
+            ),
+        ];
+        for (key, value) in planes {
+            if let Some(value) = value.filter(|v| !(1..=16).contains(v.get_ref())) {
+                return Err(TextError {
+                    span: Some(value.span()),
+                    message: format!("{key} is {}: a layer has 1 to 16 planes of cells", value.get_ref()),
+                    help: Some("2 show whether a share holds; four times as many cost eight times the time and more".to_owned()),
+                });
+            }
+        }
+        let overruns = self.hatch.as_ref().and_then(|h| h.overrun);
+        if self.modulation.is_some() && overruns.is_some() {
+            return wrong(
+                "hatch.overrun draws beyond the contour, where [modulation] has no energy to give",
+                "keep one of them",
             );
         }
         if self.modulation.is_some() && self.hatch.is_none() {
