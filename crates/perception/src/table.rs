@@ -193,7 +193,10 @@ fn mat(bytes: &[u8]) -> Result<Table, String> {
             "a MAT file of version 7.3 (HDF5): save it again with save(…, '-v7')".to_owned(),
         );
     }
-    let file = MatFile::parse(bytes).map_err(|e| format!("{e:?}"))?;
+    // the crate multiplies the sizes that a damaged file states without a look at what that gives
+    let file = std::panic::catch_unwind(|| MatFile::parse(bytes))
+        .map_err(|_| "it states an array of a size that cannot be: it is damaged".to_owned())?
+        .map_err(|e| format!("{e:?}"))?;
     let mut columns = Vec::new();
     for array in file.arrays() {
         let size = array.size();
@@ -203,7 +206,7 @@ fn mat(bytes: &[u8]) -> Result<Table, String> {
             [rows, columns] => (*rows, *columns),
             _ => continue,
         };
-        if rows == 0 || wide == 0 || values.len() != rows * wide {
+        if rows == 0 || wide == 0 || Some(values.len()) != rows.checked_mul(wide) {
             continue;
         }
         // a matrix is a set of columns: x:1, x:2, …
