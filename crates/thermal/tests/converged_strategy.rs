@@ -20,7 +20,7 @@ use meltpath_thermal::lever::Lever;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::peaks::with_reference;
 use meltpath_thermal::speed::SpeedProfile;
-use support::{HATCH, SPEED, beam, good_body, on_metal, settings, titanium};
+use support::{HATCH, SPEED, beam, good_body, on_metal, settings, titanium, window_round};
 
 /// Distance of lines, how far they overrun the contour, thickness of a layer, mm.
 const SPACING: f64 = 0.031_25;
@@ -168,18 +168,9 @@ fn highest(path: &BeamPath, at: Resolution) -> Field {
         .highest
 }
 
-/// 60 K round what the middle of the rectangle reaches: four lines from the first, the period of two lines twice.
+/// The window of the rectangle drawn alike.
 fn window(at: Resolution) -> Classes {
-    let field = highest(&good_body(), at);
-    let any = Classes {
-        melting: 0.0,
-        window: [0.0, f64::INFINITY],
-    };
-    let middle = Tally::of(&field, &any, |[i, j, k]| {
-        let c = field.grid.centre(i, j, k);
-        k + 1 == field.grid.planes() && c.x.abs() < 1.0 && (0.5..1.0).contains(&c.y)
-    });
-    Classes::calibrated(titanium().liquidus, middle.mean, 60.0)
+    window_round(&highest(&good_body(), at))
 }
 
 /// Learns and judges; returns the share as found and at each of `others`, each in its own window.

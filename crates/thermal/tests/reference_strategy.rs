@@ -24,7 +24,7 @@ use meltpath_thermal::run::draw;
 use meltpath_thermal::solver::Solver;
 use meltpath_thermal::source::Depth;
 use meltpath_thermal::speed::SpeedProfile;
-use support::{HATCH, SPEED, faces, fresh_layer, good_body, settings, titanium};
+use support::{HATCH, SPEED, faces, fresh_layer, good_body, settings, titanium, window_round};
 
 /// Half the width of the thesis' triangle at height `y`, mm.
 fn side(y: f64) -> f64 {
@@ -126,17 +126,7 @@ impl Resolution {
 
     /// 60 K round what the middle of the rectangle reaches.
     fn window(self) -> Classes {
-        let field = self.highest(&good_body());
-        let any = Classes {
-            melting: 0.0,
-            window: [0.0, f64::INFINITY],
-        };
-        let middle = Tally::of(&field, &any, |[i, j, k]| {
-            let c = field.grid.centre(i, j, k);
-            // four lines away from the first, the period of two lines twice
-            k + 1 == field.grid.planes() && c.x.abs() < 1.0 && (0.5..1.0).contains(&c.y)
-        });
-        Classes::calibrated(titanium().liquidus, middle.mean, 60.0)
+        window_round(&self.highest(&good_body()))
     }
 }
 

@@ -9,7 +9,9 @@ use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::bed::Body;
 use meltpath_thermal::chart::{ChartSet, ChartSettings};
 use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
+use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::focus::FocusCalibration;
+use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::material_file::{Readings, read};
 use meltpath_thermal::solver::{Face, Faces, State};
@@ -139,4 +141,17 @@ pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
         layer: 0.05,
         ground: &|_| State::Dense,
     }
+}
+
+/// 60 K round what the middle of [`good_body`] reaches: four lines from the first, the period of two lines twice.
+pub(crate) fn window_round(field: &Field) -> Classes {
+    let any = Classes {
+        melting: 0.0,
+        window: [0.0, f64::INFINITY],
+    };
+    let middle = Tally::of(field, &any, |[i, j, k]| {
+        let c = field.grid.centre(i, j, k);
+        k + 1 == field.grid.planes() && c.x.abs() < 1.0 && (0.5..1.0).contains(&c.y)
+    });
+    Classes::calibrated(titanium().liquidus, middle.mean, 60.0)
 }
