@@ -7,7 +7,6 @@ mod reference_axis;
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
 use meltpath_machine::scan_head::servo_compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
 };
@@ -16,6 +15,7 @@ use meltpath_machine::scan_head::servo_hinf::{
 };
 use meltpath_machine::scan_head::servo_loop::{AngleUnit, CascadeGains, Controller, FeedForward};
 use meltpath_machine::scan_head::servo_robust::{Spread, loops, search};
+use meltpath_numerics::swarm::Swarm;
 use reference_axis::{axis, feed_forward, motor, prefilter, refined, synthesised};
 
 /// Sample time of the sampled controllers, s, and of the simulation.

@@ -7,7 +7,6 @@ use std::f64::consts::TAU;
 
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
-use meltpath_control::swarm::Swarm;
 use meltpath_machine::scan_head::axis::Axis;
 use meltpath_machine::scan_head::galvanometer::AxisError;
 use meltpath_machine::scan_head::prefilter::{Kernel, PreFilter};
@@ -18,6 +17,7 @@ use meltpath_machine::scan_head::servo_refine::{
     Bounds, Held, RefineError, Refined, Signal, Trial, refine,
 };
 use meltpath_machine::scan_head::servo_synthesis::{Targets, tune};
+use meltpath_numerics::swarm::Swarm;
 use reference_axis::{axis, motor, prefilter, refined, synthesised};
 
 fn near(value: f64, expected: f64, within: f64) {

@@ -18,13 +18,13 @@ use std::path::Path;
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Cancelled, Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_control::export::ExportError;
-use meltpath_control::swarm::SwarmError;
 use meltpath_machine::scan_head::galvanometer::AxisError;
 use meltpath_machine::scan_head::servo_compare::ScatterError;
 use meltpath_machine::scan_head::servo_hinf::HinfError;
 use meltpath_machine::scan_head::servo_refine::RefineError;
 use meltpath_machine::scan_head::servo_robust::RobustError;
 use meltpath_machine::scan_head::servo_synthesis::ServoError;
+use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
 
 use crate::job::JobError;

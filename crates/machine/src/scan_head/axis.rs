@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use meltpath_control::random::Random;
+use meltpath_numerics::random::Random;
 use serde::{Deserialize, Serialize};
 
 use super::galvanometer::{AxisError, Galvanometer, MOST_MODES, not_negative, positive};

@@ -1,12 +1,12 @@
 //! § 17.4: geometry, correction tables, focus.
 
-use meltpath_control::random::Random;
 use meltpath_geometry::math::{DMat2, DVec2};
 use meltpath_machine::scan_head::correction::{
     Border, CorrectionError, CorrectionTable, MeasuredMarks,
 };
 use meltpath_machine::scan_head::focus::{Focus, FocusProjection};
 use meltpath_machine::scan_head::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
+use meltpath_numerics::random::Random;
 
 use super::reference::{three_axis, two_axis};
 

@@ -6,7 +6,6 @@ use meltpath_base::quantity::{NotNegative, Unit, parse};
 use meltpath_base::{Origin, Provenance, Ratio, Resolved};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
 use meltpath_machine::scan_head::axis::Axis;
 use meltpath_machine::scan_head::data::{self, HeadData};
 use meltpath_machine::scan_head::servo::{Loop, ServoModel};
@@ -16,6 +15,7 @@ use meltpath_machine::scan_head::servo_loop::{AngleUnit, CascadeGains, Controlle
 use meltpath_machine::scan_head::servo_refine::LOSS;
 use meltpath_machine::scan_head::servo_robust::Spread;
 use meltpath_machine::scan_head::servo_synthesis::{Target, Targets};
+use meltpath_numerics::swarm::Swarm;
 use toml::Spanned;
 
 use super::file::{
