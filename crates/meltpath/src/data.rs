@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath_machine::controller::Controller;
 use meltpath_programs::CellProgramming;
+use meltpath_robot::controller::Controller;
 use serde::Deserialize;
 
 /// The cells that ship: name and file.
