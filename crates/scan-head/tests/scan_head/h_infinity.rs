@@ -6,6 +6,7 @@ use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
 use meltpath_numerics::swarm::Swarm;
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller, FeedForward};
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
@@ -14,7 +15,6 @@ use meltpath_scan_head::servo::h_infinity::{
     Changes, Form, HinfServo, HinfTargets, Weights, design, quality, with_modes,
 };
 use meltpath_scan_head::servo::robust::{Spread, loops, search};
-use meltpath_numerics::swarm::Swarm;
 
 /// Sample time of the sampled controllers, s, and of the simulation.
 const SAMPLE: f64 = 50e-6;
