@@ -6,7 +6,6 @@ use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
 use meltpath_numerics::swarm::Swarm;
-use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller, FeedForward};
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
