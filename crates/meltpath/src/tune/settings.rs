@@ -6,7 +6,6 @@ use meltpath_base::quantity::{NotNegative, Unit, parse};
 use meltpath_base::{Origin, Provenance, Ratio, Resolved};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
 use meltpath_scan_head::files::{self, HeadData};
@@ -16,6 +15,7 @@ use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::refine::LOSS;
 use meltpath_scan_head::servo::robust::Spread;
 use meltpath_scan_head::servo::synthesis::{Target, Targets};
+use meltpath_numerics::swarm::Swarm;
 use toml::Spanned;
 
 use super::file::{

@@ -8,10 +8,10 @@
 use std::f64::consts::TAU;
 
 use meltpath_control::Complex64;
-use meltpath_control::fit::frequency::Point;
-use meltpath_control::fit::records::Quality;
-use meltpath_control::fit::{Fit, FitError, least_squares};
+use meltpath_control::frequency::Point;
+use meltpath_control::quality::Quality;
 use meltpath_control::welch::{Welch, WelchError, estimate};
+use meltpath_numerics::least_squares::{self, Fit, LeastSquaresError};
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{AxisError, Galvanometer, MOST_MODES};
@@ -112,7 +112,7 @@ pub enum IdentificationError {
     Welch(#[from] WelchError),
     /// The fit.
     #[error(transparent)]
-    Fit(#[from] FitError),
+    Fit(#[from] LeastSquaresError),
     /// The simulated motor.
     #[error(transparent)]
     Axis(#[from] AxisError),
@@ -444,7 +444,7 @@ fn fit(angle: &[Point], current: &[Point], period: f64) -> Result<Fit, Identific
             })
             .collect()
     };
-    let mut fit = least_squares(residuals, &start)?;
+    let mut fit = least_squares::fit(residuals, &start)?;
     // weights have a unit: the residual is told per point, as if all weighed one
     let weight: f64 = angle.iter().chain(current).map(|p| p.weight).sum();
     let points = (angle.len() + current.len()) as f64;
@@ -551,7 +551,7 @@ pub fn friction_of_ramps(
     let torque = |r: &SteadyRamp| torque_constant * r.current;
     let most = ramps.iter().map(|r| torque(r).abs()).fold(1e-300, f64::max);
     let fastest = ramps.iter().map(|r| r.speed.abs()).fold(1e-300, f64::max);
-    let dry = least_squares(
+    let dry = least_squares::fit(
         |x| {
             ramps
                 .iter()
@@ -562,7 +562,7 @@ pub fn friction_of_ramps(
         },
         &[0.5, 0.0, 0.5],
     )?;
-    let wet = least_squares(
+    let wet = least_squares::fit(
         |x| {
             ramps
                 .iter()

@@ -7,7 +7,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use meltpath_base::{Cancelled, Observer};
-use meltpath_control::random::Random;
+use meltpath_numerics::random::Random;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

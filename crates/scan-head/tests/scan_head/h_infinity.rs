@@ -5,7 +5,6 @@ use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, synth
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller, FeedForward};
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
@@ -14,6 +13,7 @@ use meltpath_scan_head::servo::h_infinity::{
     Changes, Form, HinfServo, HinfTargets, Weights, design, quality, with_modes,
 };
 use meltpath_scan_head::servo::robust::{Spread, loops, search};
+use meltpath_numerics::swarm::Swarm;
 
 /// Sample time of the sampled controllers, s, and of the simulation.
 const SAMPLE: f64 = 50e-6;

@@ -1,7 +1,6 @@
 //! § 20: the path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
 
 use meltpath_base::Silent;
-use meltpath_control::random::Random;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::axis::galvanometer::AxisError;
@@ -9,6 +8,7 @@ use meltpath_scan_head::head::job::{JobBuilder, Jump, LaserDelays, Recipe, ScanJ
 use meltpath_scan_head::head::scan_head::{HeadBlock, ScanHead};
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::servo::preview::{PreviewDesign, Previews, preview, synchronise};
+use meltpath_numerics::random::Random;
 
 use super::controllers::{with_hinf, without_prefilter};
 use super::reference::{recipes, three_axis_data, two_axis_data};

@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 use crate::reference_axis::{axis, motor, prefilter, refined, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
-use meltpath_control::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{CascadeGains, Controller};
 use meltpath_scan_head::axis::galvanometer::AxisError;
@@ -17,6 +16,7 @@ use meltpath_scan_head::servo::refine::{
     Bounds, Held, RefineError, Refined, Signal, Trial, refine,
 };
 use meltpath_scan_head::servo::synthesis::{Targets, tune};
+use meltpath_numerics::swarm::Swarm;
 
 fn near(value: f64, expected: f64, within: f64) {
     assert!(

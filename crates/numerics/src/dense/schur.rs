@@ -136,7 +136,7 @@ impl Schur {
 /// [`DenseError::NotFinite`], [`DenseError::NotSettled`].
 ///
 /// ```
-/// use meltpath_control::{dense, Matrix};
+/// use meltpath_numerics::{dense, Matrix};
 /// let poles = dense::eigenvalues(&Matrix::from_rows([[0.0, 1.0], [-25.0, -6.0]])).unwrap();
 /// assert!((poles[0].re + 3.0).abs() < 1e-12 && (poles[0].im.abs() - 4.0).abs() < 1e-12);
 /// ```
@@ -343,7 +343,7 @@ mod tests {
 
     fn square(size: usize) -> impl Strategy<Value = Matrix> {
         proptest::collection::vec(-1.0f64..1.0, size * size)
-            .prop_map(move |v| Matrix::from_entries(size, size, v).unwrap())
+            .prop_map(move |v| Matrix::from_fn(size, size, |i, j| v[i * size + j]))
     }
 
     fn check(a: &Matrix, schur: &Schur) {

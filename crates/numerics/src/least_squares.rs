@@ -1,25 +1,21 @@
-//! Models fitted to data: rational functions and physical models to frequency responses, difference equations to records.
+//! Least squares: linear, fed equation by equation, and nonlinear on top of it.
 //!
-//! Every fit returns standard deviations; [`records::Quality`] judges a model on a record it has not seen.
+//! Orthogonal triangular factors by Householder reflections, never the normal equations, which square the condition:
+//! G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th ed., section 5.3.
 
-pub mod frequency;
-pub mod nonlinear;
-pub mod records;
+mod nonlinear;
 
-pub use nonlinear::{Fit, least_squares};
-pub use records::{Orders, Quality, RecordModel};
+pub use nonlinear::{Fit, fit};
 
-use crate::SystemError;
-use crate::dense::DenseError;
-use crate::dense::factor::Reflector;
+use crate::dense::Reflector;
 use crate::matrix::Matrix;
 
-/// Why a fit does not succeed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FitError {
+/// Why unknowns cannot be found from data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LeastSquaresError {
     /// More unknowns than the data can tell.
     #[error(
-        "{unknowns} unknowns cannot be found from {data} data: lower the orders or record more"
+        "{unknowns} unknowns cannot be found from {data} data: use fewer unknowns or more data"
     )]
     TooFewData {
         /// Number of unknowns.
@@ -27,17 +23,9 @@ pub enum FitError {
         /// Number of (real) data.
         data: usize,
     },
-    /// Two records differ in length.
-    #[error("the input record has {input} samples, the output record {output}")]
-    Lengths {
-        /// Samples of the input.
-        input: usize,
-        /// Samples of the output.
-        output: usize,
-    },
-    /// The data do not excite every unknown.
+    /// The data say nothing of an unknown that they do not say of those before it.
     #[error(
-        "the data leave unknown {index} (counted from 0) undetermined: excite the system more, or lower the orders"
+        "the data leave unknown {index} (counted from 0) undetermined: vary more in the data, or use fewer unknowns"
     )]
     Undetermined {
         /// Which unknown.
@@ -46,24 +34,40 @@ pub enum FitError {
     /// The residual is not finite at the starting point.
     #[error("the model's residual is infinite or not a number at the starting point")]
     Start,
-    /// A datum is not finite.
-    #[error("datum {index} is infinite or not a number")]
-    NotFinite {
-        /// Which datum.
-        index: usize,
-    },
-    /// A system could not be built.
-    #[error(transparent)]
-    System(#[from] SystemError),
-    /// A matrix computation failed.
-    #[error(transparent)]
-    Dense(#[from] DenseError),
 }
 
-/// Linear least squares fed row by row: only the triangle of the factorisation is kept, so that records of any length fit
-/// in memory.
+/// What linear least squares found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// The unknowns.
+    pub values: Vec<f64>,
+    /// Inverse of the normal matrix: the covariance of the unknowns where each equation has a standard deviation of one.
+    pub spread: Matrix,
+    /// Variance of one equation, from what is left, degrees of freedom taken off.
+    pub variance: f64,
+}
+
+impl Solution {
+    /// Standard deviations of the unknowns, from what is left of the equations.
+    pub fn sigma(&self) -> Vec<f64> {
+        (0..self.values.len())
+            .map(|i| (self.spread[(i, i)] * self.variance).sqrt())
+            .collect()
+    }
+}
+
+/// Linear least squares fed equation by equation: only the triangle of the factors is kept, so that records of any length
+/// fit in memory.
+///
+/// ```
+/// use meltpath_numerics::least_squares::Regression;
+/// let mut line = Regression::new(2);
+/// for (x, y) in [(0.0, 1.1), (1.0, 2.9), (2.0, 5.1), (3.0, 6.9)] { line.push([1.0, x], y); }
+/// let found = line.solve().unwrap();
+/// assert!((found.values[0] - 1.06).abs() < 1e-12 && (found.values[1] - 1.96).abs() < 1e-12);
+/// ```
 #[derive(Debug, Clone)]
-pub(crate) struct Regression {
+pub struct Regression {
     unknowns: usize,
     pending: Vec<f64>,
     triangle: Matrix,
@@ -74,7 +78,8 @@ pub(crate) struct Regression {
 const FOLD: usize = 256;
 
 impl Regression {
-    pub(crate) fn new(unknowns: usize) -> Self {
+    /// No equation yet.
+    pub fn new(unknowns: usize) -> Self {
         Regression {
             unknowns,
             pending: Vec::new(),
@@ -84,7 +89,7 @@ impl Regression {
     }
 
     /// One equation: regressors · unknowns = value.
-    pub(crate) fn push(&mut self, regressors: impl IntoIterator<Item = f64>, value: f64) {
+    pub fn push(&mut self, regressors: impl IntoIterator<Item = f64>, value: f64) {
         self.pending.extend(regressors);
         self.pending.push(value);
         self.rows += 1;
@@ -117,27 +122,28 @@ impl Regression {
         self.triangle = stack.block(0..width.min(stack.rows()), 0..width);
     }
 
-    /// The unknowns, their covariance, and the root mean square residual (degrees of freedom taken off).
-    pub(crate) fn solve(mut self) -> Result<(Vec<f64>, Matrix, f64), FitError> {
+    /// The unknowns that leave the least sum of squares.
+    ///
+    /// # Errors
+    /// [`LeastSquaresError::TooFewData`], [`LeastSquaresError::Undetermined`].
+    pub fn solve(mut self) -> Result<Solution, LeastSquaresError> {
         self.fold();
         let n = self.unknowns;
         if self.rows < n || self.triangle.rows() < n {
-            return Err(FitError::TooFewData {
+            return Err(LeastSquaresError::TooFewData {
                 unknowns: n,
                 data: self.rows,
             });
         }
-        let norms: Vec<f64> = (0..n)
-            .map(|j| {
-                (0..=j)
-                    .map(|i| self.triangle[(i, j)].powi(2))
-                    .sum::<f64>()
-                    .sqrt()
-            })
-            .collect();
-        for (index, norm) in norms.iter().enumerate() {
-            if self.triangle[(index, index)].abs() <= 1e-12 * norm || *norm == 0.0 {
-                return Err(FitError::Undetermined { index });
+        for index in 0..n {
+            let norm = (0..=index)
+                .map(|i| self.triangle[(i, index)].powi(2))
+                .sum::<f64>()
+                .sqrt();
+            // not true of numbers that are not finite either
+            let told = self.triangle[(index, index)].abs() > 1e-12 * norm;
+            if !told {
+                return Err(LeastSquaresError::Undetermined { index });
             }
         }
         let back = |right: &mut [f64]| {
@@ -148,15 +154,14 @@ impl Regression {
                 right[i] /= self.triangle[(i, i)];
             }
         };
-        let mut solution: Vec<f64> = (0..n).map(|i| self.triangle[(i, n)]).collect();
-        back(&mut solution);
+        let mut values: Vec<f64> = (0..n).map(|i| self.triangle[(i, n)]).collect();
+        back(&mut values);
         let left = if self.triangle.rows() > n {
             self.triangle[(n, n)].powi(2)
         } else {
             0.0
         };
-        let variance = left / (self.rows - n).max(1) as f64;
-        // covariance σ² R⁻¹R⁻ᵀ, column by column of the inverse
+        // R⁻¹R⁻ᵀ, column by column of the inverse
         let mut inverse = Matrix::zeros(n, n);
         for j in 0..n {
             let mut e = vec![0.0; n];
@@ -166,8 +171,11 @@ impl Regression {
                 inverse[(i, j)] = v;
             }
         }
-        let covariance = (&inverse * inverse.transpose()).scaled(variance);
-        Ok((solution, covariance, variance.sqrt()))
+        Ok(Solution {
+            values,
+            spread: &inverse * inverse.transpose(),
+            variance: left / (self.rows - n).max(1) as f64,
+        })
     }
 }
 
@@ -183,12 +191,13 @@ mod tests {
             let t = f64::from(k) * 0.01;
             r.push([1.0, t, t * t], 2.0 - 3.0 * t + 0.5 * t * t);
         }
-        let (x, _, rms) = r.solve().unwrap();
+        let found = r.solve().unwrap();
+        let x = &found.values;
         assert!(
             (x[0] - 2.0).abs() < 1e-11
                 && (x[1] + 3.0).abs() < 1e-11
                 && (x[2] - 0.5).abs() < 1e-12
-                && rms < 1e-12
+                && found.variance < 1e-24
         );
     }
 
@@ -198,6 +207,9 @@ mod tests {
         for k in 0..10 {
             r.push([f64::from(k), 2.0 * f64::from(k)], 1.0);
         }
-        assert_eq!(r.solve().unwrap_err(), FitError::Undetermined { index: 1 });
+        assert_eq!(
+            r.solve().unwrap_err(),
+            LeastSquaresError::Undetermined { index: 1 }
+        );
     }
 }

@@ -203,7 +203,7 @@ mod tests {
     proptest! {
         #[test]
         fn rebuilds((m, n, v) in (1usize..8, 1usize..8).prop_flat_map(|(m, n)| (Just(m), Just(n), proptest::collection::vec(-1.0f64..1.0, m * n)))) {
-            let a = Matrix::from_entries(m, n, v).unwrap();
+            let a = Matrix::from_fn(m, n, |i, j| v[i * n + j]);
             let s = Singular::new(&a).unwrap();
             let middle = Matrix::from_fn(m, n, |i, j| if i == j { s.values[i] } else { 0.0 });
             prop_assert!((&s.left * middle * s.right.transpose() - &a).norm() < 1e-13);

@@ -1,4 +1,4 @@
-//! Gaussian elimination with partial pivoting, and orthogonal triangular factors by Householder reflections.
+//! Gaussian elimination with partial pivoting, and the reflections of which orthogonal factors are made (Householder).
 
 use super::DenseError;
 use crate::matrix::{Matrix, Scalar};
@@ -117,69 +117,13 @@ fn eliminate<T: Scalar>(x: &mut Matrix<T>, i: usize, k: usize, factor: T) {
 /// [`DenseError::Singular`], [`DenseError::NotFinite`].
 ///
 /// ```
-/// use meltpath_control::{dense, Matrix};
+/// use meltpath_numerics::{dense, Matrix};
 /// let a = Matrix::from_rows([[2.0, 1.0], [1.0, 3.0]]);
 /// let x = dense::solve(&a, &Matrix::column([3.0, 4.0])).unwrap();
 /// assert!((x[(0, 0)] - 1.0).abs() < 1e-15 && (x[(1, 0)] - 1.0).abs() < 1e-15);
 /// ```
 pub fn solve<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> Result<Matrix<T>, DenseError> {
     Ok(Factored::new(a)?.solve(b))
-}
-
-/// Q R with Q square and orthogonal and R upper trapezoidal.
-#[derive(Debug, Clone)]
-pub struct Reflected {
-    /// Orthogonal, rows x rows.
-    pub q: Matrix,
-    /// Upper trapezoidal, rows x columns.
-    pub r: Matrix,
-}
-
-impl Reflected {
-    /// Factors any real matrix.
-    pub fn new(a: &Matrix) -> Self {
-        let (m, n) = (a.rows(), a.columns());
-        let mut r = a.clone();
-        let mut q = Matrix::identity(m);
-        for k in 0..n.min(m.saturating_sub(1)) {
-            let v: Vec<f64> = (k..m).map(|i| r[(i, k)]).collect();
-            let Some(reflector) = Reflector::new(&v) else {
-                continue;
-            };
-            reflector.apply_left(&mut r, k, k..n);
-            reflector.apply_right(&mut q, k, 0..m);
-            for i in k + 1..m {
-                r[(i, k)] = 0.0;
-            }
-        }
-        Reflected { q, r }
-    }
-
-    /// The least squares solution of A x = b for a tall A of full rank.
-    ///
-    /// # Errors
-    /// [`DenseError::Singular`] when a column depends on the others.
-    pub fn least_squares(&self, b: &Matrix) -> Result<Matrix, DenseError> {
-        let n = self.r.columns();
-        let scale = (0..n).fold(0.0f64, |m, i| m.max(self.r[(i, i)].abs()));
-        if let Some(k) = (0..n).find(|&i| self.r[(i, i)].abs() <= 1e-14 * scale) {
-            return Err(DenseError::Singular {
-                column: k,
-                size: n,
-                pivot: self.r[(k, k)].abs(),
-            });
-        }
-        let mut x = (self.q.transpose() * b).block(0..n, 0..b.columns());
-        for i in (0..n).rev() {
-            for k in i + 1..n {
-                eliminate(&mut x, i, k, self.r[(i, k)]);
-            }
-            for value in x.row_slice_mut(i) {
-                *value /= self.r[(i, i)];
-            }
-        }
-        Ok(x)
-    }
 }
 
 /// I − β v vᵀ, which sends a given vector onto the first axis.

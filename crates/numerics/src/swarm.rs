@@ -59,7 +59,7 @@ impl Range {
     /// Where a value lies between the bounds, 0 at the lower and 1 at the upper one, as the unknown is explored.
     ///
     /// ```
-    /// use meltpath_control::swarm::Range;
+    /// use meltpath_numerics::swarm::Range;
     /// assert!((Range::logarithmic(1.0, 100.0).share(10.0) - 0.5).abs() < 1e-12);
     /// ```
     pub fn share(&self, value: f64) -> f64 {
@@ -125,7 +125,7 @@ impl Radius {
     /// Takes note of one iteration (B.4): a success ends a run of failures and the other way round.
     ///
     /// ```
-    /// use meltpath_control::swarm::Radius;
+    /// use meltpath_numerics::swarm::Radius;
     /// let mut r = Radius::new(0.1);
     /// for _ in 0..16 { r.note(true); }
     /// assert_eq!(r.value, 0.2);
@@ -252,7 +252,7 @@ struct Particle {
 ///
 /// ```
 /// use meltpath_base::Silent;
-/// use meltpath_control::swarm::{minimise, Range, Swarm};
+/// use meltpath_numerics::swarm::{minimise, Range, Swarm};
 /// let valley = |x: &[f64]| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2);
 /// let found = minimise(valley, &[Range::linear(-2.0, 2.0); 2], None, &Swarm::default(), &Silent).unwrap();
 /// assert!(found.cost < 1e-6);

@@ -14,7 +14,7 @@ const PADE_13_REACH: f64 = 5.371_920_351_148_152;
 /// [`DenseError::NotFinite`] on infinite entries or overflow, [`DenseError::Singular`] never in exact arithmetic.
 ///
 /// ```
-/// use meltpath_control::{dense, Matrix};
+/// use meltpath_numerics::{dense, Matrix};
 /// let turn = dense::exponential(&Matrix::from_rows([[0.0, -1.0], [1.0, 0.0]])).unwrap();
 /// assert!((turn[(0, 0)] - 1f64.cos()).abs() < 1e-15 && (turn[(1, 0)] - 1f64.sin()).abs() < 1e-15);
 /// ```

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FitError, Regression};
+use super::{LeastSquaresError, Regression};
 
 /// A fitted set of values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,24 +23,24 @@ pub struct Fit {
 /// differences, so the unknowns should be of the order of one (logarithms of positive quantities are a good choice).
 ///
 /// # Errors
-/// [`FitError::Start`], [`FitError::TooFewData`], [`FitError::Undetermined`].
+/// [`LeastSquaresError::Start`], [`LeastSquaresError::TooFewData`], [`LeastSquaresError::Undetermined`].
 ///
 /// ```
-/// use meltpath_control::fit::least_squares;
+/// use meltpath_numerics::least_squares::fit;
 /// let data: Vec<(f64, f64)> = (0..20).map(|k| { let t = 0.1 * k as f64; (t, 3.0 * (-1.5 * t).exp()) }).collect();
-/// let fit = least_squares(|x| data.iter().map(|(t, y)| x[0] * (-x[1] * t).exp() - y).collect(), &[1.0, 1.0]).unwrap();
-/// assert!((fit.values[0] - 3.0).abs() < 1e-8 && (fit.values[1] - 1.5).abs() < 1e-8);
+/// let found = fit(|x| data.iter().map(|(t, y)| x[0] * (-x[1] * t).exp() - y).collect(), &[1.0, 1.0]).unwrap();
+/// assert!((found.values[0] - 3.0).abs() < 1e-8 && (found.values[1] - 1.5).abs() < 1e-8);
 /// ```
-pub fn least_squares(
+pub fn fit(
     residuals: impl Fn(&[f64]) -> Vec<f64>,
     start: &[f64],
-) -> Result<Fit, FitError> {
+) -> Result<Fit, LeastSquaresError> {
     const ITERATIONS: usize = 200;
     let n = start.len();
     let mut x = start.to_vec();
     let mut r = residuals(&x);
     if r.len() < n {
-        return Err(FitError::TooFewData {
+        return Err(LeastSquaresError::TooFewData {
             unknowns: n,
             data: r.len(),
         });
@@ -48,7 +48,7 @@ pub fn least_squares(
     let square = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
     let mut cost = square(&r);
     if !cost.is_finite() {
-        return Err(FitError::Start);
+        return Err(LeastSquaresError::Start);
     }
     let mut damping = 1e-3;
     let mut iterations = 0;
@@ -69,7 +69,7 @@ pub fn least_squares(
                 let level = f64::sqrt(damping) * w;
                 system.push((0..n).map(|i| if i == j { level } else { 0.0 }), 0.0);
             }
-            let (step, _, _) = system.solve()?;
+            let step = system.solve()?.values;
             let next: Vec<f64> = x.iter().zip(&step).map(|(a, b)| a + b).collect();
             let after = residuals(&next);
             let fresh = square(&after);
@@ -97,11 +97,11 @@ pub fn least_squares(
     for k in 0..r.len() {
         system.push(slopes.iter().map(|c| c[k]), r[k]);
     }
-    let (_, covariance, rms) = system.solve()?;
+    let last = system.solve()?;
     Ok(Fit {
-        sigma: (0..n).map(|i| covariance[(i, i)].sqrt()).collect(),
+        sigma: last.sigma(),
         values: x,
-        rms,
+        rms: last.variance.sqrt(),
         iterations,
     })
 }
@@ -139,7 +139,7 @@ mod tests {
                     (t, 2.0 * (-0.7 * t).exp() + 0.05 * random.normal())
                 })
                 .collect();
-            let fit = least_squares(
+            let found = fit(
                 |x| {
                     data.iter()
                         .map(|(t, y)| x[0] * (-x[1] * t).exp() - y)
@@ -148,8 +148,8 @@ mod tests {
                 &[1.0, 0.3],
             )
             .unwrap();
-            square += (fit.values[1] - 0.7).powi(2);
-            stated += fit.sigma[1];
+            square += (found.values[1] - 0.7).powi(2);
+            stated += found.sigma[1];
         }
         let spread = (square / 200.0f64).sqrt();
         let stated = stated / 200.0;
@@ -159,8 +159,8 @@ mod tests {
     #[test]
     fn a_hopeless_start_is_refused() {
         assert_eq!(
-            least_squares(|_| vec![f64::NAN, 0.0], &[1.0]),
-            Err(FitError::Start)
+            fit(|_| vec![f64::NAN, 0.0], &[1.0]),
+            Err(LeastSquaresError::Start)
         );
     }
 }

@@ -1,8 +1,8 @@
-//! Dense linear algebra that control problems stand on: factorisations, ordered real Schur form, symmetric and singular
+//! Dense linear algebra: factorisations, ordered real Schur form, symmetric and singular
 //! values by Jacobi's method (high relative accuracy, which badly scaled plants need), exponential, Sylvester and
 //! Lyapunov equations, balancing.
 //!
-//! Written here rather than taken from a library because the ordered real Schur form, on which the Riccati solver stands,
+//! Written here rather than taken from a library because the ordered real Schur form, on which Riccati solvers stand,
 //! is not public in any pure Rust one; the same bits on every machine come with it.
 //! Theory: G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th ed., chapters 3, 5, 7, 8.
 
@@ -16,7 +16,8 @@ pub mod symmetric;
 
 pub use balance::balance;
 pub use exponential::exponential;
-pub use factor::{Factored, Reflected, solve};
+pub(crate) use factor::Reflector;
+pub use factor::{Factored, solve};
 pub use schur::{Schur, eigenvalues};
 pub use singular::{Singular, largest_singular_value, singular_values};
 pub use sylvester::{lyapunov, lyapunov_discrete, sylvester};

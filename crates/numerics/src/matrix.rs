@@ -23,9 +23,6 @@ pub trait Scalar:
     const ONE: Self;
     /// Absolute value.
     fn modulus(self) -> f64;
-    /// Complex conjugate; the number itself when real.
-    #[must_use]
-    fn conjugate(self) -> Self;
     /// Whether every part is finite.
     fn finite(self) -> bool;
 }
@@ -34,9 +31,6 @@ impl Scalar for f64 {
     const ONE: Self = 1.0;
     fn modulus(self) -> f64 {
         self.abs()
-    }
-    fn conjugate(self) -> Self {
-        self
     }
     fn finite(self) -> bool {
         self.is_finite()
@@ -48,9 +42,6 @@ impl Scalar for Complex64 {
     fn modulus(self) -> f64 {
         self.norm()
     }
-    fn conjugate(self) -> Self {
-        self.conj()
-    }
     fn finite(self) -> bool {
         self.re.is_finite() && self.im.is_finite()
     }
@@ -59,7 +50,7 @@ impl Scalar for Complex64 {
 /// A dense matrix. `Matrix` alone is real; [`ComplexMatrix`] is its complex twin.
 ///
 /// ```
-/// use meltpath_control::Matrix;
+/// use meltpath_numerics::Matrix;
 /// let a = Matrix::from_rows([[0.0, 1.0], [-2.0, -3.0]]);
 /// let b = Matrix::column([0.0, 1.0]);
 /// assert_eq!((&a * &b).to_rows(), [[1.0], [-3.0]]);
@@ -103,15 +94,6 @@ impl<T: Scalar> Matrix<T> {
     /// From rows of equal length.
     pub fn from_rows<const M: usize, const N: usize>(rows: [[T; N]; M]) -> Self {
         Self::from_fn(M, N, |i, j| rows[i][j])
-    }
-
-    /// From entries in reading order; `None` when their number is not `rows * columns`.
-    pub fn from_entries(rows: usize, columns: usize, entries: Vec<T>) -> Option<Self> {
-        (entries.len() == rows * columns).then_some(Matrix {
-            rows,
-            columns,
-            data: entries,
-        })
     }
 
     /// One column.
@@ -190,7 +172,8 @@ impl<T: Scalar> Matrix<T> {
         &self.data[i * self.columns..(i + 1) * self.columns]
     }
 
-    pub(crate) fn row_slice_mut(&mut self, i: usize) -> &mut [T] {
+    /// One row as a slice to write to.
+    pub fn row_slice_mut(&mut self, i: usize) -> &mut [T] {
         &mut self.data[i * self.columns..(i + 1) * self.columns]
     }
 
@@ -220,12 +203,6 @@ impl<T: Scalar> Matrix<T> {
     #[must_use]
     pub fn transpose(&self) -> Self {
         Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)])
-    }
-
-    /// The conjugate transpose; the transpose when real.
-    #[must_use]
-    pub fn adjoint(&self) -> Self {
-        Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)].conjugate())
     }
 
     /// Each entry multiplied by `factor`.

@@ -23,7 +23,7 @@ pub fn sylvester(a: &Matrix, b: &Matrix, c: &Matrix) -> Result<Matrix, DenseErro
 /// [`DenseError::CommonEigenvalue`] when two eigenvalues of A add up to zero; [`DenseError::NotSettled`], [`DenseError::NotFinite`].
 ///
 /// ```
-/// use meltpath_control::{dense, Matrix};
+/// use meltpath_numerics::{dense, Matrix};
 /// let x = dense::lyapunov(&Matrix::diagonal(&[-1.0, -2.0]), &Matrix::identity(2)).unwrap();
 /// assert_eq!(x, Matrix::diagonal(&[0.5, 0.25]));
 /// ```
@@ -126,9 +126,9 @@ mod tests {
         #[test]
         fn solves_sylvester_and_lyapunov((n, m, v) in (1usize..9, 1usize..9).prop_flat_map(|(n, m)| (Just(n), Just(m), proptest::collection::vec(-1.0f64..1.0, n * n + m * m + n * m)))) {
             let shift = |a: Matrix| { let s = a.rows() as f64 + 1.0; a - Matrix::identity(s as usize - 1).scaled(s) };
-            let a = shift(Matrix::from_entries(n, n, v[..n * n].to_vec()).unwrap());
-            let b = shift(Matrix::from_entries(m, m, v[n * n..n * n + m * m].to_vec()).unwrap());
-            let c = Matrix::from_entries(n, m, v[n * n + m * m..].to_vec()).unwrap();
+            let a = shift(Matrix::from_fn(n, n, |i, j| v[i * n + j]));
+            let b = shift(Matrix::from_fn(m, m, |i, j| v[n * n + i * m + j]));
+            let c = Matrix::from_fn(n, m, |i, j| v[n * n + m * m + i * m + j]);
             let x = sylvester(&a, &b, &c).unwrap();
             prop_assert!((&a * &x + &x * &b - &c).norm() < 1e-12);
             let q = &c * c.transpose();

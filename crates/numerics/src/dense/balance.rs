@@ -30,7 +30,7 @@ pub fn balance(a: &Matrix) -> (Matrix, Vec<f64>) {
 
 /// Repeats sweeps over the states until no exchange of weight between the row and the column of a state pays.
 /// `visit(i, None)` returns the norms of row and column i; `visit(i, Some(f))` divides the row and multiplies the column by f.
-pub(crate) fn balance_by(
+pub fn balance_by(
     states: usize,
     mut visit: impl FnMut(usize, Option<f64>) -> (f64, f64),
 ) -> Vec<f64> {

@@ -6,7 +6,7 @@
 /// A stream of random numbers.
 ///
 /// ```
-/// use meltpath_control::random::Random;
+/// use meltpath_numerics::random::Random;
 /// let (mut a, mut b) = (Random::new(7), Random::new(7));
 /// assert_eq!(a.unit(), b.unit());
 /// ```
