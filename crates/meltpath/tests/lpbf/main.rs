@@ -102,8 +102,7 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
-    .unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,

@@ -1,12 +1,12 @@
 //! Geometry, correction tables, focus.
 
 use meltpath_geometry::math::{DMat2, DVec2};
+use meltpath_numerics::random::Random;
 use meltpath_scan_head::optics::correction::{
     Border, CorrectionError, CorrectionTable, MeasuredMarks,
 };
 use meltpath_scan_head::optics::focus::{Focus, FocusProjection};
 use meltpath_scan_head::optics::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
-use meltpath_numerics::random::Random;
 
 use super::reference::{three_axis, two_axis};
 

@@ -167,7 +167,7 @@ fn the_linear_system_has_the_response_of_the_formulas() {
     let closed = model.closed_loop().unwrap();
     for omega in [3.0, 70.0, 900.0, 8000.0, 24_000.0, 25_200.0, 2e5] {
         let formula = model.complete(Actions::FeedForward, Complex64::new(0.0, omega));
-        let system = closed.entry_response(0, 0, omega);
+        let system = closed.response(omega)[(0, 0)];
         assert!(
             (formula - system).norm() < 1e-9 * formula.norm(),
             "{omega}: {formula} {system}"
