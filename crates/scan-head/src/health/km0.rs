@@ -1,7 +1,7 @@
 //! KM0, the periodic health test of an axis: the angle signal of its second stage, the analysis of its steps and ramps, the
 //! friction behind the ramps, and a rating against the first accepted test.
 //!
-//! Source: Rasoanarivo 2020, § 2.4, fig. 2.57-2.60. Limits of the rating: specification § 12.5. The first stage
+//! Source: Rasoanarivo 2020, § 2.4, fig. 2.57-2.60. Limits of the rating: ours (docs/theory/sources.md). The first stage
 //! (R, L, J, constants and modes) is an identification, [`crate::health::bench`]; its results come in as values.
 
 use serde::{Deserialize, Serialize};

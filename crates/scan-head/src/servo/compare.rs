@@ -2,7 +2,7 @@
 //! and noise.
 //!
 //! Source: Rasoanarivo 2020, § 3.4 and fig. 3.8. The thesis compares the conventional control with pre-filter to H-infinity
-//! without one; the two effects are told apart here by all four combinations (specification § 15.8).
+//! without one; the two effects are told apart here by all four combinations (docs/theory/sources.md).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

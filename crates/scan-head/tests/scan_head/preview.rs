@@ -1,4 +1,4 @@
-//! § 20: the path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
+//! The path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::{DVec2, DVec3};

@@ -32,7 +32,7 @@ pub(crate) fn recipes() -> [Recipe; 3] {
     .map(|text| files::parse_recipe(text).unwrap())
 }
 
-/// REF-2X.
+/// The two-axis reference motor.
 pub(crate) fn motor() -> Galvanometer {
     two_axis().mirrors[1].motor.clone()
 }
