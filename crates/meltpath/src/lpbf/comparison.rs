@@ -4,7 +4,7 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
-use meltpath_scan_head::head::job::VectorKind::{Contour, Fill};
+use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
 
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;

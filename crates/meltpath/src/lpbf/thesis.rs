@@ -2,7 +2,7 @@
 //!
 //! Source: Rasoanarivo 2020, tables 3.1, § 2.6.1 and 3.2; its two-axis figures come from a bench, those of three axes from its simulator.
 
-use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 
 use super::settings::Settings;
