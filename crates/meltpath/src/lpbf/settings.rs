@@ -12,7 +12,6 @@ use meltpath_scan_head::search::Bounds;
 use toml::Spanned;
 
 use super::heat::{self, HeatSettings};
-use super::thesis::Structure;
 use super::work::{self, Work};
 use crate::job::TextError;
 use crate::job::lpbf::{
@@ -56,8 +55,6 @@ pub struct Settings {
     pub work: Work,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
-    /// Which controllers drive the mirrors.
-    pub structure: Structure,
     /// Which delays.
     pub delays: DelayChoice,
     /// Contour error that counts as good, mm.
@@ -339,11 +336,6 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
     };
     Ok(Settings {
         heat,
-        structure: match job.lpbf.controller.as_ref().map(|c| c.get_ref().as_str()) {
-            None | Some(crate::tune::choose::OWN) => Structure::Conventional,
-            Some(crate::tune::choose::HINF) => Structure::HInfinity,
-            Some(_) => Structure::Other,
-        },
         search,
         data,
         work,
