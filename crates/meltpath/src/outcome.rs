@@ -9,7 +9,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Cancelled, Provenance, Verdict};
 use meltpath_geometry::workpiece::WorkpieceError;
 use meltpath_scan_head::head::error::HeadError;
-use meltpath_thermal::fusion::FusionError;
+use meltpath_thermal::pool::fusion::FusionError;
 
 use crate::job::JobError;
 use crate::lpbf::heat::HeatError;

@@ -18,7 +18,7 @@ use std::path::Path;
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Cancelled, Check, Limit, Measure, Observer, Reporter, Status, Verdict};
 use meltpath_control::export::ExportError;
-use meltpath_control::swarm::SwarmError;
+use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::servo::compare::ScatterError;

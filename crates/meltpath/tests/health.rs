@@ -122,7 +122,7 @@ fn axes_heads_and_changes_that_are_none_are_named() {
 #[test]
 fn records_give_what_the_bench_gave() {
     let dir = tempfile::tempdir().unwrap();
-    let head = files::parse_head(include_str!("../../../data/scan-heads/two-axis-150.toml"))
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
         .unwrap()
         .head;
     let axis = &head.mirrors[1];

@@ -1,7 +1,7 @@
 //! Scan heads, motors and recipes as data files: every number with its unit and its source.
 //!
-//! The numbers of the two reference heads are those of the specification *lpbf-scan-head* § 18: the thesis does not print its
-//! motors' parameters.
+//! The numbers of the two reference heads are reconstructed (docs/theory/sources.md, reference heads): the thesis does not print
+//! its motors' parameters.
 
 mod axis;
 mod figure;

@@ -1,7 +1,7 @@
 //! A plate of squares, the job that recipes are compared on: two concentric contours and a serpentine fill at 45° in each.
 //!
 //! Source: Rasoanarivo 2020, § 2.5.2.1, fig. 2.65-2.67. Contour distance, hatch, inset and pitch are not given there: the
-//! defaults of the data files are back-computed from the printed job times (specification § 13.2).
+//! defaults of the data files are back-computed from the printed job times (docs/theory/sources.md, the plate).
 
 use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The fastest recipe within bounds: speeds, waits and pre-filter, with the delays that suit each, judged by the whole head on a
 //! small job.
 //!
-//! Source: specification *lpbf-scan-head* § 20 (a) and 20.8; the thesis tunes by trial and error. Contours set the contour
+//! Source: a perspective of Rasoanarivo 2020 (conclusion), which tunes by trial and error. Contours set the contour
 //! speed and fills the fill speed: for each pre-filter and wait both are scanned from the fastest on, then bisected, in the same
 //! runs. The gate does not act on the mirrors, so each run also tunes its delays. Dry friction makes slow marks worse than faster
 //! ones: the rates are not monotone in the speed, and a faster recipe between two scanned speeds may be missed; the found one is
@@ -150,7 +150,7 @@ impl Found {
 /// ```
 /// use meltpath_scan_head::files;
 /// use meltpath_scan_head::search::with_filter;
-/// # let text = include_str!("../../../data/scan-heads/two-axis-150.toml");
+/// # let text = meltpath_data::scan_heads::TWO_AXIS_150.text;
 /// let head = files::parse_head(text).unwrap().head;
 /// let first = |h: &meltpath_scan_head::head::scan_head::ScanHead| h.mirrors[0].prefilter.as_ref().unwrap().first;
 /// assert!((first(&with_filter(&head, 0.5)) - 0.5 * first(&head)).abs() < 1e-12);

@@ -8,8 +8,8 @@ use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values, write_height_image};
 use meltpath_scan_head::head::vector::VectorKind;
-use meltpath_thermal::fusion::{FusionMap, TracePoint};
 use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
 use super::heat::{Cold, HeatSettings, RecipeHeat};
 use super::run::RecipeResult;

@@ -17,8 +17,8 @@ use meltpath_scan_head::files;
 use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::plate::SquarePlate;
 
-const THREE: &str = include_str!("../../../../data/scan-heads/three-axis-350.toml");
-const INDUSTRIAL: &str = include_str!("../../../../data/recipes/industrial.toml");
+const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
+const INDUSTRIAL: &str = meltpath_data::recipes::INDUSTRIAL.text;
 const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ndelays = \"recipe\"\n";
 
 /// Runs a job text in `folder`; the folder of results.
@@ -102,10 +102,7 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = files::parse_head(include_str!(
-        "../../../../data/scan-heads/two-axis-150.toml"
-    ))
-    .unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use meltpath_control::random::Random;
+use meltpath_numerics::random::Random;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{Cascade, Controller, Law, Limits, Measured, Sampled, SpeedSource};

@@ -99,7 +99,7 @@ impl Galvanometer {
     }
 
     /// The linear part: inputs voltage (V) and a torque that opposes motion (N·m); outputs current (A), angle (rad),
-    /// rotor speed (rad/s). States: current, rigid speed, rigid angle, then (q, q') of each mode (§ 5.5).
+    /// rotor speed (rad/s). States: current, rigid speed, rigid angle, then (q, q') of each mode.
     ///
     /// # Errors
     /// [`SystemError`] where a parameter is not finite.

@@ -7,7 +7,7 @@
 use meltpath_control::Complex64;
 use serde::{Deserialize, Serialize};
 
-use meltpath_control::moving_average::MovingAverage;
+use meltpath_numerics::moving_average::MovingAverage;
 
 use crate::axis::error::{AxisError, not_negative, positive};
 

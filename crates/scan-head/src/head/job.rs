@@ -1,6 +1,6 @@
 //! What the head is asked to do: mark and jump vectors with their speeds, powers and waits, and the recipe they follow.
 //!
-//! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: specification § 20 (b).
+//! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: ours.
 
 use crate::head::recipe::Recipe;
 use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};

@@ -1,6 +1,6 @@
 //! The recipe that a head follows: speeds, powers, waits, delays, sky-writing.
 //!
-//! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: specification § 20 (b).
+//! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: ours.
 
 use crate::head::power::PowerLaw;
 use crate::head::vector::ScanJobError;

@@ -55,7 +55,7 @@ impl ScanHead {
     }
 
     /// Leaves out the second average of each mirror's pre-filter: the speed and the acceleration stay bounded, the jerk does not
-    /// (specification § 4.3).
+    /// (Rasoanarivo 2020, fig. 2.27).
     pub fn filter_acceleration(&mut self) {
         for axis in &mut self.mirrors {
             if let Some(filter) = &mut axis.prefilter {

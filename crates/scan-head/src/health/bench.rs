@@ -2,7 +2,7 @@
 //! on which both stages run.
 //!
 //! Source: Rasoanarivo 2020, § 2.2.1 and 2.4; modes from the crests of the measured response over that of the rigid motor
-//! (specification § 6.5). Validity: modes between 1 kHz and 0.45 of the sampling frequency that stand out of the rigid response.
+//! (docs/theory/sources.md). Validity: modes between 1 kHz and 0.45 of the sampling frequency that stand out of the rigid response.
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! A health test rated against the first one that was accepted: what drifted, what it may mean, what to do.
 //!
-//! Source: Rasoanarivo 2020, § 2.4; the limits are ours (specification § 12.5).
+//! Source: Rasoanarivo 2020, § 2.4; the limits are ours (docs/theory/sources.md).
 
 use crate::health::analysis::Km0Stage2;
 use crate::health::records::StepRecord;

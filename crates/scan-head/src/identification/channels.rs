@@ -3,7 +3,7 @@
 //! The rules are ours: the slopes of angle over current and angle over voltage, the coil's lag, the share of the band with the wrong sign.
 
 use meltpath_control::Complex64;
-use meltpath_control::fit::frequency::Point;
+use meltpath_control::frequency::Point;
 
 use crate::identification::error::IdentificationError;
 

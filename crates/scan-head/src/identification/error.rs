@@ -1,8 +1,8 @@
 //! Why a record gives no motor.
 
 use crate::axis::error::AxisError;
-use meltpath_control::fit::FitError;
 use meltpath_control::welch::WelchError;
+use meltpath_numerics::least_squares::LeastSquaresError;
 
 /// Why nothing was identified.
 #[derive(Debug, thiserror::Error)]
@@ -85,7 +85,7 @@ pub enum IdentificationError {
     Welch(#[from] WelchError),
     /// The fit.
     #[error(transparent)]
-    Fit(#[from] FitError),
+    Fit(#[from] LeastSquaresError),
     /// The simulated motor.
     #[error(transparent)]
     Axis(#[from] AxisError),

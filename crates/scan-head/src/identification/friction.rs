@@ -3,7 +3,7 @@
 //! Source: Rasoanarivo 2020, § 2.2.1.5 (eq. 2.22).
 
 use crate::identification::error::IdentificationError;
-use meltpath_control::fit::least_squares;
+use meltpath_numerics::least_squares;
 
 /// A steady ramp: speed (rad/s) and mean current (A).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ pub fn friction_of_ramps(
     let torque = |r: &SteadyRamp| torque_constant * r.current;
     let most = ramps.iter().map(|r| torque(r).abs()).fold(1e-300, f64::max);
     let fastest = ramps.iter().map(|r| r.speed.abs()).fold(1e-300, f64::max);
-    let dry = least_squares(
+    let dry = least_squares::fit(
         |x| {
             ramps
                 .iter()
@@ -57,7 +57,7 @@ pub fn friction_of_ramps(
         },
         &[0.5, 0.0, 0.5],
     )?;
-    let wet = least_squares(
+    let wet = least_squares::fit(
         |x| {
             ramps
                 .iter()

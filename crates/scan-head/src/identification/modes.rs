@@ -7,10 +7,10 @@
 use std::f64::consts::{PI, TAU};
 
 use meltpath_control::discretise::{Hold, discretise};
-use meltpath_control::fit::frequency::Point;
-use meltpath_control::fit::{Fit, least_squares};
+use meltpath_control::frequency::Point;
 use meltpath_control::welch::estimate;
 use meltpath_control::{Complex64, ZeroPoleGain};
+use meltpath_numerics::least_squares::{self, Fit};
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
@@ -177,7 +177,7 @@ fn fit(
             },
         )
     };
-    Ok(least_squares(residuals, &start)?)
+    Ok(least_squares::fit(residuals, &start)?)
 }
 
 /// The share of the angle that answers what was excited, by pulsation (rad/s).

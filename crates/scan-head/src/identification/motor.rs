@@ -14,8 +14,8 @@ use crate::identification::refusal::RefusedPeak;
 use crate::identification::responses::responses;
 use crate::identification::transfers::{Transfers, motor_of};
 use meltpath_control::Complex64;
-use meltpath_control::fit::frequency::Point;
-use meltpath_control::fit::{Fit, least_squares};
+use meltpath_control::frequency::Point;
+use meltpath_numerics::least_squares::{self, Fit};
 
 /// A motor and how sure it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +105,7 @@ fn fit(angle: &[Point], current: &[Point], period: f64) -> Result<Fit, Identific
             })
             .collect()
     };
-    let mut fit = least_squares(residuals, &start)?;
+    let mut fit = least_squares::fit(residuals, &start)?;
     // weights have a unit: the residual is told per point, as if all weighed one
     let weight: f64 = angle.iter().chain(current).map(|p| p.weight).sum();
     let points = (angle.len() + current.len()) as f64;

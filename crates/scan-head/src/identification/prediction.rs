@@ -5,7 +5,7 @@ use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
 use crate::identification::error::IdentificationError;
 use crate::identification::record::BenchRecord;
-use meltpath_control::fit::records::Quality;
+use meltpath_control::quality::Quality;
 
 /// How well a motor predicts a record that it was not fitted to, from the voltage alone.
 #[derive(Debug, Clone, PartialEq)]

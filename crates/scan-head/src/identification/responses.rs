@@ -2,7 +2,7 @@
 
 use crate::identification::error::IdentificationError;
 use crate::identification::record::{BenchRecord, Excitation, Method};
-use meltpath_control::fit::frequency::Point;
+use meltpath_control::frequency::Point;
 use meltpath_control::welch::estimate;
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Energy per length along the marked path, and laser power that follows the spot's speed.
 //!
 //! Source: Rasoanarivo 2020, § 2.1 and perspectives: current machines do not modulate the power, so slow corners and waits under
-//! light burn in; specification § 20 (7).
+//! light burn in.
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::power::PowerLaw;

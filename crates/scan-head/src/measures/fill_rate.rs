@@ -1,7 +1,7 @@
 //! Fill rate: the share of a surface that the marking reaches, on cells as wide as the spot.
 //!
-//! Source: Rasoanarivo 2020, § 2.6.2, fig. 2.73. "Reached" is not defined there and decides the number (specification
-//! § 14.2): three modes, and the mode is told with every number.
+//! Source: Rasoanarivo 2020, § 2.6.2, fig. 2.73. "Reached" is not defined there and decides the number
+//! (docs/theory/sources.md): three modes, and the mode is told with every number.
 
 use std::sync::Arc;
 

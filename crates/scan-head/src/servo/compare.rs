@@ -2,12 +2,12 @@
 //! and noise.
 //!
 //! Source: Rasoanarivo 2020, § 3.4 and fig. 3.8. The thesis compares the conventional control with pre-filter to H-infinity
-//! without one; the two effects are told apart here by all four combinations (specification § 15.8).
+//! without one; the two effects are told apart here by all four combinations (docs/theory/sources.md).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use meltpath_base::{Cancelled, Observer};
-use meltpath_control::random::Random;
+use meltpath_numerics::random::Random;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -11,7 +11,7 @@
 //! leaves an error that only the position loop's slow pole takes back, K_θ/(1 + K_θT_dθ) = 16 1/s.
 
 use meltpath_control::Matrix;
-use meltpath_control::dense::solve;
+use meltpath_numerics::dense::solve;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, Encoder};

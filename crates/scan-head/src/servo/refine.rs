@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use meltpath_base::Observer;
-use meltpath_control::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
+use meltpath_numerics::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::Axis;

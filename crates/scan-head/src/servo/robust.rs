@@ -6,7 +6,7 @@
 
 use meltpath_base::Observer;
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
+use meltpath_numerics::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{AngleUnit, CurrentGains};

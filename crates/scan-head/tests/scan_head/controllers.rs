@@ -1,4 +1,4 @@
-//! § 17.6, H-infinity in whole jobs: controller and pre-filter two by two on one square of each head.
+//! H-infinity in whole jobs: controller and pre-filter two by two on one square of each head.
 
 use meltpath_base::Silent;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller};
@@ -312,7 +312,7 @@ fn lpbf_ac47_the_first_average_alone_leaves_the_printed_lag() {
     }
 }
 
-/// AC-48 (T): sensor noise and unlike mirrors, which the specification suspects, do not take the conventional share below 100 µm.
+/// AC-48 (T): sensor noise and unlike mirrors do not take the conventional share below 100 µm.
 #[test]
 fn lpbf_ac48_noise_and_unlike_mirrors_do_not_take_it() {
     let recipe = &recipes()[0];
@@ -361,7 +361,7 @@ fn lpbf_table_3_1_contour_shares_over_friction_and_integral() {
     }
 }
 
-/// § 20: the three recipes' squares on three axes with the path ahead, behind each structure: contours and fill.
+/// The three recipes' squares on three axes with the path ahead, behind each structure: contours and fill.
 #[test]
 fn lpbf_20_preview_on_the_recipes_squares() {
     let data = three_axis_data();

@@ -1,8 +1,8 @@
-//! § 17.4: geometry, correction tables, focus.
+//! Geometry, correction tables, focus.
 
 use crate::rays::rays_of;
-use meltpath_control::random::Random;
 use meltpath_geometry::math::{DMat2, DVec2};
+use meltpath_numerics::random::Random;
 use meltpath_scan_head::optics::correction::{
     Border, CorrectionError, CorrectionTable, MeasuredMarks,
 };
@@ -48,7 +48,7 @@ fn lpbf_ac22_two_axis_inverse_is_exact() {
     assert!((g.path(deg(20.0, 20.0)) - 514.329).abs() < 1e-3);
 }
 
-/// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the table of § 9.4; Newton in at most 6 steps.
+/// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the reference head's table (docs/theory/sources.md); Newton in at most 6 steps.
 #[test]
 fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
     let mut random = Random::new(9);
@@ -210,7 +210,7 @@ fn marks_on_a_coarse_grid_recalibrate_the_table() {
     ));
 }
 
-/// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of § 11.3.
+/// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of the reference head.
 #[test]
 fn lpbf_ac25_dynamic_focus() {
     let g = three_axis().geometry;

@@ -1,4 +1,4 @@
-//! § 17.6: jobs, contour error, delays, fill rates.
+//! Jobs, contour error, delays, fill rates.
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
@@ -17,7 +17,7 @@ use meltpath_scan_head::plate::SquarePlate;
 
 use super::reference::{one, recipes, three_axis_data, two_axis_data};
 
-/// AC-37 (M): the examples of § 13.3; never more than the tracking error at the same instant.
+/// AC-37 (M): two shapes of known error; never more than the tracking error at the same instant.
 #[test]
 fn lpbf_ac37_contour_error() {
     let asked: Vec<_> = (0..400)
@@ -119,7 +119,7 @@ fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec
     rate.finish().remove(0)
 }
 
-/// AC-42 (R): fill rates of the ideal path in the specification's table, ± 1.5 point.
+/// AC-42 (R): fill rates of the ideal path (docs/theory/sources.md, reference runs), ± 1.5 point.
 #[test]
 fn lpbf_ac42_ideal_fill_rates() {
     let reference = one(three_axis_data().plate);

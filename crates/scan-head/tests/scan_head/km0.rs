@@ -1,4 +1,4 @@
-//! § 17.1 (friction) and § 17.6: the health test.
+//! Friction and the health test.
 
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::error::AxisError;

@@ -1,4 +1,4 @@
-//! Acceptance cases of the scan head (specification *lpbf-scan-head*, § 17): each test bears its case.
+//! Acceptance cases of the scan head: each test bears its case (acceptance.toml).
 
 #![expect(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! § 17.1, as far as the models alone go.
+//! Models of a galvanometer alone.
 
 use meltpath_control::{Complex64, frequency};
 use meltpath_scan_head::axis::error::AxisError;
@@ -135,7 +135,7 @@ fn lpbf_ac04_friction_acts_low_modes_act_high() {
             .norm()
             .log10()
     };
-    // the excitation of the specification, ±0.5 V; half of it for the low end
+    // the excitation of the reference runs, ±0.5 V; half of it for the low end
     let low = simulated_gain(enriched.friction, enriched.modes.clone(), 5.0, 0.1);
     assert!(
         low < base(5.0) - 1.0,

@@ -1,8 +1,8 @@
-//! § 20: the path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
+//! The path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
 
 use meltpath_base::Silent;
-use meltpath_control::random::Random;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_numerics::random::Random;
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::block::HeadBlock;

@@ -1,7 +1,7 @@
 //! A ray tracer for two-mirror heads: mirrors anywhere, about any axes, and flat windows. The closed forms are held to
 //! it (axes not perpendicular, any incidence: Manakov 2011).
 //!
-//! Geometric optics; source of the three-axis layout: Rasoanarivo 2020, § 2.3.1.2, rebuilt in the specification, § 9.3.
+//! Geometric optics; source of the three-axis layout: Rasoanarivo 2020, § 2.3.1.2, rebuilt from its equations 2.39-2.43.
 
 use meltpath_geometry::math::{DMat2, DQuat, DVec2, DVec3};
 

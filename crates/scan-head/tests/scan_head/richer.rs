@@ -1,4 +1,4 @@
-//! § 17.6, AC-38: the simulator against a richer one.
+//! AC-38: the simulator against a richer one.
 
 use meltpath_base::Silent;
 use meltpath_scan_head::axis::chain::Axis;
