@@ -1,7 +1,7 @@
 //! The command line of meltpath: arguments, progress, errors with their place, exit codes. All work is in the library.
 //!
 //! Exit codes: 0 the part passes (or nothing was judged), 1 the part fails its checks, 2 the input is wrong,
-//! 3 a bug in meltpath, 130 interrupted.
+//! 3 a bug in meltpath, 4 nothing fails but a check cannot be decided, 130 interrupted.
 
 mod arguments;
 mod commands;
@@ -18,6 +18,8 @@ pub(crate) const PART_FAILS: u8 = 1;
 pub(crate) const INPUT_WRONG: u8 = 2;
 /// Ctrl-C.
 pub(crate) const INTERRUPTED: u8 = 130;
+/// Nothing fails, but the uncertainty of a check is larger than its limit.
+pub(crate) const CANNOT_SAY: u8 = 4;
 /// A bug.
 pub(crate) const BUG: u8 = 3;
 

@@ -7,7 +7,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_machine::scan_head::km0::{Drift, Km0Record, rate};
 use meltpath_machine::scan_head::km0_bench::Km0Stage1;
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 
@@ -39,10 +39,6 @@ pub(super) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), Output
             words(told.entry.rating)
         ),
         verdict: told.verdict.clone(),
-        facts: vec![
-            Fact::new("rating", words(told.entry.rating)),
-            Fact::new("tests", &format!("{}", told.history.entries().len() + 1)),
-        ],
         scene: None,
         sections: vec![drift(told), curves(told), steps(record), ramps(record)],
         sheet: None,
