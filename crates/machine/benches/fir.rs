@@ -33,7 +33,7 @@ fn command(i: u32, target: DVec3) -> Command {
 }
 
 fn benchmark(c: &mut Criterion) {
-    let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
     let controller = toml::from_str::<Cell>(text)
         .expect("the shipped cell reads")
         .motion;

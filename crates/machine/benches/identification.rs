@@ -17,8 +17,7 @@ const PERIOD: f64 = 50e-6;
 const SAMPLES: usize = 90_000;
 
 fn identification(c: &mut Criterion) {
-    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml"))
-        .expect("the head reads");
+    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).expect("the head reads");
     let motor = Galvanometer {
         friction: Friction::None,
         ..head.head.mirrors[1].motor.clone()

@@ -17,14 +17,13 @@ use meltpath_machine::scan_head::job::{LaserDelays, ScanJob};
 use meltpath_machine::scan_head::plate::SquarePlate;
 
 fn data() -> HeadData {
-    data::parse(include_str!("../../../data/scan-heads/three-axis-350.toml"))
-        .expect("the head reads")
+    data::parse(meltpath_data::scan_heads::THREE_AXIS_350.text).expect("the head reads")
 }
 
 /// One square of the reference plate under recipe 1.
 fn job() -> ScanJob {
-    let recipe = data::parse_recipe(include_str!("../../../data/recipes/industrial.toml"))
-        .expect("the recipe reads");
+    let recipe =
+        data::parse_recipe(meltpath_data::recipes::INDUSTRIAL.text).expect("the recipe reads");
     let one = SquarePlate {
         columns: 1,
         rows: 1,

@@ -259,7 +259,7 @@ pub(crate) mod tests {
 
     /// The controller of the shipped cell.
     pub(crate) fn arcmate() -> Controller {
-        let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+        let text = meltpath_data::cells::ARCMATE_120IC.text;
         toml::from_str::<File>(text).unwrap().motion
     }
 
@@ -297,7 +297,8 @@ pub(crate) mod tests {
 
     #[test]
     fn unknown_entries_are_errors() {
-        let text = include_str!("../../../data/cells/arcmate-120ic.toml")
+        let text = meltpath_data::cells::ARCMATE_120IC
+            .text
             .replace("rotation_speed", "rotation_sped");
         let error = toml::from_str::<File>(&text).err().unwrap().to_string();
         assert!(error.contains("rotation_sped"), "{error}");

@@ -17,7 +17,7 @@ struct Cell {
 }
 
 fn arcmate() -> Controller {
-    let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
     toml::from_str::<Cell>(text).unwrap().motion
 }
 

@@ -6,7 +6,6 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use meltpath::ebm::focus::builtin;
-use meltpath::material::MATERIALS;
 use meltpath_base::{Check, Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::powder::modulation::{Ramp, hatch_energy, stiffness};
@@ -40,7 +39,10 @@ fn dots(name: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Mark {
 }
 
 fn titanium() -> Result<Material, Box<dyn Error>> {
-    Ok(read(MATERIALS[0].1, Readings::default())?)
+    Ok(read(
+        meltpath_data::materials::TI6AL4V_EBM.text,
+        Readings::default(),
+    )?)
 }
 
 /// Figures 2.4.3 and 2.4.5: stiffness against energy, and the ramps of the modulation.

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
+use meltpath_data::{find, names, scan_heads};
 use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
 use meltpath_machine::scan_head::data::{self, HeadFileError};
 use meltpath_machine::scan_head::friction::Friction;
@@ -110,16 +111,12 @@ impl Subject {
             name: head.to_owned(),
             message,
         };
-        let shipped = crate::lpbf::settings::HEADS
-            .iter()
-            .find(|(name, _)| *name == head);
-        let text = match shipped {
-            Some((_, text)) => (*text).to_owned(),
+        let text = match find(scan_heads::ALL, head) {
+            Some(shipped) => shipped.text.to_owned(),
             None => std::fs::read_to_string(head).map_err(|e| {
-                let known: Vec<_> = crate::lpbf::settings::HEADS.iter().map(|h| h.0).collect();
                 wrong(format!(
                     "it is neither one of {} nor a file that opens: {e}",
-                    known.join(", ")
+                    names(scan_heads::ALL)
                 ))
             })?,
         };

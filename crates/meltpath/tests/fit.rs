@@ -62,7 +62,7 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
     std::fs::write(&file, text(1.0, 1.0, 0.0)).unwrap();
     let measured = meltpath::fit::measurements::read(&file).unwrap();
     let material = meltpath_thermal::material::file::read(
-        meltpath::material::MATERIALS[0].1,
+        meltpath_data::materials::TI6AL4V_EBM.text,
         meltpath_thermal::material::file::Readings::default(),
     )
     .unwrap();

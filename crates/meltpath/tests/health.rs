@@ -121,7 +121,7 @@ fn axes_heads_and_changes_that_are_none_are_named() {
 #[test]
 fn records_give_what_the_bench_gave() {
     let dir = tempfile::tempdir().unwrap();
-    let head = data::parse(include_str!("../../../data/scan-heads/two-axis-150.toml"))
+    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text)
         .unwrap()
         .head;
     let axis = &head.mirrors[1];

@@ -18,7 +18,7 @@ use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::State;
 
 fn titanium() -> Material {
-    let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+    let text = meltpath_data::materials::TI6AL4V_EBM.text;
     read(text, Readings::default()).unwrap()
 }
 

@@ -16,7 +16,7 @@ use meltpath_thermal::solver::{Face, Faces, Solver, State};
 
 fn solver<R: Real>() -> Solver<R> {
     let material = read(
-        include_str!("../../../data/materials/ti6al4v-ebm.toml"),
+        meltpath_data::materials::TI6AL4V_EBM.text,
         Readings::default(),
     )
     .unwrap();

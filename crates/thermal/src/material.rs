@@ -220,7 +220,7 @@ impl Material {
     /// Relative density of powder whose highest temperature so far is `highest`, K: 1 from the solidus on.
     ///
     /// ```
-    /// # let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+    /// # let text = meltpath_data::materials::TI6AL4V_EBM.text;
     /// # let material = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
     /// assert!((material.relative_density(750.0 + 273.15) - 0.62).abs() < 1e-12);
     /// assert_eq!(material.relative_density(1605.0 + 273.15), 1.0);
@@ -253,7 +253,7 @@ mod tests {
     use crate::material::file::{Readings, read};
 
     fn titanium() -> Material {
-        let text = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
         read(text, Readings::default()).unwrap()
     }
 

@@ -33,7 +33,7 @@ struct Track {
 }
 
 fn alloy() -> Material {
-    let text = include_str!("../../../data/materials/in625-laser.toml");
+    let text = meltpath_data::materials::IN625_LASER.text;
     read(text, Readings::default()).unwrap()
 }
 

@@ -337,7 +337,7 @@ fn a_narrow_beam_is_that_of_rosenthal() {
 
 fn titanium_track<R: Real>(level: Level) -> Solver<R> {
     let material = read(
-        include_str!("../../../data/materials/ti6al4v-ebm.toml"),
+        meltpath_data::materials::TI6AL4V_EBM.text,
         Readings::default(),
     )
     .unwrap();

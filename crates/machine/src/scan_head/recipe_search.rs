@@ -145,7 +145,7 @@ impl Found {
 ///
 /// ```
 /// use meltpath_machine::scan_head::{data, recipe_search::with_filter};
-/// # let text = include_str!("../../../../data/scan-heads/two-axis-150.toml");
+/// # let text = meltpath_data::scan_heads::TWO_AXIS_150.text;
 /// let head = data::parse(text).unwrap().head;
 /// let first = |h: &meltpath_machine::scan_head::head::ScanHead| h.mirrors[0].prefilter.as_ref().unwrap().first;
 /// assert!((first(&with_filter(&head, 0.5)) - 0.5 * first(&head)).abs() < 1e-12);

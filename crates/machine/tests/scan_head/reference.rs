@@ -7,17 +7,11 @@ use meltpath_machine::scan_head::job::Recipe;
 use meltpath_machine::scan_head::plate::SquarePlate;
 
 pub(crate) fn two_axis_data() -> HeadData {
-    data::parse(include_str!(
-        "../../../../data/scan-heads/two-axis-150.toml"
-    ))
-    .unwrap()
+    data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap()
 }
 
 pub(crate) fn three_axis_data() -> HeadData {
-    data::parse(include_str!(
-        "../../../../data/scan-heads/three-axis-350.toml"
-    ))
-    .unwrap()
+    data::parse(meltpath_data::scan_heads::THREE_AXIS_350.text).unwrap()
 }
 
 pub(crate) fn two_axis() -> ScanHead {
@@ -31,9 +25,9 @@ pub(crate) fn three_axis() -> ScanHead {
 /// Recipes 1, 2 and 3.
 pub(crate) fn recipes() -> [Recipe; 3] {
     [
-        include_str!("../../../../data/recipes/industrial.toml"),
-        include_str!("../../../../data/recipes/uniform.toml"),
-        include_str!("../../../../data/recipes/doubled.toml"),
+        meltpath_data::recipes::INDUSTRIAL.text,
+        meltpath_data::recipes::UNIFORM.text,
+        meltpath_data::recipes::DOUBLED.text,
     ]
     .map(|text| data::parse_recipe(text).unwrap())
 }

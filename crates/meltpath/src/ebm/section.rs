@@ -250,7 +250,7 @@ mod tests {
     fn ebm_a01_a_cube_is_drawn_larger() {
         let outline = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]];
         let cube = extrude(&[block(outline)], 100.0);
-        let text = crate::material::MATERIALS[0].1;
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
         let material = meltpath_thermal::material::file::read(
             text,
             meltpath_thermal::material::file::Readings::default(),

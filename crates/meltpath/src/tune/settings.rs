@@ -22,7 +22,7 @@ use super::file::{
     AxisName, Choice, ExportForm, RefineOn, RobustTable, TemplateTable, TuneFile, WordName,
 };
 use crate::job::TextError;
-use crate::lpbf::settings::{HEADS, data_text};
+use crate::lpbf::settings::data_text;
 
 /// What is asked of one axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,7 +133,13 @@ pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
         "this program",
     );
     let head = &file.head;
-    let data = data::parse(&data_text("scan head", head, HEADS, folder)?).map_err(|e| {
+    let data = data::parse(&data_text(
+        "scan head",
+        head,
+        meltpath_data::scan_heads::ALL,
+        folder,
+    )?)
+    .map_err(|e| {
         at(
             head.span(),
             format!("\"{}\" is not sound: {e}", head.get_ref()),

@@ -17,8 +17,8 @@ use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
 
-const THREE: &str = include_str!("../../../../data/scan-heads/three-axis-350.toml");
-const INDUSTRIAL: &str = include_str!("../../../../data/recipes/industrial.toml");
+const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
+const INDUSTRIAL: &str = meltpath_data::recipes::INDUSTRIAL.text;
 const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ndelays = \"recipe\"\n";
 
 /// Runs a job text in `folder`; the folder of results.
@@ -102,10 +102,7 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = data::parse(include_str!(
-        "../../../../data/scan-heads/two-axis-150.toml"
-    ))
-    .unwrap();
+    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,

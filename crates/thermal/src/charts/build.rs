@@ -463,7 +463,7 @@ mod tests {
 
     #[test]
     fn a_quarter_heats_like_the_whole() {
-        let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
         let material = read(text, Readings::default()).unwrap();
         let settings = ChartSettings {
             cell: 0.05,

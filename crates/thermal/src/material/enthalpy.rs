@@ -435,7 +435,7 @@ impl Enthalpy {
     /// Temperature at enthalpy `g`, K.
     ///
     /// ```
-    /// # let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+    /// # let text = meltpath_data::materials::TI6AL4V_EBM.text;
     /// # let titanium = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
     /// let curve = meltpath_thermal::material::enthalpy::Enthalpy::new(&titanium).unwrap();
     /// let g = curve.of(2000.0);
@@ -486,7 +486,7 @@ mod tests {
     use super::*;
     use crate::material::file::{Readings, read};
 
-    const TITANIUM: &str = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+    const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
 
     #[test]
     fn formulas_follow_the_tables() {

@@ -299,7 +299,7 @@ impl Checker<'_> {
 ///
 /// ```
 /// use meltpath_thermal::material::file::{Readings, read};
-/// let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+/// let text = meltpath_data::materials::TI6AL4V_EBM.text;
 /// let titanium = read(text, Readings::default()).unwrap();
 /// assert!((titanium.conductivity(1605.0 + 273.15) - 27.0625e-3).abs() < 1e-9);
 /// ```
@@ -488,7 +488,7 @@ fn relative_density(
 mod tests {
     use super::*;
 
-    const TITANIUM: &str = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+    const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
 
     #[test]
     fn a_wrong_unit_is_named_with_the_right_one() {

@@ -56,7 +56,7 @@ impl Medium {
     /// [`MediumError`] where `ambient` is not below the liquidus.
     ///
     /// ```
-    /// # let text = include_str!("../../../../data/materials/in625-laser.toml");
+    /// # let text = meltpath_data::materials::IN625_LASER.text;
     /// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
     /// use meltpath_thermal::material::medium::{Body, Medium};
     /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();

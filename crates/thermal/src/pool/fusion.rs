@@ -141,7 +141,7 @@ pub struct Following {
 /// use meltpath_thermal::material::medium::{Body, Medium};
 /// use meltpath_thermal::pool::moving_source::MovingSource;
 /// use meltpath_thermal::solver::source::Depth;
-/// # let text = include_str!("../../../../data/materials/in625-laser.toml");
+/// # let text = meltpath_data::materials::IN625_LASER.text;
 /// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
 /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
 /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 195.0, current: 1.0, focus: 0.0, on: true };
@@ -276,7 +276,7 @@ fn looks(engine: &MovingSource, depth: f64, step: f64) -> Vec<Look> {
 /// the material has no boiling point.
 ///
 /// ```
-/// # let text = include_str!("../../../../data/materials/in625-laser.toml");
+/// # let text = meltpath_data::materials::IN625_LASER.text;
 /// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
 /// use meltpath_thermal::pool::fusion::boiling_number;
 /// use meltpath_thermal::material::medium::{Body, Medium};

@@ -24,7 +24,7 @@ pub(crate) fn titanium() -> Material {
 
 /// The same, its source read otherwise.
 pub(crate) fn titanium_read(readings: Readings) -> Material {
-    let text = include_str!("../../../../data/materials/ti6al4v-ebm.toml");
+    let text = meltpath_data::materials::TI6AL4V_EBM.text;
     read(text, readings).unwrap()
 }
 

@@ -247,7 +247,7 @@ mod tests {
     use crate::material::file::{Readings, read};
 
     fn titanium() -> Material {
-        let text = include_str!("../../../../../data/materials/ti6al4v-ebm.toml");
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
         read(text, Readings::default()).unwrap()
     }
 
