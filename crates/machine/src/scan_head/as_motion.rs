@@ -1,6 +1,6 @@
 //! What the head does as motion with power, ready for the thermal room.
 
-use meltpath_toolpath::{MotionBlock, MotionSink};
+use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
 use super::energy::{Light, PowerLaw};
 use super::head::{HeadBlock, HeadSink};
@@ -41,11 +41,10 @@ impl<'a> AsMotion<'a> {
 impl HeadSink for AsMotion<'_> {
     fn block(&mut self, block: &HeadBlock) {
         let out = &mut self.block;
-        out.t0 = block.command.first as f64 * block.period;
-        out.dt = block.period;
-        out.position.clear();
-        out.speed.clear();
-        out.power.clear();
+        out.restart(Times::Uniform {
+            t0: block.command.first as f64 * block.period,
+            dt: block.period,
+        });
         for (k, hit) in block.hit.iter().enumerate() {
             let vector = block.command.vector[k];
             let layer = self.layers.partition_point(|&(first, _)| first <= vector);
@@ -56,8 +55,6 @@ impl HeadSink for AsMotion<'_> {
             out.speed.push(moved / block.period);
             out.power.push(power);
         }
-        out.wire.clear();
-        out.wire.resize(block.len(), 0.0);
         out.command.clone_from(&block.command.vector);
         self.sink.block(out);
     }
