@@ -298,6 +298,7 @@ pub fn test(
     }
     let verdict = Verdict {
         checks: checks(&drifts),
+        facts: Vec::new(),
         warnings: reporter.digest(3),
     };
     let entry = Entry::new(record, circumstances.accept, rating, &drifts);

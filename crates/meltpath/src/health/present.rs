@@ -5,7 +5,7 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
@@ -40,10 +40,6 @@ pub(super) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), Output
             told.entry.rating.words()
         ),
         verdict: told.verdict.clone(),
-        facts: vec![
-            Fact::new("rating", told.entry.rating.words()),
-            Fact::new("tests", &format!("{}", told.history.entries().len() + 1)),
-        ],
         scene: None,
         sections: vec![drift(told), curves(told), steps(record), ramps(record)],
         sheet: None,
