@@ -17,8 +17,8 @@ const PERIOD: f64 = 50e-6;
 const SAMPLES: usize = 90_000;
 
 fn identification(c: &mut Criterion) {
-    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
-        .expect("the head reads");
+    let head =
+        files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).expect("the head reads");
     let motor = Galvanometer {
         friction: Friction::None,
         ..head.head.mirrors[1].motor.clone()

@@ -99,8 +99,8 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         .map_err(at(head_name))?;
     let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
     for name in &job.lpbf.recipes {
-        let recipe =
-            files::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?).map_err(at(name))?;
+        let recipe = files::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?)
+            .map_err(at(name))?;
         recipe.check().map_err(|e| TextError {
             span: Some(name.span()),
             message: format!("\"{}\" is not sound: {e}", name.get_ref()),

@@ -133,7 +133,13 @@ pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
         "this program",
     );
     let head = &file.head;
-    let data = files::parse_head(&data_text("scan head", head, meltpath_data::scan_heads::ALL, folder)?).map_err(|e| {
+    let data = files::parse_head(&data_text(
+        "scan head",
+        head,
+        meltpath_data::scan_heads::ALL,
+        folder,
+    )?)
+    .map_err(|e| {
         at(
             head.span(),
             format!("\"{}\" is not sound: {e}", head.get_ref()),

@@ -7,13 +7,11 @@ use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::plate::SquarePlate;
 
 pub(crate) fn two_axis_data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
-    .unwrap()
+    files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap()
 }
 
 pub(crate) fn three_axis_data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text)
-    .unwrap()
+    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).unwrap()
 }
 
 pub(crate) fn two_axis() -> ScanHead {
