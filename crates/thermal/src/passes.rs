@@ -1,6 +1,6 @@
 //! From passes, the common language of planning, to the beam in time.
 
-use meltpath_toolpath::{Move, Pass, Profile, Role};
+use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::beam::{BeamError, BeamPath, BeamPoint};
 
@@ -9,7 +9,7 @@ use crate::beam::{BeamError, BeamPath, BeamPoint};
 pub struct Defaults {
     /// Accelerating voltage, V.
     pub voltage: f64,
-    /// Current of the focus coil where a pass says none, A.
+    /// Current of the focus coil, A.
     pub focus: f64,
     /// Speed of the beam from one pass to the next, where it is off, mm/s; infinite for jumps that take no time.
     pub jump: f64,
@@ -42,7 +42,7 @@ pub enum PassesError {
         /// Identifier of the pass.
         pass: u32,
         /// What it refers to.
-        profile: u32,
+        profile: u16,
         /// How many there are.
         known: usize,
     },
@@ -93,7 +93,7 @@ impl Pen {
     }
 }
 
-/// The beam along `passes` in their order, beginning at `time` s: powers, speeds, focus and dwell of each move from the pass'
+/// The beam along a toolpath in its order, beginning at `time` s: powers, speeds and dwell of each move from the pass'
 /// channels, else from its profile and `defaults`; beam off on travels and on the way from pass to pass. Spots are jumped to.
 /// Heights of points are left out: a layer is plane.
 ///
@@ -103,19 +103,20 @@ impl Pen {
 /// ```
 /// use meltpath_geometry::math::DVec3;
 /// use meltpath_thermal::passes::{Defaults, beam_path};
-/// use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag};
-/// let tag = Tag { part: 0, layer: 1, entity: 0 };
-/// let line = |y: f64| vec![DVec3::new(0.0, y, 0.0), DVec3::new(9.8, y, 0.0)];
-/// let passes = [0.0, 0.125].map(|y| Pass::polyline(PassId(0), Role::Fill, tag, line(y)));
+/// use meltpath_toolpath::{Layer, PassHead, Profile, Toolpath};
+/// let mut layer = Layer::new(1, 0.0);
+/// for y in [0.0, 0.125] {
+///     layer.polyline(PassHead::default(), [DVec3::new(0.0, y, 0.0), DVec3::new(9.8, y, 0.0)]);
+/// }
 /// let profile = Profile { speed: 980.0, power: 300.0, ..Profile::default() };
 /// let defaults = Defaults { voltage: 60e3, focus: 4e-3, jump: f64::INFINITY, chord_error: 0.005 };
-/// let path = beam_path(&passes, &[profile], &defaults, 0.0).unwrap();
+/// let toolpath = Toolpath { profiles: vec![profile], layers: vec![layer], ..Toolpath::default() };
+/// let path = beam_path(&toolpath, &defaults, 0.0).unwrap();
 /// assert!((path.end() - 0.02).abs() < 1e-12);
 /// assert_eq!(path.at(0.005).current, 0.005);
 /// ```
 pub fn beam_path(
-    passes: &[Pass],
-    profiles: &[Profile],
+    toolpath: &Toolpath,
     defaults: &Defaults,
     time: f64,
 ) -> Result<BeamPath, PassesError> {
@@ -124,33 +125,30 @@ pub fn beam_path(
         time,
         jump: defaults.jump,
     };
-    for pass in passes {
-        let profile = profiles
-            .get(pass.profile as usize)
-            .ok_or(PassesError::Profile {
-                pass: pass.id.0,
-                profile: pass.profile,
-                known: profiles.len(),
-            })?;
-        draw(&mut pen, pass, profile, defaults)?;
+    for pass in toolpath.passes() {
+        let profile = toolpath.profiles.get(usize::from(pass.head.profile));
+        let profile = profile.ok_or(PassesError::Profile {
+            pass: pass.head.id.0,
+            profile: pass.head.profile,
+            known: toolpath.profiles.len(),
+        })?;
+        draw(&mut pen, &pass, profile, defaults)?;
     }
     Ok(BeamPath::new(pen.points)?)
 }
 
 fn draw(
     pen: &mut Pen,
-    pass: &Pass,
+    pass: &Pass<'_>,
     profile: &Profile,
     defaults: &Defaults,
 ) -> Result<(), PassesError> {
-    let of =
-        |channel: &Option<Vec<f64>>, i: usize| channel.as_ref().and_then(|c| c.get(i).copied());
-    let channels = &pass.channels;
-    for (index, kind) in pass.moves.iter().enumerate() {
-        let speed = of(&channels.speed, index).unwrap_or(profile.speed);
-        let power = of(&channels.power, index).unwrap_or(profile.power);
+    for (index, kind) in pass.moves().enumerate() {
+        let value = |channel, else_: f64| pass.value(channel, index).unwrap_or(else_);
+        let speed = value(Channel::Speed, profile.speed);
+        let power = value(Channel::Power, profile.power);
         let wrong = |what, value, range| PassesError::Value {
-            pass: pass.id.0,
+            pass: pass.head.id.0,
             index,
             what,
             value,
@@ -165,11 +163,11 @@ fn draw(
             y: pass.points[index].y,
             voltage: defaults.voltage,
             current: power / defaults.voltage,
-            focus: of(&channels.focus, index).unwrap_or(defaults.focus),
-            on: pass.role != Role::Travel,
+            focus: defaults.focus,
+            on: pass.head.role.deposits(),
         };
         let end = pass.points[index + 1];
-        if let Move::Spot { time } = *kind {
+        if let Move::Spot { time } = kind {
             if !(time >= 0.0 && time.is_finite()) {
                 return Err(wrong("the time of a spot (s)", time, "0 or more"));
             }
@@ -199,7 +197,8 @@ fn draw(
             pen.line_to(from, [to.x, to.y], speed);
             (from.x, from.y) = (to.x, to.y);
         }
-        if let Some(dwell) = of(&channels.dwell, index).filter(|d| *d > 0.0) {
+        let dwell = value(Channel::Dwell, profile.dwell);
+        if dwell > 0.0 {
             pen.time += dwell;
             pen.put(from);
         }
@@ -211,7 +210,7 @@ fn draw(
 mod tests {
     use super::*;
     use meltpath_geometry::math::DVec3;
-    use meltpath_toolpath::{Channels, PassId, Tag};
+    use meltpath_toolpath::{Layer, PassHead, PassId, Role};
     use proptest::prelude::*;
 
     const DEFAULTS: Defaults = Defaults {
@@ -220,11 +219,14 @@ mod tests {
         jump: 1e4,
         chord_error: 1e-3,
     };
-    const TAG: Tag = Tag {
-        part: 0,
-        layer: 1,
-        entity: 0,
-    };
+
+    fn toolpath(layer: Layer) -> Toolpath {
+        Toolpath {
+            profiles: vec![profile()],
+            layers: vec![layer],
+            ..Toolpath::default()
+        }
+    }
 
     fn profile() -> Profile {
         Profile {
@@ -238,12 +240,13 @@ mod tests {
         /// Energy and duration are those of the passes and the jumps between them.
         #[test]
         fn energy_and_time_add_up(ends in prop::collection::vec((-5.0..5.0_f64, -5.0..5.0_f64, 0.1..3.0_f64), 1..12)) {
-            let passes: Vec<Pass> = ends.iter().map(|&(x, y, l)| {
-                Pass::polyline(PassId(7), Role::Fill, TAG, vec![DVec3::new(x, y, 0.0), DVec3::new(x + l, y, 0.0)])
-            }).collect();
-            let path = beam_path(&passes, &[profile()], &DEFAULTS, 0.25).unwrap();
+            let mut layer = Layer::new(1, 0.0);
+            for &(x, y, l) in &ends {
+                layer.polyline(PassHead::default(), [DVec3::new(x, y, 0.0), DVec3::new(x + l, y, 0.0)]);
+            }
+            let path = beam_path(&toolpath(layer), &DEFAULTS, 0.25).unwrap();
             let drawn: f64 = ends.iter().map(|e| e.2 / 1000.0).sum();
-            let jumped: f64 = passes.windows(2).map(|w| w[0].points[1].distance(w[1].points[0]) / 1e4).sum();
+            let jumped: f64 = ends.windows(2).map(|w| (w[0].0 + w[0].2 - w[1].0).hypot(w[0].1 - w[1].1) / 1e4).sum();
             prop_assert!((path.end() - 0.25 - drawn - jumped).abs() < 1e-9);
             let heated: f64 = path.points().windows(2).filter(|w| w[0].on)
                 .map(|w| w[0].voltage * w[0].current * (w[1].time - w[0].time)).sum();
@@ -253,29 +256,21 @@ mod tests {
 
     #[test]
     fn arcs_spots_and_channels_are_followed() {
-        let mut pass = Pass::polyline(
-            PassId(3),
-            Role::Contour,
-            TAG,
-            vec![
-                DVec3::new(1.0, 0.0, 0.0),
-                DVec3::new(-1.0, 0.0, 0.0),
-                DVec3::new(0.0, 3.0, 0.0),
-            ],
-        );
-        pass.moves = vec![
-            Move::Arc {
-                via: DVec3::new(0.0, 1.0, 0.0),
-            },
-            Move::Spot { time: 0.001 },
-        ];
-        pass.channels = Channels {
-            speed: Some(vec![500.0, 500.0]),
-            power: Some(vec![600.0, 120.0]),
-            focus: Some(vec![0.0, 7e-3]),
-            ..Channels::default()
+        let drawn = |speed: f64| {
+            let mut layer = Layer::new(1, 0.0);
+            let head = PassHead {
+                id: PassId(3),
+                role: Role::Contour,
+                ..PassHead::default()
+            };
+            let mut pass = layer.begin(head, DVec3::new(1.0, 0.0, 0.0));
+            pass.arc_to(DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
+            pass.set(Channel::Speed, speed).set(Channel::Power, 600.0);
+            pass.go(Move::Spot { time: 0.001 }, DVec3::new(0.0, 3.0, 0.0));
+            pass.set(Channel::Speed, speed).set(Channel::Power, 120.0);
+            beam_path(&toolpath(layer), &DEFAULTS, 0.0)
         };
-        let path = beam_path(&[pass.clone()], &[profile()], &DEFAULTS, 0.0).unwrap();
+        let path = drawn(500.0).unwrap();
         let arc = std::f64::consts::PI / 500.0;
         let jump = 1.0_f64.hypot(3.0) / 1e4;
         assert!(
@@ -287,10 +282,9 @@ mod tests {
         assert!((half.y - 1.0).abs() < 2e-3 && half.on && half.current == 0.01);
         let spot = path.at(path.end() - 5e-4);
         assert_eq!((spot.x, spot.y, spot.on), (0.0, 3.0, true));
-        assert_eq!((spot.current, spot.focus), (0.002, 7e-3));
+        assert_eq!((spot.current, spot.focus), (0.002, 4e-3));
         assert!(!path.at(arc + 0.5 * jump).on);
-        pass.channels.speed = Some(vec![0.0, 0.0]);
-        let refused = beam_path(&[pass], &[profile()], &DEFAULTS, 0.0).unwrap_err();
+        let refused = drawn(0.0).unwrap_err();
         assert!(
             refused
                 .to_string()

@@ -11,12 +11,12 @@ use meltpath_geometry::{Plane, Region};
 use meltpath_planning::powder::modulation::{Modulation, Ramp, hatch_energy};
 use meltpath_planning::powder::nested::EnergyField;
 use meltpath_planning::{
-    ContourOrder, FillSettings, Layer, LayerDirection, LineAngle, LineDirection, LineOrder,
-    PassIds, PlanError, Spacing, StartPoints, Strategy, plan_layer,
+    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, PassIds,
+    PlanError, Spacing, StartPoints, Strategy, plan_layer,
 };
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::passes::{Defaults, PassesError, beam_path};
-use meltpath_toolpath::{Move, Pass, Profile, Toolpath};
+use meltpath_toolpath::{Channel, Layer, Profile, Toolpath};
 
 use super::region::Below;
 use crate::job::ebm::{HatchStrategy, HatchTable, ModulationTable};
@@ -286,7 +286,7 @@ impl Hatch {
             // a tenth of a spacing: contours stay within a hundredth of it
             m.field(region, number, self.layer, 0.1 * self.spacing)
         });
-        let mut passes = match self.strategy {
+        let mut path = match self.strategy {
             HatchStrategy::Modulated => {
                 let field = field.as_ref().ok_or(HatchError::NotModulated)?;
                 self.nested(field, number)?
@@ -298,15 +298,13 @@ impl Hatch {
                 self.plan(std::slice::from_ref(region), strategy, number, reporter)?
             }
         };
-        if passes.is_empty() {
+        if path.is_empty() {
             return Err(HatchError::Nothing {
                 spacing: self.spacing,
             });
         }
         if let (Some(field), true) = (&field, self.strategy != HatchStrategy::Modulated) {
-            for pass in &mut passes {
-                self.slow(pass, field);
-            }
+            path = self.slowed(path, field);
         }
         Ok(Toolpath {
             profiles: vec![Profile {
@@ -315,7 +313,8 @@ impl Hatch {
                 power: self.power,
                 ..Profile::default()
             }],
-            passes,
+            layers: vec![path],
+            ..Toolpath::default()
         })
     }
 
@@ -344,10 +343,8 @@ impl Hatch {
         reporter: &Reporter,
     ) -> Result<BeamPath, HatchError> {
         let ids = PassIds { part: 0 };
-        let mut whole = Toolpath {
-            profiles: Vec::new(),
-            passes: Vec::new(),
-        };
+        let mut profiles = Vec::new();
+        let mut whole = Layer::new(number, 0.0);
         let mut narrow: Vec<f64> = Vec::new();
         let beyond = match self.overrun {
             overrun if overrun > 0.0 => outset(regions, overrun, CORNERS)?,
@@ -362,14 +359,14 @@ impl Hatch {
                 }
                 other => other?,
             };
-            whole.profiles = toolpath.profiles;
-            for mut pass in toolpath.passes {
+            for mut pass in toolpath.passes() {
                 if regions.len() > 1 {
-                    pass.id = ids.id(number, whole.passes.len())?;
-                    pass.neighbours.clear();
+                    pass = pass.alone();
+                    pass.head.id = ids.id(number, whole.len())?;
                 }
-                whole.passes.push(pass);
+                whole.push(pass);
             }
+            profiles = toolpath.profiles;
         }
         if narrow.len() == regions.len() {
             return Err(HatchError::Nothing {
@@ -389,7 +386,12 @@ impl Hatch {
                 "a smaller hatch.spacing draws them",
             );
         }
-        Ok(beam_path(&whole.passes, &whole.profiles, &self.beam, 0.0)?)
+        let whole = Toolpath {
+            profiles,
+            layers: vec![whole],
+            ..Toolpath::default()
+        };
+        Ok(beam_path(&whole, &self.beam, 0.0)?)
     }
 
     fn fill(&self, angle: f64, contours: u32) -> Strategy {
@@ -429,9 +431,9 @@ impl Hatch {
         strategy: Strategy,
         number: u32,
         reporter: &Reporter,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let plane = Plane::horizontal(0.0);
-        let layer = Layer {
+        let layer = meltpath_planning::Layer {
             number,
             plane: &plane,
             regions,
@@ -447,36 +449,31 @@ impl Hatch {
             tolerance: 0.02 * self.spacing,
             ..FillSettings::new(self.spacing, self.spacing)
         };
-        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.passes)
+        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.path)
     }
 
     /// Speed, or time on a spot, so that the energy follows the field; pieces of at most a spacing.
-    fn slow(&self, pass: &mut Pass, field: &EnergyField) {
+    fn slowed(&self, mut path: Layer, field: &EnergyField) -> Layer {
         let nominal = self.energy();
         let share = |p: DVec3| (field.at(p.truncate()) / nominal).clamp(0.05, 1.0);
         if self.strategy == HatchStrategy::Spots {
-            for (kind, point) in pass.moves.iter_mut().zip(&pass.points[1..]) {
-                if let Move::Spot { time } = kind {
-                    *time *= share(*point);
+            path.set_spot_times(|at, time| time * share(at));
+            return path;
+        }
+        let mut slowed = Layer::new(path.number, path.height);
+        for pass in path.passes() {
+            let mut to = slowed.begin(pass.head, pass.points[0]);
+            let (flat, _) = pass.flatten(self.beam.chord_error);
+            for w in flat.windows(2) {
+                let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
+                for n in 1..=pieces {
+                    let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
+                    to.line_to(at(n as f64));
+                    to.set(Channel::Speed, self.speed / share(at(n as f64 - 0.5)));
                 }
             }
-            return;
         }
-        let (flat, _) = pass.flatten(self.beam.chord_error);
-        let mut points: Vec<DVec3> = flat.first().copied().into_iter().collect();
-        let mut speeds = Vec::new();
-        for w in flat.windows(2) {
-            let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
-            for n in 1..=pieces {
-                let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
-                points.push(at(n as f64));
-                speeds.push(self.speed / share(at(n as f64 - 0.5)));
-            }
-        }
-        pass.moves = vec![Move::Line; speeds.len()];
-        pass.points = points;
-        pass.channels.speed = Some(speeds);
-        pass.neighbours.clear();
+        slowed
     }
 }
 
@@ -590,7 +587,7 @@ mod tests {
         let passes = hatch(HatchStrategy::Spots)
             .passes(&region, 1, &Reporter::new())
             .unwrap();
-        let points = &passes.passes[0].points[1..];
+        let points = &passes.layers[0].pass(0).points[1..];
         assert_eq!(points.len(), 32 * 32);
         let near = points
             .windows(2)

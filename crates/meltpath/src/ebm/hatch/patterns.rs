@@ -7,7 +7,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::raster::{Grid, rasterise};
 use meltpath_planning::PassIds;
 use meltpath_planning::powder::nested::EnergyField;
-use meltpath_toolpath::{Move, Pass, Role, Tag};
+use meltpath_toolpath::{Layer, Move, PassHead, Role};
 
 use super::{Hatch, HatchError};
 
@@ -18,7 +18,7 @@ impl Hatch {
         number: u32,
         angle: f64,
         reporter: &Reporter,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let [low, size] = bounds(region);
         let counts = (size / self.island).ceil();
         if counts.x * counts.y > 1e5 {
@@ -27,7 +27,7 @@ impl Hatch {
         // squares share out what a whole number of them leaves over
         let edge = size / counts.max(DVec2::ONE);
         let ids = PassIds { part: 0 };
-        let mut passes = Vec::new();
+        let mut path = Layer::new(number, 0.0);
         for colour in 0..2_u32 {
             let mut squares = Vec::new();
             for j in 0..counts.y as u32 {
@@ -43,31 +43,28 @@ impl Hatch {
             }
             let islands = intersection(std::slice::from_ref(region), &squares)?;
             let turned = angle + f64::from(colour) * std::f64::consts::FRAC_PI_2;
-            for mut pass in self.plan(&islands, self.fill(turned, 0), number, reporter)? {
-                pass.id = ids.id(number, passes.len())?;
-                pass.neighbours.clear();
-                passes.push(pass);
+            let lines = self.plan(&islands, self.fill(turned, 0), number, reporter)?;
+            for pass in lines.passes() {
+                let mut pass = pass.alone();
+                pass.head.id = ids.id(number, path.len())?;
+                path.push(pass);
             }
         }
-        Ok(passes)
+        Ok(path)
     }
 
     /// Nested contours from the boundary inwards; each begins near the end of the one before and runs against it.
-    pub(super) fn nested(&self, field: &EnergyField, number: u32) -> Result<Vec<Pass>, HatchError> {
+    pub(super) fn nested(&self, field: &EnergyField, number: u32) -> Result<Layer, HatchError> {
         let ids = PassIds { part: 0 };
-        let tag = Tag {
-            part: 0,
-            layer: number,
-            entity: 0,
-        };
-        let mut passes: Vec<Pass> = Vec::new();
+        let mut path = Layer::new(number, 0.0);
         for (level, mut rings) in field
             .contours(self.power / (self.speed * self.layer))
             .into_iter()
             .enumerate()
         {
             while !rings.is_empty() {
-                let end = passes.last().and_then(|p| p.points.last().copied());
+                let last = path.passes().next_back();
+                let end = last.and_then(|p| p.points.last().copied());
                 let end = end.map_or(rings[0][0], DVec3::truncate);
                 let near = |ring: &Vec<DVec2>| {
                     let far = |n: &usize| ring[*n].distance_squared(end);
@@ -87,12 +84,15 @@ impl Hatch {
                 if level % 2 == 1 {
                     ring.reverse();
                 }
-                let id = ids.id(number, passes.len())?;
-                let points = ring.iter().map(|p| p.extend(0.0)).collect();
-                passes.push(Pass::polyline(id, Role::Contour, tag, points));
+                let head = PassHead {
+                    id: ids.id(number, path.len())?,
+                    role: Role::Contour,
+                    ..PassHead::default()
+                };
+                path.polyline(head, ring.iter().map(|p| p.extend(0.0)));
             }
         }
-        Ok(passes)
+        Ok(path)
     }
 
     /// One pass of spots, ordered so that each lies far from those just before: of every fourth column and row first, the
@@ -102,7 +102,7 @@ impl Hatch {
         region: &Region,
         number: u32,
         angle: f64,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let back = DVec2::from_angle(-angle);
         let turned = |ring: &Vec<DVec2>| ring.iter().map(|p| back.rotate(*p)).collect();
         let flat = Region {
@@ -123,25 +123,25 @@ impl Hatch {
         let mut cells: Vec<(usize, usize)> = rasterise(&[flat], &grid).cells().collect();
         cells.sort_by_key(|&(i, j)| (DISPERSED[j % 4][i % 4], j, i));
         let forth = DVec2::from_angle(angle);
-        let mut points: Vec<DVec3> = cells
+        let mut points = cells
             .iter()
             .map(|&(i, j)| grid.origin + self.spacing * DVec2::new(i as f64, j as f64))
             .map(|p| forth.rotate(p).extend(0.0))
-            .collect();
-        let Some(first) = points.first().copied() else {
-            return Ok(Vec::new());
+            .peekable();
+        let mut path = Layer::new(number, 0.0);
+        let Some(first) = points.peek().copied() else {
+            return Ok(path);
         };
-        let moves = vec![Move::Spot { time: self.dwell }; points.len()];
-        points.insert(0, first);
-        let tag = Tag {
-            part: 0,
-            layer: number,
-            entity: 0,
+        let head = PassHead {
+            id: PassIds { part: 0 }.id(number, 0)?,
+            role: Role::Fill,
+            ..PassHead::default()
         };
-        let id = PassIds { part: 0 }.id(number, 0)?;
-        let mut pass = Pass::polyline(id, Role::Fill, tag, points);
-        pass.moves = moves;
-        Ok(vec![pass])
+        let mut pass = path.begin(head, first);
+        for point in points {
+            pass.go(Move::Spot { time: self.dwell }, point);
+        }
+        Ok(path)
     }
 }
 
