@@ -3,18 +3,32 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use meltpath_programs::cli;
+use meltpath_programs::cli::{CliError, Form, Reader, Writer};
+use meltpath_toolpath::Layer;
+
+fn read(bytes: &[u8]) -> Result<Vec<Layer>, CliError> {
+    Reader::new(bytes)?.collect()
+}
+
+fn written(layers: &[Layer], form: Form) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let mut writer = Writer::new(&mut bytes, form, &Default::default(), Some(layers.len()))?;
+    for layer in layers {
+        writer.layer(layer)?;
+    }
+    writer.finish()?;
+    Ok(bytes)
+}
 
 fuzz_target!(|bytes: &[u8]| {
-    let Ok(file) = cli::parse(bytes) else {
+    let Ok(layers) = read(bytes) else {
         return;
     };
-    if let Ok(text) = cli::write_ascii(&file) {
-        let again = cli::parse(text.as_bytes()).expect("what is written can be read");
-        assert_eq!(again.layers, file.layers);
+    if let Ok(text) = written(&layers, Form::Ascii) {
+        assert_eq!(read(&text).expect("what is written can be read"), layers);
     }
-    if let Ok(binary) = cli::write_binary(&file) {
-        let again = cli::parse(&binary).expect("what is written can be read");
-        assert_eq!(again.layers.len(), file.layers.len());
+    if let Ok(binary) = written(&layers, Form::Binary) {
+        let again = read(&binary).expect("what is written can be read");
+        assert_eq!(again.len(), layers.len());
     }
 });

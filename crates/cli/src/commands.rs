@@ -371,7 +371,7 @@ fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
     line(&format!(
         "{}: {} (test {})",
         subject.name(),
-        health::words(outcome.rating),
+        outcome.rating.words(),
         outcome.tests
     ));
     line(&format!(

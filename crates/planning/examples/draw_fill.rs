@@ -245,8 +245,8 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
     line(format!(
         "<path d=\"{outline}\" fill=\"#ddd\" fill-rule=\"evenodd\" stroke=\"black\" stroke-width=\"0.3\"/>"
     ));
-    let count = plan.passes.len().max(2) as f64 - 1.0;
-    for (i, pass) in plan.passes.iter().enumerate() {
+    let count = plan.path.len().max(2) as f64 - 1.0;
+    for (i, pass) in plan.path.passes().enumerate() {
         let (points, _) = pass.flatten(0.01);
         let hue = 240.0 * (1.0 - i as f64 / count);
         let mut path = String::new();
@@ -266,7 +266,7 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
         line(format!(
             "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},90%,35%)\" stroke-width=\"0.4\"/>"
         ));
-        for p in &pass.points {
+        for p in pass.points {
             line(format!(
                 "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"0.45\" fill=\"hsl({hue:.0},90%,25%)\"/>",
                 p.x, p.y
@@ -290,12 +290,11 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
     let covered: f64 = plan.coverage.iter().map(|c| c.covered_area).sum();
     let outside: f64 = plan.coverage.iter().map(|c| c.outside_area).sum();
     let arcs = plan
-        .passes
-        .iter()
-        .flat_map(|p| &p.moves)
-        .filter(|m| matches!(m, Move::Arc { .. }))
-        .count();
-    let moves: usize = plan.passes.iter().map(|p| p.moves.len()).sum();
+        .path
+        .passes()
+        .map(|p| p.moves().filter(|m| matches!(m, Move::Arc { .. })).count())
+        .sum::<usize>();
+    let moves: usize = plan.path.passes().map(|p| p.move_count()).sum();
     let fill = plan
         .coverage
         .iter()
@@ -306,7 +305,7 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
         "<text x=\"{}\" y=\"{}\" font-size=\"3.5\">{title}: {} passes, {moves} moves ({arcs} arcs), covered {:.2} %, outside {:.2} %, fill {fill:.3}</text>",
         low.x + 2.0,
         low.y + size.y + 4.0,
-        plan.passes.len(),
+        plan.path.len(),
         100.0 * covered / area,
         100.0 * outside / area
     ));

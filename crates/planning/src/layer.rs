@@ -5,9 +5,8 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Plane, Region};
-use meltpath_toolpath::{Move, Pass, PassId, Tag};
+use meltpath_toolpath::{Move, PassHead, PassId};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::coverage::{Coverage, coverage};
 use crate::error::PlanError;
@@ -56,12 +55,10 @@ impl PassIds {
 }
 
 /// The plan of a layer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LayerPlan {
-    /// Counted from 1.
-    pub layer: u32,
-    /// The beads in order of execution.
-    pub passes: Vec<Pass>,
+    /// The beads in order of execution; their points bear their own heights.
+    pub path: meltpath_toolpath::Layer,
     /// How each region is covered.
     pub coverage: Vec<Coverage>,
     /// The settings that made it.
@@ -119,32 +116,34 @@ pub fn plan_layer(
             );
         }
     }
-    let mut passes = Vec::new();
+    let mut path = meltpath_toolpath::Layer::new(layer.number, 0.0);
     for region in visiting_order(&filled) {
-        for bead in std::mem::take(&mut filled[region]) {
-            let tag = Tag {
+        for (number, bead) in std::mem::take(&mut filled[region]).iter().enumerate() {
+            let head = PassHead {
+                id: ids.id(layer.number, path.len())?,
                 part: ids.part,
-                layer: layer.number,
                 entity: region as u32,
+                bead: number as u32,
+                profile: 0,
+                role: bead.role,
             };
-            let id = ids.id(layer.number, passes.len())?;
-            passes.push(pass(id, tag, &bead, layer.plane, settings));
+            write(&mut path, head, bead, layer.plane, settings);
         }
     }
-    pace::adapt(&mut passes, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
+    let mut path =
+        pace::adapted(path, layer.regions, layer.plane, settings, reporter).map_err(outline)?;
     for c in coverage.iter_mut().filter(|c| c.area > 0.0) {
         let nominal = settings.paces.map_or(1.0, |p| p.nominal);
-        let long: f64 = passes
-            .iter()
-            .filter(|p| p.tag.entity == c.region)
-            .map(|p| nominal_length(p, nominal))
+        let long: f64 = path
+            .passes()
+            .filter(|p| p.head.entity == c.region)
+            .map(|p| nominal_length(&p, nominal))
             .sum();
         c.fill_ratio = long * settings.stepover / c.area;
     }
-    neighbours::find(&mut passes, layer.plane, settings.width, settings.tolerance);
+    neighbours::find(&mut path, layer.plane, settings.width, settings.tolerance);
     Ok(LayerPlan {
-        layer: layer.number,
-        passes,
+        path,
         coverage,
         settings: *settings,
     })
@@ -199,27 +198,27 @@ fn visiting_order(filled: &[Vec<Bead>]) -> Vec<usize> {
     order
 }
 
-/// The bead as a pass of lines and arcs.
-fn pass(id: PassId, tag: Tag, bead: &Bead, plane: &Plane, settings: &FillSettings) -> Pass {
+/// Writes a bead as a pass of lines and arcs.
+fn write(
+    path: &mut meltpath_toolpath::Layer,
+    head: PassHead,
+    bead: &Bead,
+    plane: &Plane,
+    settings: &FillSettings,
+) {
     let tolerance = Tolerance {
         distance: bead.tolerance,
         facet: settings.facet(),
         corner: CORNER,
     };
-    let pieces = fit(&bead.points, tolerance);
-    let mut points = vec![plane.from_local(bead.points[0])];
-    let mut moves = Vec::with_capacity(pieces.len());
-    for piece in pieces {
-        points.push(plane.from_local(piece.end));
-        moves.push(match piece.shape {
+    let mut pass = path.begin(head, plane.from_local(bead.points[0]));
+    for piece in fit(&bead.points, tolerance) {
+        let shape = match piece.shape {
             Shape::Line => Move::Line,
             Shape::Arc { via } => Move::Arc {
                 via: plane.from_local(via),
             },
-        });
-    }
-    Pass {
-        moves,
-        ..Pass::polyline(id, bead.role, tag, points)
+        };
+        pass.go(shape, plane.from_local(piece.end));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use meltpath_geometry::Plane;
 use meltpath_geometry::math::DVec2;
-use meltpath_toolpath::{Neighbour, Pass, Side};
+use meltpath_toolpath::{Layer, Neighbour, Side};
 
 use crate::outline::nearest_share;
 
@@ -77,10 +77,10 @@ impl Index {
 }
 
 /// Fills in the neighbours of all passes of a layer.
-pub(crate) fn find(passes: &mut [Pass], plane: &Plane, width: f64, tolerance: f64) {
+pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) {
     let reach = REACH_IN_WIDTHS * width;
-    let lines: Vec<(Vec<DVec2>, Vec<f64>)> = passes
-        .iter()
+    let lines: Vec<(Vec<DVec2>, Vec<f64>)> = path
+        .passes()
         .map(|pass| {
             let (points, along) = pass.flatten(tolerance);
             (
@@ -110,7 +110,8 @@ pub(crate) fn find(passes: &mut [Pass], plane: &Plane, width: f64, tolerance: f6
         .collect();
     let index = Index::new(reach, segments);
     let mut found = Vec::new();
-    let mut all = Vec::with_capacity(passes.len());
+    let ids: Vec<_> = path.passes().map(|p| p.head.id).collect();
+    let mut all = Vec::new();
     for (me, (points, along)) in lines.iter().enumerate() {
         let total = along.last().copied().unwrap_or(0.0);
         let n = (total / width * SAMPLES_PER_WIDTH).ceil().max(1.0) as usize;
@@ -181,22 +182,19 @@ pub(crate) fn find(passes: &mut [Pass], plane: &Plane, width: f64, tolerance: f6
             mine.extend(run.map(|r| (side, r)));
         }
         mine.sort_by(|a, b| a.1.from.total_cmp(&b.1.from).then(a.0.cmp(&b.0)));
-        all.push(mine);
-    }
-    let names: Vec<_> = passes.iter().map(|p| (p.id, p.tag.layer)).collect();
-    for (pass, mine) in passes.iter_mut().zip(all) {
-        pass.neighbours = mine
-            .into_iter()
-            .map(|(side, run)| Neighbour {
+        all.extend(mine.into_iter().map(|(side, run)| {
+            let beside = Neighbour {
                 from: run.from,
                 to: run.to,
                 side: if side == 0 { Side::Left } else { Side::Right },
-                pass: names[run.pass].0,
+                pass: ids[run.pass],
                 distance: run.sum / f64::from(run.count),
-                layer: names[run.pass].1,
-            })
-            .collect();
+                layer: path.number,
+            };
+            (me as u32, beside)
+        }));
     }
+    path.set_neighbours(all);
 }
 
 /// A stretch along which one pass is the nearest on one side.

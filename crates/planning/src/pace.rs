@@ -10,7 +10,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::inset;
 use meltpath_geometry::raster::{Grid, Mask, rasterise};
 use meltpath_geometry::{Plane, Region};
-use meltpath_toolpath::{Move, Pass};
+use meltpath_toolpath::{Channel, Layer, Move, Pass};
 
 use crate::outline::nearest_share;
 use crate::settings::{FillSettings, Paces, Spacing};
@@ -39,16 +39,16 @@ const SHORTEST: f64 = 0.5;
 /// Length of a pass at its nominal speed that lays as much metal, mm: moves at twice the speed count half.
 ///
 /// `nominal` is the speed of the pass' profile, mm/s.
-pub fn nominal_length(pass: &Pass, nominal: f64) -> f64 {
-    match &pass.channels.speed {
-        None => pass.length(),
-        Some(speeds) => (0..pass.moves.len())
-            .map(|i| {
-                let speed = speeds.get(i).copied().unwrap_or(nominal);
-                pass.move_length(i) * nominal / speed
-            })
-            .sum(),
+pub fn nominal_length(pass: &Pass<'_>, nominal: f64) -> f64 {
+    if !pass.says(Channel::Speed) {
+        return pass.length();
     }
+    (0..pass.move_count())
+        .map(|i| {
+            let speed = pass.value(Channel::Speed, i).unwrap_or(nominal);
+            pass.move_length(i) * nominal / speed
+        })
+        .sum()
 }
 
 /// A short straight piece of a bead.
@@ -63,49 +63,52 @@ struct Sample {
     room: f64,
 }
 
-/// Gives the passes of a layer their speeds, where the settings say which speeds the bead can take.
-pub(crate) fn adapt(
-    passes: &mut [Pass],
+/// The passes of a layer with their speeds, where the settings say which speeds the bead can take.
+pub(crate) fn adapted(
+    path: Layer,
     regions: &[Region],
     plane: &Plane,
     settings: &FillSettings,
     reporter: &Reporter,
-) -> Result<(), PlanarError> {
+) -> Result<Layer, PlanarError> {
     let Some(paces) = settings.paces else {
-        return Ok(());
+        return Ok(path);
     };
-    if settings.spacing == Spacing::Exact || passes.is_empty() {
-        return Ok(());
+    if settings.spacing == Spacing::Exact || path.is_empty() {
+        return Ok(path);
     }
-    let mut samples = sampled(passes, plane, settings);
+    let mut samples = sampled(&path, plane, settings);
     let Some(grid) = grid(&samples, settings) else {
         reporter.warn(
             "speeds-not-adapted",
             "a layer is too large for its beads: they keep one travel speed",
             "split the part, or choose a wider bead",
         );
-        return Ok(());
+        return Ok(path);
     };
     let fed_to = inset(regions, (0.5 - FREE_EDGE) * settings.width, settings.join())?;
     share_out(&mut samples, &grid, &rasterise(&fed_to, &grid), settings);
     let room: f64 = samples.iter().map(|s| s.room).sum();
     let mean = room / samples.iter().map(|s| s.to - s.from).sum::<f64>();
     let mut first = 0;
-    for (i, pass) in passes.iter_mut().enumerate() {
+    let mut paced = Layer::new(path.number, path.height);
+    for (i, pass) in path.passes().enumerate() {
         let count = samples[first..].iter().take_while(|s| s.pass == i).count();
         let runs = runs(&samples[first..first + count], mean, paces, settings);
         first += count;
         if runs.iter().any(|r| r.level != 0) {
-            write(pass, &runs, paces);
+            write(&mut paced, &pass, &runs, paces);
+        } else {
+            paced.push(pass);
         }
     }
-    Ok(())
+    Ok(paced)
 }
 
-fn sampled(passes: &[Pass], plane: &Plane, settings: &FillSettings) -> Vec<Sample> {
+fn sampled(path: &Layer, plane: &Plane, settings: &FillSettings) -> Vec<Sample> {
     let mut samples = Vec::new();
     let step = settings.width / SAMPLES_PER_WIDTH;
-    for (i, pass) in passes.iter().enumerate() {
+    for (i, pass) in path.passes().enumerate() {
         let (points, along) = pass.flatten(settings.tolerance);
         for (s, l) in points.windows(2).zip(along.windows(2)) {
             let [p, q] = [s[0], s[1]].map(|p| plane.to_local(p).truncate());
@@ -254,14 +257,12 @@ fn merged(mut runs: Vec<Run>, shortest: f64) -> Vec<Run> {
     }
 }
 
-/// Cuts the moves of a pass where its speed changes and writes the speeds.
-fn write(pass: &mut Pass, runs: &[Run], paces: Paces) {
-    let mut points = vec![pass.points[0]];
-    let mut moves = Vec::with_capacity(pass.moves.len() + runs.len());
-    let mut speeds = Vec::with_capacity(pass.moves.len() + runs.len());
+/// Writes a pass with its moves cut where its speed changes, and the speeds.
+fn write(to: &mut Layer, pass: &Pass<'_>, runs: &[Run], paces: Paces) {
+    let mut to = to.begin(pass.head, pass.points[0]);
     let mut start = 0.0;
     let mut at = 0;
-    for i in 0..pass.moves.len() {
+    for i in 0..pass.move_count() {
         let arc = pass.arc(i);
         let long = pass.move_length(i);
         // cuts within a hundredth of a millimetre of an end would leave moves of no length
@@ -277,18 +278,19 @@ fn write(pass: &mut Pass, runs: &[Run], paces: Paces) {
             if end - done > margin || end >= long {
                 let share = |s: f64| s / long;
                 let (a, b) = (pass.points[i], pass.points[i + 1]);
-                points.push(match &arc {
+                let point = match &arc {
                     _ if end >= long => b,
                     Some(arc) => arc.at(share(end)),
                     None => a.lerp(b, share(end)),
-                });
-                moves.push(match &arc {
+                };
+                let shape = match &arc {
                     Some(arc) => Move::Arc {
                         via: arc.at(share(0.5 * (done + end))),
                     },
-                    None => pass.moves[i],
-                });
-                speeds.push(paces.nominal * STEP.powi(runs[at].level));
+                    None => pass.move_at(i),
+                };
+                let speed = paces.nominal * STEP.powi(runs[at].level);
+                to.go(shape, point).set(Channel::Speed, speed);
                 done = end;
             }
             if end >= long {
@@ -298,7 +300,4 @@ fn write(pass: &mut Pass, runs: &[Run], paces: Paces) {
         }
         start += long;
     }
-    pass.points = points;
-    pass.moves = moves;
-    pass.channels.speed = Some(speeds);
 }

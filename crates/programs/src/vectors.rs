@@ -1,12 +1,17 @@
-//! Vector lists: the moves of a scan head as comma-separated values, one straight move a line.
+//! Vector lists: the moves of a scan head as comma-separated values, one straight move a line, read and written layer by layer.
 //!
 //! The form is this project's: a heading line, then one line for each vector with where it ends. `kind`, `x [mm]` and `y [mm]` are
 //! needed; `z [mm]`, `speed [mm/s]`, `power [W]`, `wait [s]`, `part`, `layer` and `height [mm]` are not, and may be blank in any
 //! line. The first vector of each layer is a `start`. Commas, semicolons or tabs separate; `#` begins a comment.
 
-use std::fmt::Write as _;
+use std::collections::BTreeSet;
+use std::io::{self, BufRead, Write};
 
 use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::{Channel, Layer, Move, Pass, PassHead, PassId, PassWriter, Role};
+
+/// Distance between an arc and the vectors in its place, mm.
+const CHORD_ERROR: f64 = 5e-4;
 
 /// Why a vector list cannot be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -18,66 +23,49 @@ pub struct VectorListError {
     pub what: String,
 }
 
-/// What a vector is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Where the head stands when a layer begins.
-    Start,
-    /// Marks a contour.
-    Contour,
-    /// Marks a line of a fill.
-    Fill,
-    /// Goes elsewhere, laser off.
-    Jump,
-    /// Goes from one line of a fill to the next, laser off.
-    Connection,
-    /// Runs up to or out of a line, laser off.
-    Run,
+/// Why a layer cannot be written as a vector list.
+#[derive(Debug, thiserror::Error)]
+pub enum VectorWriteError {
+    /// The system refused.
+    #[error("the vector list cannot be written: {0}")]
+    Io(#[from] io::Error),
+    /// A spot is no vector.
+    #[error("layer {layer}: pass {pass} stays on spots, which a vector list cannot hold")]
+    Spot {
+        /// The layer.
+        layer: u32,
+        /// The pass.
+        pass: u32,
+    },
+    /// The vectors of a layer must follow one another.
+    #[error("layer {layer} comes again: a vector list holds each layer once; number it anew")]
+    Again {
+        /// The layer.
+        layer: u32,
+    },
 }
 
-/// The kinds and their words.
-const KINDS: [(Kind, &str); 6] = [
-    (Kind::Start, "start"),
-    (Kind::Contour, "contour"),
-    (Kind::Fill, "fill"),
-    (Kind::Jump, "jump"),
-    (Kind::Connection, "connection"),
-    (Kind::Run, "run"),
+/// Where the head stands when a layer begins.
+const START: &str = "start";
+
+/// Words for what vectors are for.
+const KINDS: [(Role, &str); 5] = [
+    (Role::Contour, "contour"),
+    (Role::Fill, "fill"),
+    (Role::Jump, "jump"),
+    (Role::Connection, "connection"),
+    (Role::Run, "run"),
 ];
 
-impl Kind {
-    /// Its word in the file.
-    pub fn word(self) -> &'static str {
-        KINDS.iter().find(|(k, _)| *k == self).map_or("", |k| k.1)
+/// The word of a role: what deposits elsewhere than along a contour is a fill, what does not is a jump.
+fn word(role: Role) -> &'static str {
+    match role {
+        Role::Contour | Role::Skin => "contour",
+        Role::Fill | Role::Support => "fill",
+        Role::Jump | Role::Travel => "jump",
+        Role::Connection => "connection",
+        Role::Run => "run",
     }
-}
-
-/// One vector, from where the last one ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Vector {
-    /// What it is for.
-    pub kind: Kind,
-    /// Where it ends: x and y in the plane, z the height of the focus over it, mm.
-    pub end: DVec3,
-    /// Speed, mm/s, where the file says it.
-    pub speed: Option<f64>,
-    /// Laser power, W, where the file says it.
-    pub power: Option<f64>,
-    /// Wait at its end, s, where the file says it.
-    pub wait: Option<f64>,
-    /// Number of the part.
-    pub part: u32,
-}
-
-/// The vectors of a layer; the first is its [`Kind::Start`].
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Layer {
-    /// Its number in the file.
-    pub number: u32,
-    /// Height of its top, mm; 0 where the file does not say it.
-    pub height: f64,
-    /// The vectors in order.
-    pub vectors: Vec<Vector>,
 }
 
 /// The columns and their headings.
@@ -95,6 +83,7 @@ const COLUMNS: [&str; 10] = [
 ];
 
 /// Where each column stands in a line.
+#[derive(Debug)]
 struct Heading {
     separator: char,
     at: [Option<usize>; COLUMNS.len()],
@@ -191,44 +180,211 @@ enum Bound {
     From,
 }
 
-/// Reads a vector list.
-///
-/// # Errors
-/// [`VectorListError`] with the line and what to write.
-///
-/// ```
-/// let text = "kind,x [mm],y [mm],speed [mm/s]\nstart,0,0,\ncontour,10,0,1500\ncontour,10,10,\n";
-/// let layers = meltpath_programs::vectors::parse(text).unwrap();
-/// assert_eq!(layers[0].vectors[1].speed, Some(1500.0));
-/// assert_eq!(layers[0].vectors[2].speed, None);
-/// ```
-pub fn parse(text: &str) -> Result<Vec<Layer>, VectorListError> {
-    let mut lines = text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .enumerate()
-        .map(|(k, l)| (k + 1, l.split('#').next().unwrap_or("").trim_end()))
-        .filter(|(_, l)| !l.trim().is_empty());
-    let wrong = |line: usize| move |what: String| VectorListError { line, what };
-    let (line, first) = lines
-        .next()
-        .ok_or_else(|| wrong(1)("the file is empty".to_owned()))?;
-    let heading = Heading::parse(first).map_err(wrong(line))?;
-    let mut layers: Vec<Layer> = Vec::new();
-    for (line, text) in lines {
-        take(&heading, text, &mut layers).map_err(wrong(line))?;
-    }
-    if layers.is_empty() {
-        return Err(wrong(line)(
-            "no vector follows the heading; the first is a `start`".to_owned(),
-        ));
-    }
-    Ok(layers)
+/// A vector as its line says it.
+#[derive(Debug)]
+struct Row {
+    line: usize,
+    word: String,
+    /// `None` for a start.
+    role: Option<Role>,
+    end: DVec3,
+    values: [(Channel, Option<f64>); 3],
+    part: u32,
+    layer: Option<u32>,
+    height: Option<f64>,
 }
 
-/// One line.
-fn take(heading: &Heading, line: &str, layers: &mut Vec<Layer>) -> Result<(), String> {
-    let all: Vec<&str> = line
+/// Reads a vector list: an iterator over its layers. A vector continues the pass of the one before where role and part are the
+/// same. Each layer begins with a jump that goes nowhere: where the head stands. What a line leaves blank the pass leaves
+/// unsaid.
+///
+/// ```
+/// use meltpath_toolpath::Channel;
+/// let text = "kind,x [mm],y [mm],speed [mm/s]\nstart,0,0,\ncontour,10,0,1500\ncontour,10,10,\n";
+/// let mut list = meltpath_programs::vectors::Reader::new(text.as_bytes()).unwrap();
+/// let layer = list.next().unwrap().unwrap();
+/// let contour = layer.pass(1);
+/// assert_eq!(contour.value(Channel::Speed, 0), Some(1500.0));
+/// assert_eq!(contour.value(Channel::Speed, 1), None);
+/// ```
+#[derive(Debug)]
+pub struct Reader<R> {
+    lines: Lines<R>,
+    heading: Heading,
+    ahead: Option<Row>,
+    seen: BTreeSet<u32>,
+    number: u32,
+    passes: u32,
+}
+
+/// Lines without comments, those with something in them.
+#[derive(Debug)]
+struct Lines<R> {
+    from: R,
+    line: usize,
+    text: String,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// The next line that says something is in `text`; false where there is none.
+    fn advance(&mut self) -> Result<bool, VectorListError> {
+        loop {
+            self.text.clear();
+            let read = self.from.read_line(&mut self.text);
+            self.line += 1;
+            let read = read.map_err(|e| match e.kind() {
+                io::ErrorKind::InvalidData => {
+                    self.wrong("this is not text in UTF-8: export it as such")
+                }
+                _ => self.wrong(&format!("it cannot be read: {e}")),
+            })?;
+            if read == 0 {
+                self.line -= 1;
+                return Ok(false);
+            }
+            let said = self.text.split('#').next().unwrap_or("").trim_end();
+            let said = said.trim_start_matches('\u{feff}').to_owned();
+            if !said.trim().is_empty() {
+                self.text = said;
+                return Ok(true);
+            }
+        }
+    }
+
+    fn wrong(&self, what: &str) -> VectorListError {
+        VectorListError {
+            line: self.line,
+            what: what.to_owned(),
+        }
+    }
+}
+
+impl<R: BufRead> Reader<R> {
+    /// Reads the heading and the first line.
+    ///
+    /// # Errors
+    /// [`VectorListError`] with the line and what to write.
+    pub fn new(from: R) -> Result<Self, VectorListError> {
+        let mut lines = Lines {
+            from,
+            line: 0,
+            text: String::new(),
+        };
+        if !lines.advance()? {
+            lines.line = 1;
+            return Err(lines.wrong("the file is empty"));
+        }
+        let heading = Heading::parse(&lines.text).map_err(|what| lines.wrong(&what))?;
+        let at = lines.line;
+        let mut reader = Reader {
+            lines,
+            heading,
+            ahead: None,
+            seen: BTreeSet::new(),
+            number: 1,
+            passes: 0,
+        };
+        reader.ahead = reader.row()?;
+        if reader.ahead.is_none() {
+            reader.lines.line = at;
+            let what = "no vector follows the heading; the first is a `start`";
+            return Err(reader.lines.wrong(what));
+        }
+        Ok(reader)
+    }
+
+    fn row(&mut self) -> Result<Option<Row>, VectorListError> {
+        if !self.lines.advance()? {
+            return Ok(None);
+        }
+        let row = row(&self.heading, &self.lines.text, self.lines.line);
+        row.map(Some).map_err(|what| self.lines.wrong(&what))
+    }
+
+    /// The layer that begins with `first`.
+    fn layer(&mut self, first: Row) -> Result<Layer, VectorListError> {
+        let wrong = |row: &Row, what: String| VectorListError {
+            line: row.line,
+            what,
+        };
+        let number = first.layer.unwrap_or(self.number);
+        self.number = number;
+        if first.role.is_some() {
+            let what = format!(
+                "layer {number} begins with a `{}`: it must begin with a `{START}` that says where the head stands",
+                first.word
+            );
+            return Err(wrong(&first, what));
+        }
+        if !self.seen.insert(number) {
+            let what = format!("layer {number} comes again: its vectors must follow one another");
+            return Err(wrong(&first, what));
+        }
+        let mut layer = Layer::new(number, first.height.unwrap_or(0.0));
+        let mut pass = (Role::Jump, first.part);
+        let mut at = first.end;
+        write(&mut layer.begin(self.head(pass), at), &first);
+        while let Some(row) = self.row()? {
+            if row.layer.is_some_and(|n| n != number) {
+                self.ahead = Some(row);
+                break;
+            }
+            let Some(role) = row.role else {
+                let what = format!("layer {number} has a second `{START}`; go there by a `jump`");
+                return Err(wrong(&row, what));
+            };
+            if row.height.is_some_and(|h| h != layer.height) {
+                return Err(wrong(&row, format!("layer {number} has two heights")));
+            }
+            let same = pass == (role, row.part);
+            pass = (role, row.part);
+            let mut to = match layer.resume().filter(|_| same) {
+                Some(to) => to,
+                None => {
+                    let head = self.head(pass);
+                    layer.begin(head, at)
+                }
+            };
+            write(&mut to, &row);
+            at = row.end;
+        }
+        layer.shrink_to_fit();
+        Ok(layer)
+    }
+
+    fn head(&mut self, (role, part): (Role, u32)) -> PassHead {
+        self.passes += 1;
+        PassHead {
+            id: PassId(self.passes),
+            part,
+            role,
+            ..PassHead::default()
+        }
+    }
+}
+
+impl<R: BufRead> Iterator for Reader<R> {
+    type Item = Result<Layer, VectorListError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let first = self.ahead.take()?;
+        Some(self.layer(first))
+    }
+}
+
+/// Appends a vector to a pass.
+fn write(to: &mut PassWriter<'_>, row: &Row) {
+    to.line_to(row.end);
+    for (channel, value) in row.values {
+        if let Some(value) = value {
+            to.set(channel, value);
+        }
+    }
+}
+
+/// What a line says.
+fn row(heading: &Heading, text: &str, line: usize) -> Result<Row, String> {
+    let all: Vec<&str> = text
         .split(heading.separator)
         .map(|f| f.trim().trim_matches('"'))
         .collect();
@@ -244,89 +400,133 @@ fn take(heading: &Heading, line: &str, layers: &mut Vec<Layer>) -> Result<(), St
             .filter(|f| !f.is_empty())
     }));
     let word = fields.0[0].unwrap_or("");
-    let kind = KINDS
-        .iter()
-        .find(|(_, w)| *w == word)
-        .map(|(k, _)| *k)
-        .ok_or_else(|| {
-            let known = KINDS.map(|(_, w)| w).join(", ");
-            format!("\"{word}\" is no kind of vector; there are {known}")
-        })?;
+    let role = KINDS.iter().find(|(_, w)| *w == word).map(|(r, _)| *r);
+    if role.is_none() && word != START {
+        let known = KINDS.map(|(_, w)| w).join(", ");
+        return Err(format!(
+            "\"{word}\" is no kind of vector; there are {START}, {known}"
+        ));
+    }
     let needed = |column: usize| -> Result<f64, String> {
         fields
             .number(column)?
             .ok_or_else(|| format!("the column \"{}\" is blank", COLUMNS[column]))
     };
-    let vector = Vector {
-        kind,
+    Ok(Row {
+        line,
+        word: word.to_owned(),
+        role,
         end: DVec3::new(needed(1)?, needed(2)?, fields.number(3)?.unwrap_or(0.0)),
-        speed: fields.at_least(4, Bound::Above)?,
-        power: fields.at_least(5, Bound::From)?,
-        wait: fields.at_least(6, Bound::From)?,
+        values: [
+            (Channel::Speed, fields.at_least(4, Bound::Above)?),
+            (Channel::Power, fields.at_least(5, Bound::From)?),
+            (Channel::Dwell, fields.at_least(6, Bound::From)?),
+        ],
         part: fields.count(7)?.unwrap_or(0),
-    };
-    let number = fields
-        .count(8)?
-        .or_else(|| layers.last().map(|l| l.number))
-        .unwrap_or(1);
-    let height = fields.number(9)?;
-    let new = layers.last().is_none_or(|l| l.number != number);
-    if new {
-        if kind != Kind::Start {
-            return Err(format!(
-                "layer {number} begins with a `{word}`: it must begin with a `start` that says where the head stands"
-            ));
-        }
-        if layers.iter().any(|l| l.number == number) {
-            return Err(format!(
-                "layer {number} comes again: its vectors must follow one another"
-            ));
-        }
-        layers.push(Layer {
-            number,
-            height: height.unwrap_or(0.0),
-            vectors: Vec::new(),
-        });
-    } else if kind == Kind::Start {
-        return Err(format!(
-            "layer {number} has a second `start`; go there by a `jump`"
-        ));
-    }
-    let Some(layer) = layers.last_mut() else {
-        return Ok(());
-    };
-    if height.is_some_and(|h| h != layer.height) {
-        return Err(format!("layer {number} has two heights"));
-    }
-    layer.vectors.push(vector);
-    Ok(())
+        layer: fields.count(8)?,
+        height: fields.number(9)?,
+    })
 }
 
-/// Writes a vector list with every column.
-pub fn write(layers: &[Layer]) -> String {
-    let mut text = COLUMNS.join(",");
-    text.push('\n');
-    let or_blank = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
-    for layer in layers {
-        for v in &layer.vectors {
-            let (word, end) = (v.kind.word(), v.end);
-            // writing into a string does not fail
-            let _ = writeln!(
-                text,
-                "{word},{},{},{},{},{},{},{},{},{}",
-                end.x,
-                end.y,
-                end.z,
-                or_blank(v.speed),
-                or_blank(v.power),
-                or_blank(v.wait),
-                v.part,
-                layer.number,
-                layer.height
-            );
-        }
+/// Writes a vector list layer by layer, with every column. Arcs become vectors that stay within half a micrometre of them; what
+/// the list has no column for is left out.
+#[derive(Debug)]
+pub struct Writer<W> {
+    to: W,
+    seen: BTreeSet<u32>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the heading.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn new(mut to: W) -> io::Result<Self> {
+        writeln!(to, "{}", COLUMNS.join(","))?;
+        let seen = BTreeSet::new();
+        Ok(Writer { to, seen })
     }
-    text
+
+    /// Writes a layer; nothing where it has no pass.
+    ///
+    /// # Errors
+    /// [`VectorWriteError`].
+    pub fn layer(&mut self, layer: &Layer) -> Result<(), VectorWriteError> {
+        let Some(first) = layer.get(0) else {
+            return Ok(());
+        };
+        if !self.seen.insert(layer.number) {
+            let layer = layer.number;
+            return Err(VectorWriteError::Again { layer });
+        }
+        let mut at = first.points[0];
+        let stands = first.head.role == Role::Jump && first.points.get(1) == Some(&at);
+        let values = |channel| first.value(channel, 0).filter(|_| stands);
+        let values = [Channel::Speed, Channel::Power, Channel::Dwell].map(values);
+        self.row(START, at, values, first.head.part, layer)?;
+        for (number, pass) in layer.passes().enumerate() {
+            if pass.points[0] != at {
+                self.row("jump", pass.points[0], [None; 3], pass.head.part, layer)?;
+            }
+            let done = usize::from(stands && number == 0);
+            self.moves(&pass, done, layer)?;
+            at = pass.points[pass.move_count()];
+        }
+        Ok(())
+    }
+
+    /// The moves of a pass from number `first` on.
+    fn moves(
+        &mut self,
+        pass: &Pass<'_>,
+        first: usize,
+        layer: &Layer,
+    ) -> Result<(), VectorWriteError> {
+        let (word, part) = (word(pass.head.role), pass.head.part);
+        for i in first..pass.move_count() {
+            if let Move::Spot { .. } = pass.move_at(i) {
+                return Err(VectorWriteError::Spot {
+                    layer: layer.number,
+                    pass: pass.head.id.0,
+                });
+            }
+            let [speed, power, wait] = [Channel::Speed, Channel::Power, Channel::Dwell]
+                .map(|channel| pass.value(channel, i));
+            if let Some(arc) = pass.arc(i) {
+                let n = arc.chords(CHORD_ERROR);
+                for k in 1..n {
+                    let on = arc.at(k as f64 / n as f64);
+                    self.row(word, on, [speed, power, None], part, layer)?;
+                }
+            }
+            self.row(word, pass.points[i + 1], [speed, power, wait], part, layer)?;
+        }
+        Ok(())
+    }
+
+    fn row(
+        &mut self,
+        word: &str,
+        end: DVec3,
+        values: [Option<f64>; 3],
+        part: u32,
+        layer: &Layer,
+    ) -> io::Result<()> {
+        let [speed, power, wait] = values.map(|v| v.map_or_else(String::new, |v| v.to_string()));
+        writeln!(
+            self.to,
+            "{word},{},{},{},{speed},{power},{wait},{part},{},{}",
+            end.x, end.y, end.z, layer.number, layer.height
+        )
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.to.flush()
+    }
 }
 
 #[cfg(test)]
@@ -334,6 +534,20 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    fn read(text: &str) -> Result<Vec<Layer>, VectorListError> {
+        Reader::new(text.as_bytes())?.collect()
+    }
+
+    fn written(layers: &[Layer]) -> String {
+        let mut text = Vec::new();
+        let mut writer = Writer::new(&mut text).unwrap();
+        for layer in layers {
+            writer.layer(layer).unwrap();
+        }
+        writer.finish().unwrap();
+        String::from_utf8(text).unwrap()
+    }
 
     #[test]
     fn mistakes_are_named_with_their_line() {
@@ -369,10 +583,55 @@ mod tests {
                 "comes again",
             ),
         ] {
-            let error = parse(text).unwrap_err();
+            let error = read(text).unwrap_err();
             assert_eq!(error.line, line, "{error}");
             assert!(error.what.contains(words), "{error}");
         }
+    }
+
+    #[test]
+    fn passes_of_planning_are_written_with_jumps_between_them() {
+        let mut layer = Layer::new(4, 0.12);
+        let mut head = PassHead {
+            part: 2,
+            role: Role::Contour,
+            ..PassHead::default()
+        };
+        let mut contour = layer.begin(head, DVec3::ZERO);
+        contour.arc_to(DVec3::new(1.0, 1.0, 0.0), DVec3::X * 2.0);
+        contour.set(Channel::Speed, 700.0);
+        head.role = Role::Fill;
+        layer.polyline(head, [DVec3::X * 3.0, DVec3::X * 4.0]);
+        let read = read(&written(std::slice::from_ref(&layer))).unwrap();
+        read[0].sanity_check().unwrap();
+        assert_eq!((read[0].number, read[0].height), (4, 0.12));
+        let roles: Vec<_> = read[0].passes().map(|p| p.head.role).collect();
+        assert_eq!(roles, [Role::Jump, Role::Contour, Role::Jump, Role::Fill]);
+        let arc = read[0].pass(1);
+        assert!((arc.length() - std::f64::consts::PI).abs() < 1e-2);
+        assert!((0..arc.move_count()).all(|i| arc.value(Channel::Speed, i) == Some(700.0)));
+        let mut spots = Layer::new(5, 0.0);
+        let mut pass = spots.begin(head, DVec3::ZERO);
+        pass.go(Move::Spot { time: 1e-3 }, DVec3::ZERO);
+        let mut writer = Writer::new(Vec::new()).unwrap();
+        assert!(matches!(
+            writer.layer(&spots),
+            Err(VectorWriteError::Spot { layer: 5, .. })
+        ));
+        writer.layer(&layer).unwrap();
+        assert!(matches!(
+            writer.layer(&layer),
+            Err(VectorWriteError::Again { layer: 4 })
+        ));
+    }
+
+    #[test]
+    fn lists_are_read_layer_by_layer() {
+        let text = "kind,x [mm],y [mm],layer\nstart,0,0,1\nfill,1,0,1\nstart,0,0,2\nfill,1\n";
+        let mut reader = Reader::new(text.as_bytes()).unwrap();
+        assert_eq!(reader.next().unwrap().unwrap().number, 1);
+        assert_eq!(reader.next().unwrap().unwrap_err().line, 5);
+        assert!(reader.next().is_none());
     }
 
     proptest! {
@@ -382,19 +641,38 @@ mod tests {
         ) {
             let mut layers = Vec::new();
             for (k, chunk) in numbers.chunks(7).enumerate() {
-                let mut layer = Layer { number: k as u32 + 1, height: 0.03 * k as f64, vectors: Vec::new() };
+                let mut layer = Layer::new(k as u32 + 1, 0.03 * k as f64);
+                let mut at = DVec3::new(chunk[0].0, chunk[0].1, 0.0);
                 for (i, &(x, y, kind, speed, part)) in chunk.iter().enumerate() {
-                    let kind = if i == 0 { Kind::Start } else { KINDS[kind].0 };
-                    layer.vectors.push(Vector { kind, end: DVec3::new(x, y, 0.0), speed, power: speed, wait: speed, part });
+                    let role = if i == 0 { Role::Jump } else { KINDS[kind - 1].0 };
+                    let head = PassHead { part, role, ..PassHead::default() };
+                    let mut pass = layer.begin(head, at);
+                    at = DVec3::new(x, y, 0.0);
+                    pass.line_to(at);
+                    for channel in [Channel::Speed, Channel::Power, Channel::Dwell] {
+                        speed.map(|v| pass.set(channel, v));
+                    }
                 }
                 layers.push(layer);
             }
-            prop_assert_eq!(parse(&write(&layers)).unwrap(), layers);
+            let again = read(&written(&layers)).unwrap();
+            let vectors = |layers: &[Layer]| -> Vec<_> {
+                layers.iter().flat_map(Layer::passes).flat_map(|p| (0..p.move_count()).map(move |i| {
+                    let values = Channel::ALL.map(|c| p.value(c, i));
+                    (p.layer, p.head.role, p.head.part, p.points[i], p.points[i + 1], values)
+                }).collect::<Vec<_>>()).collect()
+            };
+            prop_assert_eq!(vectors(&again), vectors(&layers));
+            for (a, b) in again.iter().zip(&layers) {
+                a.sanity_check().unwrap();
+                prop_assert_eq!(a.height, b.height);
+            }
+            prop_assert_eq!(read(&written(&again)).unwrap(), again);
         }
 
         #[test]
         fn nothing_panics(text in "(kind,x \\[mm\\],y \\[mm\\]\n)?[a-z0-9,.;#\n -]{0,200}") {
-            let _ = parse(&text);
+            let _ = read(&text);
         }
     }
 }

@@ -1,23 +1,26 @@
-//! A pass: one uninterrupted bead or scan chain.
+//! A pass: one uninterrupted bead or scan chain, read from the layer that holds it.
 
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
+use crate::layer::Layer;
+
 /// Stable identifier of a pass: survives re-planning of others and restart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PassId(
     /// The number.
     pub u32,
 );
 
 /// What a pass is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Along the boundary of a region.
     Contour,
     /// Inside a region.
+    #[default]
     Fill,
     /// On an outer surface.
     Skin,
@@ -25,11 +28,38 @@ pub enum Role {
     Support,
     /// Moves without depositing.
     Travel,
+    /// Goes elsewhere, beam off.
+    Jump,
+    /// Goes from one line of a fill to the next, beam off.
+    Connection,
+    /// Runs up to or out of a line at its speed, beam off.
+    Run,
+}
+
+impl Role {
+    /// All of them.
+    pub const ALL: [Role; 8] = [
+        Role::Contour,
+        Role::Fill,
+        Role::Skin,
+        Role::Support,
+        Role::Travel,
+        Role::Jump,
+        Role::Connection,
+        Role::Run,
+    ];
+
+    /// Whether metal is laid or melted along the pass: the arc burns, or the beam is on.
+    pub fn deposits(self) -> bool {
+        match self {
+            Role::Contour | Role::Fill | Role::Skin | Role::Support => true,
+            Role::Travel | Role::Jump | Role::Connection | Role::Run => false,
+        }
+    }
 }
 
 /// How a pass goes from one of its points to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Move {
     /// Straight.
     Line,
@@ -45,20 +75,65 @@ pub enum Move {
     },
 }
 
-/// Where a pass belongs: the tree Build > Part > Layer is an index over these tags.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Tag {
+/// A value that may vary along a pass, one per move; where a move says none, the pass' [`crate::Profile`] does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Travel speed, mm/s.
+    Speed,
+    /// Wire feed speed, mm/s.
+    WireFeed,
+    /// Beam power, W.
+    Power,
+    /// Diameter of the beam's spot, mm.
+    Spot,
+    /// Dwell at the end of the move, s.
+    Dwell,
+}
+
+impl Channel {
+    /// All of them, in the order in which a layer keeps them.
+    pub const ALL: [Channel; 5] = [
+        Channel::Speed,
+        Channel::WireFeed,
+        Channel::Power,
+        Channel::Spot,
+        Channel::Dwell,
+    ];
+}
+
+/// Something that happens at a point of a pass. A pass that deposits starts its arc at its first point and ends it at its last
+/// without saying so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The arc or the beam goes on within the pass.
+    On,
+    /// The arc or the beam goes off within the pass.
+    Off,
+    /// Weaving begins with this schedule of the controller; 0 ends it.
+    Weave(u32),
+    /// Machines wait here for each other; equal numbers meet.
+    Synchronise(u32),
+}
+
+/// What a pass is, apart from where it goes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PassHead {
+    /// Stable identifier.
+    pub id: PassId,
     /// Part, counted from 0.
     pub part: u32,
-    /// Layer, counted from 1.
-    pub layer: u32,
     /// Region or entity of the layer, counted from 0.
     pub entity: u32,
+    /// Bead of the entity, counted from 0.
+    pub bead: u32,
+    /// Index into [`crate::Toolpath::profiles`].
+    pub profile: u16,
+    /// What the pass is for.
+    pub role: Role,
 }
 
 /// Which side of the direction of travel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Left of the direction of travel, seen against the tool axis.
     Left,
@@ -67,7 +142,7 @@ pub enum Side {
 }
 
 /// A bead beside this one along an interval of arc length, as placed by the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Neighbour {
     /// Start of the interval, mm along the pass.
     pub from: f64,
@@ -83,65 +158,105 @@ pub struct Neighbour {
     pub layer: u32,
 }
 
-/// Values that vary along a pass, one per move; absent ones come from the pass' [`crate::Profile`].
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Channels {
-    /// Travel speed, mm/s.
-    pub speed: Option<Vec<f64>>,
-    /// Wire feed speed, mm/s.
-    pub wire_feed: Option<Vec<f64>>,
-    /// Beam power, W.
-    pub power: Option<Vec<f64>>,
-    /// Focus offset, in the unit of the beam's focus model.
-    pub focus: Option<Vec<f64>>,
-    /// Dwell at the end of the move, s.
-    pub dwell: Option<Vec<f64>>,
+/// One uninterrupted bead or scan chain: at least one point, and a move between each point and the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Pass<'a> {
+    /// What it is.
+    pub head: PassHead,
+    /// Number of its layer, counted from 1.
+    pub layer: u32,
+    /// The points, mm; their z counts from the layer's [`Layer::height`]. A closed pass repeats its first point at the end.
+    pub points: &'a [DVec3],
+    pub(crate) store: &'a Layer,
+    /// Number of the first point and of the first move in the layer.
+    pub(crate) first: (usize, usize),
+    pub(crate) arcs: &'a [(u32, DVec3)],
+    pub(crate) spots: &'a [(u32, f64)],
+    pub(crate) events: &'a [(u32, Event)],
+    pub(crate) neighbours: &'a [(u32, Neighbour)],
 }
 
-/// One uninterrupted bead or scan chain, as a structure of arrays.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Pass {
-    /// Stable identifier.
-    pub id: PassId,
-    /// What the pass is for.
-    pub role: Role,
-    /// Part, layer and entity.
-    pub tag: Tag,
-    /// Index into [`crate::Toolpath::profiles`].
-    pub profile: u32,
-    /// The points, mm, part frame; a closed pass repeats its first point at the end.
-    pub points: Vec<DVec3>,
-    /// The moves between points: `points.len() - 1` of them.
-    pub moves: Vec<Move>,
-    /// Unit tool axis at each point, from the part towards the tool; empty where the tool stays along the
-    /// build direction.
-    pub axes: Vec<DVec3>,
-    /// Values that vary along the pass.
-    pub channels: Channels,
-    /// Beads beside this one.
-    pub neighbours: Vec<Neighbour>,
-}
+impl<'a> Pass<'a> {
+    /// Number of moves.
+    pub fn move_count(&self) -> usize {
+        self.points.len().saturating_sub(1)
+    }
 
-impl Pass {
-    /// A pass of straight moves along `points` with nothing else said.
-    pub fn polyline(id: PassId, role: Role, tag: Tag, points: Vec<DVec3>) -> Self {
-        let moves = vec![Move::Line; points.len().saturating_sub(1)];
+    /// How the pass goes from point `i` to the next.
+    pub fn move_at(&self, i: usize) -> Move {
+        let index = (self.first.1 + i) as u32;
+        if let Ok(k) = self.arcs.binary_search_by_key(&index, |a| a.0) {
+            return Move::Arc {
+                via: self.arcs[k].1,
+            };
+        }
+        match self.spots.binary_search_by_key(&index, |s| s.0) {
+            Ok(k) => Move::Spot {
+                time: self.spots[k].1,
+            },
+            Err(_) => Move::Line,
+        }
+    }
+
+    /// The moves, in order.
+    pub fn moves(&self) -> impl ExactSizeIterator<Item = Move> + '_ {
+        (0..self.move_count()).map(|i| self.move_at(i))
+    }
+
+    /// What the pass says of a channel for move `i`; `None` leaves it to the profile.
+    pub fn value(&self, channel: Channel, i: usize) -> Option<f64> {
+        let column = &self.store.channels[channel as usize];
+        (i < self.move_count())
+            .then(|| column.get(self.first.1 + i))
+            .flatten()
+    }
+
+    /// Whether the pass says anything of a channel.
+    pub fn says(&self, channel: Channel) -> bool {
+        let column = &self.store.channels[channel as usize];
+        column.any(self.first.1..self.first.1 + self.move_count())
+    }
+
+    /// Unit tool axis at point `i`, from the part towards the tool; `None` where the tool stays along the build direction.
+    pub fn axis(&self, i: usize) -> Option<DVec3> {
+        let at = |k: usize| self.store.axes[k].get(self.first.0 + i);
+        Some(DVec3::new(at(0)?, at(1)?, at(2)?))
+    }
+
+    /// Rotation about the tool axis at point `i`, rad; `None` where it is free.
+    pub fn turn(&self, i: usize) -> Option<f64> {
+        self.store.turns.get(self.first.0 + i)
+    }
+
+    /// Positions of the external axes at point `i`, mm or rad; `None` for those that the pass leaves free.
+    pub fn external(&self, i: usize) -> impl Iterator<Item = Option<f64>> + '_ {
+        let columns = self.store.external.iter();
+        columns.map(move |c| c.get(self.first.0 + i))
+    }
+
+    /// What happens along the pass: at which of its points, and what.
+    pub fn events(&self) -> impl ExactSizeIterator<Item = (usize, Event)> + '_ {
+        let events = self.events.iter();
+        events.map(|&(point, event)| (point as usize - self.first.0, event))
+    }
+
+    /// Beads beside this one, by the start of their intervals.
+    pub fn neighbours(&self) -> impl ExactSizeIterator<Item = &'a Neighbour> + use<'a> {
+        self.neighbours.iter().map(|(_, n)| n)
+    }
+
+    /// The same pass without neighbours: they are known to the layer they were found in.
+    #[must_use]
+    pub fn alone(self) -> Self {
         Pass {
-            id,
-            role,
-            tag,
-            profile: 0,
-            points,
-            moves,
-            axes: Vec::new(),
-            channels: Channels::default(),
-            neighbours: Vec::new(),
+            neighbours: &[],
+            ..self
         }
     }
 
     /// The arc of move `i`, where that move is an arc through three distinct points.
     pub fn arc(&self, i: usize) -> Option<Arc> {
-        match self.moves[i] {
+        match self.move_at(i) {
             Move::Arc { via } => Arc::through(self.points[i], via, self.points[i + 1]),
             Move::Line | Move::Spot { .. } => None,
         }
@@ -157,7 +272,7 @@ impl Pass {
 
     /// Length of the whole pass, mm.
     pub fn length(&self) -> f64 {
-        (0..self.moves.len()).map(|i| self.move_length(i)).sum()
+        (0..self.move_count()).map(|i| self.move_length(i)).sum()
     }
 
     /// Whether the pass ends where it starts.
@@ -170,7 +285,7 @@ impl Pass {
         let mut points: Vec<DVec3> = self.points.first().copied().into_iter().collect();
         let mut along = vec![0.0; points.len()];
         let mut s = 0.0;
-        for i in 0..self.moves.len() {
+        for i in 0..self.move_count() {
             if let Some(arc) = self.arc(i) {
                 let n = arc.chords(chord_error);
                 for k in 1..n {
@@ -186,91 +301,5 @@ impl Pass {
             along.push(s);
         }
         (points, along)
-    }
-
-    /// The same pass travelled backwards: points, moves, axes, channels and neighbours turned round.
-    #[must_use]
-    pub fn reversed(mut self) -> Self {
-        let length = self.length();
-        self.points.reverse();
-        self.moves.reverse();
-        self.axes.reverse();
-        let c = &mut self.channels;
-        for channel in [
-            &mut c.speed,
-            &mut c.wire_feed,
-            &mut c.power,
-            &mut c.focus,
-            &mut c.dwell,
-        ]
-        .into_iter()
-        .flatten()
-        {
-            channel.reverse();
-        }
-        for n in &mut self.neighbours {
-            (n.from, n.to) = (length - n.to, length - n.from);
-            n.side = match n.side {
-                Side::Left => Side::Right,
-                Side::Right => Side::Left,
-            };
-        }
-        self.neighbours.reverse();
-        self
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn half_circle() -> Pass {
-        let tag = Tag {
-            part: 0,
-            layer: 1,
-            entity: 0,
-        };
-        let mut pass = Pass::polyline(
-            PassId(1),
-            Role::Contour,
-            tag,
-            vec![DVec3::ZERO, DVec3::X * 10.0, DVec3::new(10.0, 20.0, 0.0)],
-        );
-        pass.moves[1] = Move::Arc {
-            via: DVec3::new(20.0, 10.0, 0.0),
-        };
-        pass
-    }
-
-    #[test]
-    fn lengths_follow_arcs() {
-        let pass = half_circle();
-        assert!((pass.length() - (10.0 + 10.0 * std::f64::consts::PI)).abs() < 1e-9);
-        let (points, along) = pass.flatten(0.01);
-        assert_eq!(points.len(), along.len());
-        assert!((along.last().unwrap() - pass.length()).abs() < 1e-9);
-        let centre = DVec3::new(10.0, 10.0, 0.0);
-        for pair in points[1..].windows(2) {
-            assert!((0.5 * (pair[0] + pair[1])).distance(centre) > 10.0 - 0.0101);
-        }
-    }
-
-    #[test]
-    fn turning_round_twice_is_nothing() {
-        let mut pass = half_circle();
-        pass.neighbours.push(Neighbour {
-            from: 1.0,
-            to: 4.0,
-            side: Side::Left,
-            pass: PassId(2),
-            distance: 4.6,
-            layer: 1,
-        });
-        let back = pass.clone().reversed();
-        assert_eq!(back.neighbours[0].side, Side::Right);
-        assert!((back.neighbours[0].to - (pass.length() - 1.0)).abs() < 1e-9);
-        let again = back.reversed();
-        assert_eq!(again.points, pass.points);
-        assert_eq!(again.moves, pass.moves);
     }
 }

@@ -19,7 +19,7 @@ use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
 use meltpath_scan_head::plate::SquarePlate;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
-use super::run::MODES;
+use super::result::MODES;
 use super::settings::Settings;
 use super::work::Work;
 

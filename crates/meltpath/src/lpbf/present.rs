@@ -15,7 +15,7 @@ use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
 use super::comparison::Comparison;
-use super::run::{MODES, RecipeResult};
+use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
 use super::work::Work;
 use super::{optimise, present_heat};

@@ -6,9 +6,10 @@ use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_scan_head::servo::model::Loop;
 
 use super::design::AxisResult;
+use super::error::{TuneError, step};
 use super::refinement::words;
 use super::settings::Settings;
-use super::{TuneError, bode, step, tables};
+use super::{bode, tables};
 use crate::outcome::RunError;
 
 /// Writes the report, the verdict and the provenance.

@@ -86,7 +86,7 @@ fn coverage(plan: &Plan) -> Fact {
 /// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
 pub(super) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
     let plate = DVec2::from_array(settings.plate?);
-    let points = plan.toolpath.passes.iter().flat_map(|p| p.flatten(0.05).0);
+    let points = plan.toolpath.passes().flat_map(|p| p.flatten(0.05).0);
     let (lo, hi) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
         (lo.min(p.truncate()), hi.max(p.truncate()))
     });

@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::container::Container;
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
@@ -175,9 +174,7 @@ pub fn run(
     write_common(&folder, &shown, &verdict, &provenance)?;
     present::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
-    folder.write("toolpath.melt", |w| {
-        storage::to_container(&plan.toolpath).write(w)
-    })?;
+    folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
     for file in &programs.files {
         folder.write(&format!("program/{}", file.name), |w| {
             w.write_all(file.text.as_bytes())
@@ -289,10 +286,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
     }
     let part = load_part(&loaded.settings, &reporter, observer)?;
     let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
-    write_file(out, |w| storage::to_container(&plan.toolpath).write(w))?;
+    write_file(out, |w| storage::write(&plan.toolpath, w))?;
     let mut lines = vec![format!(
         "{} beads, {:.1} m, in {} layers of {:.3} mm",
-        plan.toolpath.passes.len(),
+        plan.toolpath.pass_count(),
         plan.toolpath.deposited_length() / 1000.0,
         plan.layers.len(),
         plan.height.value
@@ -317,8 +314,7 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, RunError> {
         source,
     };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
-    let container = Container::read(&mut BufReader::new(file)).map_err(failed)?;
-    storage::from_container(&container).map_err(failed)
+    storage::read(&mut BufReader::new(file)).map_err(failed)
 }
 
 /// Writes the program of a plan into a new folder. Returns the names of its files.

@@ -1,7 +1,7 @@
 //! A head's file.
 
 use crate::files::axis::{AxisTable, read_axis, tuning};
-use crate::files::figure::*;
+use crate::files::figure::{ANGLE, Figure, HERTZ, HeadFileError, LENGTH, NONE, Reading, read};
 use crate::head::scan_head::ScanHead;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::{FocusProjection, Lenses};

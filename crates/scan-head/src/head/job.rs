@@ -5,7 +5,7 @@
 use crate::head::recipe::Recipe;
 use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Pass, Role, Toolpath};
+use meltpath_toolpath::{Channel, Layer, Pass, Role};
 
 /// Builds a job move by move, with the waits and the sky-writing of a recipe.
 #[derive(Debug)]
@@ -165,71 +165,102 @@ pub enum Jump {
     BetweenLines,
 }
 
-/// The passes that mark.
-fn marked(toolpath: &Toolpath) -> impl Iterator<Item = &Pass> {
-    toolpath
-        .passes
-        .iter()
-        .filter(|p| p.role != Role::Travel && p.points.len() > 1)
+/// Whether the laser marks along a pass.
+fn marks(pass: &Pass<'_>) -> bool {
+    pass.head.role.deposits() && pass.move_count() > 0
+}
+
+/// Chords of arcs stay this close, mm: below the encoder of any head.
+const CHORD: f64 = 5e-4;
+
+/// The ends of the vectors that make move `i` of a pass: chords where it is an arc.
+fn ends(pass: &Pass<'_>, i: usize) -> impl Iterator<Item = DVec3> {
+    let arc = pass.arc(i);
+    let n = arc.as_ref().map_or(1, |a| a.chords(CHORD).max(1));
+    let inner = (1..n).filter_map(move |k| Some(arc.as_ref()?.at(k as f64 / n as f64)));
+    inner.chain([pass.points[i + 1]])
 }
 
 impl JobBuilder<'_> {
+    /// Adds the passes of a layer. A layer that says its jumps is executed as it says, from the values of its channels and, where
+    /// they say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes of any other
+    /// layer the recipe jumps.
+    pub fn layer(&mut self, layer: &Layer) {
+        if layer.has(Role::Jump) {
+            self.said(layer);
+        } else {
+            self.planned(layer);
+        }
+    }
+
+    /// Adds the passes of a layer that says its jumps.
+    fn said(&mut self, layer: &Layer) {
+        for (number, pass) in layer.passes().enumerate() {
+            self.block(pass.head.part);
+            let kind = match pass.head.role {
+                Role::Contour | Role::Skin => VectorKind::Contour,
+                Role::Fill | Role::Support => VectorKind::Fill,
+                Role::Jump | Role::Travel => VectorKind::Jump,
+                Role::Connection => VectorKind::Connection,
+                Role::Run => VectorKind::Run,
+            };
+            // it stands there already
+            let stands = number == 0 && self.count() == 0 && pass.points.get(1) == Some(&self.at());
+            for i in usize::from(stands)..pass.move_count() {
+                let given = Given {
+                    speed: pass.value(Channel::Speed, i),
+                    power: pass.value(Channel::Power, i),
+                    wait: pass.value(Channel::Dwell, i),
+                };
+                for end in ends(&pass, i) {
+                    let wait = given.wait.filter(|_| end == pass.points[i + 1]);
+                    self.vector(kind, end, Given { wait, ..given });
+                }
+            }
+        }
+    }
+
     /// Adds planned passes: contours by role, everything else as fill; channels of speed and power override the recipe. A jump
     /// from a fill to a fill of the same part is a connection; moves without length are left out.
-    pub fn passes(&mut self, toolpath: &Toolpath) {
-        /// Chords of arcs stay this close, mm: below the encoder of any head.
-        const CHORD: f64 = 5e-4;
+    fn planned(&mut self, layer: &Layer) {
         let mut before: Option<(bool, u32)> = None;
-        for pass in marked(toolpath) {
-            self.block(pass.tag.part);
-            let contour = pass.role == Role::Contour;
+        for pass in layer.passes().filter(marks) {
+            let part = pass.head.part;
+            self.block(part);
+            let contour = pass.head.role == Role::Contour;
             let jump = match before {
                 Some((true, _)) if contour => Jump::BetweenContours,
-                Some((false, part)) if !contour && part == pass.tag.part => Jump::BetweenLines,
+                Some((false, last)) if !contour && last == part => Jump::BetweenLines,
                 _ => Jump::ToFill,
             };
-            before = Some((contour, pass.tag.part));
+            before = Some((contour, part));
+            let r = self.recipe;
             let (kind, speed, power) = if contour {
-                (
-                    VectorKind::Contour,
-                    self.recipe.contour_speed,
-                    self.recipe.contour_power,
-                )
+                (VectorKind::Contour, r.contour_speed, r.contour_power)
             } else {
+                (VectorKind::Fill, r.fill_speed, r.fill_power)
+            };
+            let values = |i: usize| {
                 (
-                    VectorKind::Fill,
-                    self.recipe.fill_speed,
-                    self.recipe.fill_power,
+                    pass.value(Channel::Speed, i).unwrap_or(speed),
+                    pass.value(Channel::Power, i).unwrap_or(power),
                 )
             };
-            let channel = |c: &Option<Vec<f64>>, i: usize, default| {
-                c.as_ref()
-                    .and_then(|c| c.get(i).copied())
-                    .unwrap_or(default)
-            };
-            if !contour && pass.moves.len() == 1 && pass.arc(0).is_none() {
+            if !contour && pass.move_count() == 1 && pass.arc(0).is_none() {
                 let (from, to) = (pass.points[0], pass.points[1]);
                 if from != to {
-                    let (speed, power) = (
-                        channel(&pass.channels.speed, 0, speed),
-                        channel(&pass.channels.power, 0, power),
-                    );
+                    let (speed, power) = values(0);
                     self.line_at(from, to, jump, speed, power);
                 }
                 continue;
             }
             self.jump(pass.points[0], jump);
-            for i in 0..pass.moves.len() {
-                let speed = channel(&pass.channels.speed, i, speed);
-                let power = channel(&pass.channels.power, i, power);
-                if let Some(arc) = pass.arc(i) {
-                    let n = arc.chords(CHORD);
-                    for k in 1..n {
-                        self.push(kind, arc.at(k as f64 / n as f64), speed, power);
+            for i in 0..pass.move_count() {
+                let (speed, power) = values(i);
+                for end in ends(&pass, i) {
+                    if end != self.at() {
+                        self.push(kind, end, speed, power);
                     }
-                }
-                if pass.points[i + 1] != self.at() {
-                    self.push(kind, pass.points[i + 1], speed, power);
                 }
             }
         }
