@@ -5,7 +5,7 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec3;
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::scene::{
     HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
@@ -258,20 +258,6 @@ pub fn report(
             outcome.given.simulation.grid().len()
         ),
         verdict: verdict.clone(),
-        facts: vec![
-            Fact::new(
-                "time of the path",
-                &format!("{:.3} s", shown.path.end() - shown.path.begin()),
-            ),
-            Fact::new(
-                "in the window, on charts",
-                &format!("{:.1} %", 100.0 * shown.tally.share(Class::Good)),
-            ),
-            Fact::new(
-                "hottest, on charts",
-                &format!("{:.0} °C", shown.tally.hottest.0 - CELSIUS),
-            ),
-        ],
         scene,
         sections,
         sheet: None,

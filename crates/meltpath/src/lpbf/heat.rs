@@ -9,7 +9,7 @@ use std::path::Path;
 use meltpath_base::{
     Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
 };
-use meltpath_scan_head::head::job::{ScanJob, VectorKind};
+use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::focus::{FocusCalibration, FocusError};
 use meltpath_thermal::material::file::Readings;
@@ -540,7 +540,7 @@ pub fn check(
         let title = format!("{recipe}: melted through {depth:.0} µm");
         let reason = "the commanded path itself melts through nowhere";
         return match worst {
-            Some(_) => unsaid(Check::not_checked(&id, &title, ""), reason),
+            Some(_) => unsaid(Check::not_checked(&id, &title, reason)),
             None => Check {
                 status: Status::Fail,
                 ..Check::not_checked(&id, &title, reason)
@@ -566,10 +566,7 @@ pub fn check(
     )
     .remedy(remedy);
     let check = match (worst, check.status) {
-        (Some(_), Status::Fail | Status::Warn) => {
-            let found = check.reason.clone();
-            unsaid(check, &found)
-        }
+        (Some(_), Status::Fail | Status::Warn) => unsaid(check),
         _ => check,
     };
     match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
@@ -579,14 +576,12 @@ pub fn check(
 }
 
 /// The check where the model only bounds from below.
-fn unsaid(check: Check, found: &str) -> Check {
+fn unsaid(check: Check) -> Check {
     Check {
         status: Status::CannotSay,
-        reason: format!(
-            "{found}; by conduction alone, a lower bound here: vapour deepens these pools"
-        ),
         ..check
     }
+    .because("by conduction alone, a lower bound here: vapour deepens these pools")
 }
 
 #[cfg(test)]

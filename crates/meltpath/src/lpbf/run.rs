@@ -3,12 +3,16 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
+use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
-use meltpath_scan_head::head::job::{LaserDelays, Recipe, ScanJob};
 use meltpath_scan_head::head::motion::AsMotion;
-use meltpath_scan_head::head::scan_head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
+use meltpath_scan_head::head::ready::ReadyHead;
+use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
+use meltpath_scan_head::head::run::RunSummary;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
@@ -164,9 +168,15 @@ pub fn run(
         });
     }
     let mut checks = checks(&settings, &results, &reporter);
-    checks.extend(found.as_ref().map(optimise::check));
+    let mut facts = present::facts(&settings, &results);
+    match found.as_ref().map(optimise::outcome) {
+        Some(Ok(fact)) => facts.push(fact),
+        Some(Err(check)) => checks.push(check),
+        None => {}
+    }
     let verdict = Verdict {
         checks,
+        facts,
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
@@ -440,23 +450,15 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             ))
             .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
         });
-        let rate = 100.0 * r.fill[2];
-        let title = format!("{}: fill rate, {}", r.recipe.name, MODES[2].words());
-        let id = format!("fill-{number}");
-        checks.push(match settings.fill_rate {
-            Some(limit) => Check::judge(
-                &id,
-                &title,
-                Measure::exact(rate, "%"),
+        checks.extend(settings.fill_rate.map(|limit| {
+            Check::judge(
+                &format!("fill-{number}"),
+                &fill_title(r),
+                Measure::exact(100.0 * r.fill[2], "%"),
                 Limit::AtLeast(100.0 * limit),
             )
-            .remedy("a closer hatch, or other laser delays"),
-            None => Check {
-                status: Status::Pass,
-                value: Some(Measure::exact(rate, "%")),
-                ..Check::not_checked(&id, &title, &format!("{rate:.1} %; no limit was asked for"))
-            },
-        });
+            .remedy("a closer hatch, or other laser delays")
+        }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {
         let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);
@@ -472,6 +474,11 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         ));
     }
     checks
+}
+
+/// What the fill rate of a recipe is called.
+pub(super) fn fill_title(r: &RecipeResult<'_>) -> String {
+    format!("{}: fill rate, {}", r.recipe.name, MODES[2].words())
 }
 
 /// What the job leaves to defaults: every resolved value with its origin.

@@ -14,7 +14,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
-use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::plate::SquarePlate;
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
@@ -50,16 +50,18 @@ fn figures(out: &Path, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// What the verdict says of the first recipe: share of contour points, fill rate.
-fn shares(out: &Path) -> Vec<f64> {
+/// A value of the verdict, of a check or of a fact.
+fn value(out: &Path, id: &str) -> f64 {
     let text = fs::read_to_string(out.join("verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
-    verdict["checks"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(|c| c["value"]["value"].as_f64())
-        .collect()
+    let [checks, facts] = ["checks", "facts"].map(|key| verdict[key].as_array().unwrap());
+    let found = checks.iter().chain(facts).find(|c| c["id"] == id).unwrap();
+    found["value"]["value"].as_f64().unwrap()
+}
+
+/// What the verdict says of the first recipe: share of contour points, fill rate.
+fn shares(out: &Path) -> [f64; 2] {
+    ["contour-1", "fill-1"].map(|id| value(out, id))
 }
 
 /// Small squares as a CLI file of layers, moved by `shift`.
@@ -269,15 +271,9 @@ fn a_faster_recipe_is_found_and_run() {
         [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
         [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
     let out = run(dir.path(), "best", text);
-    let verdict: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("verdict.json")).unwrap()).unwrap();
-    let check = |id: &str| {
-        let checks = verdict["checks"].as_array().unwrap();
-        checks.iter().find(|c| c["id"] == id).unwrap().clone()
-    };
-    let saved = check("optimise")["value"]["value"].as_f64().unwrap();
+    let saved = value(&out, "optimise");
     assert!(saved > 5.0, "{saved}");
-    let value = |id: &str| check(id)["value"]["value"].as_f64().unwrap();
+    let value = |id: &str| value(&out, id);
     assert!(value("contour-2") >= 80.0, "{}", value("contour-2"));
     assert!(
         value("fill-2") >= value("fill-1") - 2.0,

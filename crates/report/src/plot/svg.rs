@@ -219,10 +219,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
 
 #[cfg(test)]
 mod tests {
+    use meltpath_geometry::math::DVec2;
+
     use super::*;
     use crate::colour::ColourMap;
-    use crate::plot::{Aspect, Bar, Map, Shot};
-    use meltpath_geometry::math::DVec2;
+    use crate::plot::{Aspect, Map, Shot};
 
     fn line(points: Vec<DVec2>) -> Plot {
         Plot::new("t", Axis::new("x", "mm"), Axis::new("y", "mm")).with(Mark::Line {
