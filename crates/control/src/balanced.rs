@@ -7,11 +7,11 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::{
+use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{
     Factored, Schur, Singular, lyapunov, lyapunov_discrete, sylvester, symmetric_eigen,
 };
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
 
 /// A stable system in balanced states, strongest first.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,9 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::{Factored, exponential};
-use crate::matrix::Matrix;
 use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{Factored, exponential};
 
 /// What the input does between samples, or which rule replaces it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -238,7 +238,7 @@ mod tests {
         let s = discretise(&g, 0.1, Hold::Impulse).unwrap();
         let mut input = vec![0.0; 5];
         input[0] = 1.0;
-        let y = simulate(&s, &Matrix::from_entries(5, 1, input).unwrap()).unwrap();
+        let y = simulate(&s, &Matrix::from_fn(5, 1, |i, _| input[i])).unwrap();
         for k in 0..5 {
             assert!((y[(k, 0)] - 0.1 * (-0.2 * k as f64).exp()).abs() < 1e-15);
         }

@@ -1,6 +1,18 @@
-//! Frequencies at which a response is worth looking at.
+//! Frequencies at which a response is worth looking at, and points of a measured one.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// One measured point of a response.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Frequency (rad/s).
+    pub omega: f64,
+    /// The response there.
+    pub response: Complex64,
+    /// Weight of its squared error.
+    pub weight: f64,
+}
 
 /// `count` frequencies (rad/s) from `from` to `to`, evenly spread in logarithm, both ends included.
 ///

@@ -1,9 +1,9 @@
 //! Systems put together: in series, side by side, summed, in feedback, and the lower linear fractional transformation.
 
 use crate::SystemError;
-use crate::dense::Factored;
-use crate::matrix::Matrix;
 use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::Factored;
 
 /// The common time of two systems; a system without states joins either.
 fn common(one: &StateSpace, two: &StateSpace) -> Result<Domain, SystemError> {

@@ -8,12 +8,12 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::{
+use crate::discretise::continuous_twin;
+use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{
     Factored, eigenvalues, largest_singular_value, lyapunov, lyapunov_discrete, singular_values,
 };
-use crate::discretise::continuous_twin;
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
 
 /// The largest gain of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -215,13 +215,13 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(40))]
         #[test]
         fn no_grid_point_exceeds_the_bound(v in proptest::collection::vec(-1.0f64..1.0, 5 * 5 + 5 * 2 + 2 * 5 + 4)) {
-            let a = Matrix::from_entries(5, 5, v[..25].to_vec()).unwrap();
-            let shift = crate::dense::eigenvalues(&a).unwrap().iter().map(|e| e.re).fold(f64::MIN, f64::max) + 0.05;
+            let a = Matrix::from_fn(5, 5, |i, j| v[i * 5 + j]);
+            let shift = meltpath_numerics::dense::eigenvalues(&a).unwrap().iter().map(|e| e.re).fold(f64::MIN, f64::max) + 0.05;
             let s = StateSpace::continuous(
                 a - Matrix::identity(5).scaled(shift),
-                Matrix::from_entries(5, 2, v[25..35].to_vec()).unwrap(),
-                Matrix::from_entries(2, 5, v[35..45].to_vec()).unwrap(),
-                Matrix::from_entries(2, 2, v[45..].to_vec()).unwrap(),
+                Matrix::from_fn(5, 2, |i, j| v[25 + i * 2 + j]),
+                Matrix::from_fn(2, 5, |i, j| v[35 + i * 5 + j]),
+                Matrix::from_fn(2, 2, |i, j| v[45 + i * 2 + j]),
             ).unwrap();
             let peak = peak_gain(&s, 1e-7).unwrap();
             let grid = frequency::round_roots(&s.poles().unwrap(), 200);

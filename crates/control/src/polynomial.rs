@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::dense::{DenseError, eigenvalues};
-use crate::matrix::Matrix;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{DenseError, eigenvalues};
 
 /// A count as the exponent of an integer power.
 pub(crate) fn exponent(count: usize) -> i32 {

@@ -5,9 +5,9 @@
 //! of Hamiltonian matrices", SIAM J. Sci. Comput. 22 (2001) 1885–1904; doubling: E. K.-W. Chu et al., Int. J. Control 77
 //! (2004) 767–788.
 
-use crate::dense::balance::balance_by;
-use crate::dense::{DenseError, Factored, Schur, lyapunov};
-use crate::matrix::Matrix;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::balance::balance_by;
+use meltpath_numerics::dense::{DenseError, Factored, Schur, lyapunov};
 
 /// Why no stabilising solution was found.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -168,7 +168,7 @@ pub fn discrete(a: &Matrix, g: &Matrix, q: &Matrix) -> Result<Matrix, RiccatiErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::{eigenvalues, solve};
+    use meltpath_numerics::dense::{eigenvalues, solve};
     use proptest::prelude::*;
 
     proptest! {
@@ -178,8 +178,8 @@ mod tests {
             // random regulators in badly scaled states
             let t = Matrix::diagonal(&decades.iter().map(|d| 10f64.powf(*d)).collect::<Vec<_>>());
             let ti = Matrix::diagonal(&decades.iter().map(|d| 10f64.powf(-*d)).collect::<Vec<_>>());
-            let a = &ti * Matrix::from_entries(n, n, v[..n * n].to_vec()).unwrap() * &t;
-            let b = &ti * Matrix::from_entries(n, 1, v[n * n..n * n + n].to_vec()).unwrap();
+            let a = &ti * Matrix::from_fn(n, n, |i, j| v[i * n + j]) * &t;
+            let b = &ti * Matrix::from_fn(n, 1, |i, _| v[n * n + i]);
             let q = &t * Matrix::identity(n) * &t;
             let p = &b * b.transpose();
             if let Ok(x) = continuous(&a, &p, &q) {

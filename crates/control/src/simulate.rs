@@ -1,10 +1,10 @@
 //! Sampled systems run in time: sample by sample for streams, or over a whole record.
 
 use crate::SystemError;
-use crate::dense::DenseError;
 use crate::discretise::{Hold, discretise};
-use crate::matrix::Matrix;
 use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::DenseError;
 
 /// A sampled system with its state, fed one sample at a time without allocating.
 ///
@@ -152,7 +152,7 @@ pub fn rest_state(system: &StateSpace, input: &[f64]) -> Result<Vec<f64>, DenseE
         Domain::Continuous => -&system.a,
         Domain::Sampled { .. } => Matrix::identity(n) - &system.a,
     };
-    let x = crate::dense::solve(&lhs, &(&system.b * &u))?;
+    let x = meltpath_numerics::dense::solve(&lhs, &(&system.b * &u))?;
     Ok(x.entries().to_vec())
 }
 

@@ -4,8 +4,8 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::{DenseError, Factored, balance::balance_by, eigenvalues};
-use crate::matrix::{ComplexMatrix, Matrix};
+use meltpath_numerics::dense::{DenseError, Factored, balance::balance_by, eigenvalues};
+use meltpath_numerics::{ComplexMatrix, Matrix};
 
 /// How time runs in a system.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
 use crate::delay;
-use crate::matrix::Matrix;
 use crate::polynomial::{Polynomial, exponent};
 use crate::state_space::{Domain, StateSpace};
 use crate::zero_pole::ZeroPoleGain;
+use meltpath_numerics::Matrix;
 
 /// numerator(s) / denominator(s) · exp(−delay·s), one input and one output.
 ///

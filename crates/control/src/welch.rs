@@ -247,7 +247,9 @@ fn detrended(x: &[f64], detrend: Detrend) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{TransferFunction, random::Random, simulate::Running};
+    use meltpath_numerics::random::Random;
+
+    use crate::{TransferFunction, simulate::Running};
 
     #[test]
     fn white_noise_through_a_filter() {

@@ -4,11 +4,11 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::matrix::Matrix;
 use crate::polynomial::{Polynomial, exponent};
 use crate::state_space::{Domain, StateSpace};
 use crate::transfer::TransferFunction;
 use crate::zeros::invariant_zeros;
+use meltpath_numerics::Matrix;
 
 /// gain · Π(s − zero) / Π(s − pole) · exp(−delay·s), one input and one output; complex values in conjugate pairs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! Acceptance cases of the scan-head specification that concern control alone (section 17.5).
+//! Acceptance cases of the scan head that concern control alone.
 
 #![expect(clippy::unwrap_used, reason = "a test may stop")]
 

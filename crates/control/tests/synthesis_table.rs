@@ -115,7 +115,7 @@ fn lpbf_ac30_closed_loops_keep_their_bounds() {
             let peak = frequency::round_roots(&poles, 60)
                 .into_iter()
                 .map(|omega| {
-                    meltpath_control::dense::largest_singular_value(&loop_.response(omega))
+                    meltpath_numerics::dense::largest_singular_value(&loop_.response(omega))
                 })
                 .fold(0.0, f64::max);
             if peak > limit || k.peak.gain > limit {

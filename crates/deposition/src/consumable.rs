@@ -1,6 +1,7 @@
 //! Wires, gases and measured pools, from the data files that come with the program.
 
 use meltpath_base::Speed;
+use meltpath_data::{File, find, gases, names, pools, wires};
 use serde::Deserialize;
 
 use crate::bead::{PoolModel, PursuitLength};
@@ -83,20 +84,14 @@ pub(crate) fn positive(file: &str, what: &str, value: f64) -> Result<f64, DataEr
 pub(crate) fn lookup(
     kind: &'static str,
     id: &str,
-    table: &[(&'static str, &'static str)],
+    files: &'static [File],
 ) -> Result<&'static str, DataError> {
-    table
-        .iter()
-        .find(|(name, _)| *name == id)
-        .map(|(_, text)| *text)
+    find(files, id)
+        .map(|file| file.text)
         .ok_or_else(|| DataError::Unknown {
             kind,
             id: id.to_owned(),
-            known: table
-                .iter()
-                .map(|(name, _)| format!("\"{name}\""))
-                .collect::<Vec<_>>()
-                .join(", "),
+            known: names(files),
         })
 }
 
@@ -140,7 +135,7 @@ impl Wire {
     /// # Errors
     /// [`DataError::Unknown`] listing the wires there are.
     pub fn builtin(id: &str) -> Result<Self, DataError> {
-        Self::parse(id, lookup("wire", id, WIRES)?)
+        Self::parse(id, lookup("wire", id, wires::ALL)?)
     }
 
     /// Section, mm².
@@ -173,7 +168,7 @@ impl Gas {
     /// # Errors
     /// [`DataError::Unknown`] listing the gases there are.
     pub fn builtin(id: &str) -> Result<Self, DataError> {
-        let gas: Gas = read(id, lookup("gas", id, GASES)?)?;
+        let gas: Gas = read(id, lookup("gas", id, gases::ALL)?)?;
         positive(id, "flow", gas.flow.value)?;
         Ok(gas)
     }
@@ -229,7 +224,7 @@ impl PoolRow {
 /// # Errors
 /// [`DataError::Unknown`] listing the configurations there are.
 pub fn pools(id: &str) -> Result<Vec<PoolRow>, DataError> {
-    let file: PoolFile = read(id, lookup("pool", id, POOLS)?)?;
+    let file: PoolFile = read(id, lookup("pool", id, pools::ALL)?)?;
     for row in &file.pool {
         positive(id, "half_width", row.half_width.value)?;
         positive(id, "rear", row.rear.value)?;
@@ -246,46 +241,18 @@ pub fn nearest_pool(rows: &[PoolRow], wire_feed: f64, travel_speed: f64) -> Opti
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// The wires that come with the program: (id, file).
-pub const WIRES: &[(&str, &str)] = &[
-    (
-        "x90-ig-1.0",
-        include_str!("../../../data/wires/x90-ig-1.0.toml"),
-    ),
-    (
-        "x90-ig-1.2",
-        include_str!("../../../data/wires/x90-ig-1.2.toml"),
-    ),
-    (
-        "g3si-1.2",
-        include_str!("../../../data/wires/g3si-1.2.toml"),
-    ),
-];
-
-/// The gases that come with the program.
-pub const GASES: &[(&str, &str)] = &[
-    ("m14", include_str!("../../../data/gases/m14.toml")),
-    ("speed", include_str!("../../../data/gases/speed.toml")),
-];
-
-/// The measured pools that come with the program.
-pub const POOLS: &[(&str, &str)] = &[(
-    "x90-ig-1.0-cmt-m14",
-    include_str!("../../../data/pools/x90-ig-1.0-cmt-m14.toml"),
-)];
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn everything_that_ships_reads() {
-        for (id, _) in WIRES {
-            assert_eq!(Wire::builtin(id).unwrap().id, *id);
+        for file in wires::ALL {
+            assert_eq!(Wire::builtin(file.name).unwrap().id, file.name);
         }
-        for (id, _) in GASES {
-            let gas = Gas::builtin(id).unwrap();
-            assert_eq!(gas.id, *id);
+        for file in gases::ALL {
+            let gas = Gas::builtin(file.name).unwrap();
+            assert_eq!(gas.id, file.name);
             assert!((gas.composition.values().sum::<f64>() - 100.0).abs() < 1e-9);
         }
         let rows = pools("x90-ig-1.0-cmt-m14").unwrap();
@@ -298,11 +265,11 @@ mod tests {
     fn unknown_names_are_told_the_known_ones() {
         let error = Wire::builtin("x91").unwrap_err().to_string();
         assert!(error.contains("\"x90-ig-1.0\""), "{error}");
-        let bad = WIRES[0].1.replace("value = 1.0", "value = -1.0");
+        let bad = wires::ALL[0].text.replace("value = 1.0", "value = -1.0");
         assert!(matches!(
             Wire::parse("w", &bad),
             Err(DataError::Value { .. })
         ));
-        assert!(Wire::parse("w", &format!("colour = 1\n{}", WIRES[0].1)).is_err());
+        assert!(Wire::parse("w", &format!("colour = 1\n{}", wires::ALL[0].text)).is_err());
     }
 }

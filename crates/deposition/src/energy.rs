@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::consumable::{self, DataError};
 
 const FILE: &str = "energy/rouchon-2022";
-const TEXT: &str = include_str!("../../../data/energy/rouchon-2022.toml");
+const TEXT: &str = meltpath_data::energy::ROUCHON_2022.text;
 
 /// How near a table's wire is to the wire asked for, mm.
 const SAME_DIAMETER: f64 = 0.01;

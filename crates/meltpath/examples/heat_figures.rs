@@ -6,23 +6,22 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use meltpath::ebm::focus::builtin;
-use meltpath::material::MATERIALS;
 use meltpath_base::{Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_planning::powder::modulation::{Ramp, hatch_energy, stiffness};
 use meltpath_report::html::{Report, Section, write_html};
 use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::compute;
-use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
-use meltpath_thermal::coupon::{BeamGuess, BeamSetting, Bench, Charts, Coupon};
+use meltpath_thermal::calibration::coupon::{BeamGuess, BeamSetting, Bench, Charts, Coupon};
+use meltpath_thermal::charts::build::compute;
+use meltpath_thermal::charts::simulation::{ChartSimulation, Settings};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::criteria::histogram;
-use meltpath_thermal::enthalpy::Enthalpy;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::material::enthalpy::Enthalpy;
+use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::modulation::{Ramp, hatch_energy, stiffness};
 use meltpath_thermal::solver::State;
 
 fn line(name: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Mark {
@@ -40,7 +39,10 @@ fn dots(name: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Mark {
 }
 
 fn titanium() -> Result<Material, Box<dyn Error>> {
-    Ok(read(MATERIALS[0].1, Readings::default())?)
+    Ok(read(
+        meltpath_data::materials::TI6AL4V_EBM.text,
+        Readings::default(),
+    )?)
 }
 
 /// Figures 2.4.3 and 2.4.5: stiffness against energy, and the ramps of the modulation.
@@ -132,7 +134,7 @@ fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         let name = format!("{:.0} µm deep", 1e3 * set.depths[h]);
         depths = depths.with(line(&name, history(&set, &curve, thin, h, 0)));
     }
-    // the check of the specification, table of section 2.10.3
+    // the independent solver's table (docs/theory/sources.md)
     depths = depths.with(dots(
         "independent solver, 12.5 µm",
         [[0.25, 1631.0], [0.5, 1923.0], [1.0, 2400.0], [2.03, 2800.0]],
@@ -355,7 +357,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     provenance.model(
         "independent solver",
-        "written with the specification of these models",
+        "docs/theory/sources.md, an independent solver",
     );
     let report = Report {
         title: "Figures of heat".to_owned(),

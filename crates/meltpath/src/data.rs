@@ -1,16 +1,11 @@
-//! Robot cells: those that ship, built into the program from `data/cells`, and files of the user's own.
+//! Robot cells: those that ship, from `meltpath_data::cells`, and files of the user's own.
 
 use std::path::{Path, PathBuf};
 
-use meltpath_machine::controller::Controller;
+use meltpath_data::{cells, find, names};
 use meltpath_programs::CellProgramming;
+use meltpath_robot::controller::Controller;
 use serde::Deserialize;
-
-/// The cells that ship: name and file.
-pub const CELLS: &[(&str, &str)] = &[(
-    "arcmate-120ic",
-    include_str!("../../../data/cells/arcmate-120ic.toml"),
-)];
 
 /// What the robot is.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -85,18 +80,17 @@ impl Cell {
     /// # Errors
     /// [`CellFileError`] listing what ships, or saying what is wrong with the file.
     pub fn load(name: &str, folder: &Path) -> Result<Self, CellFileError> {
-        let text = match CELLS.iter().find(|(n, _)| *n == name) {
-            Some((_, text)) => (*text).to_owned(),
+        let text = match find(cells::ALL, name) {
+            Some(shipped) => shipped.text.to_owned(),
             None if is_file(name) => {
                 let path = folder.join(name);
                 std::fs::read_to_string(&path)
                     .map_err(|source| CellFileError::Io { path, source })?
             }
             None => {
-                let known: Vec<_> = CELLS.iter().map(|(n, _)| format!("\"{n}\"")).collect();
                 return Err(CellFileError::Unknown {
                     name: name.to_owned(),
-                    known: known.join(", "),
+                    known: names(cells::ALL),
                 });
             }
         };

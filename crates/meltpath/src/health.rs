@@ -9,16 +9,17 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
-use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
-use meltpath_machine::scan_head::data::{self, HeadFileError};
-use meltpath_machine::scan_head::friction::Friction;
-use meltpath_machine::scan_head::galvanometer::AxisError;
-use meltpath_machine::scan_head::identification::{BenchRecord, Excitation, IdentificationError};
-use meltpath_machine::scan_head::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
-use meltpath_machine::scan_head::km0_bench::{
+use meltpath_data::{find, names, scan_heads};
+use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_scan_head::axis::friction::Friction;
+use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::files::{self, HeadFileError};
+use meltpath_scan_head::health::bench::{
     Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
 };
-use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_scan_head::health::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
+use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, IdentificationError};
 
 pub use history::{Entry, History, HistoryError};
 
@@ -110,20 +111,16 @@ impl Subject {
             name: head.to_owned(),
             message,
         };
-        let shipped = crate::lpbf::settings::HEADS
-            .iter()
-            .find(|(name, _)| *name == head);
-        let text = match shipped {
-            Some((_, text)) => (*text).to_owned(),
+        let text = match find(scan_heads::ALL, head) {
+            Some(shipped) => shipped.text.to_owned(),
             None => std::fs::read_to_string(head).map_err(|e| {
-                let known: Vec<_> = crate::lpbf::settings::HEADS.iter().map(|h| h.0).collect();
                 wrong(format!(
                     "it is neither one of {} nor a file that opens: {e}",
-                    known.join(", ")
+                    names(scan_heads::ALL)
                 ))
             })?,
         };
-        let scan_head = data::parse(&text)
+        let scan_head = files::parse_head(&text)
             .map_err(|e: HeadFileError| wrong(e.to_string()))?
             .head;
         let [x, y] = &scan_head.mirrors;

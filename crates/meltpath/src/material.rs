@@ -1,24 +1,13 @@
-//! Materials of heat: those that ship, built into the program from `data/materials`, and files of the user's own. One way for
+//! Materials of heat: those that ship, from `meltpath_data::materials`, and files of the user's own. One way for
 //! electron beams, lasers and fits.
 
 use std::path::{Path, PathBuf};
 
 use meltpath_base::Provenance;
-use meltpath_thermal::enthalpy::Enthalpy;
+use meltpath_data::{find, materials, names};
 use meltpath_thermal::material::Material;
-use meltpath_thermal::material_file::{Readings, read, sources};
-
-/// The materials that ship: name and file.
-pub const MATERIALS: &[(&str, &str)] = &[
-    (
-        "ti6al4v-ebm",
-        include_str!("../../../data/materials/ti6al4v-ebm.toml"),
-    ),
-    (
-        "in625-laser",
-        include_str!("../../../data/materials/in625-laser.toml"),
-    ),
-];
+use meltpath_thermal::material::enthalpy::Enthalpy;
+use meltpath_thermal::material::file::{Readings, read, sources};
 
 /// A material and where it comes from.
 #[derive(Debug, Clone)]
@@ -52,7 +41,7 @@ impl Loaded {
 pub enum MaterialFileError {
     /// No material of that name ships, and it is no file.
     #[error(
-        "there is no material \"{name}\"; known are {known}; or name a TOML file of your own, such as a changed copy of one in data/materials"
+        "there is no material \"{name}\"; known are {known}; or name a TOML file of your own, such as a changed copy of one in crates/data/materials of the source"
     )]
     Unknown {
         /// What was asked.
@@ -83,19 +72,18 @@ pub enum MaterialFileError {
 ///
 /// ```
 /// use meltpath::material::load;
-/// use meltpath_thermal::material_file::Readings;
+/// use meltpath_thermal::material::file::Readings;
 /// let here = std::path::Path::new(".");
 /// assert!(load("in625-laser", Readings::default(), here).unwrap().material.absorptivity.is_some());
 /// let refused = load("gold", Readings::default(), here).unwrap_err().to_string();
-/// assert!(refused.contains("known are ti6al4v-ebm, in625-laser"));
+/// assert!(refused.contains("known are \"ti6al4v-ebm\", \"in625-laser\""));
 /// ```
 ///
 /// # Errors
 /// [`MaterialFileError`] listing what ships, or saying what is wrong with the file.
 pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, MaterialFileError> {
-    let shipped = MATERIALS.iter().find(|(n, _)| *n == name);
-    let (text, file) = match shipped {
-        Some((_, text)) => ((*text).to_owned(), None),
+    let (text, file) = match find(materials::ALL, name) {
+        Some(shipped) => (shipped.text.to_owned(), None),
         None if crate::data::is_file(name) => {
             let path = folder.join(name);
             let text = std::fs::read_to_string(&path).map_err(|source| MaterialFileError::Io {
@@ -105,10 +93,9 @@ pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, Mat
             (text, Some(path))
         }
         None => {
-            let known: Vec<&str> = MATERIALS.iter().map(|(n, _)| *n).collect();
             return Err(MaterialFileError::Unknown {
                 name: name.to_owned(),
-                known: known.join(", "),
+                known: names(materials::ALL),
             });
         }
     };

@@ -214,7 +214,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     );
     assert!(
         refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
-            .contains("known are ti6al4v-ebm, in625-laser")
+            .contains("known are \"ti6al4v-ebm\", \"in625-laser\"")
     );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
     // a step in which a voxel would melt whole

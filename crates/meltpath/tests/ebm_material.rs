@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
-const TITANIUM: &str = include_str!("../../../data/materials/ti6al4v-ebm.toml");
+const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
 const PATH: &str =
     "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n0,0,0,60000,0.005,0.004,1\n0.001,1,0,60000,0.005,0.004,1\n";
 
@@ -88,7 +88,9 @@ fn what_is_no_material_is_named_in_its_place() {
         error.to_string()
     };
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-    assert!(refused("gold").contains("known are ti6al4v-ebm, in625-laser; or name a TOML file"));
+    assert!(
+        refused("gold").contains("known are \"ti6al4v-ebm\", \"in625-laser\"; or name a TOML file")
+    );
     assert!(refused("none.toml").contains("cannot read the material"));
     write("cut.toml", &TITANIUM[..900]);
     assert!(refused("cut.toml").contains("the material file does not read"));

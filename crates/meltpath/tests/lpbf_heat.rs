@@ -23,7 +23,7 @@ layer = "10 µm"
 "#;
 
 /// A recipe of 70 W: a surface that does not boil under a spot of 70 µm.
-const SOFT: &str = include_str!("../../../data/recipes/industrial.toml");
+const SOFT: &str = meltpath_data::recipes::INDUSTRIAL.text;
 
 fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outcome, String> {
     fs::write(place.join("soft.toml"), recipe).unwrap();

@@ -18,7 +18,7 @@ struct Cell {
 const POINTS: u32 = 100_000;
 
 fn benchmark(c: &mut Criterion) {
-    let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
     let mut cell = toml::from_str::<Cell>(text)
         .expect("the shipped cell reads")
         .program;

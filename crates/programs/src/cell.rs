@@ -205,7 +205,7 @@ pub(crate) mod tests {
 
     /// The programming of the shipped cell.
     pub(crate) fn arcmate() -> CellProgramming {
-        let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+        let text = meltpath_data::cells::ARCMATE_120IC.text;
         toml::from_str::<File>(text).unwrap().program
     }
 

@@ -18,7 +18,7 @@ struct Cell {
 }
 
 fn arcmate() -> CellProgramming {
-    let text = include_str!("../../../data/cells/arcmate-120ic.toml");
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
     toml::from_str::<Cell>(text).unwrap().program
 }
 

@@ -2,8 +2,8 @@
 
 use super::error::SynthesisError;
 use crate::SystemError;
-use crate::matrix::Matrix;
 use crate::state_space::{Domain, StateSpace};
+use meltpath_numerics::Matrix;
 
 /// (errors; measurements) = P (disturbances; commands), commands and measurements last.
 #[derive(Debug, Clone, PartialEq)]

@@ -233,7 +233,7 @@ impl ProcessMap {
     /// # Errors
     /// [`ProcessMapError::Data`] listing the maps there are.
     pub fn builtin(id: &str) -> Result<Self, ProcessMapError> {
-        let text = lookup("process map", id, MAPS)?;
+        let text = lookup("process map", id, meltpath_data::process_maps::ALL)?;
         let wire = wire_of(id, text)?;
         Self::parse(id, text, &wire, &Reporter::new())
     }
@@ -260,9 +260,3 @@ fn grid_beads(g: &GridFile) -> Vec<MeasuredBead> {
     }
     beads
 }
-
-/// The maps that come with the program: (id, file).
-pub const MAPS: &[(&str, &str)] = &[(
-    "x90-ig-1.0-cmt-m14",
-    include_str!("../../../../data/process-maps/x90-ig-1.0-cmt-m14.toml"),
-)];

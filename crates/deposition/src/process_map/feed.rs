@@ -68,7 +68,10 @@ impl FeedCampaign {
     /// # Errors
     /// [`DataError`] when there is none of that name.
     pub fn builtin(id: &str) -> Result<Self, DataError> {
-        let campaign: FeedCampaign = read(id, lookup("feed campaign", id, CAMPAIGNS)?)?;
+        let campaign: FeedCampaign = read(
+            id,
+            lookup("feed campaign", id, meltpath_data::feed_campaigns::ALL)?,
+        )?;
         for bead in &campaign.beads {
             positive(id, "feed", bead.feed)?;
             positive(id, "feed programmed", bead.feed_programmed)?;
@@ -93,11 +96,6 @@ impl FeedCampaign {
         self.beads.iter().map(each).sum::<f64>() / self.beads.len().max(1) as f64
     }
 }
-
-const CAMPAIGNS: &[(&str, &str)] = &[(
-    "g3si-1.2-cmt-speed-feed",
-    include_str!("../../../../data/process-maps/g3si-1.2-cmt-speed-feed.toml"),
-)];
 
 #[cfg(test)]
 mod tests {

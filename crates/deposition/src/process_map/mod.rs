@@ -10,7 +10,7 @@ mod import;
 mod inverse;
 mod surface;
 
-pub use data::{MAPS, Validity};
+pub use data::Validity;
 pub use feed::{FeedBead, FeedCampaign};
 pub use grid::Grid;
 pub use import::{MeasuredBead, check_beads};

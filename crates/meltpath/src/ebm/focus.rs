@@ -1,15 +1,10 @@
-//! Focus calibrations that ship, from `data/focus`.
+//! Focus calibrations that ship, from `meltpath_data::focus`.
 
 use meltpath_base::quantity::QuantityError;
 use meltpath_base::{Length, quantity};
+use meltpath_data::{find, focus, names};
 use meltpath_thermal::focus::{FocusCalibration, FocusError, FocusPiece};
 use serde::Deserialize;
-
-/// The calibrations that ship: name and file.
-pub const CALIBRATIONS: &[(&str, &str)] = &[(
-    "a1-beraud-2016",
-    include_str!("../../../../data/focus/a1-beraud-2016.toml"),
-)];
 
 /// Why a calibration cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -82,19 +77,11 @@ const SLOPE: &[quantity::Unit] = &[quantity::Unit {
 /// assert!((focus.diameter(4e-3).unwrap() - 0.41367).abs() < 1e-9);
 /// ```
 pub fn builtin(name: &str) -> Result<(FocusCalibration, String), FocusFileError> {
-    let text = CALIBRATIONS
-        .iter()
-        .find(|(n, _)| *n == name)
-        .map(|(_, text)| *text)
-        .ok_or_else(|| FocusFileError::Unknown {
-            name: name.to_owned(),
-            known: CALIBRATIONS
-                .iter()
-                .map(|(n, _)| *n)
-                .collect::<Vec<_>>()
-                .join(", "),
-        })?;
-    let file: File = toml::from_str(text)?;
+    let shipped = find(focus::ALL, name).ok_or_else(|| FocusFileError::Unknown {
+        name: name.to_owned(),
+        known: names(focus::ALL),
+    })?;
+    let file: File = toml::from_str(shipped.text)?;
     let pieces = file
         .piece
         .iter()

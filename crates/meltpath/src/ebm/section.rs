@@ -250,10 +250,10 @@ mod tests {
     fn ebm_a01_a_cube_is_drawn_larger() {
         let outline = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]];
         let cube = extrude(&[block(outline)], 100.0);
-        let text = crate::material::MATERIALS[0].1;
-        let material = meltpath_thermal::material_file::read(
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
+        let material = meltpath_thermal::material::file::read(
             text,
-            meltpath_thermal::material_file::Readings::default(),
+            meltpath_thermal::material::file::Readings::default(),
         )
         .unwrap();
         let (low, high) = scaled(&cube, material.scaling).bounds().unwrap();

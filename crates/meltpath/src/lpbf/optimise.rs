@@ -6,17 +6,17 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Fact, Measure, Observer, Status};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::energy::PowerLaw;
-use meltpath_machine::scan_head::fill_rate::{FillRate, hatch_distance};
-use meltpath_machine::scan_head::head::HeadError;
-use meltpath_machine::scan_head::job::{Recipe, ScanJob};
-use meltpath_machine::scan_head::plate::SquarePlate;
-use meltpath_machine::scan_head::recipe_search::{Bounds, Candidate, Found, Problem, search};
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::series::csv::CsvWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::head::job::{Recipe, ScanJob};
+use meltpath_scan_head::head::scan_head::HeadError;
+use meltpath_scan_head::measures::energy::PowerLaw;
+use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
+use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::run::MODES;
 use super::settings::Settings;
@@ -69,8 +69,8 @@ pub(super) fn run(
     search(&problem, bounds, observer)
 }
 
-/// What the search found, for the verdict: a fact, or what is to be looked at where nothing keeps the bounds.
-pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
+/// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
+pub(super) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
     const ID: &str = "optimise";
     const TITLE: &str = "time saved by the fastest recipe within the bounds";
     let Some(best) = &found.best else {
@@ -83,11 +83,12 @@ pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
             100.0 * found.bounds.contour_share,
             100.0 * found.bounds.fill_rate
         );
-        return Err(Check {
+        let check = Check {
             status: Status::Warn,
             ..Check::not_checked(ID, "a recipe within the bounds", &reason)
-        }
-        .remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        };
+        checks.push(check.remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        return;
     };
     let saved = 100.0 * (1.0 - best.duration / found.start.duration);
     let words = if *best == found.start {
@@ -101,7 +102,7 @@ pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
             filter_words(best)
         )
     };
-    Ok(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words))
+    facts.push(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words));
 }
 
 fn filter_words(c: &Candidate) -> String {

@@ -5,15 +5,15 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::as_motion::AsMotion;
-use meltpath_machine::scan_head::contour_error::PathErrors;
-use meltpath_machine::scan_head::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
-use meltpath_machine::scan_head::energy::EnergyAlong;
-use meltpath_machine::scan_head::fill_rate::{FillMode, FillRate, hatch_distance};
-use meltpath_machine::scan_head::gate::Darkness;
-use meltpath_machine::scan_head::head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
-use meltpath_machine::scan_head::job::{LaserDelays, Recipe, ScanJob};
-use meltpath_machine::scan_head::recipe_search::with_filter;
+use meltpath_scan_head::head::gate::Darkness;
+use meltpath_scan_head::head::job::{LaserDelays, Recipe, ScanJob};
+use meltpath_scan_head::head::motion::AsMotion;
+use meltpath_scan_head::head::scan_head::{HeadBlock, HeadError, HeadSink, ReadyHead, RunSummary};
+use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
+use meltpath_scan_head::measures::energy::EnergyAlong;
+use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate, hatch_distance};
+use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
 use super::heat::{self, BeamRecord, RecipeHeat};
@@ -165,10 +165,8 @@ pub fn run(
     }
     let mut checks = checks(&settings, &results, &reporter);
     let mut facts = present::facts(&settings, &results);
-    match found.as_ref().map(optimise::outcome) {
-        Some(Ok(fact)) => facts.push(fact),
-        Some(Err(check)) => checks.push(check),
-        None => {}
+    if let Some(found) = &found {
+        optimise::tell(found, &mut checks, &mut facts);
     }
     let verdict = Verdict {
         checks,

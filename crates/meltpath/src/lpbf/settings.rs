@@ -4,11 +4,12 @@ use std::path::Path;
 
 use meltpath_base::quantity::Positive;
 use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
-use meltpath_machine::scan_head::data::{self, HeadData, HeadFileError};
-use meltpath_machine::scan_head::energy::PowerLaw;
-use meltpath_machine::scan_head::job::Recipe;
-use meltpath_machine::scan_head::plate::SquarePlate;
-use meltpath_machine::scan_head::recipe_search::Bounds;
+use meltpath_data::{File, find, names, recipes, scan_heads};
+use meltpath_scan_head::files::{self, HeadData, HeadFileError};
+use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::measures::energy::PowerLaw;
+use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::search::Bounds;
 use toml::Spanned;
 
 use super::heat::{self, HeatSettings};
@@ -18,34 +19,6 @@ use crate::job::TextError;
 use crate::job::lpbf::{
     DelayChoice, LpbfChecksTable, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
 };
-
-/// The heads that ship: name and file.
-pub const HEADS: &[(&str, &str)] = &[
-    (
-        "two-axis-150",
-        include_str!("../../../../data/scan-heads/two-axis-150.toml"),
-    ),
-    (
-        "three-axis-350",
-        include_str!("../../../../data/scan-heads/three-axis-350.toml"),
-    ),
-];
-
-/// The recipes that ship: name and file.
-pub const RECIPES: &[(&str, &str)] = &[
-    (
-        "industrial",
-        include_str!("../../../../data/recipes/industrial.toml"),
-    ),
-    (
-        "uniform",
-        include_str!("../../../../data/recipes/uniform.toml"),
-    ),
-    (
-        "doubled",
-        include_str!("../../../../data/recipes/doubled.toml"),
-    ),
-];
 
 /// A resolved scan-head job.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +57,7 @@ pub struct Settings {
 pub(crate) fn data_text(
     what: &str,
     name: &Spanned<String>,
-    shipped: &[(&str, &str)],
+    shipped: &'static [File],
     folder: &Path,
 ) -> Result<String, TextError> {
     let failed = |message: String| TextError {
@@ -93,18 +66,17 @@ pub(crate) fn data_text(
         help: None,
     };
     let wanted = name.get_ref().as_str();
-    if let Some((_, text)) = shipped.iter().find(|(n, _)| *n == wanted) {
-        return Ok((*text).to_owned());
+    if let Some(file) = find(shipped, wanted) {
+        return Ok(file.text.to_owned());
     }
     if crate::data::is_file(wanted) {
         let path = folder.join(wanted);
         return std::fs::read_to_string(&path)
             .map_err(|e| failed(format!("cannot read the {what} {}: {e}", path.display())));
     }
-    let known: Vec<_> = shipped.iter().map(|(n, _)| format!("\"{n}\"")).collect();
     Err(failed(format!(
         "there is no {what} \"{wanted}\"; known are {}; or name a TOML file of your own",
-        known.join(", ")
+        names(shipped)
     )))
 }
 
@@ -123,12 +95,12 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         }
     };
     let head_name = &job.lpbf.head;
-    let mut data =
-        data::parse(&data_text("scan head", head_name, HEADS, folder)?).map_err(at(head_name))?;
+    let mut data = files::parse_head(&data_text("scan head", head_name, scan_heads::ALL, folder)?)
+        .map_err(at(head_name))?;
     let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
     for name in &job.lpbf.recipes {
-        let recipe =
-            data::parse_recipe(&data_text("recipe", name, RECIPES, folder)?).map_err(at(name))?;
+        let recipe = files::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?)
+            .map_err(at(name))?;
         recipe.check().map_err(|e| TextError {
             span: Some(name.span()),
             message: format!("\"{}\" is not sound: {e}", name.get_ref()),

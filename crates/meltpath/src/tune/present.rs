@@ -2,8 +2,8 @@
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
-use meltpath_machine::scan_head::servo::Loop;
 use meltpath_report::html::{Report, ReportError, Section, write_html};
+use meltpath_scan_head::servo::model::Loop;
 
 use super::design::AxisResult;
 use super::refinement::words;
@@ -102,7 +102,7 @@ pub(super) fn facts(result: &AxisResult) -> [Fact; 2] {
 }
 
 fn order(result: &AxisResult) -> String {
-    use meltpath_machine::scan_head::servo_loop::Controller;
+    use meltpath_scan_head::axis::control::Controller;
     match &result.chosen().controller {
         Controller::StateSpace { system, .. } => system.order().to_string(),
         _ => "of three loops".to_owned(),

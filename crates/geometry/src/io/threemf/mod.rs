@@ -108,7 +108,7 @@ pub enum ThreeMfError {
         /// What the XML reader says.
         message: String,
     },
-    /// The XML is well-formed but breaks the specification.
+    /// The XML is well-formed but breaks the core specification 1.3.
     #[error("part `{part}`, byte {position}: {message}")]
     Model {
         /// Name of the part.
