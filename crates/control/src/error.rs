@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::state_space::Domain;
+use crate::domain::Domain;
 use meltpath_numerics::dense::DenseError;
 
 /// Why a system cannot be built, joined or converted.

@@ -7,13 +7,13 @@
 pub mod balanced;
 pub mod delay;
 pub mod discretise;
+mod domain;
 mod error;
 pub mod export;
 pub mod frequency;
 pub mod hinf;
 mod interconnect;
 pub mod margins;
-pub mod moving_average;
 pub mod norms;
 pub mod polynomial;
 pub mod prbs;
@@ -28,9 +28,10 @@ pub mod welch;
 pub mod zero_pole;
 pub mod zeros;
 
+pub use domain::Domain;
 pub use error::SystemError;
 pub use meltpath_numerics::{Complex64, ComplexMatrix, Matrix};
 pub use polynomial::Polynomial;
-pub use state_space::{Domain, StateSpace};
+pub use state_space::StateSpace;
 pub use transfer::TransferFunction;
 pub use zero_pole::ZeroPoleGain;

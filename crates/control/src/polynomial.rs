@@ -118,19 +118,6 @@ impl Polynomial {
         )
     }
 
-    /// The polynomial p(factor·s) in s.
-    #[must_use]
-    pub fn stretched(&self, factor: f64) -> Polynomial {
-        let degree = exponent(self.degree());
-        Polynomial::new(
-            self.coefficients
-                .iter()
-                .enumerate()
-                .map(|(k, c)| c * factor.powi(degree - exponent(k)))
-                .collect::<Vec<_>>(),
-        )
-    }
-
     /// The derivative.
     #[must_use]
     pub fn derivative(&self) -> Polynomial {
@@ -242,7 +229,6 @@ mod tests {
         let q = Polynomial::new([1.0, -2.0]);
         assert_eq!(p.times(&q).coefficients(), [1.0, 0.0, -4.0]);
         assert_eq!(p.plus(&q).coefficients(), [2.0, 0.0]);
-        assert_eq!(p.stretched(3.0).coefficients(), [3.0, 2.0]);
         assert!(p.plus(&p.scaled(-1.0)).is_zero());
     }
 }

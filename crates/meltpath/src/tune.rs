@@ -20,7 +20,7 @@ use meltpath_base::{Cancelled, Check, Limit, Measure, Observer, Reporter, Verdic
 use meltpath_control::export::ExportError;
 use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::servo::compare::ScatterError;
 use meltpath_scan_head::servo::h_infinity::HinfError;
 use meltpath_scan_head::servo::refine::RefineError;

@@ -220,11 +220,6 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// Sum of the diagonal.
-    pub fn trace(&self) -> T {
-        (0..self.rows.min(self.columns)).fold(T::default(), |sum, i| sum + self[(i, i)])
-    }
-
     /// Root of the sum of squares (Frobenius norm), safe against overflow.
     pub fn norm(&self) -> f64 {
         let largest = self.largest();

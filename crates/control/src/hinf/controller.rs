@@ -5,8 +5,9 @@
 use super::error::SynthesisError;
 use super::level::{Half, Solved};
 use super::normalised::Normalised;
+use crate::domain::Domain;
 use crate::riccati::refine;
-use crate::state_space::{Domain, StateSpace};
+use crate::state_space::StateSpace;
 use meltpath_numerics::Matrix;
 use meltpath_numerics::dense::{Factored, symmetric_eigen};
 

@@ -2,7 +2,8 @@
 
 use super::error::SynthesisError;
 use crate::SystemError;
-use crate::state_space::{Domain, StateSpace};
+use crate::domain::Domain;
+use crate::state_space::StateSpace;
 use meltpath_numerics::Matrix;
 
 /// (errors; measurements) = P (disturbances; commands), commands and measurements last.

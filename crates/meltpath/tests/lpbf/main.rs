@@ -14,7 +14,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
-use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::plate::SquarePlate;
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;

@@ -60,7 +60,7 @@ fn record(start: DVec3, commands: &[Command], controller: &Controller, dt: f64) 
         summary,
     };
     for b in &blocks {
-        r.t.extend((0..b.len()).map(|i| b.t0 + i as f64 * dt));
+        r.t.extend((0..b.len()).map(|i| b.time(i)));
         r.position.extend(&b.position);
         r.speed.extend(&b.speed);
         r.wire += b.wire.iter().sum::<f64>();

@@ -2,7 +2,7 @@
 
 use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::files::{self, HeadData};
-use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::plate::SquarePlate;
 

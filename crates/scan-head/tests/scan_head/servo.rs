@@ -9,7 +9,7 @@ use meltpath_control::Complex64;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{CascadeGains, Controller};
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::prefilter::{Kernel, PreFilter};
 use meltpath_scan_head::servo::compare::{MultiStep, TrackingError, run};
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
@@ -167,7 +167,7 @@ fn the_linear_system_has_the_response_of_the_formulas() {
     let closed = model.closed_loop().unwrap();
     for omega in [3.0, 70.0, 900.0, 8000.0, 24_000.0, 25_200.0, 2e5] {
         let formula = model.complete(Actions::FeedForward, Complex64::new(0.0, omega));
-        let system = closed.entry_response(0, 0, omega);
+        let system = closed.response(omega)[(0, 0)];
         assert!(
             (formula - system).norm() < 1e-9 * formula.norm(),
             "{omega}: {formula} {system}"

@@ -1,60 +1,60 @@
-//! A ray tracer for two-mirror heads: mirrors anywhere, about any axes, and flat windows. It checks the closed forms, and
-//! serves heads they do not cover (axes not perpendicular, any incidence: Manakov 2011).
+//! A ray tracer for two-mirror heads: mirrors anywhere, about any axes, and flat windows. The closed forms are held to
+//! it (axes not perpendicular, any incidence: Manakov 2011).
 //!
 //! Geometric optics; source of the three-axis layout: Rasoanarivo 2020, § 2.3.1.2, rebuilt from its equations 2.39-2.43.
 
 use meltpath_geometry::math::{DMat2, DQuat, DVec2, DVec3};
 
-use crate::optics::geometry::{GeometryError, ThreeAxis};
+use meltpath_scan_head::optics::geometry::{GeometryError, ThreeAxis};
 
 /// A flat mirror that turns about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mirror {
+pub(crate) struct Mirror {
     /// A point of the axis, mm.
-    pub centre: DVec3,
+    pub(crate) centre: DVec3,
     /// The axis, unit.
-    pub axis: DVec3,
+    pub(crate) axis: DVec3,
     /// The surface's normal at angle 0, unit.
-    pub normal: DVec3,
+    pub(crate) normal: DVec3,
     /// From the axis to the surface along the normal, mm.
-    pub offset: f64,
+    pub(crate) offset: f64,
 }
 
 /// A flat window parallel to the work plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub(crate) struct Window {
     /// Height of its upper face, mm.
-    pub top: f64,
+    pub(crate) top: f64,
     /// Thickness, mm.
-    pub thickness: f64,
+    pub(crate) thickness: f64,
     /// Refractive index over that of the atmosphere.
-    pub index_ratio: f64,
+    pub(crate) index_ratio: f64,
 }
 
 /// A head for the ray tracer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RayHead {
+pub(crate) struct RayHead {
     /// Where the beam starts (the objective), mm.
-    pub source: DVec3,
+    pub(crate) source: DVec3,
     /// Its direction, unit.
-    pub direction: DVec3,
+    pub(crate) direction: DVec3,
     /// The two mirrors, first hit first.
-    pub mirrors: [Mirror; 2],
+    pub(crate) mirrors: [Mirror; 2],
     /// Windows from the top down.
-    pub windows: Vec<Window>,
+    pub(crate) windows: Vec<Window>,
     /// Origin of the work plane, whose normal is +z, mm.
-    pub plane: DVec3,
+    pub(crate) plane: DVec3,
 }
 
 /// A traced ray.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+pub(crate) struct Trace {
     /// The points from the source to the plane, mm.
-    pub points: Vec<DVec3>,
+    pub(crate) points: Vec<DVec3>,
     /// The hit in the plane, mm.
-    pub hit: DVec2,
+    pub(crate) hit: DVec2,
     /// Length of the path, mm (geometric, also in glass).
-    pub length: f64,
+    pub(crate) length: f64,
 }
 
 impl Mirror {
@@ -73,7 +73,7 @@ impl RayHead {
     ///
     /// # Errors
     /// [`GeometryError::OutOfReach`] where the beam misses a mirror or the plane.
-    pub fn trace(&self, angles: DVec2) -> Result<Trace, GeometryError> {
+    pub(crate) fn trace(&self, angles: DVec2) -> Result<Trace, GeometryError> {
         let lost = GeometryError::OutOfReach {
             x: f64::NAN,
             y: f64::NAN,
@@ -109,7 +109,7 @@ impl RayHead {
     ///
     /// # Errors
     /// [`GeometryError::OutOfReach`], [`GeometryError::Singular`].
-    pub fn inverse(&self, point: DVec2) -> Result<DVec2, GeometryError> {
+    pub(crate) fn inverse(&self, point: DVec2) -> Result<DVec2, GeometryError> {
         let mut angles = DVec2::ZERO;
         let h = 1e-6;
         for _ in 0..50 {
@@ -144,38 +144,36 @@ fn refract(along: DVec3, ratio: f64) -> Option<DVec3> {
     (rest > 0.0).then(|| flat.extend(-rest.sqrt()))
 }
 
-impl ThreeAxis {
-    /// The same head for the ray tracer.
-    pub fn to_rays(&self) -> RayHead {
-        let (sb, cb) = self.x_tilt.sin_cos();
-        let between = DVec3::new(0.0, -sb, cb);
-        let height = self.plane[2];
-        let ratio = self.window_index / self.atmosphere_index;
-        RayHead {
-            source: DVec3::X * self.objective,
-            direction: DVec3::X,
-            mirrors: [
-                Mirror {
-                    centre: DVec3::new(self.x_axis[0], self.x_axis[1], 0.0),
-                    axis: between.cross(DVec3::X),
-                    normal: DQuat::from_axis_angle(between.cross(DVec3::X), -self.x_rest) * between,
-                    offset: self.mirror_offset,
-                },
-                Mirror {
-                    centre: DVec3::new(0.0, self.y_axis[0], self.y_axis[1]),
-                    axis: DVec3::X,
-                    normal: DQuat::from_axis_angle(DVec3::X, self.y_rest) * DVec3::Z,
-                    offset: self.mirror_offset,
-                },
-            ],
-            windows: [0.4, 0.6]
-                .map(|share| Window {
-                    top: share * height,
-                    thickness: self.window,
-                    index_ratio: ratio,
-                })
-                .to_vec(),
-            plane: DVec3::from_array(self.plane),
-        }
+/// A head for the ray tracer.
+pub(crate) fn rays_of(head: &ThreeAxis) -> RayHead {
+    let (sb, cb) = head.x_tilt.sin_cos();
+    let between = DVec3::new(0.0, -sb, cb);
+    let height = head.plane[2];
+    let ratio = head.window_index / head.atmosphere_index;
+    RayHead {
+        source: DVec3::X * head.objective,
+        direction: DVec3::X,
+        mirrors: [
+            Mirror {
+                centre: DVec3::new(head.x_axis[0], head.x_axis[1], 0.0),
+                axis: between.cross(DVec3::X),
+                normal: DQuat::from_axis_angle(between.cross(DVec3::X), -head.x_rest) * between,
+                offset: head.mirror_offset,
+            },
+            Mirror {
+                centre: DVec3::new(0.0, head.y_axis[0], head.y_axis[1]),
+                axis: DVec3::X,
+                normal: DQuat::from_axis_angle(DVec3::X, head.y_rest) * DVec3::Z,
+                offset: head.mirror_offset,
+            },
+        ],
+        windows: [0.4, 0.6]
+            .map(|share| Window {
+                top: share * height,
+                thickness: head.window,
+                index_ratio: ratio,
+            })
+            .to_vec(),
+        plane: DVec3::from_array(head.plane),
     }
 }

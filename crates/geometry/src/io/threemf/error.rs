@@ -1,35 +1,11 @@
-//! 3MF core specification 1.3, in and out (3MF Consortium, BSD): a zip package with an XML model of meshes.
-//!
-//! The production extension's paths to other model parts are followed; materials and triangle sets do not change
-//! shapes and are ignored; any other extension that a file requires is refused by name.
+//! What can be wrong with a 3MF file.
 
-mod build;
-mod model;
-mod package;
-mod write;
+use std::io;
 
-use std::io::{self, Read, Seek};
-
-use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_base::Cancelled;
 use thiserror::Error;
 
-use super::NamedMesh;
-use build::instantiate;
-use package::Package;
-pub use write::write_3mf;
-
-/// Unpacked bytes accepted in one part of a package.
-pub const MAX_UNPACKED: u64 = 4 << 30;
-/// Packing ratio accepted beyond [`RATIO_FREE`] bytes: meshes pack 5 to 40 times.
-pub const MAX_RATIO: u64 = 200;
-/// Unpacked bytes below which the ratio does not matter.
-pub const RATIO_FREE: u64 = 64 << 20;
-/// Triangles accepted after all components are placed.
-pub const MAX_TRIANGLES: u64 = 100_000_000;
-/// Placed components accepted.
-pub const MAX_INSTANCES: u64 = 1_000_000;
-/// Depth of components within components accepted.
-pub const MAX_DEPTH: usize = 64;
+use super::limits::{MAX_DEPTH, MAX_INSTANCES, MAX_TRIANGLES};
 
 /// Why a 3MF file could not be read.
 #[derive(Debug, Error)]
@@ -145,33 +121,4 @@ pub enum ThreeMfError {
     /// The build is empty.
     #[error("the 3MF file builds nothing: its `build` has no items with triangles")]
     NothingToBuild,
-}
-
-/// Reads every build item of a 3MF package as one mesh in millimetres, components and transforms applied.
-///
-/// Warns where a build item is support, not part (`3mf-support-skipped`), and where an object also carries
-/// ready-made slices (`3mf-slices-ignored`). Vertices are kept as the file shares them.
-///
-/// # Errors
-/// See [`ThreeMfError`]: damaged or encrypted packages, required extensions that are not supported, XML or
-/// index errors with their byte position, missing or self-containing objects, zip bombs.
-pub fn read_3mf(
-    reader: impl Read + Seek,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<Vec<NamedMesh>, ThreeMfError> {
-    let mut package = Package::open(reader)?;
-    let start = package.start_part()?;
-    observer.stage("read part", 0);
-    let mut models = std::collections::BTreeMap::new();
-    let mut wanted = vec![start.clone()];
-    while let Some(part) = wanted.pop() {
-        if models.contains_key(&part) {
-            continue;
-        }
-        let model = package.model(&part, observer)?;
-        wanted.extend(model.paths());
-        models.insert(part, model);
-    }
-    instantiate(&models, &start, reporter)
 }

@@ -4,9 +4,9 @@ use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::{LineSet, Scalar, Scene, SceneError, Stroke, Surface, Visibility};
 use crate::colour::ColourMap;
 use crate::packing::{Quantiser, pack_codes, pack_indices};
-use crate::scene::{LineSet, Scalar, Scene, SceneError, Stroke, Surface, Visibility};
 
 /// Points of a line set that a page carries at most; beyond, every k-th point is shown and the page says so.
 const SHOWN_POINTS: usize = 2_500_000;

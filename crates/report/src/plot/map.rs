@@ -74,7 +74,7 @@ fn colour(map: ColourMap, share: f64) -> String {
 }
 
 /// Draws the cells; `place` goes from values to the drawing. Cells of one colour that lie side by side become one.
-pub(crate) fn cells(out: &mut String, map: &Map, place: impl Fn(DVec2) -> DVec2) {
+pub(super) fn cells(out: &mut String, map: &Map, place: impl Fn(DVec2) -> DVec2) {
     let (columns, rows) = (map.columns, map.rows());
     if columns == 0 || rows == 0 {
         return;
@@ -109,7 +109,7 @@ pub(crate) fn cells(out: &mut String, map: &Map, place: impl Fn(DVec2) -> DVec2)
 }
 
 /// The scale in the legend: its colours between its ends.
-pub(crate) fn scale(map: &Map) -> String {
+pub(super) fn scale(map: &Map) -> String {
     const STEPS: u32 = 16;
     let mut html = String::new();
     let [low, high] = map.ends().map(|v| escape(&significant(v, 4)).into_owned());

@@ -1,26 +1,16 @@
 //! Plots drawn as SVG that stands inside a page: colours are the page's, text scales with the figure.
-//!
-//! Long lines are reduced to what the frame can show: in each column of a third of a pixel the first, lowest,
-//! highest and last points stay, so that no peak is lost (the M4 rule of Jugel et al. 2014).
 
 use std::fmt::Write as _;
 
 use meltpath_geometry::math::DVec2;
 
+use super::axes::axes;
+use super::frame::{Frame, HEIGHT, WIDTH, straightened};
+use super::line::{distinct, line_path, outline_path};
+use super::{Axis, Film, Mark, Plot, Scale, map};
 use crate::escape::escape;
 use crate::number::significant;
-use crate::plot::{Aspect, Axis, Bar, Film, Mark, Plot, Scale};
-use crate::plot_axes::{axes, axis_ticks};
-use crate::plot_map;
 
-const WIDTH: f64 = 520.0;
-pub(crate) const HEIGHT: f64 = 300.0;
-/// Least free space around the frame: left, top, right, bottom.
-const MARGIN: [f64; 4] = [48.0, 12.0, 16.0, 46.0];
-/// Width of a digit in the tick labels, upper estimate over common fonts.
-const DIGIT: f64 = 8.0;
-/// Intervals that the vertical axis aims at.
-pub(crate) const Y_TICKS: u32 = 5;
 /// Number of colours and dash patterns in the page's style sheet.
 const STYLES: usize = 6;
 
@@ -95,7 +85,7 @@ fn legend(plot: &Plot) -> String {
             _ => None,
         };
         if let Some(map) = map {
-            html.push_str(&plot_map::scale(map));
+            html.push_str(&map::scale(map));
             continue;
         }
         let swatch = match mark {
@@ -112,196 +102,6 @@ fn legend(plot: &Plot) -> String {
     }
     html.push_str("</ul>");
     html
-}
-
-/// Map from values to the drawing.
-pub(crate) struct Frame {
-    pub(crate) lo: DVec2,
-    pub(crate) hi: DVec2,
-    pub(crate) left: f64,
-    pub(crate) top: f64,
-    pub(crate) right: f64,
-    pub(crate) bottom: f64,
-}
-
-impl Frame {
-    fn of(plot: &Plot) -> Frame {
-        let (mut lo, mut hi) = extent(&plot.marks);
-        pad(&mut lo.x, &mut hi.x, plot.x.range, 0.0);
-        pad(&mut lo.y, &mut hi.y, plot.y.range, 0.06);
-        let [least_left, top, right, bottom] = MARGIN;
-        let longest = axis_ticks(plot.y.scale, lo.y, hi.y, Y_TICKS)
-            .iter()
-            .filter_map(|t| t.label.as_ref())
-            .map(|label| label.chars().count())
-            .max();
-        let left = (33.0 + DIGIT * longest.unwrap_or(0) as f64).max(least_left);
-        let mut frame = Frame {
-            lo,
-            hi,
-            left,
-            top,
-            right: WIDTH - right,
-            bottom: HEIGHT - bottom,
-        };
-        if plot.aspect == Aspect::Equal {
-            frame.widen_to_equal_scales();
-        }
-        frame
-    }
-
-    fn widen_to_equal_scales(&mut self) {
-        let size = DVec2::new(self.right - self.left, self.bottom - self.top);
-        let per_unit = (size / (self.hi - self.lo)).min_element();
-        let missing = size / per_unit - (self.hi - self.lo);
-        self.lo -= 0.5 * missing;
-        self.hi += 0.5 * missing;
-    }
-
-    pub(crate) fn x(&self, x: f64) -> f64 {
-        self.left + (x - self.lo.x) / (self.hi.x - self.lo.x) * (self.right - self.left)
-    }
-
-    pub(crate) fn y(&self, y: f64) -> f64 {
-        self.bottom - (y - self.lo.y) / (self.hi.y - self.lo.y) * (self.bottom - self.top)
-    }
-
-    fn place(&self, p: DVec2) -> DVec2 {
-        DVec2::new(self.x(p.x), self.y(p.y))
-    }
-}
-
-/// Smallest box around every finite point of the marks; limits count along y.
-fn extent(marks: &[Mark]) -> (DVec2, DVec2) {
-    let mut lo = DVec2::INFINITY;
-    let mut hi = DVec2::NEG_INFINITY;
-    let mut take = |p: DVec2| {
-        if p.is_finite() {
-            lo = lo.min(p);
-            hi = hi.max(p);
-        }
-    };
-    for mark in marks {
-        match mark {
-            Mark::Line { points, .. } | Mark::Dots { points, .. } => {
-                points.iter().copied().for_each(&mut take);
-            }
-            Mark::Band { lower, upper, .. } => {
-                lower.iter().chain(upper).copied().for_each(&mut take);
-            }
-            Mark::Area { outline, .. } => outline.iter().copied().for_each(&mut take),
-            Mark::Map(map) => map.corners.iter().copied().for_each(&mut take),
-            Mark::Film(film) => {
-                let corners = film.shots.iter().flat_map(|shot| shot.map.corners);
-                corners.for_each(&mut take);
-            }
-            Mark::Bars { bars, .. } => {
-                for bar in bars {
-                    take(DVec2::new(bar.from, 0.0));
-                    take(DVec2::new(bar.to, bar.value));
-                }
-            }
-            Mark::Limit { .. } => {}
-        }
-    }
-    for mark in marks {
-        if let Mark::Limit { value, .. } = mark
-            && value.is_finite()
-        {
-            lo.y = lo.y.min(*value);
-            hi.y = hi.y.max(*value);
-        }
-    }
-    (lo, hi)
-}
-
-/// Settles one axis: the asked range, or the data with `margin` on either side, never empty.
-fn pad(lo: &mut f64, hi: &mut f64, asked: Option<[f64; 2]>, margin: f64) {
-    if let Some([a, b]) = asked.filter(|[a, b]| a < b && (b - a).is_finite()) {
-        (*lo, *hi) = (a, b);
-        return;
-    }
-    if !(lo.is_finite() && hi.is_finite()) {
-        (*lo, *hi) = (0.0, 1.0);
-    }
-    let span = *hi - *lo;
-    let least = 1e-9 * lo.abs().max(hi.abs()).max(1e-9);
-    let grow = if span > least {
-        margin * span
-    } else {
-        0.5 * lo.abs().max(1.0)
-    };
-    // bars and counts stand on zero
-    let on_zero = *lo == 0.0 && span > least;
-    *lo -= if on_zero { 0.0 } else { grow };
-    *hi += grow;
-}
-
-/// The plot in the coordinates of its frame: decimal logarithms along logarithmic axes.
-fn straightened(plot: &Plot) -> Plot {
-    let along = |scale: Scale, v: f64| match scale {
-        Scale::Linear => v,
-        // the logarithm of zero would be drawn at the end of the world
-        Scale::Logarithmic if v > 0.0 => v.log10(),
-        Scale::Logarithmic => f64::NAN,
-    };
-    let (sx, sy) = (plot.x.scale, plot.y.scale);
-    let points = |all: &[DVec2]| -> Vec<DVec2> {
-        all.iter()
-            .map(|p| DVec2::new(along(sx, p.x), along(sy, p.y)))
-            .collect()
-    };
-    let axis = |a: &Axis| Axis {
-        range: a.range.map(|ends| ends.map(|v| along(a.scale, v))),
-        ..a.clone()
-    };
-    let marks = plot
-        .marks
-        .iter()
-        .map(|mark| match mark {
-            Mark::Line { name, points: p } => Mark::Line {
-                name: name.clone(),
-                points: points(p),
-            },
-            Mark::Dots { name, points: p } => Mark::Dots {
-                name: name.clone(),
-                points: points(p),
-            },
-            Mark::Band { name, lower, upper } => Mark::Band {
-                name: name.clone(),
-                lower: points(lower),
-                upper: points(upper),
-            },
-            Mark::Area { name, outline } => Mark::Area {
-                name: name.clone(),
-                outline: points(outline),
-            },
-            Mark::Bars { name, bars } => Mark::Bars {
-                name: name.clone(),
-                bars: bars
-                    .iter()
-                    .map(|b| Bar {
-                        from: along(sx, b.from),
-                        to: along(sx, b.to),
-                        value: along(sy, b.value),
-                    })
-                    .collect(),
-            },
-            Mark::Limit { name, value } => Mark::Limit {
-                name: name.clone(),
-                value: along(sy, *value),
-            },
-            // equal cells stay equal on linear axes only
-            Mark::Map(map) => Mark::Map(map.clone()),
-            Mark::Film(film) => Mark::Film(film.clone()),
-        })
-        .collect();
-    Plot {
-        x: axis(&plot.x),
-        y: axis(&plot.y),
-        marks,
-        ..plot.clone()
-    }
 }
 
 fn svg(plot: &Plot) -> String {
@@ -358,30 +158,16 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
             let _ = write!(out, "<path class=\"{class}\" d=\"{d}\"/>");
         }
         Mark::Band { lower, upper, .. } => {
-            let back = upper.iter().rev();
-            let edge: Vec<DVec2> = lower
-                .iter()
-                .chain(back)
-                .filter(|p| p.is_finite())
-                .map(|&p| frame.place(p))
-                .collect();
+            let edge = lower.iter().chain(upper.iter().rev());
             let _ = write!(
                 out,
                 "<path class=\"{class}\" d=\"{}Z\"/>",
-                polyline(&spaced(&edge))
+                outline_path(edge, frame)
             );
         }
         Mark::Area { outline, .. } => {
-            let edge: Vec<DVec2> = outline
-                .iter()
-                .filter(|p| p.is_finite())
-                .map(|&p| frame.place(p))
-                .collect();
-            let _ = write!(
-                out,
-                "<path class=\"{class}\" d=\"{}Z\"/>",
-                polyline(&spaced(&edge))
-            );
+            let edge = outline_path(outline.iter(), frame);
+            let _ = write!(out, "<path class=\"{class}\" d=\"{edge}Z\"/>");
         }
         Mark::Bars { bars, .. } => {
             let zero = frame.y(0.0_f64.clamp(frame.lo.y, frame.hi.y));
@@ -404,7 +190,7 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
             }
             out.push_str("</g>");
         }
-        Mark::Map(map) => plot_map::cells(out, map, |p| frame.place(p)),
+        Mark::Map(map) => map::cells(out, map, |p| frame.place(p)),
         Mark::Film(film) => {
             for (n, shot) in film.shots.iter().enumerate() {
                 let hidden = if n == film.first() {
@@ -414,7 +200,7 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
                 };
                 let label = escape(&shot.label);
                 let _ = write!(out, "<g class=\"shot\" data-label=\"{label}\"{hidden}>");
-                plot_map::cells(out, &shot.map, |p| frame.place(p));
+                map::cells(out, &shot.map, |p| frame.place(p));
                 out.push_str("</g>");
             }
         }
@@ -433,85 +219,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
     }
 }
 
-/// SVG path of a line with gaps where a point is not finite.
-fn line_path(points: &[DVec2], frame: &Frame) -> String {
-    points
-        .split(|p| !p.is_finite())
-        .filter(|run| !run.is_empty())
-        .map(|run| {
-            let placed: Vec<DVec2> = run.iter().map(|&p| frame.place(p)).collect();
-            let forward = placed.windows(2).all(|w| w[1].x >= w[0].x);
-            if forward {
-                polyline(&columns(&placed))
-            } else {
-                polyline(&spaced(&placed))
-            }
-        })
-        .collect()
-}
-
-fn polyline(points: &[DVec2]) -> String {
-    let mut d = String::with_capacity(12 * points.len());
-    for (i, p) in points.iter().enumerate() {
-        let _ = write!(d, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, p.x, p.y);
-    }
-    d
-}
-
-/// First, lowest, highest and last point of each column a third of a pixel wide; points run from left to right.
-fn columns(points: &[DVec2]) -> Vec<DVec2> {
-    let column = |p: &DVec2| (3.0 * p.x).floor();
-    let mut kept = Vec::new();
-    for run in points.chunk_by(|a, b| column(a) == column(b)) {
-        if run.len() <= 4 {
-            kept.extend_from_slice(run);
-            continue;
-        }
-        let last = run.len() - 1;
-        let (mut low, mut high) = (0, 0);
-        for (i, p) in run.iter().enumerate() {
-            if p.y < run[low].y {
-                low = i;
-            }
-            if p.y > run[high].y {
-                high = i;
-            }
-        }
-        let mut places = [0, low.min(high), low.max(high), last].to_vec();
-        places.dedup();
-        kept.extend(places.into_iter().map(|i| run[i]));
-    }
-    kept
-}
-
-/// Leaves out points nearer than a third of a pixel to the last one kept.
-fn spaced(points: &[DVec2]) -> Vec<DVec2> {
-    let mut kept: Vec<DVec2> = Vec::new();
-    for (i, &p) in points.iter().enumerate() {
-        let far = kept.last().is_none_or(|last| last.distance(p) > 1.0 / 3.0);
-        if far || i + 1 == points.len() {
-            kept.push(p);
-        }
-    }
-    kept
-}
-
-/// Dots that do not hide one another, in the frame's pixels.
-fn distinct(points: &[DVec2], frame: &Frame) -> Vec<DVec2> {
-    let mut seen = std::collections::HashSet::new();
-    points
-        .iter()
-        .filter(|p| p.is_finite())
-        .map(|&p| frame.place(p))
-        .filter(|p| seen.insert(((2.0 * p.x).round() as i64, (2.0 * p.y).round() as i64)))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::colour::ColourMap;
-    use crate::plot::{Map, Shot};
+    use crate::plot::{Aspect, Bar, Map, Shot};
 
     fn line(points: Vec<DVec2>) -> Plot {
         Plot::new("t", Axis::new("x", "mm"), Axis::new("y", "mm")).with(Mark::Line {
