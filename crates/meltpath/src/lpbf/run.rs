@@ -293,7 +293,7 @@ impl<'a> Run<'a> {
         };
         let last = self.last_shown();
         let heat = self.settings.heat.as_ref();
-        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
         let mut sinks = (
