@@ -117,10 +117,8 @@ pub fn run(
     }
     let mut checks = checks(&settings, &results, &reporter);
     let mut facts = present::facts(&settings, &results);
-    match found.as_ref().map(optimise::outcome) {
-        Some(Ok(fact)) => facts.push(fact),
-        Some(Err(check)) => checks.push(check),
-        None => {}
+    if let Some(found) = &found {
+        optimise::tell(found, &mut checks, &mut facts);
     }
     let verdict = Verdict {
         checks,
