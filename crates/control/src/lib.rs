@@ -16,6 +16,7 @@ pub mod hinf;
 mod interconnect;
 pub mod margins;
 pub mod matrix;
+pub mod moving_average;
 pub mod norms;
 pub mod polynomial;
 pub mod prbs;

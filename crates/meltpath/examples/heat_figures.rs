@@ -8,20 +8,20 @@ use std::path::{Path, PathBuf};
 use meltpath::ebm::focus::builtin;
 use meltpath_base::{Check, Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_planning::powder::modulation::{Ramp, hatch_energy, stiffness};
 use meltpath_report::html::{Report, Section, write_html};
 use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::compute;
-use meltpath_thermal::chart_simulation::{ChartSimulation, Settings};
-use meltpath_thermal::coupon::{BeamGuess, BeamSetting, Bench, Charts, Coupon};
+use meltpath_thermal::calibration::coupon::{BeamGuess, BeamSetting, Bench, Charts, Coupon};
+use meltpath_thermal::charts::build::compute;
+use meltpath_thermal::charts::simulation::{ChartSimulation, Settings};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::criteria::histogram;
-use meltpath_thermal::enthalpy::Enthalpy;
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::material::enthalpy::Enthalpy;
+use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::modulation::{Ramp, hatch_energy, stiffness};
 use meltpath_thermal::solver::State;
 
 fn line(name: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Mark {

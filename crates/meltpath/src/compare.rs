@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::comparison::{Apart, Pair, apart};
+use meltpath_thermal::calibration::comparison::{Apart, Pair, apart};
 
 use crate::ebm::present_voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::outcome::RunError;

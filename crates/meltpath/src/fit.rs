@@ -8,10 +8,12 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
-use meltpath_thermal::fit::{self as least_squares, Fitted, Measured, Prior, which_to_build};
-use meltpath_thermal::material_file::Readings;
-use meltpath_thermal::strategy::solve_radius;
+use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
+use meltpath_thermal::calibration::fit::solve_radius;
+use meltpath_thermal::calibration::fit::{
+    self as least_squares, Fitted, Measured, Prior, which_to_build,
+};
+use meltpath_thermal::material::file::Readings;
 
 use crate::ebm::focus::{self, FocusFileError};
 use crate::material::{MaterialFileError, load};
@@ -167,8 +169,8 @@ pub fn fit(
 
 /// The run's error: cancellation is told apart.
 fn told(error: FitCommandError) -> RunError {
-    use meltpath_thermal::chart_build::BuildError;
-    use meltpath_thermal::chart_simulation::ChartSimulationError;
+    use meltpath_thermal::charts::build::BuildError;
+    use meltpath_thermal::charts::simulation::ChartSimulationError;
     use meltpath_thermal::solver::SolverError;
     let (FitCommandError::Coupon(coupon)
     | FitCommandError::Fit(least_squares::FitError::Model(coupon))) = &error

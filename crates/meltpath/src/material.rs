@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::Provenance;
 use meltpath_data::{find, materials, names};
-use meltpath_thermal::enthalpy::Enthalpy;
 use meltpath_thermal::material::Material;
-use meltpath_thermal::material_file::{Readings, read, sources};
+use meltpath_thermal::material::enthalpy::Enthalpy;
+use meltpath_thermal::material::file::{Readings, read, sources};
 
 /// A material and where it comes from.
 #[derive(Debug, Clone)]
@@ -72,7 +72,7 @@ pub enum MaterialFileError {
 ///
 /// ```
 /// use meltpath::material::load;
-/// use meltpath_thermal::material_file::Readings;
+/// use meltpath_thermal::material::file::Readings;
 /// let here = std::path::Path::new(".");
 /// assert!(load("in625-laser", Readings::default(), here).unwrap().material.absorptivity.is_some());
 /// let refused = load("gold", Readings::default(), here).unwrap_err().to_string();

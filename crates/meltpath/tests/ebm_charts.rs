@@ -8,7 +8,7 @@ use meltpath::chain;
 use meltpath::compare::compare;
 use meltpath_base::Silent;
 use meltpath_base::container::Container;
-use meltpath_thermal::chart_file;
+use meltpath_thermal::charts::file as chart_file;
 
 /// Six lines of 2 mm every 0.125 mm at 980 mm/s.
 fn path() -> String {

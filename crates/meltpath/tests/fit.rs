@@ -46,7 +46,7 @@ fn the_struts_of_the_thesis_correct_the_beam() {
 #[test]
 #[ignore = "a minute of computing"]
 fn a_beam_is_found_again_from_walls_struts_and_pores() {
-    use meltpath_thermal::coupon::{BeamGuess, Bench, Charts};
+    use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts};
     let dir = tempfile::tempdir().unwrap();
     let beam = "voltage = \"60 kV\"\nfocus = \"4 mA\"\n";
     let text = |wall: f64, strut: f64, pores: f64| {
@@ -61,9 +61,9 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
     let file = dir.path().join("m.toml");
     std::fs::write(&file, text(1.0, 1.0, 0.0)).unwrap();
     let measured = meltpath::fit::measurements::read(&file).unwrap();
-    let material = meltpath_thermal::material_file::read(
+    let material = meltpath_thermal::material::file::read(
         meltpath_data::materials::TI6AL4V_EBM.text,
-        meltpath_thermal::material_file::Readings::default(),
+        meltpath_thermal::material::file::Readings::default(),
     )
     .unwrap();
     let focus = meltpath::ebm::focus::builtin(&measured.focus).unwrap().0;

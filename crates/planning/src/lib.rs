@@ -14,6 +14,7 @@ mod lines;
 mod neighbours;
 mod outline;
 mod pace;
+pub mod powder;
 mod raster;
 mod rings;
 pub mod settings;

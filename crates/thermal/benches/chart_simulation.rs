@@ -8,13 +8,13 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
-use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
+use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
+use meltpath_thermal::charts::simulation::{ChartSimulation, Memory, Settings};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::grid::Grid;
+use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::medium::Body;
 use meltpath_thermal::solver::State;
 
 fn titanium() -> Material {

@@ -5,10 +5,10 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::focus::FocusCalibration;
-use meltpath_thermal::history::Memory;
-use meltpath_thermal::medium::{Body, Medium};
-use meltpath_thermal::moving_source::MovingSource;
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::material::medium::{Body, Medium};
+use meltpath_thermal::pool::history::Memory;
+use meltpath_thermal::pool::moving_source::MovingSource;
+use meltpath_thermal::solver::source::Depth;
 
 const SPEED: f64 = 980.0;
 

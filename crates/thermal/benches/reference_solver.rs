@@ -7,12 +7,12 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::real::Real;
+use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::numeric::real::Real;
+use meltpath_thermal::numeric::vector::Level;
+use meltpath_thermal::solver::source::{Depth, Spot};
+use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::{Depth, Spot};
-use meltpath_thermal::surface::Surface;
-use meltpath_thermal::vector::Level;
 
 fn solver<R: Real>() -> Solver<R> {
     let material = read(

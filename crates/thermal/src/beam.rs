@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::BufRead;
 
 use crate::focus::{FocusCalibration, FocusError};
-use crate::source::{Depth, Spot};
+use crate::solver::source::{Depth, Spot};
 
 /// The beam from one instant on: it moves in a straight line to the next point, with these settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,7 +210,7 @@ impl BeamPath {
     }
 
     /// Whether the beam is on and rests from one time to another, between two points of the path.
-    pub(crate) fn rests_over(&self, from: f64, to: f64) -> bool {
+    pub fn rests_over(&self, from: f64, to: f64) -> bool {
         let (begun, midway) = (self.at(from), self.at(0.5 * (from + to)));
         begun.on && (begun.x, begun.y) == (midway.x, midway.y)
     }

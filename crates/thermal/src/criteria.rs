@@ -4,6 +4,8 @@
 //! overheated metal; the time above a temperature does not. The thesis' limits lie on the scale of its own simulator:
 //! calibrate them for another (erratum E10), see [`Classes::calibrated`].
 
+pub mod as_built;
+
 use crate::grid::Field;
 use crate::material::CELSIUS;
 

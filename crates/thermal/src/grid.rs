@@ -1,5 +1,7 @@
 //! The cells of a field: equal in the plane, of any heights, counted upwards from the bottom.
 
+pub mod sample;
+
 use meltpath_geometry::math::DVec3;
 
 /// A rectangular block of cells. Cell `(i, j, k)` is number `(k·ny + j)·nx + i`; the top of the last plane is the

@@ -1,56 +1,15 @@
-//! Heat under a moving beam: materials, the reference solver with phase change, the semi-analytic engine for moving
-//! sources. Lengths mm, times s, temperatures K, powers W; theory: Béraud 2016, section 3.2, and the sources named in
-//! each module.
+//! Heat under a moving beam: materials, the reference solver with phase change, charts, the semi-analytic engine for moving
+//! sources, and what calibrates them. Lengths mm, times s, temperatures K, powers W; theory: Béraud 2016, section 3.2, and the
+//! sources named in each module.
 
-pub mod as_built;
 pub mod beam;
-pub mod bed;
-mod block;
-pub mod chart;
-pub mod chart_between;
-pub mod chart_build;
-pub mod chart_file;
-pub mod chart_simulation;
-pub mod closed_form;
-pub mod comparison;
-pub mod coupon;
+pub mod calibration;
+pub mod charts;
 pub mod criteria;
-pub mod enthalpy;
-mod fast_exp;
-pub mod fit;
 pub mod focus;
-pub mod fusion;
 pub mod grid;
-pub mod history;
-mod implicit;
-pub mod judgement;
-mod kernel;
-pub mod law;
-pub mod layering;
-pub mod learning;
-pub mod lever;
 pub mod material;
-pub mod material_file;
-pub mod medium;
-pub mod modulation;
-pub mod moving_source;
-pub mod neighbourhood;
-pub mod nested;
-pub mod order;
-pub mod part;
+pub mod numeric;
 pub mod passes;
-pub mod peaks;
 pub mod pool;
-pub mod prediction;
-pub mod rates;
-pub mod real;
-pub mod run;
-mod sheet;
 pub mod solver;
-pub mod source;
-pub mod speed;
-pub mod strategy;
-pub mod surface;
-pub mod vector;
-pub mod watch;
-mod window;

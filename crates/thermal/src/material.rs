@@ -3,7 +3,12 @@
 //! Source of the powder model: Béraud 2016, section 3.2.2.1: powder becomes denser with the highest temperature it has
 //! reached and is dense for ever above the solidus.
 
-use crate::law::Law;
+pub mod enthalpy;
+pub mod file;
+pub mod law;
+pub mod medium;
+
+use crate::material::law::Law;
 
 /// 0 °C in kelvin.
 pub const CELSIUS: f64 = 273.15;
@@ -216,7 +221,7 @@ impl Material {
     ///
     /// ```
     /// # let text = meltpath_data::materials::TI6AL4V_EBM.text;
-    /// # let material = meltpath_thermal::material_file::read(text, Default::default()).unwrap();
+    /// # let material = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
     /// assert!((material.relative_density(750.0 + 273.15) - 0.62).abs() < 1e-12);
     /// assert_eq!(material.relative_density(1605.0 + 273.15), 1.0);
     /// ```
@@ -244,8 +249,8 @@ impl Material {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::enthalpy::Enthalpy;
-    use crate::material_file::{Readings, read};
+    use crate::material::enthalpy::Enthalpy;
+    use crate::material::file::{Readings, read};
 
     fn titanium() -> Material {
         let text = meltpath_data::materials::TI6AL4V_EBM.text;
@@ -262,8 +267,8 @@ mod tests {
         // the law is of the highest temperature: a cell of the solver that has cooled keeps its density
         let curve = Enthalpy::new(&material).unwrap();
         let f = curve.formulas::<f64>();
-        let (g, r) = crate::kernel::warm(&f, 0.0, 0.62, 0.5 * curve.at_solidus);
-        let (_, cooled) = crate::kernel::warm(&f, g, r, -0.9 * g * r);
+        let (g, r) = crate::solver::kernel::warm(&f, 0.0, 0.62, 0.5 * curve.at_solidus);
+        let (_, cooled) = crate::solver::kernel::warm(&f, g, r, -0.9 * g * r);
         assert!(r > 0.7 && cooled == r, "{r} {cooled}");
     }
 

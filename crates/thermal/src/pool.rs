@@ -1,5 +1,11 @@
 //! The melt pool: cells above the liquidus (Béraud 2016, section 3.2.2.1).
 
+pub mod closed_form;
+pub mod fusion;
+pub mod history;
+pub mod moving_source;
+mod sheet;
+
 use crate::grid::TemperatureField;
 
 /// Size of a melt pool, mm; zeros where nothing is molten.

@@ -1,19 +1,36 @@
 //! The reference solver: transient heat with phase change on a uniform grid, by enthalpy, explicit or implicit in time.
 //!
-//! Finite volumes in `g` and `θ` (see [`crate::enthalpy`]), harmonic shares of conductivity between cells, heat source
+//! Finite volumes in `g` and `θ` (see [`crate::material::enthalpy`]), harmonic shares of conductivity between cells, heat source
 //! integrated exactly over cells. Second order in space, first order in time; every joule is in the [`Ledger`].
+
+mod block;
+mod implicit;
+pub(crate) mod kernel;
+pub mod run;
+pub mod source;
+pub mod surface;
+pub mod watch;
+mod window;
 
 use meltpath_geometry::math::DVec3;
 
-use crate::block::{Beyond, Block, Shape};
-use crate::enthalpy::{CurveError, Enthalpy};
 use crate::grid::{Field, Grid, GridError, TemperatureField};
 use crate::material::Material;
-use crate::real::Real;
-use crate::source::Spot;
-use crate::surface::{Losses, Surface};
-use crate::vector::Level;
-use crate::window::Sleep;
+use crate::material::enthalpy::{CurveError, Enthalpy};
+use crate::numeric::real::Real;
+use crate::numeric::vector::Level;
+use crate::solver::block::{Beyond, Block, Shape};
+use crate::solver::source::Spot;
+use crate::solver::surface::{Losses, Surface};
+
+/// What lets rows sleep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sleep {
+    /// Enthalpy below which a cell is as at the start, J/mm³.
+    cold: f64,
+    /// Steps since the last look.
+    since: u32,
+}
 
 /// What a lateral or the lower face of the domain does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,7 +183,7 @@ pub struct Solver<R: Real = f32> {
     pub(crate) block: Block<R>,
     pub(crate) time: f64,
     pub(crate) ledger: Ledger,
-    pub(crate) sleep: Option<Sleep>,
+    sleep: Option<Sleep>,
     pub(crate) updates: u64,
     stored_at_start: f64,
 }
@@ -531,7 +548,7 @@ impl<R: Real> Solver<R> {
     }
 
     /// Enthalpy of cell `(i, j, k)` as if it were dense, J/mm³.
-    pub(crate) fn enthalpy_at(&self, i: usize, j: usize, k: usize) -> f64 {
+    pub fn enthalpy_at(&self, i: usize, j: usize, k: usize) -> f64 {
         let [nx, ny] = self.grid.cells;
         self.block.enthalpy[(k * ny + j) * nx + i].wide()
     }

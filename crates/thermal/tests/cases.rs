@@ -13,11 +13,11 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::material_file::{DensityReading, PorosityReading, Readings};
+use meltpath_thermal::material::file::{DensityReading, PorosityReading, Readings};
 use meltpath_thermal::pool::MeltPool;
-use meltpath_thermal::run::{Sink, draw};
+use meltpath_thermal::solver::run::{Sink, draw};
+use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Faces, Solver, State};
-use meltpath_thermal::surface::Surface;
 use support::{beam, faces, fresh_layer, settings, titanium, titanium_read};
 
 /// Largest pool and temperature seen while the beam is on its way.

@@ -13,13 +13,13 @@ use std::time::Instant;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::ChartSet;
-use meltpath_thermal::chart_simulation::{ChartSimulation, Memory, Settings};
+use meltpath_thermal::charts::ChartSet;
+use meltpath_thermal::charts::rates::PastTheEnd;
+use meltpath_thermal::charts::simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::medium::Body;
-use meltpath_thermal::rates::PastTheEnd;
-use meltpath_thermal::run::{Sink, draw};
+use meltpath_thermal::material::medium::Body;
+use meltpath_thermal::solver::run::{Sink, draw};
 use meltpath_thermal::solver::{Solver, State};
 use support::{
     FAST, INNER, SLOW, beam, charts, compute_charts, faces, fresh_layer, settings, titanium,

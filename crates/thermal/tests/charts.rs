@@ -10,7 +10,7 @@ mod support;
 use std::time::Instant;
 
 use meltpath_base::container::ContainerError;
-use meltpath_thermal::chart_file::{ChartFileError, read, write};
+use meltpath_thermal::charts::file::{ChartFileError, read, write};
 use support::{charts, with_warm_ground};
 
 /// Section 2.10.3 of the specification: time to 2800 °C in steps of 2.5 µs, and B6: size and time of a set.

@@ -9,18 +9,18 @@ use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::focus::FocusCalibration;
-use meltpath_thermal::fusion::{Following, FusionMap, boiling_number, follow};
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::history::Memory;
 use meltpath_thermal::material::Material;
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::medium::{Body, Medium};
-use meltpath_thermal::moving_source::MovingSource;
+use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::pool::MeltPool;
-use meltpath_thermal::run::draw;
+use meltpath_thermal::pool::fusion::{Following, FusionMap, boiling_number, follow};
+use meltpath_thermal::pool::history::Memory;
+use meltpath_thermal::pool::moving_source::MovingSource;
+use meltpath_thermal::solver::run::draw;
+use meltpath_thermal::solver::source::Depth;
+use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver};
-use meltpath_thermal::source::Depth;
-use meltpath_thermal::surface::Surface;
 
 const PREHEAT: f64 = 293.15;
 

@@ -7,12 +7,12 @@
 
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::closed_form::{eagar_tsai, rosenthal};
 use meltpath_thermal::focus::FocusCalibration;
-use meltpath_thermal::history::Memory;
-use meltpath_thermal::medium::{Body, Medium};
-use meltpath_thermal::moving_source::MovingSource;
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::material::medium::{Body, Medium};
+use meltpath_thermal::pool::closed_form::{eagar_tsai, rosenthal};
+use meltpath_thermal::pool::history::Memory;
+use meltpath_thermal::pool::moving_source::MovingSource;
+use meltpath_thermal::solver::source::Depth;
 
 fn medium(body: Body) -> Medium {
     // about Ti6Al4V between 750 °C and its liquidus

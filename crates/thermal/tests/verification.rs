@@ -6,17 +6,17 @@
 )]
 
 use meltpath_geometry::math::DVec3;
-use meltpath_thermal::closed_form::{eagar_tsai, rosenthal};
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::law::Law;
+use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::material::law::Law;
+use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
-use meltpath_thermal::medium::{Body, Medium};
-use meltpath_thermal::real::Real;
+use meltpath_thermal::numeric::real::Real;
+use meltpath_thermal::numeric::vector::Level;
+use meltpath_thermal::pool::closed_form::{eagar_tsai, rosenthal};
+use meltpath_thermal::solver::source::{Depth, Spot};
+use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
-use meltpath_thermal::source::{Depth, Spot};
-use meltpath_thermal::surface::Surface;
-use meltpath_thermal::vector::Level;
 
 /// A column of `n` cells, `length` mm long, insulated but for its bottom.
 fn column<R: Real>(material: Material, n: usize, length: f64, bottom: Face) -> Solver<R> {

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter};
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart_simulation::ChartSimulation;
-use meltpath_thermal::comparison::{Missing, Pair, Places, Sample, around, between, nearest};
+use meltpath_thermal::calibration::comparison::{Missing, Pair, Places};
+use meltpath_thermal::charts::simulation::ChartSimulation;
+use meltpath_thermal::grid::sample::{Sample, around, between, nearest};
 use toml::Spanned;
 
 use super::CompareError;

@@ -13,7 +13,7 @@ use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
 use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
-use meltpath_thermal::comparison::{PERCENTILES, Pair, apart, relative};
+use meltpath_thermal::calibration::comparison::{PERCENTILES, Pair, apart, relative};
 
 use super::quantity::Quantity;
 use super::{Compared, Comparison};

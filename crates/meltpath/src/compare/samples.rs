@@ -4,7 +4,7 @@ use std::path::Path;
 
 use meltpath_base::Reporter;
 use meltpath_perception::{RecordError, table};
-use meltpath_thermal::comparison::Sample;
+use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
 
 use super::quantity::Quantity;

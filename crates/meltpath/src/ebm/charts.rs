@@ -7,14 +7,14 @@ use std::path::PathBuf;
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_between::{WIDEST, between};
-use meltpath_thermal::chart_build::warm_grounds;
-use meltpath_thermal::chart_simulation::{self, ChartSimulation, ChartSimulationError, Memory};
-use meltpath_thermal::enthalpy::Enthalpy;
+use meltpath_thermal::charts::between::{WIDEST, between};
+use meltpath_thermal::charts::build::warm_grounds;
+use meltpath_thermal::charts::simulation::{self, ChartSimulation, ChartSimulationError, Memory};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
+use meltpath_thermal::charts::{build, file as chart_file};
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::{chart_build, chart_file};
+use meltpath_thermal::material::enthalpy::Enthalpy;
 
 use super::run::EbmError;
 use super::settings::Settings;
@@ -83,7 +83,7 @@ impl Charts {
         grid: &Grid,
         settings: &Settings,
     ) -> Result<ChartSimulation, ChartSimulationError> {
-        let how = chart_simulation::Settings {
+        let how = simulation::Settings {
             nearest: self.nearest,
             ..settings.simulation
         };
@@ -232,7 +232,7 @@ pub(super) fn sources(
     reporter: &Reporter,
 ) -> Result<Sources, EbmError> {
     let material = Enthalpy::new(&settings.material)
-        .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
+        .map_err(meltpath_thermal::charts::simulation::ChartSimulationError::from)?;
     let mut known: Vec<(PathBuf, ChartSet)> = Vec::new();
     for file in &settings.chart_files {
         let shown = |message: String| EbmError::Charts {
@@ -399,10 +399,10 @@ pub(super) fn charts_of(
     for source in sources.own {
         let mut set = match source {
             Source::File(_, set) | Source::Between(_, set) => *set,
-            Source::Computed(wanted) => chart_build::compute(&wanted, material, observer)?,
+            Source::Computed(wanted) => build::compute(&wanted, material, observer)?,
         };
         if remember && set.warm.is_empty() {
-            chart_build::warm(&mut set, &warm_grounds(material), material, observer)?;
+            build::warm(&mut set, &warm_grounds(material), material, observer)?;
         }
         own.push(set);
     }

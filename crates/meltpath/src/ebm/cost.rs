@@ -1,7 +1,7 @@
 //! What a job will cost, told before it starts: voxels, memory, time of computing.
 
 use meltpath_base::Reporter;
-use meltpath_thermal::chart_simulation::Memory;
+use meltpath_thermal::charts::simulation::Memory;
 
 use super::charts::{Source, sources};
 use super::run::EbmError;

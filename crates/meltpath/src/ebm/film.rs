@@ -5,7 +5,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_report::colour::ColourMap;
 use meltpath_report::plot::{Axis, Film as Shots, Map, Mark, Plot, Shot};
 use meltpath_report::scene;
-use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 

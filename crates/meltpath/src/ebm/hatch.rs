@@ -8,13 +8,13 @@ use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::{Plane, Region};
+use meltpath_planning::powder::modulation::{Modulation, Ramp, hatch_energy};
+use meltpath_planning::powder::nested::EnergyField;
 use meltpath_planning::{
     ContourOrder, FillSettings, Layer, LayerDirection, LineAngle, LineDirection, LineOrder,
     PassIds, PlanError, Spacing, StartPoints, Strategy, plan_layer,
 };
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::modulation::{Modulation, Ramp, hatch_energy};
-use meltpath_thermal::nested::EnergyField;
 use meltpath_thermal::passes::{Defaults, PassesError, beam_path};
 use meltpath_toolpath::{Move, Pass, Profile, Toolpath};
 

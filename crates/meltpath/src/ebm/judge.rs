@@ -1,17 +1,18 @@
 //! The paths of a job on the reference solver: shares in the window with what moves them.
 
 use meltpath_base::{Observer, Reporter};
+use meltpath_melt_strategy::bed::Body;
+use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::error::StrategyError;
+use meltpath_melt_strategy::judgement::{Share, Variant, judge, watched};
+use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::bed::Body;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::judgement::{Resolution, Share, Variant, judge, watched};
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::part::{Rectangle, within};
-use meltpath_thermal::run::RunError;
 use meltpath_thermal::solver::State;
-use meltpath_thermal::strategy::StrategyError;
-use meltpath_thermal::watch::{Watch, Watched};
+use meltpath_thermal::solver::run::RunError;
+use meltpath_thermal::solver::watch::{Watch, Watched};
 
 use super::region::{Below, Contour};
 use super::run::EbmError;

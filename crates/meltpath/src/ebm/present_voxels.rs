@@ -5,11 +5,11 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::series::csv::write_columns;
-use meltpath_thermal::comparison::Sample;
 use meltpath_thermal::criteria::gradient;
 use meltpath_thermal::grid::Field;
+use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
-use meltpath_thermal::watch::Freezing;
+use meltpath_thermal::solver::watch::Freezing;
 
 use super::judge::JudgedPath;
 use super::settings::Settings;

@@ -8,15 +8,15 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
     Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
 };
+use meltpath_melt_strategy::error::StrategyError;
+use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::chart_build::BuildError;
-use meltpath_thermal::chart_file;
-use meltpath_thermal::chart_simulation::ChartSimulationError;
+use meltpath_thermal::charts::build::BuildError;
+use meltpath_thermal::charts::file as chart_file;
+use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::focus::FocusError;
-use meltpath_thermal::judgement::Variant;
 use meltpath_thermal::solver::SolverError;
-use meltpath_thermal::strategy::StrategyError;
 
 use super::judge::{self, JudgedPath};
 use super::settings::{Settings, resolve};
@@ -52,7 +52,7 @@ pub enum EbmError {
     Focus(#[from] FocusError),
     /// The reference solver.
     #[error("the judge: {0}")]
-    Reference(#[from] meltpath_thermal::run::RunError),
+    Reference(#[from] meltpath_thermal::solver::run::RunError),
     /// A part to judge that the beam does not enter.
     #[error(
         "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"

@@ -251,9 +251,9 @@ mod tests {
         let outline = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]];
         let cube = extrude(&[block(outline)], 100.0);
         let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        let material = meltpath_thermal::material_file::read(
+        let material = meltpath_thermal::material::file::read(
             text,
-            meltpath_thermal::material_file::Readings::default(),
+            meltpath_thermal::material::file::Readings::default(),
         )
         .unwrap();
         let (low, high) = scaled(&cube, material.scaling).bounds().unwrap();

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
+use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::chart_simulation;
+use meltpath_thermal::charts::simulation;
 use meltpath_thermal::focus::FocusCalibration;
-use meltpath_thermal::judgement::Resolution;
+use meltpath_thermal::material::file::Readings;
+use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::Readings;
-use meltpath_thermal::medium::Body;
-use meltpath_thermal::part::Rectangle;
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::solver::source::Depth;
 
 use super::drawing::{Drawing, DrawnPart};
 use super::hatch::Hatch;
@@ -103,7 +103,7 @@ pub struct Settings {
     /// Places of sections, mm.
     pub sections: Vec<[f64; 2]>,
     /// How the simulation is carried out.
-    pub simulation: chart_simulation::Settings,
+    pub simulation: simulation::Settings,
     /// The contour.
     pub contour: Contour,
     /// How far inside it voxels are judged, mm.
@@ -325,13 +325,13 @@ pub fn resolve(
     });
     let optimise = optimise.transpose()?;
     let judge = judge(job, &mut r);
-    let simulation = chart_simulation::Settings {
+    let simulation = simulation::Settings {
         step,
         memory: match charts.memory.unwrap_or_default() {
-            ChartMemory::None => chart_simulation::Memory::None,
-            ChartMemory::Ground => chart_simulation::Memory::Ground(GROUND),
+            ChartMemory::None => simulation::Memory::None,
+            ChartMemory::Ground => simulation::Memory::Ground(GROUND),
         },
-        ..chart_simulation::Settings::of(&material)
+        ..simulation::Settings::of(&material)
     };
     Ok(Settings {
         path_file,

@@ -3,8 +3,8 @@
 use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::chart::ChartSet;
-use meltpath_thermal::chart_simulation::ChartSimulation;
+use meltpath_thermal::charts::ChartSet;
+use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
@@ -77,7 +77,7 @@ fn start<'a>(
     let [low, high] = extent(settings, paths);
     let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
     let grid = Grid::covering(low, high, edge)
-        .map_err(meltpath_thermal::chart_simulation::ChartSimulationError::from)?;
+        .map_err(meltpath_thermal::charts::simulation::ChartSimulationError::from)?;
     let mut simulation = charts.simulation(&grid, settings)?;
     simulation.set_state(|c| {
         if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {

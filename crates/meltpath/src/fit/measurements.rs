@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::{NotNegative, Positive, QuantityError, Unit, parse};
 use meltpath_base::{Length, Ratio, Speed};
-use meltpath_thermal::coupon::{BeamSetting, Coupon};
+use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
 use meltpath_thermal::focus::stuck_grains;
 use serde::Deserialize;
 

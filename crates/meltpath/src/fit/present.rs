@@ -6,7 +6,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Fact, Report, Section};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
-use meltpath_thermal::coupon::Coupon;
+use meltpath_thermal::calibration::coupon::Coupon;
 
 use super::{Found, Prediction};
 

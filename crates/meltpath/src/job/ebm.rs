@@ -2,7 +2,7 @@
 
 use meltpath_base::quantity::{NotNegative, Positive};
 use meltpath_base::{Angle, Current, Length, Ratio, Speed, Temperature, Time, Voltage};
-use meltpath_thermal::material_file::{DensityReading, PorosityReading};
+use meltpath_thermal::material::file::{DensityReading, PorosityReading};
 use serde::Deserialize;
 use toml::Spanned;
 

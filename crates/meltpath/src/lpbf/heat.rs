@@ -9,18 +9,18 @@ use std::path::Path;
 use meltpath_base::{
     Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
 };
-use meltpath_machine::scan_head::job::{ScanJob, VectorKind};
+use meltpath_scan_head::head::job::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::focus::{FocusCalibration, FocusError};
-use meltpath_thermal::fusion::{
+use meltpath_thermal::material::file::Readings;
+use meltpath_thermal::material::medium::{Body, Medium};
+use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::pool::fusion::{
     Following, FusionError, FusionMap, TracePoint, boiling_number, follow,
 };
-use meltpath_thermal::history::Memory;
-use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::Readings;
-use meltpath_thermal::medium::{Body, Medium};
-use meltpath_thermal::moving_source::{MovingSource, MovingSourceError};
-use meltpath_thermal::source::Depth;
+use meltpath_thermal::pool::history::Memory;
+use meltpath_thermal::pool::moving_source::{MovingSource, MovingSourceError};
+use meltpath_thermal::solver::source::Depth;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use crate::job::TextError;

@@ -6,17 +6,16 @@ use std::sync::OnceLock;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::bed::Body;
-use meltpath_thermal::chart::{ChartSet, ChartSettings};
-use meltpath_thermal::chart_build::{compute, warm, warm_grounds};
+use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::material_file::{Readings, read};
+use meltpath_thermal::solver::source::Depth;
+use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, State};
-use meltpath_thermal::source::Depth;
-use meltpath_thermal::surface::Surface;
 
 /// Ti6Al4V of the thesis.
 pub(crate) fn titanium() -> Material {
@@ -130,16 +129,6 @@ pub(crate) fn beam(diameter: f64) -> Beam {
         efficiency: 0.9,
         depth: Depth::Falling { penetration: 0.1 },
         focus: FocusCalibration::constant(diameter),
-    }
-}
-
-/// Fresh powder on metal.
-pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
-    Body {
-        material,
-        beam,
-        layer: 0.05,
-        ground: &|_| State::Dense,
     }
 }
 

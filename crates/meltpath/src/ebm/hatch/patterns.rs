@@ -6,7 +6,7 @@ use meltpath_geometry::boolean::intersection;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::raster::{Grid, rasterise};
 use meltpath_planning::PassIds;
-use meltpath_thermal::nested::EnergyField;
+use meltpath_planning::powder::nested::EnergyField;
 use meltpath_toolpath::{Move, Pass, Role, Tag};
 
 use super::{Hatch, HatchError};

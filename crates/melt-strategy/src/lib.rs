@@ -1,0 +1,14 @@
+//! What looks for better beam paths and judges them: levers on a path, orders of its lines, learning, prediction, control,
+//! judgement by the reference solver. Lengths mm, times s, temperatures K, powers W.
+
+pub mod bed;
+pub mod controller;
+pub mod error;
+pub mod judgement;
+pub mod learning;
+pub mod lever;
+pub mod order;
+pub mod part;
+pub mod peaks;
+pub mod prediction;
+pub mod speed;

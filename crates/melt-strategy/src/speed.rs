@@ -1,0 +1,197 @@
+//! Speed along a beam path as factors of the path's own, and what a machine that cannot vary it makes of them.
+
+use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint};
+
+/// Factors on a path's speed, one per interval of the path's own time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedProfile {
+    /// Ends of the intervals, s of the path's own time, rising; one more than factors.
+    knots: Vec<f64>,
+    factors: Vec<f64>,
+}
+
+impl SpeedProfile {
+    /// The path's own speed, in intervals of at most `length` mm that end at the path's points. A beam that is off keeps its
+    /// own time: an interval for each such piece.
+    pub fn of(path: &BeamPath, length: f64) -> Self {
+        let mut knots = vec![path.begin()];
+        for pair in path.points().windows(2) {
+            let [a, b] = [pair[0], pair[1]];
+            if b.time <= a.time {
+                continue;
+            }
+            let way = (b.x - a.x).hypot(b.y - a.y);
+            let pieces = if a.on {
+                (way / length).ceil().max(1.0)
+            } else {
+                1.0
+            };
+            for n in 1..=pieces as usize {
+                knots.push(a.time + (b.time - a.time) * n as f64 / pieces);
+            }
+        }
+        SpeedProfile {
+            factors: vec![1.0; knots.len() - 1],
+            knots,
+        }
+    }
+
+    /// A profile from factors at the ends of intervals.
+    pub(crate) fn from_parts(knots: Vec<f64>, factors: Vec<f64>) -> Self {
+        SpeedProfile { knots, factors }
+    }
+
+    /// The intervals: from, to (s of the path's own time) and factor.
+    pub fn intervals(&self) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+        let ends = self.knots.windows(2);
+        ends.zip(&self.factors).map(|(w, f)| (w[0], w[1], *f))
+    }
+
+    /// The factors, to be changed.
+    pub fn factors_mut(&mut self) -> &mut [f64] {
+        &mut self.factors
+    }
+
+    /// The factors.
+    pub fn factors(&self) -> &[f64] {
+        &self.factors
+    }
+
+    /// The path at these speeds, beginning at its own time.
+    ///
+    /// # Errors
+    /// [`BeamError::Point`] where a factor is not above zero.
+    pub fn apply(&self, path: &BeamPath) -> Result<BeamPath, BeamError> {
+        let mut out: Vec<BeamPoint> = Vec::new();
+        let mut next = path.points().iter().peekable();
+        let mut time = path.begin();
+        let mut put = |p: BeamPoint| {
+            let same = |a: &BeamPoint| (a.x, a.y, a.on) == (p.x, p.y, p.on) && a.time == p.time;
+            if !out.last().is_some_and(same) {
+                out.push(p);
+            }
+        };
+        for (from, to, factor) in self.intervals() {
+            // what the path says at the beginning of the interval: its last point there sets the beam
+            while let Some(p) = next.next_if(|p| p.time <= from) {
+                put(BeamPoint { time, ..*p });
+            }
+            put(BeamPoint {
+                time,
+                ..path.at(from)
+            });
+            while let Some(p) = next.next_if(|p| p.time < to) {
+                put(BeamPoint {
+                    time: time + (p.time - from) / factor,
+                    ..*p
+                });
+            }
+            time += (to - from) / factor;
+        }
+        for p in next {
+            put(BeamPoint { time, ..*p });
+        }
+        BeamPath::new(out)
+    }
+
+    /// Each factor replaced by the nearest of `levels` (by ratio): for controllers, or charts, that know only those. Without
+    /// levels nothing changes.
+    #[must_use]
+    pub fn snapped(&self, levels: &[f64]) -> Self {
+        let far = |level: f64, factor: f64| (level / factor).ln().abs();
+        let nearest = |factor: f64| {
+            let nearer = |a: f64, b: &f64| {
+                if far(*b, factor) < far(a, factor) {
+                    *b
+                } else {
+                    a
+                }
+            };
+            let (first, others) = levels.split_first()?;
+            Some(others.iter().fold(*first, nearer))
+        };
+        SpeedProfile {
+            knots: self.knots.clone(),
+            factors: self
+                .factors
+                .iter()
+                .map(|f| nearest(*f).unwrap_or(*f))
+                .collect(),
+        }
+    }
+
+    /// One factor per straight piece of the path, that takes the same time: for controllers that cannot vary the speed along
+    /// a line (Béraud 2016, section 3.3.2.2).
+    #[must_use]
+    pub fn by_line(&self, path: &BeamPath) -> Self {
+        let mut out = self.clone();
+        for pair in path.points().windows(2) {
+            let inside = |n: usize| {
+                let middle = 0.5 * (self.knots[n] + self.knots[n + 1]);
+                (pair[0].time..pair[1].time).contains(&middle)
+            };
+            let of: Vec<usize> = (0..self.factors.len()).filter(|n| inside(*n)).collect();
+            let own: f64 = of.iter().map(|n| self.knots[n + 1] - self.knots[*n]).sum();
+            let taken: f64 = of
+                .iter()
+                .map(|n| (self.knots[n + 1] - self.knots[*n]) / self.factors[*n])
+                .sum();
+            for n in of {
+                out.factors[n] = own / taken;
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn zigzag() -> BeamPath {
+        let start = BeamPoint {
+            time: 0.0,
+            x: 0.0,
+            y: 0.0,
+            voltage: 60e3,
+            current: 5e-3,
+            focus: 4e-3,
+            on: true,
+        };
+        BeamPath::along(
+            &[[0.0, 0.0], [3.0, 0.0], [3.0, 0.1], [0.0, 0.1]],
+            1000.0,
+            start,
+        )
+        .unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn corners_stay_and_times_add_up(factors in prop::collection::vec(0.5..3.0_f64, 70)) {
+            let path = zigzag();
+            let mut profile = SpeedProfile::of(&path, 0.1);
+            profile.factors_mut().iter_mut().zip(&factors).for_each(|(f, g)| *f = *g);
+            let fast = profile.apply(&path).unwrap();
+            let expected: f64 = profile.intervals().map(|(a, b, f)| (b - a) / f).sum();
+            prop_assert!((fast.end() - expected).abs() < 1e-12);
+            for corner in path.points() {
+                prop_assert!(fast.points().iter().any(|p| (p.x, p.y) == (corner.x, corner.y)));
+            }
+            let by_line = profile.by_line(&path).apply(&path).unwrap();
+            prop_assert!((by_line.end() - fast.end()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_own_speed_gives_the_path_back() {
+        let path = zigzag();
+        let same = SpeedProfile::of(&path, 0.1).apply(&path).unwrap();
+        for n in 0..100 {
+            let t = path.end() * f64::from(n) / 100.0;
+            let (a, b) = (path.at(t), same.at(t));
+            assert!((a.x - b.x).hypot(a.y - b.y) < 1e-9 && a.on == b.on);
+        }
+    }
+}

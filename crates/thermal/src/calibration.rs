@@ -1,0 +1,5 @@
+//! What models are held against: bodies that are built and measured, fields that others computed, and the fit to them.
+
+pub mod comparison;
+pub mod coupon;
+pub mod fit;

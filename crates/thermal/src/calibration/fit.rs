@@ -1,0 +1,302 @@
+//! Corrects what is not known well (efficiency, beam diameter) from what was built and measured.
+//!
+//! Least squares with prior knowledge, by Gauss-Newton with finite differences: each evaluation is a simulation, so that few
+//! are made. Uncertainties come from those of the measurements and of the prior, carried through the model's slopes.
+
+/// A parameter before the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prior {
+    /// Its name.
+    pub name: String,
+    /// Its value and standard uncertainty.
+    pub value: f64,
+    /// See `value`.
+    pub sigma: f64,
+    /// Values it may take.
+    pub bounds: [f64; 2],
+}
+
+/// A measurement with its standard uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The value.
+    pub value: f64,
+    /// Its standard uncertainty.
+    pub sigma: f64,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Parameters.
+    pub values: Vec<f64>,
+    /// Their standard uncertainties.
+    pub sigmas: Vec<f64>,
+    /// What the model says for each measurement with them.
+    pub predicted: Vec<f64>,
+    /// `∂ predicted / ∂ parameter`.
+    pub slopes: Vec<Vec<f64>>,
+    /// Covariance of the parameters.
+    pub covariance: Vec<Vec<f64>>,
+    /// Weighted sum of squares of what is left of the measurements, without the prior.
+    pub misfit: f64,
+    /// Simulations made.
+    pub evaluations: usize,
+}
+
+impl Fitted {
+    /// Standard uncertainty of another prediction whose slopes on the parameters are `slopes`.
+    pub fn sigma_of(&self, slopes: &[f64]) -> f64 {
+        let mut variance = 0.0;
+        for (row, a) in self.covariance.iter().zip(slopes) {
+            for (c, b) in row.iter().zip(slopes) {
+                variance += a * c * b;
+            }
+        }
+        variance.max(0.0).sqrt()
+    }
+}
+
+/// Why nothing could be fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum FitError<E: std::error::Error> {
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] E),
+    /// Uncertainties that are not above zero, or no data.
+    #[error("a fit needs measurements and priors with uncertainties above zero")]
+    Weights,
+}
+
+/// A model: a prediction for each measurement from the parameters.
+pub type Model<'a, E> = dyn FnMut(&[f64]) -> Result<Vec<f64>, E> + 'a;
+
+/// Finds the parameters that explain `measured` and stay near their priors; `model` gives a prediction for each
+/// measurement. `rounds` Gauss-Newton steps at most; slopes by steps of a fifth of each prior's uncertainty.
+///
+/// # Errors
+/// [`FitError`].
+pub fn fit<E: std::error::Error>(
+    priors: &[Prior],
+    measured: &[Measured],
+    rounds: u32,
+    model: &mut Model<'_, E>,
+) -> Result<Fitted, FitError<E>> {
+    let positive = |s: f64| s > 0.0 && s.is_finite();
+    let sound =
+        priors.iter().all(|p| positive(p.sigma)) && measured.iter().all(|m| positive(m.sigma));
+    if !sound || priors.is_empty() || measured.is_empty() {
+        return Err(FitError::Weights);
+    }
+    let n = priors.len();
+    let mut evaluations = 0;
+    let mut evaluate = |values: &[f64]| {
+        evaluations += 1;
+        model(values)
+    };
+    let cost = |values: &[f64], predicted: &[f64]| {
+        let data: f64 = measured
+            .iter()
+            .zip(predicted)
+            .map(|(m, p)| ((m.value - p) / m.sigma).powi(2))
+            .sum();
+        let prior: f64 = priors
+            .iter()
+            .zip(values)
+            .map(|(p, v)| ((v - p.value) / p.sigma).powi(2))
+            .sum();
+        (data, data + prior)
+    };
+    let mut values: Vec<f64> = priors.iter().map(|p| p.value).collect();
+    let mut predicted = evaluate(&values)?;
+    let mut slopes = vec![vec![0.0; n]; measured.len()];
+    let mut covariance = vec![vec![0.0; n]; n];
+    for _ in 0..rounds {
+        for (k, prior) in priors.iter().enumerate() {
+            // towards the inside of the bounds
+            let mut step = 0.2 * prior.sigma;
+            if values[k] + step > prior.bounds[1] {
+                step = -step;
+            }
+            let mut moved = values.clone();
+            moved[k] += step;
+            for (row, (a, b)) in slopes
+                .iter_mut()
+                .zip(evaluate(&moved)?.iter().zip(&predicted))
+            {
+                row[k] = (a - b) / step;
+            }
+        }
+        let mut normal = vec![vec![0.0; n]; n];
+        let mut right = vec![0.0; n];
+        for ((m, p), row) in measured.iter().zip(&predicted).zip(&slopes) {
+            let weight = m.sigma.powi(-2);
+            for i in 0..n {
+                right[i] += weight * row[i] * (m.value - p);
+                for j in 0..n {
+                    normal[i][j] += weight * row[i] * row[j];
+                }
+            }
+        }
+        for (i, prior) in priors.iter().enumerate() {
+            let weight = prior.sigma.powi(-2);
+            normal[i][i] += weight;
+            right[i] += weight * (prior.value - values[i]);
+        }
+        covariance = inverse(normal);
+        let (_, before) = cost(&values, &predicted);
+        // a shorter step where a whole one makes it worse
+        let mut share = 1.0;
+        let mut moved = false;
+        while share > 0.1 {
+            let next: Vec<f64> = (0..n)
+                .map(|i| {
+                    let step: f64 = covariance[i].iter().zip(&right).map(|(c, r)| c * r).sum();
+                    (values[i] + share * step).clamp(priors[i].bounds[0], priors[i].bounds[1])
+                })
+                .collect();
+            let there = evaluate(&next)?;
+            if cost(&next, &there).1 < before {
+                moved = values
+                    .iter()
+                    .zip(&next)
+                    .zip(priors)
+                    .any(|((a, b), p)| (a - b).abs() > 0.02 * p.sigma);
+                values = next;
+                predicted = there;
+                break;
+            }
+            share *= 0.4;
+        }
+        if !moved {
+            break;
+        }
+    }
+    let (misfit, _) = cost(&values, &predicted);
+    Ok(Fitted {
+        sigmas: (0..n).map(|i| covariance[i][i].max(0.0).sqrt()).collect(),
+        values,
+        predicted,
+        slopes,
+        covariance,
+        misfit,
+        evaluations,
+    })
+}
+
+/// Inverse of a symmetric positive matrix by Gauss-Jordan elimination; the priors make it so.
+fn inverse(mut m: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let n = m.len();
+    let mut out: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    for k in 0..n {
+        let pivot = m[k][k];
+        for j in 0..n {
+            m[k][j] /= pivot;
+            out[k][j] /= pivot;
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = m[i][k];
+            for j in 0..n {
+                m[i][j] -= factor * m[k][j];
+                out[i][j] -= factor * out[k][j];
+            }
+        }
+    }
+    out
+}
+
+/// Of two candidate settings with their predictions, which to build: the one whose prediction, spread by its uncertainty, lies
+/// nearest the `wanted` value. Returns its index and the expected squared miss of each.
+pub fn which_to_build(wanted: f64, candidates: &[(f64, f64)]) -> (usize, Vec<f64>) {
+    let misses: Vec<f64> = candidates
+        .iter()
+        .map(|(value, sigma)| (value - wanted).powi(2) + sigma * sigma)
+        .collect();
+    let best = (0..misses.len()).fold(0, |best, n| if misses[n] < misses[best] { n } else { best });
+    (best, misses)
+}
+
+/// The radius at which `diameter(radius)` is `wanted`, by bisection between `radii` to `tolerance` mm; the simulated pairs come
+/// with it. `None` where the wanted diameter does not lie between those of the two radii.
+///
+/// # Errors
+/// What `diameter` says.
+pub fn solve_radius<E>(
+    wanted: f64,
+    radii: [f64; 2],
+    tolerance: f64,
+    diameter: &mut dyn FnMut(f64) -> Result<f64, E>,
+) -> Result<(Option<f64>, Vec<[f64; 2]>), E> {
+    let [mut low, mut high] = radii;
+    let mut pairs = vec![[low, diameter(low)?], [high, diameter(high)?]];
+    if pairs[0][1] > wanted || pairs[1][1] < wanted {
+        return Ok((None, pairs));
+    }
+    while high - low > tolerance {
+        let middle = 0.5 * (low + high);
+        let found = diameter(middle)?;
+        pairs.push([middle, found]);
+        if found < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok((Some(0.5 * (low + high)), pairs))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn prior(value: f64, sigma: f64) -> Prior {
+        Prior {
+            name: "p".to_owned(),
+            value,
+            sigma,
+            bounds: [0.1, 10.0],
+        }
+    }
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("never")]
+    struct Never;
+
+    proptest! {
+        #[test]
+        fn a_bent_model_is_inverted(a in 0.6..1.4_f64, b in 0.6..1.4_f64) {
+            let truth = |p: &[f64]| vec![p[0] * p[0] + p[1], p[0] * p[1], p[1].sqrt()];
+            let measured: Vec<Measured> = truth(&[a, b]).into_iter().map(|value| Measured { value, sigma: 1e-3 }).collect();
+            let mut model = |p: &[f64]| Ok::<_, Never>(truth(p));
+            let found = fit(&[prior(1.0, 0.5), prior(1.0, 0.5)], &measured, 20, &mut model).unwrap();
+            prop_assert!((found.values[0] - a).abs() < 0.01 && (found.values[1] - b).abs() < 0.01, "{:?}", found.values);
+            prop_assert!(found.sigmas.iter().all(|s| *s < 0.01));
+        }
+    }
+
+    #[test]
+    fn without_information_the_prior_stays() {
+        let mut model = |p: &[f64]| Ok::<_, Never>(vec![p[0]]);
+        let measured = [Measured {
+            value: 5.0,
+            sigma: 1e3,
+        }];
+        let found = fit(&[prior(1.0, 0.1)], &measured, 5, &mut model).unwrap();
+        assert!((found.values[0] - 1.0).abs() < 1e-3 && (found.sigmas[0] - 0.1).abs() < 1e-3);
+        assert_eq!(which_to_build(1.0, &[(1.2, 0.0), (1.1, 0.1)]).0, 1);
+    }
+
+    #[test]
+    fn the_radius_of_a_line_is_found() {
+        let mut line = |r: f64| Ok::<f64, ()>(0.3 + 2.0 * r);
+        let (radius, pairs) = solve_radius(1.0, [0.1, 0.5], 1e-4, &mut line).unwrap();
+        assert!((radius.unwrap() - 0.35).abs() < 1e-4 && pairs.len() > 2);
+        assert_eq!(
+            solve_radius(9.0, [0.1, 0.5], 1e-4, &mut line).unwrap().0,
+            None
+        );
+    }
+}

@@ -1,0 +1,197 @@
+//! Heat that leaves through the build plane: radiation to the shield and, where wanted, evaporation.
+
+use crate::material::enthalpy::{Enthalpy, Formulas, Piecewise};
+use crate::material::{Evaporation, Material};
+use crate::numeric::real::Real;
+use crate::numeric::vector::{CellLoop, Level};
+use crate::solver::kernel::warm;
+
+/// Stefan-Boltzmann constant, W/(mm²·K⁴).
+const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-14;
+const ENTRIES: usize = 4096;
+
+/// What the build plane sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Surface {
+    /// Nothing leaves.
+    Insulated,
+    /// Radiation to surroundings at this temperature, K.
+    Radiating {
+        /// Temperature of the surroundings, K.
+        surroundings: f64,
+    },
+    /// Radiation and evaporation.
+    Evaporating {
+        /// Temperature of the surroundings, K.
+        surroundings: f64,
+        /// The law of evaporation.
+        evaporation: Evaporation,
+    },
+}
+
+/// Losses against enthalpy: radiation of a black surface in the form of the cell loops, evaporation in a table.
+#[derive(Debug, Clone)]
+pub(crate) struct Losses<R> {
+    black: Piecewise<R>,
+    emissivity: [R; 2],
+    steam: Option<Steam>,
+    pub(crate) none: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Steam {
+    first: f64,
+    per_entry: f64,
+    flux: Vec<f64>,
+}
+
+impl<R: Real> Losses<R> {
+    pub(crate) fn new(surface: &Surface, material: &Material, curve: &Enthalpy) -> Self {
+        let (surroundings, evaporation, none) = match *surface {
+            Surface::Insulated => (0.0, None, true),
+            Surface::Radiating { surroundings } => (surroundings, None, false),
+            Surface::Evaporating {
+                surroundings,
+                evaporation,
+            } => (surroundings, Some(evaporation), false),
+        };
+        let black = curve.piecewise(
+            material,
+            |kelvin| STEFAN_BOLTZMANN * (kelvin.powi(4) - surroundings.powi(4)),
+            4.0 * STEFAN_BOLTZMANN * 4500.0_f64.powi(3),
+        );
+        Losses {
+            black: Enthalpy::in_precision(&black),
+            emissivity: [
+                R::of(material.emissivity),
+                R::of(material.powder.emissivity),
+            ],
+            steam: evaporation.map(|law| {
+                // nothing evaporates below the liquidus
+                let first = curve.at_liquidus;
+                let step = (curve.of(6000.0) - first) / ENTRIES as f64;
+                Steam {
+                    first,
+                    per_entry: 1.0 / step,
+                    flux: (0..=ENTRIES)
+                        .map(|i| law.flux(curve.temperature(first + step * i as f64)))
+                        .collect(),
+                }
+            }),
+            none,
+        }
+    }
+
+    /// Heat flux out of a surface cell, W/mm².
+    pub(crate) fn flux(&self, g: R, r: R) -> f64 {
+        if self.none {
+            return 0.0;
+        }
+        let emissivity = self.emissivity[usize::from(r < R::ONE)];
+        let steam = self.steam.as_ref().map_or(0.0, |s| s.flux(g.wide()));
+        (emissivity * self.black.at(g)).wide() + steam
+    }
+
+    /// The part of [`Losses::flux`] that evaporates, W/mm².
+    pub(crate) fn steam_flux(&self, g: R) -> f64 {
+        self.steam.as_ref().map_or(0.0, |s| s.flux(g.wide()))
+    }
+
+    /// Takes what the top plane, `height` mm high, radiates and evaporates during `dt` from its cells; returns both sums, J/mm³.
+    pub(crate) fn take(
+        &self,
+        f: &Formulas<R>,
+        level: Level,
+        [dt, height]: [f64; 2],
+        enthalpy: &mut [R],
+        density: &mut [R],
+    ) -> [f64; 2] {
+        let mut radiated = 0.0;
+        level.run(Radiate {
+            losses: self,
+            formulas: f,
+            share: R::of(dt / height),
+            enthalpy,
+            density,
+            radiated: &mut radiated,
+        });
+        let evaporated = self.steam.as_ref().map_or(0.0, |steam| {
+            let mut sum = 0.0;
+            for (g, r) in enthalpy.iter_mut().zip(density) {
+                if g.wide() > steam.first {
+                    let heat = steam.over(g.wide(), dt / height);
+                    sum += heat;
+                    (*g, *r) = warm(f, *g, *r, R::of(-heat));
+                }
+            }
+            sum
+        });
+        [radiated, evaporated]
+    }
+}
+
+impl Steam {
+    fn flux(&self, g: f64) -> f64 {
+        if g > self.first {
+            self.over(g, 1e-12) * 1e12
+        } else {
+            0.0
+        }
+    }
+
+    /// Heat carried away, J/mm³, with `share = dt/height`; implicit, so that a step never overshoots.
+    fn over(&self, g: f64, share: f64) -> f64 {
+        let place = ((g - self.first) * self.per_entry).clamp(0.0, ENTRIES as f64 - 1e-9);
+        let i = place as usize;
+        let rise = self.flux[i + 1] - self.flux[i];
+        let flux = self.flux[i] + (place - i as f64) * rise;
+        share * flux / (1.0 + share * rise * self.per_entry)
+    }
+}
+
+const LANES: usize = 64;
+
+struct Radiate<'a, R> {
+    losses: &'a Losses<R>,
+    formulas: &'a Formulas<R>,
+    share: R,
+    enthalpy: &'a mut [R],
+    density: &'a mut [R],
+    radiated: &'a mut f64,
+}
+
+impl<R: Real> CellLoop for Radiate<'_, R> {
+    #[inline(always)]
+    fn run(self) {
+        let (black, f) = (self.losses.black, *self.formulas);
+        let [dense, powder] = self.losses.emissivity.map(|e| e * self.share);
+        // sums by lane, in a fixed order
+        let mut sums = [0.0_f64; LANES];
+        for (g, r) in self
+            .enthalpy
+            .chunks_mut(LANES)
+            .zip(self.density.chunks_mut(LANES))
+        {
+            let mut heat = [R::ZERO; LANES];
+            let n = g.len().min(r.len()).min(LANES);
+            let (g, r) = (&mut g[..n], &mut r[..n]);
+            let powdery = r.iter().fold(0_u32, |any, r| any | u32::from(*r < R::ONE));
+            if powdery == 0 {
+                for lane in 0..n {
+                    heat[lane] = dense * black.at(g[lane]);
+                    g[lane] += -heat[lane];
+                }
+            } else {
+                for lane in 0..n {
+                    let emissivity = if r[lane] < R::ONE { powder } else { dense };
+                    heat[lane] = emissivity * black.at(g[lane]);
+                    (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
+                }
+            }
+            for (sum, heat) in sums.iter_mut().zip(&heat) {
+                *sum += heat.wide();
+            }
+        }
+        *self.radiated = sums.iter().sum();
+    }
+}
