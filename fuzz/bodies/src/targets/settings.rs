@@ -9,9 +9,9 @@ use meltpath_base::Reporter;
 use meltpath_data::{File, cells, gases, materials, process_maps, recipes, scan_heads, wires};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::process_map::ProcessMap;
-use meltpath_machine::scan_head::data;
 use meltpath_perception::Mapping;
-use meltpath_thermal::material_file::{self, Readings};
+use meltpath_scan_head::files::{parse_head, parse_recipe};
+use meltpath_thermal::material::file::{self as material_file, Readings};
 
 use super::{Target, files, in_file};
 use crate::mutate::Form;
@@ -174,7 +174,7 @@ pub(super) const SCAN_HEAD: Target = text(
     || shipped(scan_heads::ALL),
     |bytes| {
         with_text(bytes, |text| {
-            if let Ok(data) = data::parse(text) {
+            if let Ok(data) = parse_head(text) {
                 let _ = data.head.ready();
             }
         });
@@ -187,7 +187,7 @@ pub(super) const RECIPE: Target = text(
     || shipped(recipes::ALL),
     |bytes| {
         with_text(bytes, |text| {
-            let _ = data::parse_recipe(text);
+            let _ = parse_recipe(text);
         });
     },
 );
