@@ -7,7 +7,7 @@ use meltpath_deposition::deposit::{Deposition, Mode, Settings};
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 
 const SPEED: f64 = 12.5;
 const DT: f64 = 0.012;
@@ -22,8 +22,10 @@ fn motion(beads: u32) -> Vec<MotionBlock> {
             let mut wire = vec![0.153 * 12.0 * DT / 0.012; n];
             wire[0] = 0.0;
             MotionBlock {
-                t0: f64::from(b) * 10.0,
-                dt: DT,
+                times: Times::Uniform {
+                    t0: f64::from(b) * 10.0,
+                    dt: DT,
+                },
                 position: position.collect(),
                 speed: vec![SPEED; n],
                 axis: vec![],

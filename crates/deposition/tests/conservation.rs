@@ -13,7 +13,7 @@ use meltpath_deposition::deposit::{Deposit, Deposition, Mode, Settings};
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 use proptest::prelude::*;
 use support::*;
 
@@ -256,8 +256,10 @@ fn blocks_of_motion_may_be_cut_anywhere() {
             while i < b.len() {
                 let to = (i + cut).min(b.len());
                 d.block(&MotionBlock {
-                    t0: b.t0 + b.dt * i as f64,
-                    dt: b.dt,
+                    times: Times::Uniform {
+                        t0: b.time(i),
+                        dt: support::DT,
+                    },
                     position: b.position[i..to].to_vec(),
                     speed: b.speed[i..to].to_vec(),
                     wire: b.wire[i..to].to_vec(),
@@ -280,8 +282,7 @@ fn odd_motion_loses_no_metal() {
     let pool = PoolModel::for_bead(&POOL, &model);
     let reporter = Reporter::new();
     let sample = |p: DVec3, wire: f64| MotionBlock {
-        t0: 0.0,
-        dt: 0.1,
+        times: Times::Uniform { t0: 0.0, dt: 0.1 },
         position: vec![p],
         speed: vec![0.0],
         wire: vec![wire],

@@ -12,7 +12,7 @@ use meltpath_deposition::deposit::{Deposit, Deposition, Mode, Settings};
 use meltpath_deposition::pursuit::PursuitMode;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 use support::*;
 
 fn plain_settings(pursuit: PursuitMode) -> Settings {
@@ -132,8 +132,7 @@ fn robot_corner(angle: f64, dwell: f64, wire_feed: f64) -> MotionBlock {
     }
     let mut p = DVec2::new(-leg, 0.0);
     let mut block = MotionBlock {
-        t0: 0.0,
-        dt,
+        times: Times::Uniform { t0: 0.0, dt },
         ..MotionBlock::default()
     };
     for v in velocity {

@@ -52,8 +52,7 @@ fn bench(motor: &Galvanometer, samples: u32, limit: f64) -> String {
 }
 
 fn motor() -> Galvanometer {
-    let head =
-        files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     Galvanometer {
         friction: Friction::None,
         ..head.head.mirrors[1].motor.clone()
@@ -145,8 +144,7 @@ fn bad_records_are_named_with_what_to_change() {
 
 /// A record of ramps up and down of the two-axis head's Y axis, friction included: current in mA, angle in counts.
 fn ramps() -> String {
-    let head =
-        files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     let mut set_points = vec![(-15f64).to_radians(); 2000];
     for speed in [20.0f64, 50.0, 100.0, 200.0, 400.0] {
         let step = speed.to_radians() * 50e-6;
@@ -184,8 +182,7 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
         .map(String::as_str)
         .filter(|l| !l.starts_with('#'))
         .collect();
-    let shipped =
-        files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let shipped = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     let shipped = &shipped.head.mirrors[1].motor;
     let read = files::parse_motor(&file.join("\n"), shipped).unwrap();
     let (

@@ -11,14 +11,15 @@ use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::axis::plant::Plant;
 use meltpath_scan_head::files;
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, Method, predict};
+use meltpath_scan_head::identification::prediction::predict;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
 
 const PERIOD: f64 = 50e-6;
 const SAMPLES: usize = 90_000;
 
 fn identification(c: &mut Criterion) {
-    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
-        .expect("the head reads");
+    let head =
+        files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).expect("the head reads");
     let motor = Galvanometer {
         friction: Friction::None,
         ..head.head.mirrors[1].motor.clone()

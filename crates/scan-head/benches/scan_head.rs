@@ -11,20 +11,20 @@ use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::axis::chain::AxisRecord;
 use meltpath_scan_head::files::{self, HeadData};
-use meltpath_scan_head::head::job::{LaserDelays, ScanJob};
-use meltpath_scan_head::head::scan_head::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::recipe::LaserDelays;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::optics::correction::{Border, CorrectionTable};
 use meltpath_scan_head::plate::SquarePlate;
 
 fn data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text)
-        .expect("the head reads")
+    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).expect("the head reads")
 }
 
 /// One square of the reference plate under recipe 1.
 fn job() -> ScanJob {
-    let recipe = files::parse_recipe(meltpath_data::recipes::INDUSTRIAL.text)
-        .expect("the recipe reads");
+    let recipe =
+        files::parse_recipe(meltpath_data::recipes::INDUSTRIAL.text).expect("the recipe reads");
     let one = SquarePlate {
         columns: 1,
         rows: 1,

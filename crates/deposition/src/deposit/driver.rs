@@ -44,7 +44,7 @@ pub struct Deposit {
 /// use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 /// use meltpath_deposition::deposit::{Deposition, Settings};
 /// use meltpath_geometry::{math::{DVec2, DVec3}, workpiece::HeightMap};
-/// use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+/// use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 ///
 /// let bead = BeadModel { width: 6.5, area: 9.6, wire_section: 0.785, efficiency: 1.0, width_exponent: 0.345, feed_exponent: 0.446 };
 /// let pool = PoolModel { front: 3.6, rear: 10.8, half_width: 3.6, offset: 1.66, pursuit: PursuitLength::Fixed(4.0) };
@@ -55,7 +55,7 @@ pub struct Deposit {
 /// let mut wire = vec![1.22; 401];
 /// wire[0] = 0.0;
 /// deposition.block(&MotionBlock {
-///     t0: 0.0, dt: 0.008, speed: vec![12.5; 401], wire, command: vec![1; 401], axis: vec![], position,
+///     times: Times::Uniform { t0: 0.0, dt: 0.008 }, speed: vec![12.5; 401], wire, command: vec![1; 401], axis: vec![], position,
 ///     ..MotionBlock::default()
 /// });
 /// let deposit = deposition.finish();
@@ -71,7 +71,8 @@ pub struct Deposition<'a> {
     on_layer: Option<OnLayer<'a>>,
     zone: MoltenZone,
     weights: Vec<(u32, f64)>,
-    previous: Option<DVec3>,
+    /// The sample before: where and when.
+    previous: Option<(DVec3, f64)>,
     run: Option<Bead>,
     record: Option<LayerRecord>,
     wire: f64,
@@ -636,23 +637,23 @@ impl<'a> Deposition<'a> {
 
 impl MotionSink for Deposition<'_> {
     fn block(&mut self, block: &MotionBlock) {
-        // columns of one length by contract; the shortest rules if they are not
-        let n = block.position.len().min(block.wire.len());
-        for i in 0..n {
-            let (to, wire) = (block.position[i], block.wire[i]);
-            let time = block.t0 + i as f64 * block.dt;
-            if !(to.is_finite() && wire.is_finite()) {
+        for (i, &to) in block.position.iter().enumerate() {
+            let wire = block.wire.get(i).copied().unwrap_or(0.0);
+            let time = block.time(i);
+            if !(to.is_finite() && wire.is_finite() && time.is_finite()) {
                 self.told.skipped += 1;
                 continue;
             }
-            let from = self.previous.replace(to).unwrap_or(to);
+            let before = self.previous.replace((to, time));
+            let from = before.map_or(to, |(at, _)| at);
             if wire > 0.0 {
                 let leans = block.axis.get(i).is_some_and(|a| a.z < 0.966);
                 if leans && self.told.tilted.is_none() {
                     self.told.tilted = Some(to);
                 }
                 let command = block.command.get(i).copied().unwrap_or(0);
-                self.feed(from, to, wire, (time, block.dt), command);
+                let dt = block.stretch(i, before.map(|(_, time)| time));
+                self.feed(from, to, wire, (time, dt), command);
             } else {
                 self.end_bead();
             }

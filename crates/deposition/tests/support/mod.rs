@@ -3,7 +3,7 @@
 
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_toolpath::motion::{MotionBlock, MotionSink};
+use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 
 /// Table 3.3, V_f 8, V_r 0.75 m/min.
 pub const POOL: PoolModel = PoolModel {
@@ -34,8 +34,7 @@ pub const DT: f64 = 0.012;
 pub fn bead(sink: &mut impl MotionSink, path: &[DVec3], command: u32, clock: &mut f64, area: f64) {
     let wire_per_mm = area / (std::f64::consts::PI / 4.0);
     let mut block = MotionBlock {
-        t0: *clock,
-        dt: DT,
+        times: Times::Uniform { t0: *clock, dt: DT },
         ..MotionBlock::default()
     };
     let mut push = |p: DVec3, wire: f64| {
@@ -56,8 +55,7 @@ pub fn bead(sink: &mut impl MotionSink, path: &[DVec3], command: u32, clock: &mu
     sink.block(&block);
     let last = *path.last().unwrap();
     sink.block(&MotionBlock {
-        t0: *clock,
-        dt: DT,
+        times: Times::Uniform { t0: *clock, dt: DT },
         position: vec![last],
         speed: vec![0.0],
         wire: vec![0.0],

@@ -9,7 +9,7 @@ use std::path::Path;
 use meltpath_base::{
     Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
 };
-use meltpath_scan_head::head::job::{ScanJob, VectorKind};
+use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::focus::{FocusCalibration, FocusError};
 use meltpath_thermal::material::file::Readings;
@@ -217,7 +217,7 @@ impl MotionSink for BeamRecord {
             }
             let power = block.power[k];
             let point = BeamPoint {
-                time: block.t0 + k as f64 * block.dt,
+                time: block.time(k),
                 x: at.x,
                 y: at.y,
                 voltage: 0.0,
@@ -593,14 +593,14 @@ fn unsaid(check: Check, found: &str) -> Check {
 mod tests {
     use super::*;
     use meltpath_geometry::math::DVec3;
+    use meltpath_toolpath::Times;
 
     #[test]
     fn power_belongs_to_the_way_that_it_lit() {
         let mut record = BeamRecord::new(1, 1e9);
         // dark, dark, dark, lit, lit, dark; the third vector is not wanted any more
         let block = MotionBlock {
-            t0: 0.0,
-            dt: 1e-3,
+            times: Times::Uniform { t0: 0.0, dt: 1e-3 },
             position: (0..7).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)).collect(),
             power: vec![0.0, 0.0, 0.0, 100.0, 80.0, 0.0, 0.0],
             command: vec![0, 0, 0, 1, 1, 1, 2],
@@ -642,8 +642,7 @@ mod tests {
     fn a_record_ends_where_it_is_long_enough() {
         let mut record = BeamRecord::new(9, 3.5);
         let block = MotionBlock {
-            t0: 0.0,
-            dt: 1e-3,
+            times: Times::Uniform { t0: 0.0, dt: 1e-3 },
             position: (0..20)
                 .map(|k| DVec3::new(f64::from(k), 0.0, 0.0))
                 .collect(),

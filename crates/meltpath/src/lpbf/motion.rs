@@ -75,7 +75,7 @@ impl Rows {
         for i in 0..block.len() {
             let at = block.position[i];
             let values = [
-                block.t0 + i as f64 * block.dt,
+                block.time(i),
                 at.x,
                 at.y,
                 at.z,

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_programs::{cli, vectors};
-use meltpath_scan_head::head::job::{Given, JobBuilder, Recipe, ScanJob, ScanJobError, VectorKind};
+use meltpath_scan_head::head::job::{Given, JobBuilder};
+use meltpath_scan_head::head::recipe::Recipe;
+use meltpath_scan_head::head::vector::{ScanJob, ScanJobError, VectorKind};
 use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Profile, Toolpath};
 

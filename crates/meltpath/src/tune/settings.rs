@@ -6,7 +6,7 @@ use meltpath_base::quantity::{NotNegative, Unit, parse};
 use meltpath_base::{Origin, Provenance, Ratio, Resolved};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
 use meltpath_scan_head::files::{self, HeadData};
@@ -133,7 +133,13 @@ pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
         "this program",
     );
     let head = &file.head;
-    let data = files::parse_head(&data_text("scan head", head, meltpath_data::scan_heads::ALL, folder)?).map_err(|e| {
+    let data = files::parse_head(&data_text(
+        "scan head",
+        head,
+        meltpath_data::scan_heads::ALL,
+        folder,
+    )?)
+    .map_err(|e| {
         at(
             head.span(),
             format!("\"{}\" is not sound: {e}", head.get_ref()),

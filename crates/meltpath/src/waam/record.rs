@@ -45,10 +45,10 @@ impl MotionSink for Recorder {
     fn block(&mut self, block: &MotionBlock) {
         for i in 0..block.len() {
             let sample = Sample {
-                time: block.t0 + i as f64 * block.dt,
+                time: block.time(i),
                 position: block.position[i],
                 speed: block.speed[i],
-                arc: block.wire[i] > 0.0,
+                arc: block.wire.get(i).is_some_and(|w| *w > 0.0),
                 command: block.command[i],
             };
             let Some(last) = self.samples.last() else {
@@ -75,13 +75,13 @@ impl MotionSink for Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meltpath_toolpath::Times;
 
     #[test]
     fn long_lines_are_thinned_and_changes_kept() {
         let n = 10_000;
         let block = MotionBlock {
-            t0: 0.0,
-            dt: 0.002,
+            times: Times::Uniform { t0: 0.0, dt: 0.002 },
             position: (0..n).map(|i| DVec3::X * (f64::from(i) * 0.025)).collect(),
             speed: vec![12.5; n as usize],
             axis: vec![],

@@ -14,7 +14,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
-use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::plate::SquarePlate;
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
@@ -102,8 +102,7 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
-    .unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,

@@ -20,7 +20,7 @@ use std::collections::VecDeque;
 use meltpath_base::{Cancelled, Observer};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{MotionBlock, MotionSink};
+use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
 use crate::command::{Command, Kind, Smoothing, Source};
 use crate::controller::{Controller, ControllerError};
@@ -29,7 +29,7 @@ use crate::interpolation::history::History;
 use crate::interpolation::timeline::{Piece, Step, Timeline};
 use crate::interpolation::track::{Moments, Shape};
 use crate::summary::{CommandRecord, Summary};
-use meltpath_control::moving_average::MovingAverage;
+use meltpath_numerics::moving_average::MovingAverage;
 
 /// Samples in a block.
 pub const BLOCK: usize = 4096;
@@ -88,7 +88,8 @@ pub fn simulate(
     let mut block = MotionBlock::default();
     let mut told = 0;
     loop {
-        restart(&mut block, run.sample as f64 * dt, dt);
+        let t0 = run.sample as f64 * dt;
+        block.restart(Times::Uniform { t0, dt });
         let more = if turns {
             run.fill::<true>(&mut block)
         } else {
@@ -161,17 +162,6 @@ fn check(start: Pose, commands: &[Command]) -> Result<(), MotionError> {
         }
     }
     Ok(())
-}
-
-/// Empties a block for the samples from `t0` s on, keeping its room.
-fn restart(block: &mut MotionBlock, t0: f64, dt: f64) {
-    block.t0 = t0;
-    block.dt = dt;
-    block.position.clear();
-    block.speed.clear();
-    block.axis.clear();
-    block.wire.clear();
-    block.command.clear();
 }
 
 /// The cascade on three components: from the moments of the nominal motion to filtered values and their derivative.

@@ -1,4 +1,4 @@
-//! Acceptance of the controller model (specification *waam*, AC-11 to AC-16, and the demands on curves), through the streaming
+//! Acceptance of the controller model (cases waam AC-11 to AC-16, and the demands on curves), through the streaming
 //! simulation.
 
 #![expect(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
@@ -60,7 +60,7 @@ fn record(start: DVec3, commands: &[Command], controller: &Controller, dt: f64) 
         summary,
     };
     for b in &blocks {
-        r.t.extend((0..b.len()).map(|i| b.t0 + i as f64 * dt));
+        r.t.extend((0..b.len()).map(|i| b.time(i)));
         r.position.extend(&b.position);
         r.speed.extend(&b.speed);
         r.wire += b.wire.iter().sum::<f64>();

@@ -1,10 +1,11 @@
 //! What the head does as motion with power, ready for the thermal room.
 
-use meltpath_toolpath::{MotionBlock, MotionSink};
+use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
-use crate::head::job::ScanJob;
-use crate::head::scan_head::{HeadBlock, HeadSink};
-use crate::measures::energy::{Light, PowerLaw};
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::power::PowerLaw;
+use crate::head::vector::ScanJob;
+use crate::measures::light::Light;
 
 /// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
 /// height of its layer.
@@ -41,11 +42,10 @@ impl<'a> AsMotion<'a> {
 impl HeadSink for AsMotion<'_> {
     fn block(&mut self, block: &HeadBlock) {
         let out = &mut self.block;
-        out.t0 = block.command.first as f64 * block.period;
-        out.dt = block.period;
-        out.position.clear();
-        out.speed.clear();
-        out.power.clear();
+        out.restart(Times::Uniform {
+            t0: block.command.first as f64 * block.period,
+            dt: block.period,
+        });
         for (k, hit) in block.hit.iter().enumerate() {
             let vector = block.command.vector[k];
             let layer = self.layers.partition_point(|&(first, _)| first <= vector);
@@ -56,8 +56,6 @@ impl HeadSink for AsMotion<'_> {
             out.speed.push(moved / block.period);
             out.power.push(power);
         }
-        out.wire.clear();
-        out.wire.resize(block.len(), 0.0);
         out.command.clone_from(&block.command.vector);
         self.sink.block(out);
     }
