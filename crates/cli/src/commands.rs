@@ -11,9 +11,9 @@ use meltpath_base::{Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
+use crate::exit_code::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
-use crate::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
 
 /// Executes the command and returns the exit code.
 pub(crate) fn execute(arguments: &Arguments) -> u8 {

@@ -4,18 +4,19 @@
 //! Anti-windup by conditioning: the states follow the output that went out (R. Hanus et al., Automatica 23 (1987) 729–739).
 //! In sections the one with the slowest pole comes last and is the only one that sees the cut.
 
+mod c_source;
+mod mat;
 mod running;
-
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::eigenvalues;
-use crate::matrix::Matrix;
+use crate::domain::Domain;
 use crate::sections::{SecondOrder, Sections};
-use crate::state_space::{Domain, StateSpace};
+use crate::state_space::StateSpace;
 use crate::zero_pole::ZeroPoleGain;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::eigenvalues;
 
 pub use running::RunningExport;
 
@@ -367,221 +368,6 @@ impl Exported {
             }
         }
     }
-
-    /// Variables for MATLAB and its kin: a level-4 MAT file with `Ts`, `limit` (infinite where free), and `g` and `sos` (rows
-    /// b0 b1 b2 1 a1 a2) or `A`, `B`, `C`, `D`, `L`; coefficients as rounded to the word.
-    pub fn to_mat(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        let value = |x: f64| self.word.rounded(x);
-        let scalar = |x: f64| Matrix::from_fn(1, 1, |_, _| x);
-        mat_variable(&mut out, "Ts", &scalar(self.period));
-        mat_variable(
-            &mut out,
-            "limit",
-            &scalar(self.limit.unwrap_or(f64::INFINITY)),
-        );
-        match &self.law {
-            Law::Sections { gain, sections } => {
-                mat_variable(&mut out, "g", &scalar(value(*gain)));
-                let sos = Matrix::from_fn(sections.len(), 6, |i, j| match j {
-                    0..=2 => value(sections[i].b[j]),
-                    3 => 1.0,
-                    _ => value(sections[i].a[j - 4]),
-                });
-                mat_variable(&mut out, "sos", &sos);
-            }
-            Law::StateSpace {
-                update,
-                output,
-                follow,
-            } => {
-                let n = update.len();
-                let parts = [
-                    ("A", Matrix::from_fn(n, n, |i, j| value(update[i][j]))),
-                    ("B", Matrix::from_fn(n, 1, |i, _| value(update[i][n]))),
-                    ("C", Matrix::from_fn(1, n, |_, j| value(output[j]))),
-                    ("D", scalar(value(output[n]))),
-                    ("L", Matrix::from_fn(n, 1, |i, _| value(follow[i]))),
-                ];
-                for (name, matrix) in &parts {
-                    mat_variable(&mut out, name, matrix);
-                }
-            }
-        }
-        out
-    }
-
-    /// C99 source without dependencies: a state structure, a reset and a step function. In floating point it is to be
-    /// compiled without contraction into fused operations (`-ffp-contract=off`), to give the bits of [`Exported::running`].
-    pub fn to_c(&self) -> String {
-        let mut out = String::new();
-        // writing to a String cannot fail
-        let _ = self.write_c(&mut out);
-        out
-    }
-
-    fn write_c(&self, out: &mut String) -> std::fmt::Result {
-        let name = &self.name;
-        let (signal, number): (&str, fn(&Word, f64) -> String) = match self.word {
-            Word::Double => ("double", |_, x| format!("{x:e}")),
-            Word::Single => ("float", |_, x| format!("{:e}f", x as f32)),
-            Word::Fixed { .. } => ("int32_t", |w, x| format!("INT64_C({})", w.integer(x))),
-        };
-        let c = |x: f64| number(&self.word, x);
-        writeln!(out, "/* {name}: one step every {:e} s. */", self.period)?;
-        writeln!(out, "#include <stdint.h>\n#include <string.h>\n")?;
-        let (cut, shift) = match self.word {
-            Word::Fixed {
-                coefficient,
-                signal,
-            } => {
-                writeln!(
-                    out,
-                    "/* Signals carry {signal} bits after the point, coefficients {coefficient}. */"
-                )?;
-                let half = 1i64 << (coefficient.max(1) - 1);
-                writeln!(
-                    out,
-                    "static int32_t {name}_round(int64_t sum) {{\n    \
-                     int64_t r = {};\n    \
-                     return r > INT32_MAX ? INT32_MAX : r < INT32_MIN ? INT32_MIN : (int32_t)r;\n}}\n",
-                    if coefficient == 0 {
-                        "sum".to_owned()
-                    } else {
-                        format!("(sum + INT64_C({half})) >> {coefficient}")
-                    }
-                )?;
-                let whole = (self.limit.unwrap_or(0.0) * f64::from(1u32 << signal)).round();
-                (format!("{whole}"), format!("{coefficient}"))
-            }
-            _ => (c(self.limit.unwrap_or(0.0)), String::new()),
-        };
-        let fixed = matches!(self.word, Word::Fixed { .. });
-        let sum = |terms: &[(String, String)]| -> String {
-            let products: Vec<String> = terms.iter().map(|(k, x)| format!("{k} * {x}")).collect();
-            if fixed {
-                format!("{name}_round({})", products.join(" + "))
-            } else {
-                products.join(" + ")
-            }
-        };
-        // a signal as it stands, in the width of a sum
-        let one = if fixed {
-            format!("(INT64_C(1) << {shift})")
-        } else {
-            c(1.0)
-        };
-        let states = self.transition(false).rows();
-        writeln!(
-            out,
-            "typedef struct {{\n    {signal} x[{}];\n}} {name}_state;\n",
-            states.max(1)
-        )?;
-        writeln!(
-            out,
-            "void {name}_reset({name}_state *s) {{\n    memset(s, 0, sizeof *s);\n}}\n"
-        )?;
-        writeln!(out, "{signal} {name}_step({name}_state *s, {signal} u) {{")?;
-        let limit = |out: &mut String, from: &str, to: &str| -> std::fmt::Result {
-            if self.limit.is_some() {
-                writeln!(
-                    out,
-                    "    {signal} {to} = {from} > {cut} ? {cut} : {from} < -{cut} ? -{cut} : {from};"
-                )
-            } else {
-                writeln!(out, "    {signal} {to} = {from};")
-            }
-        };
-        match &self.law {
-            Law::Sections { gain, sections } => {
-                writeln!(out, "    {signal} u0 = {};", sum(&[(c(*gain), "u".into())]))?;
-                for (k, s) in sections.iter().enumerate() {
-                    let (u, m0, m1) = (
-                        format!("u{k}"),
-                        format!("s->x[{}]", 2 * k),
-                        format!("s->x[{}]", 2 * k + 1),
-                    );
-                    let v = format!("v{k}");
-                    writeln!(
-                        out,
-                        "    {signal} {v} = {};",
-                        sum(&[(c(s.b[0]), u.clone()), (one.clone(), m0.clone())])
-                    )?;
-                    let next = format!("u{}", k + 1);
-                    let last = k + 1 == sections.len();
-                    if last {
-                        limit(out, &v, &next)?;
-                    } else {
-                        writeln!(out, "    {signal} {next} = {v};")?;
-                    }
-                    let fed = if last && self.anti_windup == AntiWindup::None {
-                        v
-                    } else {
-                        next
-                    };
-                    writeln!(
-                        out,
-                        "    {m0} = {};",
-                        sum(&[
-                            (c(s.b[1]), u.clone()),
-                            (c(-s.a[0]), fed.clone()),
-                            (one.clone(), m1.clone())
-                        ])
-                    )?;
-                    writeln!(
-                        out,
-                        "    {m1} = {};",
-                        sum(&[(c(s.b[2]), u), (c(-s.a[1]), fed)])
-                    )?;
-                }
-                if sections.is_empty() {
-                    limit(out, "u0", "y")?;
-                    writeln!(out, "    return y;\n}}")
-                } else {
-                    writeln!(out, "    return u{};\n}}", sections.len())
-                }
-            }
-            Law::StateSpace {
-                update,
-                output,
-                follow,
-            } => {
-                let n = update.len();
-                let terms = |row: &[f64]| -> Vec<(String, String)> {
-                    row.iter()
-                        .enumerate()
-                        .map(|(j, &k)| {
-                            let x = if j < n {
-                                format!("s->x[{j}]")
-                            } else {
-                                "u".into()
-                            };
-                            (c(k), x)
-                        })
-                        .collect()
-                };
-                writeln!(out, "    {signal} v = {};", sum(&terms(output)))?;
-                limit(out, "v", "y")?;
-                let minus = if fixed {
-                    format!("-(INT64_C(1) << {shift})")
-                } else {
-                    c(-1.0)
-                };
-                let beyond = sum(&[(one.clone(), "y".into()), (minus, "v".into())]);
-                writeln!(out, "    {signal} cut = {beyond};")?;
-                writeln!(out, "    {signal} next[{}];", n.max(1))?;
-                for (i, row) in update.iter().enumerate() {
-                    let mut all = terms(row);
-                    all.push((c(follow[i]), "cut".into()));
-                    writeln!(out, "    next[{i}] = {};", sum(&all))?;
-                }
-                if n > 0 {
-                    writeln!(out, "    memcpy(s->x, next, sizeof next);")?;
-                }
-                writeln!(out, "    return y;\n}}")
-            }
-        }
-    }
 }
 
 fn checked(name: &str, controller: &StateSpace, limit: Option<f64>) -> Result<f64, ExportError> {
@@ -611,26 +397,6 @@ fn checked(name: &str, controller: &StateSpace, limit: Option<f64>) -> Result<f6
             one: controller.domain,
             two: Domain::Sampled { period: f64::NAN },
         })),
-    }
-}
-
-fn mat_variable(out: &mut Vec<u8>, name: &str, matrix: &Matrix) {
-    let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    for field in [
-        0,
-        size(matrix.rows()),
-        size(matrix.columns()),
-        0,
-        size(name.len() + 1),
-    ] {
-        out.extend(field.to_le_bytes());
-    }
-    out.extend(name.bytes());
-    out.push(0);
-    for j in 0..matrix.columns() {
-        for i in 0..matrix.rows() {
-            out.extend(matrix[(i, j)].to_le_bytes());
-        }
     }
 }
 

@@ -134,7 +134,7 @@ fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         let name = format!("{:.0} µm deep", 1e3 * set.depths[h]);
         depths = depths.with(line(&name, history(&set, &curve, thin, h, 0)));
     }
-    // the check of the specification, table of section 2.10.3
+    // the independent solver's table (docs/theory/sources.md)
     depths = depths.with(dots(
         "independent solver, 12.5 µm",
         [[0.25, 1631.0], [0.5, 1923.0], [1.0, 2400.0], [2.03, 2800.0]],
@@ -357,7 +357,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     provenance.model(
         "independent solver",
-        "written with the specification of these models",
+        "docs/theory/sources.md, an independent solver",
     );
     let report = Report {
         title: "Figures of heat".to_owned(),

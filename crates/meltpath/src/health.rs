@@ -12,14 +12,16 @@ use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict
 use meltpath_data::{find, names, scan_heads};
 use meltpath_perception::{Mapping, RecordError, read};
 use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::axis::galvanometer::AxisError;
 use meltpath_scan_head::files::{self, HeadFileError};
 use meltpath_scan_head::health::bench::{
     Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
 };
-use meltpath_scan_head::health::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
-use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, IdentificationError};
+use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
+use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
+use meltpath_scan_head::identification::error::IdentificationError;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation};
 
 pub use history::{Entry, History, HistoryError};
 

@@ -10,7 +10,6 @@ mod present_heat;
 mod refuse;
 pub mod run;
 pub mod settings;
-pub mod thesis;
 pub mod work;
 
 pub use run::{doctor, run};

@@ -1,4 +1,4 @@
-//! Cases of the specification on the reference solver, through jobs: `[optimise] solver = "reference"`.
+//! Acceptance cases on the reference solver, through jobs: `[optimise] solver = "reference"`.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

@@ -302,7 +302,7 @@ impl<R: BufRead> Reader<R> {
     }
 
     /// The layer that begins with `first`.
-    fn layer(&mut self, first: Row) -> Result<Layer, VectorListError> {
+    fn layer(&mut self, first: &Row) -> Result<Layer, VectorListError> {
         let wrong = |row: &Row, what: String| VectorListError {
             line: row.line,
             what,
@@ -314,16 +314,16 @@ impl<R: BufRead> Reader<R> {
                 "layer {number} begins with a `{}`: it must begin with a `{START}` that says where the head stands",
                 first.word
             );
-            return Err(wrong(&first, what));
+            return Err(wrong(first, what));
         }
         if !self.seen.insert(number) {
             let what = format!("layer {number} comes again: its vectors must follow one another");
-            return Err(wrong(&first, what));
+            return Err(wrong(first, what));
         }
         let mut layer = Layer::new(number, first.height.unwrap_or(0.0));
         let mut pass = (Role::Jump, first.part);
         let mut at = first.end;
-        write(&mut layer.begin(self.head(pass), at), &first);
+        write(&mut layer.begin(self.head(pass), at), first);
         while let Some(row) = self.row()? {
             if row.layer.is_some_and(|n| n != number) {
                 self.ahead = Some(row);
@@ -338,14 +338,12 @@ impl<R: BufRead> Reader<R> {
             }
             let same = pass == (role, row.part);
             pass = (role, row.part);
-            let mut to = match layer.resume().filter(|_| same) {
-                Some(to) => to,
-                None => {
-                    let head = self.head(pass);
-                    layer.begin(head, at)
-                }
-            };
-            write(&mut to, &row);
+            if !same {
+                layer.begin(self.head(pass), at);
+            }
+            if let Some(mut to) = layer.resume() {
+                write(&mut to, &row);
+            }
             at = row.end;
         }
         layer.shrink_to_fit();
@@ -368,7 +366,7 @@ impl<R: BufRead> Iterator for Reader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let first = self.ahead.take()?;
-        Some(self.layer(first))
+        Some(self.layer(&first))
     }
 }
 

@@ -11,10 +11,10 @@ use sha2::{Digest, Sha256};
 use crate::escape::{escape, json_for_script};
 use crate::packing::base64;
 use crate::plot::Plot;
-use crate::plot_svg;
+use crate::plot::svg::figure;
 use crate::provenance_html;
+use crate::scene::data::{self, SceneData};
 use crate::scene::{Scene, SceneError};
-use crate::scene_data::{self, SceneData};
 use crate::sheet::OperatorSheet;
 use crate::table::Table;
 use crate::verdict_html;
@@ -102,7 +102,7 @@ pub struct Report {
 /// # Errors
 /// [`ReportError::Scene`] before anything is written; [`ReportError::Io`] when the system refuses.
 pub fn write_html(out: &mut dyn Write, report: &Report) -> Result<(), ReportError> {
-    let scene = report.scene.as_ref().map(scene_data::pack).transpose()?;
+    let scene = report.scene.as_ref().map(data::pack).transpose()?;
     let script = [PAGE_SCRIPT, if scene.is_some() { VIEW_SCRIPT } else { "" }].concat();
     head(out, report, &script)?;
     write!(
@@ -222,7 +222,7 @@ fn chapter(out: &mut dyn Write, number: usize, section: &Section) -> io::Result<
     if !section.plots.is_empty() {
         out.write_all(b"<div class=\"plots\">")?;
         for plot in &section.plots {
-            out.write_all(plot_svg::figure(plot).as_bytes())?;
+            out.write_all(figure(plot).as_bytes())?;
         }
         out.write_all(b"</div>")?;
     }

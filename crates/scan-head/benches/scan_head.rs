@@ -11,8 +11,9 @@ use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::axis::chain::AxisRecord;
 use meltpath_scan_head::files::{self, HeadData};
-use meltpath_scan_head::head::job::{LaserDelays, ScanJob};
-use meltpath_scan_head::head::scan_head::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::recipe::LaserDelays;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::optics::correction::{Border, CorrectionTable};
 use meltpath_scan_head::plate::SquarePlate;
 

@@ -1,6 +1,6 @@
 //! The laser scan head: where the laser *really* goes, and what can be tuned without the machine.
 //!
-//! Source: Rasoanarivo 2020 (NNT 2020UPASC005), chapter 2, in the form of the specification *lpbf-scan-head*. The chain, each
+//! Source: Rasoanarivo 2020 (NNT 2020UPASC005), chapter 2; its errata and our readings: docs/theory/sources.md. The chain, each
 //! block usable alone:
 //!
 //! | block | module |

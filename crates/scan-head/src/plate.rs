@@ -1,12 +1,14 @@
 //! A plate of squares, the job that recipes are compared on: two concentric contours and a serpentine fill at 45° in each.
 //!
 //! Source: Rasoanarivo 2020, § 2.5.2.1, fig. 2.65-2.67. Contour distance, hatch, inset and pitch are not given there: the
-//! defaults of the data files are back-computed from the printed job times (specification § 13.2).
+//! defaults of the data files are back-computed from the printed job times (docs/theory/sources.md, the plate).
 
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::head::job::{JobBuilder, Jump, Recipe, ScanJob, ScanJobError};
+use crate::head::job::{JobBuilder, Jump};
+use crate::head::recipe::Recipe;
+use crate::head::vector::{ScanJob, ScanJobError};
 
 /// Squares in rows and columns round the centre of the field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -163,14 +165,4 @@ impl SquarePlate {
         let (c, h) = (self.centre(square), 0.5 * self.side - offset);
         [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| c + DVec2::new(x, y) * h)
     }
-}
-
-/// The outline of the plate, mm: half its size in x and y.
-pub fn half_size(plate: &SquarePlate) -> DVec3 {
-    let half = |count: u32, pitch: f64| 0.5 * (f64::from(count - 1) * pitch + plate.side);
-    DVec3::new(
-        half(plate.columns, plate.column_pitch),
-        half(plate.rows, plate.row_pitch),
-        0.0,
-    )
 }

@@ -1,7 +1,7 @@
 //! The fastest recipe within bounds: speeds, waits and pre-filter, with the delays that suit each, judged by the whole head on a
 //! small job.
 //!
-//! Source: specification *lpbf-scan-head* § 20 (a) and 20.8; the thesis tunes by trial and error. Contours set the contour
+//! Source: a perspective of Rasoanarivo 2020 (conclusion), which tunes by trial and error. Contours set the contour
 //! speed and fills the fill speed: for each pre-filter and wait both are scanned from the fastest on, then bisected, in the same
 //! runs. The gate does not act on the mirrors, so each run also tunes its delays. Dry friction makes slow marks worse than faster
 //! ones: the rates are not monotone in the speed, and a faster recipe between two scanned speeds may be missed; the found one is
@@ -10,10 +10,14 @@
 use meltpath_base::{Observer, Quiet};
 use rayon::prelude::*;
 
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::error::HeadError;
 use crate::head::gate::Gate;
 use crate::head::interpolation::sample_count;
-use crate::head::job::{LaserDelays, Recipe, ScanJob, ScanJobError};
-use crate::head::scan_head::{HeadBlock, HeadError, HeadSink, ReadyHead, ScanHead};
+use crate::head::ready::ReadyHead;
+use crate::head::recipe::{LaserDelays, Recipe};
+use crate::head::scan_head::ScanHead;
+use crate::head::vector::{ScanJob, ScanJobError};
 use crate::measures::contour_error::PathErrors;
 use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
@@ -144,7 +148,8 @@ impl Found {
 /// The head with its mirrors' first filter scaled.
 ///
 /// ```
-/// use meltpath_scan_head::{files, search::with_filter};
+/// use meltpath_scan_head::files;
+/// use meltpath_scan_head::search::with_filter;
 /// # let text = meltpath_data::scan_heads::TWO_AXIS_150.text;
 /// let head = files::parse_head(text).unwrap().head;
 /// let first = |h: &meltpath_scan_head::head::scan_head::ScanHead| h.mirrors[0].prefilter.as_ref().unwrap().first;

@@ -133,7 +133,7 @@ pub struct CoolingCurve {
 
 impl CoolingCurve {
     /// Enthalpy lost per second at `g`, J/(mm³·s). Beyond either end the rate there in proportion to `g`, as of a body
-    /// that cools towards the start temperature (specification ebm, section 2.11.2).
+    /// that cools towards the start temperature (docs/theory/sources.md, charts).
     pub fn rate(&self, g: f64) -> f64 {
         let (from, to) = (f64::from(self.from), f64::from(self.to));
         let last = self.times.len() - 1;

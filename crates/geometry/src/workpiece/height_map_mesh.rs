@@ -1,22 +1,11 @@
 //! From height map to closed triangle mesh: top surface, skirt and flat bottom.
 
-use super::HeightMap;
+use super::Crop;
+use super::height_map::HeightMap;
 use crate::{Mesh, math::DVec3};
 
 /// Marks a cell centre that no kept quad uses.
 const UNUSED: u32 = u32::MAX;
-
-/// How much of the plate goes into a workpiece's mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Crop {
-    /// Everything the map covers.
-    Whole,
-    /// Only what stands out: cells more than this many mm from the base, with one row of cells around.
-    Built {
-        /// Height off the base from which a cell counts as built, mm.
-        threshold: f64,
-    },
-}
 
 impl HeightMap {
     /// The map as a closed, edge-manifold mesh: vertices on the cell centres, a skirt down to a flat

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use meltpath_perception::record::RecordError;
+use meltpath_perception::RecordError;
 use meltpath_perception::table;
 use meltpath_report::series::parquet::ParquetWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};

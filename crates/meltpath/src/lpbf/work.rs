@@ -6,7 +6,9 @@ use std::path::Path;
 
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_programs::{cli, vectors};
-use meltpath_scan_head::head::job::{Given, JobBuilder, Recipe, ScanJob, ScanJobError, VectorKind};
+use meltpath_scan_head::head::job::{Given, JobBuilder};
+use meltpath_scan_head::head::recipe::Recipe;
+use meltpath_scan_head::head::vector::{ScanJob, ScanJobError, VectorKind};
 use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Layer, Role};
 
@@ -118,7 +120,9 @@ pub fn read(path: &Path, shown: &str, table: &LayersTable) -> Result<LayerSet, S
     }
     if let Some(origin) = table.origin {
         let origin = DVec2::from_array(origin.map(|l| l.0)).extend(0.0);
-        chosen.iter_mut().for_each(|l| l.translate(-origin));
+        for layer in &mut chosen {
+            layer.translate(-origin);
+        }
     }
     Ok(LayerSet {
         file: shown.to_owned(),

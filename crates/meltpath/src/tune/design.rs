@@ -7,7 +7,7 @@ use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::control::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward,
 };
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::servo::compare::{Draw, MultiStep, TrackingError, monte_carlo, run};
 use meltpath_scan_head::servo::h_infinity::{
     Form, HinfServo, LoopQuality, design as synthesise, quality, with_modes,

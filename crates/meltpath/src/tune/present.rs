@@ -105,7 +105,6 @@ fn order(result: &AxisResult) -> String {
 fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, TuneError> {
     let letter = result.task.name.letter();
     let name = upper(result);
-    let head = &settings.data.head.name;
     let drawn = "plots";
     let mut by_loop = Vec::new();
     for which in [Loop::Current, Loop::Speed, Loop::Position] {
@@ -118,8 +117,8 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
         None => String::new(),
     };
     let mut cascade = vec![
-        tables::gains(result, head),
-        tables::loops(result, head),
+        tables::gains(result),
+        tables::loops(result),
         tables::steps(result),
     ];
     if let Some(refined) = &result.refined {
@@ -149,7 +148,7 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
                 result.task.signal.slope.to_degrees()
             ),
             plots: bode::responses(result, settings.data.head.period),
-            tables: vec![tables::two_by_two(result, head)],
+            tables: vec![tables::two_by_two(result)],
         },
     ];
     let mut spread = Section {

@@ -6,7 +6,7 @@ use meltpath_base::quantity::{NotNegative, Unit, parse};
 use meltpath_base::{Origin, Provenance, Ratio, Resolved};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
 use meltpath_scan_head::files::{self, HeadData};

@@ -14,7 +14,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_programs::cli::{self, Form};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
-use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Channel, Layer, PassHead, Role};
 

@@ -1,7 +1,7 @@
 //! Energy modulation: less energy where powder conducts badly, so that overhangs do not overheat.
 //!
-//! Béraud 2016, section 2.4.2. The shape of the ramps and their parameters are lost; those of specification ebm, sections
-//! 2.7.1 and 5.1, stand in their place.
+//! Béraud 2016, section 2.4.2. The shape of the ramps and their parameters are lost; ours
+//! (docs/theory/sources.md, energy near powder) stand in their place.
 
 /// A factor that grows from `least` at powder to 1 at a distance, and stays there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -74,7 +74,7 @@ impl<R: BufRead> Commands<R> {
 
     /// The next command, if there is any.
     pub(super) fn next(&mut self) -> io::Result<Option<Command>> {
-        let ends = |piece: &[u8]| piece.iter().filter(|b| **b == b'\n').count();
+        let ends = |piece: &[u8]| piece.split(|b| *b == b'\n').count() - 1;
         if !self.begun {
             self.begun = true;
             self.read()?;

@@ -49,7 +49,7 @@ const T1: f64 = 0.132;
 const T2: f64 = 0.084;
 
 #[test]
-fn values_of_the_specification() {
+fn known_values() {
     assert!((remaining_time(T1, T2, 0.0) - 18.727e-3).abs() < 1e-6);
     assert!((remaining_time(T1, T2, 0.0495) - 8.673e-3).abs() < 1e-6);
     assert!((transition_duration(T1, T2, 0.0) - 0.216).abs() < 1e-15);

@@ -1,4 +1,4 @@
-//! Acceptance of the controller model (specification *waam*, AC-11 to AC-16, and the demands on curves), through the streaming
+//! Acceptance of the controller model (cases waam AC-11 to AC-16, and the demands on curves), through the streaming
 //! simulation.
 
 #![expect(clippy::unwrap_used, reason = "a test's helpers may fail the test")]

@@ -1,6 +1,6 @@
 //! The galvanometer in time: the linear part exact under held voltage and torque, friction in closed form.
 //!
-//! Source of the states: Rasoanarivo 2020, fig. 2.20 (specification § 5.5). Over a step the voltage is held and so is the
+//! Source of the states: Rasoanarivo 2020, fig. 2.20 (not legible: rebuilt). Over a step the voltage is held and so is the
 //! friction torque T. The rotor speed at the end of the step is linear in T, so the one torque T* that would bring the rotor
 //! to rest is known; Coulomb's law then says T = T* clamped to its sliding values (J. J. Moreau's time stepping). Where the
 //! rotor slides through the whole step T is constant and the step is exact whatever its length; only where it turns round or
@@ -8,8 +8,9 @@
 
 use meltpath_control::discretise::{Hold, discretise};
 
+use crate::axis::error::{AxisError, positive};
 use crate::axis::friction::Friction;
-use crate::axis::galvanometer::{AxisError, Galvanometer, positive};
+use crate::axis::galvanometer::Galvanometer;
 
 /// The longest piece of a step in which the rotor turns round, s.
 pub const LONGEST_PIECE: f64 = 2e-6;

@@ -3,9 +3,9 @@
 //! The rules are ours: the slopes of angle over current and angle over voltage, the coil's lag, the share of the band with the wrong sign.
 
 use meltpath_control::Complex64;
-use meltpath_control::fit::frequency::Point;
+use meltpath_control::frequency::Point;
 
-use crate::identification::motor::IdentificationError;
+use crate::identification::error::IdentificationError;
 
 /// Share of the band that has to answer the wrong way round before a sign is called reversed.
 const AGAINST: f64 = 0.75;

@@ -1,7 +1,7 @@
 //! Tuning of the laser's delays: how much is marked where nothing was asked, how much is missing, against both delays.
 //!
-//! Source: Rasoanarivo 2020, § 2.6.1 (by trial and error on the simulator); the measures and the search are the
-//! specification's (§ 14.1). A stuck axis may leave the whole path beside its mark, which no delay cures: what counts is light
+//! Source: Rasoanarivo 2020, § 2.6.1 (by trial and error on the simulator); the measures and the search are
+//! ours (docs/theory/sources.md). A stuck axis may leave the whole path beside its mark, which no delay cures: what counts is light
 //! and marks farther than the spot's radius from where the chain's own path runs steadily. The gate does not act on the mirrors: one run is enough for every pair of delays.
 
 #![expect(
@@ -11,11 +11,12 @@
 
 use meltpath_geometry::math::DVec2;
 
+use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
 use crate::head::interpolation::counts;
-use crate::head::job::{LaserDelays, ScanJob, VectorKind};
-use crate::head::scan_head::{HeadBlock, HeadSink};
-use crate::measures::contour_error::distance_to_segment;
+use crate::head::recipe::LaserDelays;
+use crate::head::vector::{ScanJob, VectorKind};
+use crate::measures::segment::distance_to_segment;
 
 /// Records the point hit at every sample: for runs of a few squares.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,15 +1,15 @@
 //! Fill rate: the share of a surface that the marking reaches, on cells as wide as the spot.
 //!
-//! Source: Rasoanarivo 2020, § 2.6.2, fig. 2.73. "Reached" is not defined there and decides the number (specification
-//! § 14.2): three modes, and the mode is told with every number.
+//! Source: Rasoanarivo 2020, § 2.6.2, fig. 2.73. "Reached" is not defined there and decides the number
+//! (docs/theory/sources.md): three modes, and the mode is told with every number.
 
 use std::sync::Arc;
 
 use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::head::job::{ScanJob, VectorKind};
-use crate::head::scan_head::{HeadBlock, HeadSink};
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::vector::{ScanJob, VectorKind};
 use crate::plate::SquarePlate;
 
 /// When a cell counts as reached.
@@ -149,7 +149,7 @@ impl Cells {
     /// Marks the cells whose centre lies within `radius` mm of a segment.
     pub fn swept(&mut self, a: DVec2, b: DVec2, radius: f64) {
         self.near(a, b, radius, |centre| {
-            crate::measures::contour_error::distance_to_segment(centre, a, b) <= radius
+            crate::measures::segment::distance_to_segment(centre, a, b) <= radius
         });
     }
 

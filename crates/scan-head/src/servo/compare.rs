@@ -2,17 +2,17 @@
 //! and noise.
 //!
 //! Source: Rasoanarivo 2020, § 3.4 and fig. 3.8. The thesis compares the conventional control with pre-filter to H-infinity
-//! without one; the two effects are told apart here by all four combinations (specification § 15.8).
+//! without one; the two effects are told apart here by all four combinations (docs/theory/sources.md).
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use meltpath_base::{Cancelled, Observer};
-use meltpath_control::random::Random;
+use meltpath_numerics::random::Random;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
-use crate::axis::galvanometer::{AxisError, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
 use crate::axis::prefilter::PreFilter;
 
 /// Alternating steps of falling amplitude, each reached at a limited speed and held.

@@ -8,12 +8,13 @@
 use std::f64::consts::PI;
 
 use meltpath_base::Observer;
-use meltpath_control::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
+use meltpath_numerics::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::Axis;
 use crate::axis::control::{CascadeGains, Controller, CurrentGains, FeedForward};
-use crate::axis::galvanometer::{AxisError, Galvanometer};
+use crate::axis::error::AxisError;
+use crate::axis::galvanometer::Galvanometer;
 use crate::servo::compare::{TrackingError, run};
 use crate::servo::model::{Actions, Loop, ServoModel};
 use crate::servo::synthesis::Targets;

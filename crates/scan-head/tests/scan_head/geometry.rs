@@ -1,7 +1,8 @@
-//! § 17.4: geometry, correction tables, focus.
+//! Geometry, correction tables, focus.
 
-use meltpath_control::random::Random;
+use crate::rays::rays_of;
 use meltpath_geometry::math::{DMat2, DVec2};
+use meltpath_numerics::random::Random;
 use meltpath_scan_head::optics::correction::{
     Border, CorrectionError, CorrectionTable, MeasuredMarks,
 };
@@ -47,7 +48,7 @@ fn lpbf_ac22_two_axis_inverse_is_exact() {
     assert!((g.path(deg(20.0, 20.0)) - 514.329).abs() < 1e-3);
 }
 
-/// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the table of § 9.4; Newton in at most 6 steps.
+/// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the reference head's table (docs/theory/sources.md); Newton in at most 6 steps.
 #[test]
 fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
     let mut random = Random::new(9);
@@ -72,7 +73,7 @@ fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
         };
         let angles = deg(r(-8.0, 8.0), r(-8.0, 8.0));
         let g = Geometry::ThreeAxis(h);
-        let trace = h.to_rays().trace(angles).unwrap();
+        let trace = rays_of(&h).trace(angles).unwrap();
         worst = worst.max((trace.hit - g.direct(angles)).length());
         worst_path = worst_path.max((trace.length - g.path(angles)).abs());
         let step = 1e-6;
@@ -105,7 +106,7 @@ fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
             "({x}, {y}): {}",
             g.path(deg(x, y))
         );
-        assert!((h.to_rays().trace(deg(x, y)).unwrap().length - g.path(deg(x, y))).abs() < 1e-9);
+        assert!((rays_of(&h).trace(deg(x, y)).unwrap().length - g.path(deg(x, y))).abs() < 1e-9);
     }
     for (x, y, ax, ay) in [
         (175.0, 175.0, 8.037_044, 8.745_817),
@@ -209,7 +210,7 @@ fn marks_on_a_coarse_grid_recalibrate_the_table() {
     ));
 }
 
-/// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of § 11.3.
+/// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of the reference head.
 #[test]
 fn lpbf_ac25_dynamic_focus() {
     let g = three_axis().geometry;
@@ -280,7 +281,7 @@ fn what_cannot_be_reached_is_named() {
         Err(GeometryError::Parameter { .. })
     ));
     // axes of both mirrors parallel: they steer in one direction
-    let mut rays = head().to_rays();
+    let mut rays = rays_of(&head());
     rays.mirrors[1].axis = rays.mirrors[0].axis;
     rays.mirrors[1].normal = -rays.mirrors[0].normal;
     let error = rays.inverse(DVec2::new(5.0, 5.0)).unwrap_err();

@@ -1,11 +1,11 @@
-//! Acceptance cases of the scan-head specification on H-infinity control of an axis in time (section 17.5), the four
+//! Acceptance cases of the scan head on H-infinity control of an axis in time, the four
 //! combinations of controller and pre-filter, and a controller for a mode that moved.
 
 use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller, FeedForward};
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
@@ -91,7 +91,7 @@ fn lpbf_ac26_multi_step_of_every_structure() {
         current: 0.0,
         ..feed_forward()
     };
-    // annex R: largest error (deg), shares (%) below 0.05, 0.1 and 0.2 deg
+    // reference runs: largest error (deg), shares (%) below 0.05, 0.1 and 0.2 deg
     let rows = [
         (cascade(synthesised()), true, 0.467, [82.1, 90.72, 91.03]),
         (cascade(refined()), true, 0.474, [90.3, 90.74, 91.01]),
@@ -153,7 +153,7 @@ fn lpbf_ac48b_the_pre_filter_sets_the_error_not_the_controller() {
     )
     .unwrap();
     let rms: Vec<f64> = cells.iter().map(|c| c.error.rms().to_degrees()).collect();
-    // annex R: 0.0162 and 0.0144 without, 0.1232 and 0.1165 with
+    // reference runs: 0.0162 and 0.0144 without, 0.1232 and 0.1165 with
     for (value, expected) in rms.iter().zip([0.0162, 0.0144, 0.1232, 0.1165]) {
         near(*value, expected, 0.1 * expected);
     }

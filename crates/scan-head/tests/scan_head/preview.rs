@@ -1,12 +1,15 @@
-//! § 20: the path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
+//! The path ahead. Contours with X and Y made alike, and with both mirrors arriving in time.
 
 use meltpath_base::Silent;
-use meltpath_control::random::Random;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_numerics::random::Random;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::axis::galvanometer::AxisError;
-use meltpath_scan_head::head::job::{JobBuilder, Jump, LaserDelays, Recipe, ScanJob};
-use meltpath_scan_head::head::scan_head::{HeadBlock, ScanHead};
+use meltpath_scan_head::head::block::HeadBlock;
+use meltpath_scan_head::head::job::{JobBuilder, Jump};
+use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
+use meltpath_scan_head::head::scan_head::ScanHead;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::servo::preview::{PreviewDesign, Previews, preview, synchronise};
 

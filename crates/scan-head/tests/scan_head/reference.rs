@@ -2,7 +2,7 @@
 
 use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::files::{self, HeadData};
-use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::plate::SquarePlate;
 
@@ -32,7 +32,7 @@ pub(crate) fn recipes() -> [Recipe; 3] {
     .map(|text| files::parse_recipe(text).unwrap())
 }
 
-/// REF-2X.
+/// The two-axis reference motor.
 pub(crate) fn motor() -> Galvanometer {
     two_axis().mirrors[1].motor.clone()
 }

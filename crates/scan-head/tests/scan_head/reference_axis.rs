@@ -1,4 +1,4 @@
-//! The reference axis of the scan-head specification (annex R, "REF-2X") with the thesis' gains (table 2.1).
+//! The two-axis reference motor (docs/theory/sources.md, reference heads) with the thesis' gains (table 2.1).
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use meltpath_scan_head::axis::chain::{Axis, Encoder};

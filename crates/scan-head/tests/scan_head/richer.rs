@@ -1,11 +1,12 @@
-//! § 17.6, AC-38: the simulator against a richer one.
+//! AC-38: the simulator against a richer one.
 
 use meltpath_base::Silent;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::axis::galvanometer::Mode;
-use meltpath_scan_head::head::job::Recipe;
-use meltpath_scan_head::head::scan_head::{HeadBlock, ScanHead};
+use meltpath_scan_head::head::block::HeadBlock;
+use meltpath_scan_head::head::recipe::Recipe;
+use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::measures::contour_error::contour_errors;
 use meltpath_scan_head::plate::SquarePlate;
 

@@ -1,4 +1,4 @@
-//! Acceptance cases of the scan-head specification on the conventional control of an axis (section 17.3).
+//! Acceptance cases of the scan head on the conventional control of an axis.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 use std::f64::consts::TAU;
@@ -6,10 +6,10 @@ use std::f64::consts::TAU;
 use crate::reference_axis::{axis, motor, prefilter, refined, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::Complex64;
-use meltpath_control::swarm::Swarm;
+use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{CascadeGains, Controller};
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::prefilter::{Kernel, PreFilter};
 use meltpath_scan_head::servo::compare::{MultiStep, TrackingError, run};
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
@@ -35,7 +35,7 @@ fn decibel(model: &ServoModel, actions: Actions, hertz: f64) -> f64 {
 #[test]
 fn lpbf_ac16_loops_of_the_thesis_gains() {
     let motor = motor();
-    // ours of annex R: crossover (rad/s), margin (deg); then the thesis'
+    // reference runs: crossover (rad/s), margin (deg); then the thesis'
     let rows = [
         (
             synthesised(),
@@ -94,7 +94,7 @@ fn lpbf_ac17_automatic_synthesis_finds_the_first_row() {
     }
     let decade = (ours.speed_integral_time / theirs.speed_integral_time).log10();
     assert!(decade.abs() < 1.0);
-    // our own run of annex R
+    // the reference run
     near(ours.current.gain, 1.88, 0.005);
     near(ours.speed_gain, 7.505e-4, 0.005e-4);
     near(ours.position_gain, 31.3, 0.05);
@@ -167,7 +167,7 @@ fn the_linear_system_has_the_response_of_the_formulas() {
     let closed = model.closed_loop().unwrap();
     for omega in [3.0, 70.0, 900.0, 8000.0, 24_000.0, 25_200.0, 2e5] {
         let formula = model.complete(Actions::FeedForward, Complex64::new(0.0, omega));
-        let system = closed.entry_response(0, 0, omega);
+        let system = closed.response(omega)[(0, 0)];
         assert!(
             (formula - system).norm() < 1e-9 * formula.norm(),
             "{omega}: {formula} {system}"
@@ -216,7 +216,7 @@ fn lpbf_ac20_swarm_refines_the_gains_on_a_record() {
     let [before, after] = errors.map(|e| e.largest().to_degrees());
     assert!(found.gained && after <= 0.5 * before);
     assert!(errors[1].share_below(0.05f64.to_radians()) >= 0.92);
-    // annex R has 0.069 deg with a law run every 1 µs, here every 10 µs
+    // the reference run has 0.069 deg with a law run every 1 µs, here every 10 µs
     near(before, 0.069, 0.01);
     assert!(after < 0.02);
 }

@@ -1,4 +1,4 @@
-//! § 17.2: the pre-filter.
+//! The pre-filter.
 
 use meltpath_control::Complex64;
 use meltpath_scan_head::axis::prefilter::{Kernel, PreFilter, Running, damped_pole};

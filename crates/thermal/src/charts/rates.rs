@@ -1,7 +1,7 @@
 //! Charts made ready for a simulation: rates of change of enthalpy in one table per share of powder and plane of voxels,
 //! and cooling curves for any length of time.
 //!
-//! Rules: Béraud 2016, section 3.2.3.2, with the corrections of specification ebm, section 2.11.2.
+//! Rules: Béraud 2016, section 3.2.3.2, with the corrections of docs/theory/sources.md, charts.
 
 use crate::charts::{ChartSet, CoolingCurve, HeatingCurve};
 

@@ -1,6 +1,6 @@
 //! Draws a beam path with charts: every voxel near the beam follows the history of a point near a beam at rest.
 //!
-//! Béraud 2016, section 3.2.3.2 and annex E, with the corrections of specification ebm, section 2.11. Only voxels in the
+//! Béraud 2016, section 3.2.3.2 and annex E, with the corrections of docs/theory/sources.md. Only voxels in the
 //! heated zone are computed step by step; the others cool by a closed form when they are next looked at. Powder counts are
 //! brought up to date between batches of a few steps, within which columns do not see each other and may run on any
 //! thread: the bits do not depend on how many there are.
