@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::column::Column;
 use crate::layer::{Entry, Layer};
-use crate::pass::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
 use crate::toolpath::{Profile, Toolpath};
+use crate::vocabulary::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
 
 /// Schema of the head of a stored toolpath.
 pub const TOOLPATH_SCHEMA: &str = "meltpath-toolpath/2";
@@ -465,7 +465,7 @@ fn neighbours_of(from: &Container) -> Result<Vec<(u32, Neighbour)>, ContainerErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pass::Move;
+    use crate::vocabulary::Move;
 
     /// A bead on a leaning torch and a positioner, a laser's vectors, an electron beam's spots.
     fn three_processes() -> Toolpath {

@@ -5,7 +5,7 @@ use std::io::{self, BufRead, Write};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Layer;
 
-use super::{CliError, Direction, Filling, Item, header_error};
+use super::contents::{CliError, Direction, Filling, Item, header_error};
 
 /// The commands of a text, one after the other.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use meltpath_geometry::Plane;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Layer, Neighbour, Side};
 
-use crate::outline::nearest_share;
+use crate::fill::outline::nearest_share;
 
 /// Beads farther apart than this many widths are no neighbours.
 const REACH_IN_WIDTHS: f64 = 1.2;
