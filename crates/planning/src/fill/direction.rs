@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 
 use meltpath_geometry::Region;
 
-use crate::lines::{Rim, cells, spans};
-use crate::outline::{edges, turned};
-use crate::settings::{FillSettings, LineAngle};
+use crate::fill::lines::{Rim, cells, spans};
+use crate::fill::outline::{edges, turned};
+use crate::fill::settings::{FillSettings, LineAngle};
 
 /// A new cell costs an arc start or a link: as much as this many lines.
 const CELL_IN_LINES: f64 = 4.0;

@@ -7,11 +7,11 @@ use meltpath_geometry::medial::medial_axis;
 use meltpath_geometry::offset::inset;
 use meltpath_geometry::{Region, Ring};
 
-use crate::chain::Skeleton;
-use crate::outline::{edges, nearest_share};
-use crate::settings::FillSettings;
-use crate::spacing;
-use crate::thin::split;
+use crate::fill::chain::Skeleton;
+use crate::fill::outline::{edges, nearest_share};
+use crate::fill::settings::FillSettings;
+use crate::fill::spacing;
+use crate::fill::thin::split;
 
 /// A contour.
 pub(crate) struct Contour {

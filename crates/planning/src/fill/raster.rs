@@ -3,9 +3,9 @@
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 
-use crate::lines::{Rim, Span, spans};
-use crate::outline::turned;
-use crate::settings::{FillSettings, LineDirection, LineOrder};
+use crate::fill::lines::{Rim, Span, spans};
+use crate::fill::outline::turned;
+use crate::fill::settings::{FillSettings, LineDirection, LineOrder};
 
 /// The beads of a raster at `angle` over the possible centres of beads.
 pub(crate) fn raster(

@@ -4,14 +4,12 @@
 //! Speeds are mm/s, lengths mm; files and laws are in m/min, as people write and fit them.
 
 mod data;
-mod feed;
 mod grid;
 mod import;
 mod inverse;
 mod surface;
 
 pub use data::Validity;
-pub use feed::{FeedBead, FeedCampaign};
 pub use grid::Grid;
 pub use import::{MeasuredBead, check_beads};
 pub use inverse::Target;
@@ -337,13 +335,5 @@ impl ProcessMap {
     /// Data of the map, as an origin for resolved values.
     pub fn origin(&self) -> Origin {
         Origin::Data(format!("process map {}", self.id))
-    }
-
-    /// The wire of the map, if it comes with the program.
-    ///
-    /// # Errors
-    /// [`DataError::Unknown`] otherwise.
-    pub fn builtin_wire(&self) -> Result<Wire, DataError> {
-        Wire::builtin(&self.wire)
     }
 }

@@ -5,54 +5,17 @@ use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Plane, Region};
-use meltpath_toolpath::{Move, PassHead, PassId};
+use meltpath_toolpath::{Move, PassHead};
 use rayon::prelude::*;
 
-use crate::coverage::{Coverage, coverage};
 use crate::error::PlanError;
-use crate::fill::{Bead, fill};
-use crate::neighbours;
-use crate::pace::{self, nominal_length};
-use crate::settings::{CORNER, FillSettings};
-
-/// A layer to fill: the regions to cover, allowance included.
-#[derive(Debug, Clone, Copy)]
-pub struct Layer<'a> {
-    /// Counted from 1.
-    pub number: u32,
-    /// Where the regions lie: the plane on which the wire's tip travels.
-    pub plane: &'a Plane,
-    /// What to cover, in the plane's coordinates.
-    pub regions: &'a [Region],
-}
-
-/// Names passes so that identifiers survive re-planning of other layers: part, layer and position in the layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PassIds {
-    /// Part, counted from 0.
-    pub part: u32,
-}
-
-impl PassIds {
-    const PARTS: u32 = 1 << 4;
-    const LAYERS: u32 = 1 << 14;
-    const PASSES: usize = 1 << 14;
-
-    /// The identifier of pass `index` of a layer.
-    ///
-    /// # Errors
-    /// [`PlanError::TooMany`] beyond 16 parts, 16383 layers or 16384 passes a layer.
-    pub fn id(self, layer: u32, index: usize) -> Result<PassId, PlanError> {
-        if self.part >= Self::PARTS || layer >= Self::LAYERS || index >= Self::PASSES {
-            return Err(PlanError::TooMany {
-                part: self.part,
-                layer,
-                passes: index + 1,
-            });
-        }
-        Ok(PassId(self.part << 28 | layer << 14 | index as u32))
-    }
-}
+use crate::fill::bead::Bead;
+use crate::fill::coverage::{Coverage, coverage};
+use crate::fill::layer::{Layer, PassIds};
+use crate::fill::neighbours;
+use crate::fill::pace::{self, nominal_length};
+use crate::fill::region::fill;
+use crate::fill::settings::{CORNER, FillSettings};
 
 /// The plan of a layer.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use meltpath_geometry::Plane;
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::{Layer, Neighbour, Side};
 
-use crate::outline::nearest_share;
+use crate::fill::outline::nearest_share;
 
 /// Beads farther apart than this many widths are no neighbours.
 const REACH_IN_WIDTHS: f64 = 1.2;
@@ -128,29 +128,8 @@ pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) 
             let t = (b - a).normalize_or_zero();
             let p = a + t * (s - along[at]);
             index.near(p, &mut found);
-            let mut nearest: [Option<(f64, usize)>; 2] = [None, None];
-            for &i in &found {
-                let other = &index.segments[i as usize];
-                let e = other.b - other.a;
-                let share = nearest_share(p, other.a, other.b);
-                let v = other.a + e * share - p;
-                let distance = v.length();
-                let lateral = t.perp_dot(v);
-                let own = other.pass == me
-                    && (other.along + share * e.length() - s).abs() < OWN_WAY * distance.max(1e-9);
-                if own
-                    || distance > reach
-                    || distance < 1e-6
-                    || lateral.abs() < 0.9 * distance
-                    || t.dot(e).abs() < 0.7 * e.length()
-                {
-                    continue;
-                }
-                let side = usize::from(lateral < 0.0);
-                if nearest[side].is_none_or(|(d, _)| distance < d) {
-                    nearest[side] = Some((distance, other.pass));
-                }
-            }
+            let here = Here { pass: me, p, t, s };
+            let nearest = nearest(&index, &found, &here, reach);
             let interval = (s - 0.5 * step, s + 0.5 * step);
             for side in 0..2 {
                 let goes_on = match (&runs[side], nearest[side]) {
@@ -195,6 +174,44 @@ pub(crate) fn find(path: &mut Layer, plane: &Plane, width: f64, tolerance: f64) 
         }));
     }
     path.set_neighbours(all);
+}
+
+/// A place on a pass.
+struct Here {
+    pass: usize,
+    p: DVec2,
+    /// Direction of travel.
+    t: DVec2,
+    /// Arc length, mm.
+    s: f64,
+}
+
+/// Distance and pass of the nearest bead to the left and to the right of a place, within `reach`, of the segments `found`.
+fn nearest(index: &Index, found: &[u32], here: &Here, reach: f64) -> [Option<(f64, usize)>; 2] {
+    let mut nearest: [Option<(f64, usize)>; 2] = [None, None];
+    for &i in found {
+        let other = &index.segments[i as usize];
+        let e = other.b - other.a;
+        let share = nearest_share(here.p, other.a, other.b);
+        let v = other.a + e * share - here.p;
+        let distance = v.length();
+        let lateral = here.t.perp_dot(v);
+        let own = other.pass == here.pass
+            && (other.along + share * e.length() - here.s).abs() < OWN_WAY * distance.max(1e-9);
+        if own
+            || distance > reach
+            || distance < 1e-6
+            || lateral.abs() < 0.9 * distance
+            || here.t.dot(e).abs() < 0.7 * e.length()
+        {
+            continue;
+        }
+        let side = usize::from(lateral < 0.0);
+        if nearest[side].is_none_or(|(d, _)| distance < d) {
+            nearest[side] = Some((distance, other.pass));
+        }
+    }
+    nearest
 }
 
 /// A stretch along which one pass is the nearest on one side.

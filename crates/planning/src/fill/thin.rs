@@ -6,10 +6,10 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::{MedialError, medial_axis};
 use meltpath_geometry::offset::{inset, outset};
 
-use crate::bend::with_corners;
-use crate::chain::{Chain, End, Skeleton, joined, outward};
-use crate::outline::{contains, length, ray, without_start};
-use crate::settings::{FillSettings, end_distance};
+use crate::fill::bend::with_corners;
+use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
+use crate::fill::outline::{contains, length, ray, without_start};
+use crate::fill::settings::{FillSettings, end_distance};
 
 /// Chains that turn by less run on through a junction, rad (75°): walls of a honeycomb meet at 60°.
 pub(crate) const LARGEST_TURN: f64 = 1.309;

@@ -3,9 +3,9 @@
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
-use crate::lines::{Crossing, Rim, Span, cells, spans};
-use crate::outline::{length, turned, way_inside};
-use crate::settings::FillSettings;
+use crate::fill::lines::{Crossing, Rim, Span, cells, spans};
+use crate::fill::outline::{length, turned, way_inside};
+use crate::fill::settings::FillSettings;
 
 /// Longest link along the boundary between two lines of a cell, in stepovers.
 const LONGEST_EDGE_LINK: f64 = 10.0;

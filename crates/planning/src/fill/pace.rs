@@ -12,8 +12,8 @@ use meltpath_geometry::raster::{Grid, Mask, rasterise};
 use meltpath_geometry::{Plane, Region};
 use meltpath_toolpath::{Channel, Layer, Move, Pass};
 
-use crate::outline::nearest_share;
-use crate::settings::{FillSettings, Paces, Spacing};
+use crate::fill::outline::nearest_share;
+use crate::fill::settings::{FillSettings, Paces, Spacing};
 
 /// Cells of the grid per bead width.
 const CELLS_PER_WIDTH: f64 = 12.0;

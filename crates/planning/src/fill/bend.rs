@@ -5,8 +5,8 @@ use meltpath_geometry::Region;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
 
-use crate::outline::{contains, edges, length, nearest_share};
-use crate::settings::FillSettings;
+use crate::fill::outline::{contains, edges, length, nearest_share};
+use crate::fill::settings::FillSettings;
 
 /// Bends sharper than this between straight walls get a corner, rad (20°), and up to the second (130°).
 const BENDS: std::ops::RangeInclusive<f64> = 0.349..=2.269;

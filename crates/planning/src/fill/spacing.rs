@@ -1,6 +1,6 @@
 //! How many beads fill a width and how far apart: `n = round((W − w)/d) + 1`, then `(n − 1)·d + w = W`.
 
-use crate::settings::{FillSettings, Spacing};
+use crate::fill::settings::{FillSettings, Spacing};
 
 /// Steps of about `stepover` that divide `room` exactly, and their length; at least one, never wider than `widest`.
 pub(crate) fn divide(room: f64, stepover: f64, widest: f64) -> (usize, f64) {

@@ -3,10 +3,10 @@
 
 use meltpath_geometry::math::DVec2;
 
-use crate::contour::aligned_family;
-use crate::outline::{length, nearest_share};
-use crate::rings::{Contour, families};
-use crate::settings::{ContourOrder, FillSettings};
+use crate::fill::contour::aligned_family;
+use crate::fill::outline::{length, nearest_share};
+use crate::fill::rings::{Contour, families};
+use crate::fill::settings::{ContourOrder, FillSettings};
 
 /// The spirals of nested contours.
 pub(crate) fn spirals(

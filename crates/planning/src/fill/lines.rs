@@ -3,8 +3,8 @@
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
-use crate::settings::FillSettings;
-use crate::spacing::{Wish, positions};
+use crate::fill::settings::FillSettings;
+use crate::fill::spacing::{Wish, positions};
 
 /// Edges whose ends differ by less across the lines run along them, mm: the grid's rounding and the angle's.
 const FLAT: f64 = 1e-4;

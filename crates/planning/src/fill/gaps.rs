@@ -9,11 +9,11 @@ use meltpath_geometry::medial::medial_axis;
 use meltpath_geometry::offset::{inset, outset, stroke};
 use meltpath_toolpath::Role;
 
-use crate::chain::{Chain, End, Skeleton, joined, outward};
-use crate::fill::Bead;
-use crate::outline::{contains, length, ray, way_inside};
-use crate::settings::{FillSettings, Spacing};
-use crate::thin::LARGEST_TURN;
+use crate::fill::bead::Bead;
+use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
+use crate::fill::outline::{contains, length, ray, way_inside};
+use crate::fill::settings::{FillSettings, Spacing};
+use crate::fill::thin::LARGEST_TURN;
 
 /// Gaps narrower than this share of a stepover close as the beads beside them level out.
 const NARROWEST: f64 = 0.4;

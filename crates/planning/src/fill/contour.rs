@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};
 
-use crate::outline::{nearest_share, way_inside};
-use crate::rings::{Contour, families};
-use crate::settings::{CORNER, ContourOrder, FillSettings, LayerDirection, StartPoints};
+use crate::fill::outline::{nearest_share, way_inside};
+use crate::fill::rings::{Contour, families};
+use crate::fill::settings::{CORNER, ContourOrder, FillSettings, LayerDirection, StartPoints};
 
 /// The share of the way round at which contours of a layer start, or of the corners there are.
 pub(crate) fn start_share(starts: StartPoints, layer: u32, which: u32) -> f64 {
@@ -46,7 +46,7 @@ pub(crate) fn started(ring: &Ring, share: f64) -> Vec<DVec2> {
         return Vec::new();
     };
     let closed = from_vertex(ring, first);
-    let mut left = share * crate::outline::length(&closed);
+    let mut left = share * crate::fill::outline::length(&closed);
     for (i, s) in closed.windows(2).enumerate() {
         let step = s[0].distance(s[1]);
         if left < step {

@@ -6,8 +6,8 @@ use meltpath_geometry::offset::stroke;
 use meltpath_geometry::{Plane, Region};
 use serde::{Deserialize, Serialize};
 
-use crate::outline::{contains, edges};
-use crate::settings::FillSettings;
+use crate::fill::outline::{contains, edges};
+use crate::fill::settings::FillSettings;
 
 /// A place that no bead covers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
