@@ -2,3 +2,4 @@
 
 pub mod modulation;
 pub mod nested;
+pub mod plate;

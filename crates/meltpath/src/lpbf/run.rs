@@ -7,6 +7,7 @@ use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
+use meltpath_scan_head::head::job::Prepared;
 use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
@@ -22,7 +23,7 @@ use meltpath_toolpath::MotionSink;
 use super::heat::{self, BeamRecord};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
-use super::work::{Prepared, Work};
+use super::work::Work;
 use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
@@ -239,7 +240,7 @@ impl<'a> Run<'a> {
             Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
         };
         let fill = match &self.settings.work {
-            Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
+            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, &MODES),
             Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
         let last = self.last_shown();
