@@ -42,6 +42,13 @@ pub(super) struct RecipeResult<'a> {
     pub(super) heat: Option<RecipeHeat>,
 }
 
+impl RecipeResult<'_> {
+    /// What its fill rate is called.
+    pub(super) fn fill_title(&self) -> String {
+        format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())
+    }
+}
+
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
 #[derive(Debug, Default)]
 pub(super) struct Path2d {

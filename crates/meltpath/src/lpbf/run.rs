@@ -403,7 +403,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         checks.extend(settings.fill_rate.map(|limit| {
             Check::judge(
                 &format!("fill-{number}"),
-                &fill_title(r),
+                &r.fill_title(),
                 Measure::exact(100.0 * r.fill[2], "%"),
                 Limit::AtLeast(100.0 * limit),
             )
@@ -424,11 +424,6 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         ));
     }
     checks
-}
-
-/// What the fill rate of a recipe is called.
-pub(super) fn fill_title(r: &RecipeResult<'_>) -> String {
-    format!("{}: fill rate, {}", r.recipe.name, MODES[2].words())
 }
 
 /// What the job leaves to defaults: every resolved value with its origin.
