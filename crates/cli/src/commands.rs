@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
-use meltpath::outcome::RunError;
+use meltpath::outcome::{Outcome, RunError};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
@@ -172,34 +172,38 @@ fn verdict_code(verdict: &Verdict) -> u8 {
     }
 }
 
+/// Tells what was judged, and where the report is; the exit code that says it.
+fn judged(progress: &Progress, outcome: &Outcome) -> u8 {
+    show_timers(progress);
+    show_verdict(&outcome.verdict);
+    show_report(&outcome.folder);
+    verdict_code(&outcome.verdict)
+}
+
+fn show_report(folder: &Path) {
+    line(&format!(
+        "report:  {}",
+        folder.join("report.html").display()
+    ));
+}
+
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
     let outcome = chain::run(job, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(judged(&progress, &outcome))
 }
 
 fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(file, "-runs");
     let outcome = tune::tune(file, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
+    let code = judged(&progress, &outcome);
     line(&format!(
         "controllers for whole jobs:  {}",
         outcome.folder.join("controllers.json").display()
     ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(code)
 }
 
 fn plan(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
@@ -224,13 +228,7 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
     let progress = Progress::new();
     let runs = beside(program, "-runs");
     let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(judged(&progress, &outcome))
 }
 
 fn inspect_file(file: &Path) -> Result<u8, RunError> {
@@ -314,10 +312,7 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }
-    line(&format!(
-        "report:  {}",
-        found.folder.join("report.html").display()
-    ));
+    show_report(&found.folder);
     Ok(0)
 }
 
@@ -333,10 +328,7 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }
-    line(&format!(
-        "report:  {}",
-        found.folder.join("report.html").display()
-    ));
+    show_report(&found.folder);
     Ok(0)
 }
 

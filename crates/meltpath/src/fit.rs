@@ -15,7 +15,6 @@ use meltpath_thermal::calibration::fit::{
 };
 use meltpath_thermal::material::file::Readings;
 
-use crate::ebm::focus::{self, FocusFileError};
 use crate::material::{MaterialFileError, load};
 use crate::outcome::RunError;
 
@@ -37,9 +36,6 @@ pub enum FitCommandError {
     /// The material.
     #[error(transparent)]
     Material(#[from] MaterialFileError),
-    /// The focus calibration.
-    #[error(transparent)]
-    Focus(#[from] FocusFileError),
     /// A simulation.
     #[error(transparent)]
     Coupon(#[from] CouponError),
@@ -196,8 +192,7 @@ fn search(
     let loaded = load(&measured.material, Readings::default(), folder)?;
     loaded.tell(provenance);
     let material = loaded.material;
-    let (calibration, source) = focus::builtin(&measured.focus)?;
-    provenance.model("focus calibration", &source);
+    provenance.model("focus calibration", &measured.calibrated);
     provenance.model(
         "bodies",
         "chart simulation of every layer; struts by least-squares cylinder, walls by their mean thickness, pores by what stays powder",
@@ -208,7 +203,6 @@ fn search(
     );
     let bench = Bench {
         material: &material,
-        focus: &calibration,
         layer: measured.layer,
         layers: measured.layers,
         spacing: measured.spacing,

@@ -8,6 +8,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
     Cancelled, Check, Fact, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
 };
+use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
@@ -15,11 +16,10 @@ use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::file as chart_file;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::criteria::{Class, Tally};
-use meltpath_thermal::focus::FocusError;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::SolverError;
 
-use super::judge::{self, JudgedPath};
+use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use super::{cost, present};
@@ -53,7 +53,7 @@ pub enum EbmError {
     Focus(#[from] FocusError),
     /// The reference solver.
     #[error("the judge: {0}")]
-    Reference(#[from] meltpath_thermal::solver::run::RunError),
+    Reference(#[from] SolverError),
     /// A part to judge that the beam does not enter.
     #[error(
         "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
@@ -66,7 +66,7 @@ pub enum EbmError {
     },
     /// More beam settings than charts can be made for.
     #[error(
-        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage and focus to fewer values (of currents there may be any number)"
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round the focus to fewer values (of powers there may be any number)"
     )]
     ManySettings {
         /// Settings on the path.
@@ -76,12 +76,12 @@ pub enum EbmError {
     },
     /// Charts from files that nothing can be taken between.
     #[error(
-        "the charts for {:.3} and {:.3} mA differ in more than the current, so that those of the currents between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
-        1e3 * currents[0], 1e3 * currents[1]
+        "the charts for {:.1} and {:.1} W differ in more than the power, so that those of the powers between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
+        powers[0], powers[1]
     )]
     UnlikeCharts {
-        /// Their currents, A.
-        currents: [f64; 2],
+        /// Their powers, W.
+        powers: [f64; 2],
     },
     /// More voxels than fit.
     #[error(
@@ -106,13 +106,9 @@ pub enum EbmError {
 impl EbmError {
     /// The run's error: cancellation is told apart.
     pub(crate) fn told(self) -> RunError {
-        if let EbmError::Reference(e) = &self
-            && let Some(c) = judge::cancelled(e)
-        {
-            return RunError::Cancelled(c);
-        }
         match self {
-            EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
+            EbmError::Reference(SolverError::Cancelled(c))
+            | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
             | EbmError::Simulation(ChartSimulationError::Cancelled(c))
             | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
                 RunError::Cancelled(c)

@@ -11,7 +11,6 @@ use meltpath_base::{
 };
 use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
-use meltpath_thermal::focus::{FocusCalibration, FocusError};
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -71,9 +70,6 @@ pub enum HeatError {
     /// The pool's medium.
     #[error(transparent)]
     Engine(#[from] MovingSourceError),
-    /// The spot.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
 }
 
 /// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm.
@@ -187,18 +183,20 @@ pub struct BeamRecord {
     points: Vec<BeamPoint>,
     last: u32,
     longest: f64,
+    spot: f64,
     lit: f64,
     /// Whether the path goes on after what was kept.
     pub cut: bool,
 }
 
 impl BeamRecord {
-    /// Keeps the path up to the end of vector `last`, or until `longest` mm were lit.
-    pub fn new(last: u32, longest: f64) -> Self {
+    /// Keeps the path of a beam of `spot` mm up to the end of vector `last`, or until `longest` mm were lit.
+    pub fn new(last: u32, longest: f64, spot: f64) -> Self {
         BeamRecord {
             points: Vec::new(),
             last,
             longest,
+            spot,
             lit: 0.0,
             cut: false,
         }
@@ -220,20 +218,24 @@ impl MotionSink for BeamRecord {
                 time: block.time(k),
                 x: at.x,
                 y: at.y,
-                voltage: 0.0,
-                current: 1.0,
-                focus: 0.0,
-                on: false,
+                power: 0.0,
+                spot: self.spot,
             };
             // power is that of the period that ends here: it belongs to the row before
             if let Some(before) = self.points.last_mut() {
-                before.voltage = power;
-                before.on = power > 0.0;
-                if before.on {
+                before.power = power;
+                if before.is_on() {
                     self.lit += (at.x - before.x).hypot(at.y - before.y);
                 }
             }
-            let dark = self.points.iter().rev().take(2).filter(|p| !p.on).count() == 2;
+            let dark = self
+                .points
+                .iter()
+                .rev()
+                .take(2)
+                .filter(|p| !p.is_on())
+                .count()
+                == 2;
             match self.points.last_mut() {
                 Some(last) if dark => *last = point,
                 _ => self.points.push(point),
@@ -243,7 +245,7 @@ impl MotionSink for BeamRecord {
 }
 
 /// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits.
-fn commanded(job: &ScanJob, last: u32, longest: f64) -> Result<BeamPath, BeamError> {
+fn commanded(job: &ScanJob, last: u32, longest: f64, spot: f64) -> Result<BeamPath, BeamError> {
     let mut points: Vec<BeamPoint> = Vec::new();
     let (mut time, mut lit) = (0.0, 0.0);
     for (i, v) in job.vectors.iter().enumerate().take(last as usize + 1) {
@@ -255,10 +257,8 @@ fn commanded(job: &ScanJob, last: u32, longest: f64) -> Result<BeamPath, BeamErr
             time,
             x: at.x,
             y: at.y,
-            voltage: if on { v.power } else { 0.0 },
-            current: 1.0,
-            focus: 0.0,
-            on,
+            power: if on { v.power } else { 0.0 },
+            spot,
         };
         let on = v.kind.is_mark();
         points.push(row(time, from, on));
@@ -336,11 +336,11 @@ pub fn melt(
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded(job, record.last, settings.marks)?;
+    let asked = commanded(job, record.last, settings.marks, settings.spot)?;
     let (last, cut) = (record.last, record.cut);
     let marked = BeamPath::new(record.points)?;
     let marks = |axis: fn(&BeamPoint) -> f64| {
-        let all = asked.points().iter().filter(|p| p.on).map(axis);
+        let all = asked.points().iter().filter(|p| p.is_on()).map(axis);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
             [low.min(v), high.max(v)]
         })
@@ -357,7 +357,6 @@ pub fn melt(
         let beam = Beam {
             efficiency: share * settings.absorptivity,
             depth: Depth::Surface,
-            focus: FocusCalibration::constant(settings.spot),
         };
         let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
         let mut map = plain.clone();
@@ -592,7 +591,7 @@ mod tests {
 
     #[test]
     fn power_belongs_to_the_way_that_it_lit() {
-        let mut record = BeamRecord::new(1, 1e9);
+        let mut record = BeamRecord::new(1, 1e9, 0.1);
         // dark, dark, dark, lit, lit, dark; the third vector is not wanted any more
         let block = MotionBlock {
             times: Times::Uniform { t0: 0.0, dt: 1e-3 },
@@ -602,19 +601,15 @@ mod tests {
             ..MotionBlock::default()
         };
         record.block(&block);
-        let rows: Vec<_> = record
-            .points
-            .iter()
-            .map(|p| (p.x, p.voltage * p.current, p.on))
-            .collect();
+        let rows: Vec<_> = record.points.iter().map(|p| (p.x, p.power)).collect();
         assert_eq!(
             rows,
             [
-                (0.0, 0.0, false),
-                (2.0, 100.0, true),
-                (3.0, 80.0, true),
-                (4.0, 0.0, false),
-                (5.0, 0.0, false)
+                (0.0, 0.0),
+                (2.0, 100.0),
+                (3.0, 80.0),
+                (4.0, 0.0),
+                (5.0, 0.0)
             ]
         );
         assert_eq!(record.lit, 2.0);
@@ -635,7 +630,7 @@ mod tests {
 
     #[test]
     fn a_record_ends_where_it_is_long_enough() {
-        let mut record = BeamRecord::new(9, 3.5);
+        let mut record = BeamRecord::new(9, 3.5, 0.1);
         let block = MotionBlock {
             times: Times::Uniform { t0: 0.0, dt: 1e-3 },
             position: (0..20)

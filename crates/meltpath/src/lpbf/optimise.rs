@@ -70,8 +70,8 @@ pub(super) fn run(
     search(&problem, bounds, observer)
 }
 
-/// What the search found, for the verdict: a fact, or what is to be looked at where nothing keeps the bounds.
-pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
+/// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
+pub(super) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
     const ID: &str = "optimise";
     const TITLE: &str = "time saved by the fastest recipe within the bounds";
     let Some(best) = &found.best else {
@@ -84,11 +84,12 @@ pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
             100.0 * found.bounds.contour_share,
             100.0 * found.bounds.fill_rate
         );
-        return Err(Check {
+        let check = Check {
             status: Status::Warn,
             ..Check::not_checked(ID, "a recipe within the bounds", &reason)
-        }
-        .remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        };
+        checks.push(check.remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        return;
     };
     let saved = 100.0 * (1.0 - best.duration / found.start.duration);
     let words = if *best == found.start {
@@ -102,7 +103,7 @@ pub(super) fn outcome(found: &Found) -> Result<Fact, Check> {
             filter_words(best)
         )
     };
-    Ok(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words))
+    facts.push(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words));
 }
 
 fn filter_words(c: &Candidate) -> String {

@@ -12,7 +12,6 @@ use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::run::RunSummary;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
@@ -119,10 +118,8 @@ pub fn run(
     }
     let mut checks = checks(&settings, &results, &reporter);
     let mut facts = present::facts(&settings, &results);
-    match found.as_ref().map(optimise::outcome) {
-        Some(Ok(fact)) => facts.push(fact),
-        Some(Err(check)) => checks.push(check),
-        None => {}
+    if let Some(found) = &found {
+        optimise::tell(found, &mut checks, &mut facts);
     }
     let verdict = Verdict {
         checks,
@@ -245,7 +242,7 @@ impl<'a> Run<'a> {
         };
         let last = self.last_shown();
         let heat = self.settings.heat.as_ref();
-        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
         let mut sinks = (

@@ -158,7 +158,7 @@ fn heights() -> HeightLayers {
 }
 
 /// The finished part: a box for the wall.
-pub(crate) fn part() -> Surface {
+fn part() -> Surface {
     let corner = |i: usize| {
         DVec3::new(
             [30.0, 180.0][i & 1],
