@@ -291,7 +291,7 @@ impl Fact {
     pub fn line(&self) -> String {
         match (&self.value, self.reason.as_str()) {
             (Some(value), "") => value.to_string(),
-            (Some(value), reason) => format!("{value}; {reason}"),
+            (Some(value), reason) => format!("{value}, {reason}"),
             (None, reason) => reason.to_owned(),
         }
     }
