@@ -2,9 +2,9 @@
 
 use meltpath_base::Place;
 use meltpath_base::{Observer, Reporter};
+use meltpath_geometry::Plane;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::{Plane, Region};
 use meltpath_toolpath::{Move, PassHead};
 use rayon::prelude::*;
 
