@@ -7,11 +7,12 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::{
+use crate::domain::Domain;
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{
     Factored, Schur, Singular, lyapunov, lyapunov_discrete, sylvester, symmetric_eigen,
 };
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
 
 /// A stable system in balanced states, strongest first.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,7 @@ pub enum Reduction {
 ///
 /// # Errors
 /// [`SystemError::Unstable`], [`SystemError::Dense`].
-pub fn gramians(system: &StateSpace) -> Result<(Matrix, Matrix), SystemError> {
+fn gramians(system: &StateSpace) -> Result<(Matrix, Matrix), SystemError> {
     if let Some(&pole) = system.poles()?.iter().find(|&&p| !system.domain.decays(p)) {
         return Err(SystemError::Unstable {
             pole,
@@ -135,7 +136,7 @@ impl Balanced {
     }
 
     /// Upper bound on the largest gain of the error of a model of `order` states.
-    pub fn error_bound(&self, order: usize) -> f64 {
+    fn error_bound(&self, order: usize) -> f64 {
         2.0 * self.hankel.iter().skip(order).sum::<f64>()
     }
 }
@@ -276,7 +277,7 @@ mod tests {
         let (model, bound) = reduce(&g, 1, Reduction::Truncate).unwrap();
         assert_eq!(model.order(), 1);
         assert!((model.poles().unwrap()[0].re - 1.0).abs() < 1e-12);
-        let left = (g.entry_response(0, 0, 3.0) - model.entry_response(0, 0, 3.0)).norm();
+        let left = (g.response(3.0)[(0, 0)] - model.response(3.0)[(0, 0)]).norm();
         assert!(left <= bound && left > 0.0);
         assert!(reduce(&g, 0, Reduction::Truncate).is_err());
     }

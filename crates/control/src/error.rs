@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use crate::dense::DenseError;
-use crate::state_space::Domain;
+use crate::domain::Domain;
+use meltpath_numerics::dense::DenseError;
 
 /// Why a system cannot be built, joined or converted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

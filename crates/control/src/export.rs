@@ -11,11 +11,12 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
-use crate::dense::eigenvalues;
-use crate::matrix::Matrix;
+use crate::domain::Domain;
 use crate::sections::{SecondOrder, Sections};
-use crate::state_space::{Domain, StateSpace};
+use crate::state_space::StateSpace;
 use crate::zero_pole::ZeroPoleGain;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::eigenvalues;
 
 pub use running::RunningExport;
 

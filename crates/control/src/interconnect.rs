@@ -1,9 +1,10 @@
 //! Systems put together: in series, side by side, summed, in feedback, and the lower linear fractional transformation.
 
 use crate::SystemError;
-use crate::dense::Factored;
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
+use crate::domain::Domain;
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::Factored;
 
 /// The common time of two systems; a system without states joins either.
 fn common(one: &StateSpace, two: &StateSpace) -> Result<Domain, SystemError> {
@@ -86,7 +87,7 @@ impl StateSpace {
 
     /// The system with outputs of opposite sign.
     #[must_use]
-    pub fn negated(&self) -> StateSpace {
+    pub(crate) fn negated(&self) -> StateSpace {
         StateSpace {
             c: -&self.c,
             d: -&self.d,
@@ -219,9 +220,9 @@ mod tests {
         let g = first_order(2.0, 3.0, 0.5);
         let k = first_order(5.0, 7.0, 0.25);
         for omega in [0.0, 1.0, 10.0] {
-            let (x, y) = (g.entry_response(0, 0, omega), k.entry_response(0, 0, omega));
+            let (x, y) = (g.response(omega)[(0, 0)], k.response(omega)[(0, 0)]);
             let close = |s: &StateSpace, z: num_complex::Complex64| {
-                (s.entry_response(0, 0, omega) - z).norm() < 1e-13
+                (s.response(omega)[(0, 0)] - z).norm() < 1e-13
             };
             assert!(close(&g.then(&k).unwrap(), x * y));
             assert!(close(&g.plus(&k).unwrap(), x + y));

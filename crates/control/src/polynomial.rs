@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::dense::{DenseError, eigenvalues};
-use crate::matrix::Matrix;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{DenseError, eigenvalues};
 
 /// A count as the exponent of an integer power.
 pub(crate) fn exponent(count: usize) -> i32 {
@@ -114,19 +114,6 @@ impl Polynomial {
             self.coefficients
                 .iter()
                 .map(|c| c * factor)
-                .collect::<Vec<_>>(),
-        )
-    }
-
-    /// The polynomial p(factor·s) in s.
-    #[must_use]
-    pub fn stretched(&self, factor: f64) -> Polynomial {
-        let degree = exponent(self.degree());
-        Polynomial::new(
-            self.coefficients
-                .iter()
-                .enumerate()
-                .map(|(k, c)| c * factor.powi(degree - exponent(k)))
                 .collect::<Vec<_>>(),
         )
     }
@@ -242,7 +229,6 @@ mod tests {
         let q = Polynomial::new([1.0, -2.0]);
         assert_eq!(p.times(&q).coefficients(), [1.0, 0.0, -4.0]);
         assert_eq!(p.plus(&q).coefficients(), [2.0, 0.0]);
-        assert_eq!(p.stretched(3.0).coefficients(), [3.0, 2.0]);
         assert!(p.plus(&p.scaled(-1.0)).is_zero());
     }
 }

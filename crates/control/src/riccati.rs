@@ -1,13 +1,11 @@
-//! Algebraic Riccati equations, continuous (ordered Schur form of the balanced Hamiltonian, refined by Newton) and
-//! discrete (structure-preserving doubling).
+//! Continuous algebraic Riccati equations: ordered Schur form of the balanced Hamiltonian, refined by Newton.
 //!
 //! A. J. Laub, IEEE Trans. Automatic Control 24 (1979) 913–921; symplectic balancing after P. Benner, "Symplectic balancing
-//! of Hamiltonian matrices", SIAM J. Sci. Comput. 22 (2001) 1885–1904; doubling: E. K.-W. Chu et al., Int. J. Control 77
-//! (2004) 767–788.
+//! of Hamiltonian matrices", SIAM J. Sci. Comput. 22 (2001) 1885–1904.
 
-use crate::dense::balance::balance_by;
-use crate::dense::{DenseError, Factored, Schur, lyapunov};
-use crate::matrix::Matrix;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::balance::balance_by;
+use meltpath_numerics::dense::{DenseError, Factored, Schur, lyapunov};
 
 /// Why no stabilising solution was found.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -136,39 +134,10 @@ fn balanced(a: &Matrix, p: &Matrix, q: &Matrix) -> (Matrix, Matrix, Matrix, Vec<
     (a, p, q, scale)
 }
 
-/// The symmetric X with X = AᵀX(I + G X)⁻¹A + Q that puts the eigenvalues of (I + G X)⁻¹A inside the unit circle;
-/// G = B R⁻¹ Bᵀ ≥ 0, Q ≥ 0.
-///
-/// # Errors
-/// [`RiccatiError::OnAxis`] when the doubling does not settle (eigenvalues on the unit circle), [`RiccatiError::Dense`].
-pub fn discrete(a: &Matrix, g: &Matrix, q: &Matrix) -> Result<Matrix, RiccatiError> {
-    const DOUBLINGS: usize = 60;
-    let n = a.rows();
-    let (mut ak, mut gk, mut hk) = (a.clone(), g.symmetric_part(), q.symmetric_part());
-    for _ in 0..DOUBLINGS {
-        let w = Factored::new(&(Matrix::identity(n) + &gk * &hk))?;
-        let wa = w.solve(&ak);
-        let wg = w.solve(&gk);
-        let step = ak.transpose() * &hk * &wa;
-        let next = (&hk + &step).symmetric_part();
-        gk = (&gk + &ak * wg * ak.transpose()).symmetric_part();
-        ak = &ak * &wa;
-        let done = step.norm() <= 4.0 * f64::EPSILON * next.norm();
-        hk = next;
-        if !hk.is_finite() {
-            break;
-        }
-        if done {
-            return Ok(hk);
-        }
-    }
-    Err(RiccatiError::OnAxis { omega: 0.0 })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::{eigenvalues, solve};
+    use meltpath_numerics::dense::eigenvalues;
     use proptest::prelude::*;
 
     proptest! {
@@ -178,8 +147,8 @@ mod tests {
             // random regulators in badly scaled states
             let t = Matrix::diagonal(&decades.iter().map(|d| 10f64.powf(*d)).collect::<Vec<_>>());
             let ti = Matrix::diagonal(&decades.iter().map(|d| 10f64.powf(-*d)).collect::<Vec<_>>());
-            let a = &ti * Matrix::from_entries(n, n, v[..n * n].to_vec()).unwrap() * &t;
-            let b = &ti * Matrix::from_entries(n, 1, v[n * n..n * n + n].to_vec()).unwrap();
+            let a = &ti * Matrix::from_fn(n, n, |i, j| v[i * n + j]) * &t;
+            let b = &ti * Matrix::from_fn(n, 1, |i, _| v[n * n + i]);
             let q = &t * Matrix::identity(n) * &t;
             let p = &b * b.transpose();
             if let Ok(x) = continuous(&a, &p, &q) {
@@ -198,17 +167,5 @@ mod tests {
         let a = Matrix::from_rows([[0.0, 1.0], [-1.0, 0.0]]);
         let error = continuous(&a, &Matrix::zeros(2, 2), &Matrix::identity(2)).unwrap_err();
         assert!(matches!(error, RiccatiError::OnAxis { omega } if (omega - 1.0).abs() < 1e-6));
-    }
-
-    #[test]
-    fn discrete_regulator() {
-        let a = Matrix::from_rows([[1.0, 0.1], [0.0, 1.0]]);
-        let b = Matrix::column([0.005, 0.1]);
-        let q = Matrix::identity(2);
-        let g = &b * b.transpose();
-        let x = discrete(&a, &g, &q).unwrap();
-        let w = solve(&(Matrix::identity(2) + &g * &x), &a).unwrap();
-        assert!((a.transpose() * &x * &w + &q - &x).norm() < 1e-11 * x.norm());
-        assert!(eigenvalues(&w).unwrap().iter().all(|e| e.norm() < 1.0));
     }
 }

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
+use crate::domain::Domain;
 use crate::polynomial::Polynomial;
-use crate::state_space::Domain;
 use crate::zero_pole::{ZeroPoleGain, pair_sections};
 
 /// (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²).

@@ -1,10 +1,10 @@
 //! Sampled systems run in time: sample by sample for streams, or over a whole record.
 
 use crate::SystemError;
-use crate::dense::DenseError;
 use crate::discretise::{Hold, discretise};
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
+use crate::domain::Domain;
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
 
 /// A sampled system with its state, fed one sample at a time without allocating.
 ///
@@ -106,20 +106,6 @@ pub fn simulate(system: &StateSpace, inputs: &Matrix) -> Result<Matrix, SystemEr
     Ok(out)
 }
 
-/// The response of a continuous system to samples at `period` (s) joined by straight lines, the first one reached from
-/// rest during the period before: exact at the samples.
-///
-/// # Errors
-/// As [`simulate`] and [`discretise`].
-pub fn simulate_continuous(
-    system: &StateSpace,
-    inputs: &Matrix,
-    period: f64,
-) -> Result<Matrix, SystemError> {
-    let sampled = discretise(system, period, Hold::First)?;
-    simulate(&sampled, inputs)
-}
-
 /// Unit step on input `input` of a continuous system, `count` samples at `period` (s): one row a sample.
 ///
 /// # Errors
@@ -139,23 +125,6 @@ pub fn step_response(
     simulate(&sampled, &Matrix::from_fn(count, 1, |_, _| 1.0))
 }
 
-/// The state in which a sampled system rests under a constant input.
-///
-/// # Errors
-/// [`DenseError::Singular`] when the system integrates.
-pub fn rest_state(system: &StateSpace, input: &[f64]) -> Result<Vec<f64>, DenseError> {
-    let n = system.order();
-    let u = Matrix::from_fn(system.inputs(), 1, |i, _| {
-        input.get(i).copied().unwrap_or(0.0)
-    });
-    let lhs = match system.domain {
-        Domain::Continuous => -&system.a,
-        Domain::Sampled { .. } => Matrix::identity(n) - &system.a,
-    };
-    let x = crate::dense::solve(&lhs, &(&system.b * &u))?;
-    Ok(x.entries().to_vec())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,21 +139,6 @@ mod tests {
         let y = step_response(&lag, 0, 0.01, 50).unwrap();
         for k in 0..50 {
             assert!((y[(k, 0)] - 2.0 * (1.0 - (-0.1 * k as f64).exp())).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn rest_is_rest() {
-        let g = TransferFunction::sampled([0.2, 0.1], [1.0, -0.5], 1.0)
-            .unwrap()
-            .to_state_space()
-            .unwrap();
-        let mut running = Running::new(&g).unwrap();
-        running.set_state(&rest_state(&g, &[3.0]).unwrap());
-        let mut y = [0.0];
-        for _ in 0..5 {
-            running.step(&[3.0], &mut y);
-            assert!((y[0] - 1.8).abs() < 1e-14);
         }
     }
 }

@@ -3,40 +3,10 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::SystemError;
-use crate::dense::{DenseError, Factored, balance::balance_by, eigenvalues};
-use crate::matrix::{ComplexMatrix, Matrix};
-
-/// How time runs in a system.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "kind")]
-pub enum Domain {
-    /// Differential equations in s (rad/s).
-    Continuous,
-    /// Difference equations in z.
-    Sampled {
-        /// Sample time (s).
-        period: f64,
-    },
-}
-
-impl Domain {
-    /// The point of the complex plane that belongs to the frequency `omega` (rad/s): jω, or exp(jω·period).
-    pub fn point(self, omega: f64) -> Complex64 {
-        match self {
-            Domain::Continuous => Complex64::new(0.0, omega),
-            Domain::Sampled { period } => Complex64::cis(omega * period),
-        }
-    }
-
-    /// Whether a pole decays: left half plane, or inside the unit circle.
-    pub fn decays(self, pole: Complex64) -> bool {
-        match self {
-            Domain::Continuous => pole.re < 0.0,
-            Domain::Sampled { .. } => pole.norm() < 1.0,
-        }
-    }
-}
+use crate::domain::Domain;
+use crate::error::SystemError;
+use meltpath_numerics::dense::{DenseError, Factored, balance::balance_by, eigenvalues};
+use meltpath_numerics::{ComplexMatrix, Matrix};
 
 /// A linear system with any number of inputs and outputs.
 ///
@@ -50,7 +20,8 @@ impl Domain {
 ///     Matrix::zeros(1, 1),
 /// ).unwrap();
 /// assert!(mass.is_stable().unwrap());
-/// assert!((mass.static_gain().unwrap()[(0, 0)] - 1.0 / 8.0).abs() < 1e-15);
+/// let at_rest = mass.response(0.0)[(0, 0)];
+/// assert!((at_rest.re - 1.0 / 8.0).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StateSpace {
@@ -176,50 +147,6 @@ impl StateSpace {
         self.at(self.domain.point(omega))
     }
 
-    /// The response of output `output` to input `input` at `omega` (rad/s).
-    pub fn entry_response(&self, output: usize, input: usize, omega: f64) -> Complex64 {
-        self.response(omega)[(output, input)]
-    }
-
-    /// The gain at rest.
-    ///
-    /// # Errors
-    /// [`DenseError::Singular`] when a pole lies at rest (an integrator).
-    pub fn static_gain(&self) -> Result<Matrix, DenseError> {
-        let lhs = match self.domain {
-            Domain::Continuous => -&self.a,
-            Domain::Sampled { .. } => Matrix::identity(self.order()) - &self.a,
-        };
-        Ok(&self.c * Factored::new(&lhs)?.solve(&self.b) + &self.d)
-    }
-
-    /// The same system in the state T⁻¹ x.
-    ///
-    /// # Errors
-    /// [`DenseError::Singular`] when T has no inverse.
-    pub fn transformed(&self, t: &Matrix) -> Result<Self, DenseError> {
-        let f = Factored::new(t)?;
-        Ok(StateSpace {
-            a: f.solve(&(&self.a * t)),
-            b: f.solve(&self.b),
-            c: &self.c * t,
-            d: self.d.clone(),
-            domain: self.domain,
-        })
-    }
-
-    /// The transposed system: inputs become outputs.
-    #[must_use]
-    pub fn dual(&self) -> Self {
-        StateSpace {
-            a: self.a.transpose(),
-            b: self.c.transpose(),
-            c: self.b.transpose(),
-            d: self.d.transpose(),
-            domain: self.domain,
-        }
-    }
-
     /// Only the given outputs and inputs, in the given order.
     ///
     /// # Errors
@@ -320,7 +247,7 @@ mod tests {
         let s = g.balanced_scaling();
         assert!(s.a.norm() < 1e6);
         for omega in [0.1, 10.0, 1000.0] {
-            let (x, y) = (g.entry_response(0, 0, omega), s.entry_response(0, 0, omega));
+            let (x, y) = (g.response(omega)[(0, 0)], s.response(omega)[(0, 0)]);
             assert!((x - y).norm() < 1e-12 * x.norm());
         }
     }

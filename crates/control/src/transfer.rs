@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::SystemError;
 use crate::delay;
-use crate::matrix::Matrix;
+use crate::domain::Domain;
 use crate::polynomial::{Polynomial, exponent};
-use crate::state_space::{Domain, StateSpace};
-use crate::zero_pole::ZeroPoleGain;
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
 
 /// numerator(s) / denominator(s) · exp(−delay·s), one input and one output.
 ///
@@ -281,20 +281,6 @@ impl TransferFunction {
         Ok(slow.slowed(1.0 / scale).balanced_scaling())
     }
 
-    /// Zeros, poles and gain.
-    ///
-    /// # Errors
-    /// [`SystemError::Dense`].
-    pub fn to_zero_pole(&self) -> Result<ZeroPoleGain, SystemError> {
-        Ok(ZeroPoleGain {
-            zeros: self.zeros()?,
-            poles: self.poles()?,
-            gain: self.numerator.leading() / self.denominator.leading(),
-            delay: self.delay,
-            domain: self.domain,
-        })
-    }
-
     fn common(&self, other: &TransferFunction) -> Result<Domain, SystemError> {
         let constant = |g: &TransferFunction| {
             g.numerator.degree() == 0 && g.denominator.degree() == 0 && g.delay == 0.0
@@ -329,7 +315,7 @@ mod tests {
         let s = g.to_state_space().unwrap();
         assert!(s.a.largest() < 1e6);
         for omega in [1.0, 64.0, 3000.0, 25_133.0, 2e5] {
-            let (x, y) = (g.response(omega), s.entry_response(0, 0, omega));
+            let (x, y) = (g.response(omega), s.response(omega)[(0, 0)]);
             assert!((x - y).norm() < 1e-10 * x.norm(), "{omega} {x} {y}");
         }
         assert!((g.response(3000.0).norm() - 0.80125).abs() < 1e-4);
@@ -343,7 +329,7 @@ mod tests {
             .unwrap();
         let s = g.to_state_space().unwrap();
         assert_eq!(s.order(), 3);
-        assert!((g.response(700.0) - s.entry_response(0, 0, 700.0)).norm() < 1e-14);
+        assert!((g.response(700.0) - s.response(700.0)[(0, 0)]).norm() < 1e-14);
         assert!(
             TransferFunction::sampled([1.0], [1.0], 1e-3)
                 .unwrap()
@@ -371,8 +357,7 @@ mod tests {
         let close = late.pade(4).unwrap();
         assert!((close.response(10.0) - late.response(10.0)).norm() < 1e-8);
         assert!(
-            (close.to_state_space().unwrap().entry_response(0, 0, 10.0) - late.response(10.0))
-                .norm()
+            (close.to_state_space().unwrap().response(10.0)[(0, 0)] - late.response(10.0)).norm()
                 < 1e-8
         );
     }

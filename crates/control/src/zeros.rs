@@ -6,9 +6,9 @@
 use num_complex::Complex64;
 
 use crate::SystemError;
-use crate::dense::{Factored, Singular, eigenvalues};
-use crate::matrix::Matrix;
 use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{Factored, Singular, eigenvalues};
 
 /// Rank decisions: relative to the norm of the balanced system matrix.
 const RANK: f64 = 1e-13;

@@ -1,4 +1,4 @@
-//! Acceptance cases of the scan-head specification that concern control alone (section 17.5).
+//! Acceptance cases of the scan head that concern control alone.
 
 #![expect(clippy::unwrap_used, reason = "a test may stop")]
 
@@ -8,7 +8,7 @@ use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::hinf::{MixedSensitivity, Synthesis, SynthesisOptions, Template, synthesise};
 use meltpath_control::margins::{Margins, bandwidth};
 use meltpath_control::simplify::{Simplified, simplify_controller};
-use meltpath_control::simulate::{simulate, simulate_continuous};
+use meltpath_control::simulate::simulate;
 use meltpath_control::{
     Complex64, Matrix, StateSpace, TransferFunction, ZeroPoleGain, frequency, norms,
 };
@@ -73,7 +73,7 @@ fn sensitivity_at_one(open: impl Fn(f64) -> Complex64) -> f64 {
 #[test]
 fn lpbf_ac27_best_level_of_the_reference_plant() {
     let plant = reference::reference_plant().unwrap();
-    near(plant.entry_response(0, 0, 3000.0).norm(), 0.80125, 1e-5);
+    near(plant.response(3000.0)[(0, 0)].norm(), 0.80125, 1e-5);
     let design = design();
     near(design.optimum, 1.40206, 1e-5);
     assert!(design.peak.bound <= 1.01 * design.optimum * (1.0 + 1e-9));
@@ -129,7 +129,7 @@ fn lpbf_ac29_loop_of_the_simplified_controller() {
         (&eight, 3707.0, 47.7, 0.714, 2825.0, 1104.0),
     ];
     for (k, crossover, phase, modulus, unit, band) in published {
-        let open = |w: f64| k.response(w) * plant.entry_response(0, 0, w);
+        let open = |w: f64| k.response(w) * plant.response(w)[(0, 0)];
         let margins = Margins::of(open, &grid());
         near(margins.phase[0].omega, crossover, 0.02);
         near(margins.phase[0].value.to_degrees(), phase, 0.02);
@@ -145,7 +145,7 @@ fn lpbf_ac29_loop_of_the_simplified_controller() {
     ];
     for (delay, phase, modulus) in delays {
         let open =
-            |w: f64| eight.response(w) * plant.entry_response(0, 0, w) * Complex64::cis(-w * delay);
+            |w: f64| eight.response(w) * plant.response(w)[(0, 0)] * Complex64::cis(-w * delay);
         let margins = Margins::of(open, &grid());
         near(margins.phase[0].value.to_degrees(), phase, 0.02);
         near(margins.modulus.value, modulus, 0.02);
@@ -181,7 +181,7 @@ fn lpbf_ac33_moved_modes() {
         let open = eight.to_state_space().unwrap().then(&plant).unwrap();
         let unity = StateSpace::constant(Matrix::identity(1), open.domain);
         let stable = open.feedback(&unity).unwrap().is_stable().unwrap();
-        let margins = Margins::of(|w| open.entry_response(0, 0, w), &grid());
+        let margins = Margins::of(|w| open.response(w)[(0, 0)], &grid());
         (stable, 1.0 / margins.modulus.value)
     };
     for (shift, sensitivity) in [(0.95, 5.3), (1.0, 1.4), (1.05, 2.0)] {
@@ -244,7 +244,7 @@ proptest! {
         let lag = TransferFunction::new([pole], [1.0, pole]).unwrap().to_state_space().unwrap();
         let count = 60;
         let ramp = Matrix::from_fn(count, 1, |k, _| k as f64 * period);
-        let y = simulate_continuous(&lag, &ramp, period).unwrap();
+        let y = simulate(&discretise(&lag, period, Hold::First).unwrap(), &ramp).unwrap();
         for k in 0..count {
             let t = k as f64 * period;
             let exact = t - (1.0 - (-pole * t).exp()) / pole;
@@ -252,7 +252,7 @@ proptest! {
         }
         let (xi, w) = (damping, omega);
         let g = TransferFunction::new([w * w], [1.0, 2.0 * xi * w, w * w]).unwrap().to_state_space().unwrap();
-        let y = simulate_continuous(&g, &ramp, period).unwrap();
+        let y = simulate(&discretise(&g, period, Hold::First).unwrap(), &ramp).unwrap();
         let wd = w * (1.0 - xi * xi).sqrt();
         for k in 0..count {
             let t = k as f64 * period;
@@ -272,7 +272,7 @@ fn the_closed_loop_stays_under_its_templates() {
     let peak = norms::peak_gain(&design.closed_loop, 1e-8).unwrap();
     let template = Template::new(0.001, 1.001, 3000.0).unwrap().inverse();
     for w in grid() {
-        let open = design.controller.entry_response(0, 0, w) * plant.entry_response(0, 0, w);
+        let open = design.controller.response(w)[(0, 0)] * plant.response(w)[(0, 0)];
         let s = 1.0 / (1.0 + open).norm();
         assert!(
             s <= peak.bound * template.response(w).norm() * (1.0 + 1e-6),

@@ -1,5 +1,5 @@
-//! Contact tube to part distance, layer after layer. Source: Rouchon 2022, §4.3; bookkeeping of §2.15 of the
-//! specification.
+//! Contact tube to part distance, layer after layer. Source: Rouchon 2022, §4.3; the bookkeeping of layers
+//! is ours.
 
 use serde::{Deserialize, Serialize};
 

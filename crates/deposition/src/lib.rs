@@ -9,7 +9,6 @@ pub mod ctwd;
 pub mod deposit;
 pub mod energy;
 pub mod feed_response;
-mod least_squares;
 pub mod mass;
 pub mod process_map;
 pub mod pursuit;

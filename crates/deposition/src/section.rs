@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use meltpath_numerics::least_squares::Regression;
 use serde::{Deserialize, Serialize};
 
 /// Shape of the section of a bead on a plate, apex above the middle of its width.
@@ -168,24 +169,23 @@ pub fn fit_parabola(points: &[[f64; 2]]) -> Option<FittedSection> {
     if scale == 0.0 {
         return None;
     }
-    let rows: Vec<Vec<f64>> = points
-        .iter()
-        .map(|p| {
-            let t = (p[0] - mean) / scale;
-            vec![1.0, t, t * t]
-        })
-        .collect();
-    let values: Vec<f64> = points.iter().map(|p| p[1]).collect();
-    let k = crate::least_squares::solve(&rows, &values)?;
+    let row = |p: &[f64; 2]| {
+        let t = (p[0] - mean) / scale;
+        [1.0, t, t * t]
+    };
+    let mut system = Regression::new(3);
+    for p in points {
+        system.push(row(p), p[1]);
+    }
+    let k = system.solve().ok()?.values;
     let (c, b, a) = (k[0], k[1], k[2]);
     let disc = b * b - 4.0 * a * c;
     if a >= 0.0 || disc <= 0.0 {
         return None;
     }
-    let residual: f64 = rows
+    let residual: f64 = points
         .iter()
-        .zip(&values)
-        .map(|(r, y)| (c + b * r[1] + a * r[2] - y).powi(2))
+        .map(|p| (c + b * row(p)[1] + a * row(p)[2] - p[1]).powi(2))
         .sum();
     Some(FittedSection {
         centre: mean - scale * b / (2.0 * a),

@@ -2,7 +2,7 @@
 //! drawn, so that they meet an aim. Learning from whole drawings: [`crate::learning`]; prediction: [`crate::prediction`].
 //!
 //! Béraud 2016, section 3.3.2.2 and annex F (its controller repaired, erratum E13); controllers and learning beyond it:
-//! specification ebm, section 2.14.3. Simulator, controller and aim do not know each other.
+//! docs/theory/sources.md. Simulator, controller and aim do not know each other.
 
 use meltpath_base::Observer;
 

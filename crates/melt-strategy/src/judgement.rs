@@ -2,7 +2,7 @@
 //! moves when cell, step or power do.
 //!
 //! A share of voxels in a window of 60 K hangs on the tail of a distribution; one that moves by more than [`CONVERGED`] with
-//! half the cell, half the step or 5 % of the power is told as not converged (specification ebm, section 2.14 and part 4.4).
+//! half the cell, half the step or 5 % of the power is told as not converged (docs/theory/sources.md).
 
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;

@@ -1,7 +1,7 @@
 //! Iterative learning: a path is drawn again and again, each time with more heat where it was too cold and less where it was
 //! too hot.
 //!
-//! Beyond the thesis (specification ebm, section 2.14.3). What a voxel lacks is put down to the piece of the path on which the
+//! Beyond the thesis (docs/theory/sources.md). What a voxel lacks is put down to the piece of the path on which the
 //! beam was when that voxel was hottest: where lines lie close that is often the line after the one that crosses it.
 
 use meltpath_base::{Observer, Quiet};

@@ -1,7 +1,7 @@
 //! Predictive control: before each piece of the path is drawn, the model draws it ahead a few times, and the factor is taken
 //! at which the metal near the beam will be as hot as wanted.
 //!
-//! Beyond the thesis (specification ebm, sections 1.8 and 2.14.3). The model is the engine itself, charts or reference solver.
+//! Beyond the thesis, a perspective of its section 3.4. The model is the engine itself, charts or reference solver.
 
 use meltpath_base::{Observer, Quiet};
 

@@ -1,4 +1,4 @@
-//! Why charts read lower than the solver they were made with on fast hatches (specification ebm, section 2.11, E10): the same
+//! Why charts read lower than the solver they were made with on fast hatches (erratum E10): the same
 //! lines on both, one difference at a time.
 #![allow(
     clippy::unwrap_used,

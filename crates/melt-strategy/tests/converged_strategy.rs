@@ -1,4 +1,4 @@
-//! A strategy that holds when planes, steps and power change (specification ebm, case Q4): lines one way 0.031 mm apart that
+//! A strategy that holds when planes, steps and power change (case ebm Q4): lines one way 0.031 mm apart that
 //! overrun the contour by 0.2 mm, their power learned on cells of 62.5 µm and again on cells of 31 µm with planes of 25 µm;
 //! on the last 2 mm of the thesis' triangle and on an L that nothing was chosen on. A place of the last layer has the mean of its
 //! highest temperatures over the layer's thickness, so that it does not depend on the height of the planes.

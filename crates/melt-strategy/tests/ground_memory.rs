@@ -1,5 +1,4 @@
-//! Charts that remember what earlier lines left in the ground, against the reference solver (specification ebm, section 2.11,
-//! E10).
+//! Charts that remember what earlier lines left in the ground, against the reference solver (erratum E10).
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

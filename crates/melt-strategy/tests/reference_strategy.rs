@@ -1,4 +1,4 @@
-//! Optimised paths on the reference solver itself (specification ebm, case Q4): what learning reaches on the last 2 mm of the
+//! Optimised paths on the reference solver itself (case ebm Q4): what learning reaches on the last 2 mm of the
 //! thesis' triangle, what limits it, and whether it is converged.
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Acceptance cases of the optimisers and of the bodies they are judged on (specification ebm, part 4.4), on charts.
+//! Acceptance cases of the optimisers and of the bodies they are judged on, on charts.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -190,7 +190,7 @@ fn ebm_q04_q05_learning_on_the_triangle() {
         after.mean - CELSIUS
     );
     assert!(after.share(Class::Good) > 2.0 * before.share(Class::Good));
-    // recorded: the specification asks for 1 %; what lies between lines is colder than the lines that the aim is set on
+    // recorded: the case asks for 1 %; what lies between lines is colder than the lines that the aim is set on
     assert!((after.mean / before.mean - 1.0).abs() < 0.04);
     let (apex, base) = (
         speed(&found.path, [6.8, 7.3]),
@@ -297,7 +297,7 @@ fn strut_diameter(sets: &[ChartSet; 2], outer: f64) -> Result<f64, ChartSimulati
     Ok(strut(&metal, planes - layers..planes).map_or(0.0, |s| s.diameter))
 }
 
-/// Thesis: 0.372 mm for 1.000 mm; specification 0.35 to 0.38 mm.
+/// Thesis: 0.372 mm for 1.000 mm; the case asks for 0.35 to 0.38 mm.
 #[test]
 fn ebm_q08_the_contour_of_a_strut_of_one_millimetre() {
     let (radius, pairs) = {

@@ -9,7 +9,7 @@ use meltpath::ebm::focus::builtin;
 use meltpath::ebm::path_file;
 use meltpath_base::{Check, Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_planning::powder::modulation::{Ramp, hatch_energy, stiffness};
+use meltpath_planning::powder::modulation::Ramp;
 use meltpath_report::html::{Report, Section, write_html};
 use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_thermal::beam::BeamPath;
@@ -45,35 +45,9 @@ fn titanium() -> Result<Material, Box<dyn Error>> {
     )?)
 }
 
-/// Figures 2.4.3 and 2.4.5: stiffness against energy, and the ramps of the modulation.
+/// Figure 2.4.5: the ramps of the modulation.
 fn modulation() -> Vec<Plot> {
     let mut plots = Vec::new();
-    let curve = (0..=120).map(|n| {
-        let q = f64::from(n);
-        [q, stiffness(q)]
-    });
-    let runs = [
-        (0.125, 500.0, 2.0),
-        (0.125, 500.0, 4.0),
-        (0.125, 937.0, 2.0),
-        (0.125, 937.0, 4.0),
-        (0.125, 1375.0, 2.0),
-        (0.125, 1375.0, 4.0),
-        (0.25, 500.0, 2.0),
-        (0.25, 937.0, 6.0),
-    ]
-    .map(|(spacing, speed, milli)| {
-        let q = hatch_energy(60.0 * milli, speed, spacing, 0.05);
-        [q, stiffness(q)]
-    });
-    let plot = Plot::new(
-        "Stiffness against energy",
-        Axis::new("energy", "J/mm³"),
-        Axis::new("E/E_max", ""),
-    )
-    .with(line("eq. 2.4.3", curve))
-    .with(dots("runs of the plan of experiments", runs));
-    plots.push(plot);
     let ramp = |least: f64| Ramp { least, length: 1.0 };
     let of = |r: Ramp| (0..=60).map(move |n| [0.025 * f64::from(n), r.at(0.025 * f64::from(n))]);
     let plot = Plot::new(
@@ -102,7 +76,7 @@ fn history(set: &ChartSet, curve: &Enthalpy, chart: usize, h: usize, r: usize) -
 fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     let mut plots = Vec::new();
     let set = compute(
-        &ChartSettings::of_thesis(60e3, 2e-3, 0.0, 0.551_67),
+        &ChartSettings::of_thesis(120.0, 0.551_67),
         material,
         &Silent,
     )?;
@@ -134,7 +108,7 @@ fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         let name = format!("{:.0} µm deep", 1e3 * set.depths[h]);
         depths = depths.with(line(&name, history(&set, &curve, thin, h, 0)));
     }
-    // the check of the specification, table of section 2.10.3
+    // the independent solver's table (docs/theory/sources.md)
     depths = depths.with(dots(
         "independent solver, 12.5 µm",
         [[0.25, 1631.0], [0.5, 1923.0], [1.0, 2400.0], [2.03, 2800.0]],
@@ -355,7 +329,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     provenance.model(
         "independent solver",
-        "written with the specification of these models",
+        "docs/theory/sources.md, an independent solver",
     );
     let report = Report {
         title: "Figures of heat".to_owned(),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_data::{cells, find, names};
-use meltpath_machine::controller::Controller;
 use meltpath_programs::CellProgramming;
+use meltpath_robot::controller::Controller;
 use serde::Deserialize;
 
 /// What the robot is.

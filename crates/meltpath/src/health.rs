@@ -10,16 +10,16 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
 use meltpath_data::{find, names, scan_heads};
-use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
-use meltpath_machine::scan_head::data::{self, HeadFileError};
-use meltpath_machine::scan_head::friction::Friction;
-use meltpath_machine::scan_head::galvanometer::AxisError;
-use meltpath_machine::scan_head::identification::{BenchRecord, Excitation, IdentificationError};
-use meltpath_machine::scan_head::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
-use meltpath_machine::scan_head::km0_bench::{
+use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_scan_head::axis::friction::Friction;
+use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::files::{self, HeadFileError};
+use meltpath_scan_head::health::bench::{
     Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
 };
-use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_scan_head::health::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
+use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, IdentificationError};
 
 pub use history::{Entry, History, HistoryError};
 
@@ -120,7 +120,7 @@ impl Subject {
                 ))
             })?,
         };
-        let scan_head = data::parse(&text)
+        let scan_head = files::parse_head(&text)
             .map_err(|e: HeadFileError| wrong(e.to_string()))?
             .head;
         let [x, y] = &scan_head.mirrors;

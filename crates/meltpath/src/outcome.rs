@@ -8,7 +8,7 @@ use meltpath_base::container::ContainerError;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Cancelled, Provenance, Verdict};
 use meltpath_geometry::workpiece::WorkpieceError;
-use meltpath_machine::scan_head::head::HeadError;
+use meltpath_scan_head::head::scan_head::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
 
 use crate::job::JobError;
@@ -118,7 +118,7 @@ cancellable!(PlanStageError, Plan,
     PlanStageError::Slice(meltpath_geometry::section::SliceError::Cancelled(c)) => c,
     PlanStageError::Overhang(meltpath_geometry::overhang::OverhangError::Cancelled(c)) => c,
     PlanStageError::Fill(meltpath_planning::PlanError::Cancelled(c)) => c);
-cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_machine::fir::MotionError::Cancelled(c)) => c);
+cancellable!(SimulateError, Simulate, SimulateError::Motion(meltpath_robot::interpolation::fir::MotionError::Cancelled(c)) => c);
 cancellable!(HeadError, ScanHead, HeadError::Cancelled(c) => c);
 cancellable!(HeatError, Heat, HeatError::Fusion(FusionError::Cancelled(c)) => c);
 cancellable!(TargetError, Target,

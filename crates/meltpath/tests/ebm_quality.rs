@@ -1,4 +1,4 @@
-//! Quality cases Q9, Q10 and Q12 of the specification as jobs that a person could write, judged by the files that the runs leave.
+//! Quality cases Q9, Q10 and Q12 as jobs that a person could write, judged by the files that the runs leave.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

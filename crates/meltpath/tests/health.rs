@@ -7,9 +7,9 @@ use std::path::Path;
 
 use meltpath::health::{Bench, Circumstances, HealthError, History, Subject, test};
 use meltpath_base::{Reporter, Status};
-use meltpath_machine::scan_head::data;
-use meltpath_machine::scan_head::km0::{Km0Signal, Rating};
-use meltpath_machine::scan_head::km0_bench::{simulate_first_stage, simulate_second_stage};
+use meltpath_scan_head::files;
+use meltpath_scan_head::health::bench::{simulate_first_stage, simulate_second_stage};
+use meltpath_scan_head::health::km0::{Km0Signal, Rating};
 
 fn at(time: &str) -> Circumstances {
     Circumstances {
@@ -121,7 +121,7 @@ fn axes_heads_and_changes_that_are_none_are_named() {
 #[test]
 fn records_give_what_the_bench_gave() {
     let dir = tempfile::tempdir().unwrap();
-    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text)
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
         .unwrap()
         .head;
     let axis = &head.mirrors[1];

@@ -6,12 +6,12 @@ use std::fs;
 
 use meltpath::identify::{IdentifyError, add_friction, identify};
 use meltpath_base::Reporter;
-use meltpath_machine::scan_head::data;
-use meltpath_machine::scan_head::friction::Friction;
-use meltpath_machine::scan_head::galvanometer::Galvanometer;
-use meltpath_machine::scan_head::plant::Plant;
-use meltpath_machine::scan_head::servo_compare::run;
 use meltpath_perception::RecordError;
+use meltpath_scan_head::axis::friction::Friction;
+use meltpath_scan_head::axis::galvanometer::Galvanometer;
+use meltpath_scan_head::axis::plant::Plant;
+use meltpath_scan_head::files;
+use meltpath_scan_head::servo::compare::run;
 
 const MAPPING: &str = "time = { column = \"t\", unit = \"us\" }
 [channels.voltage]
@@ -52,7 +52,7 @@ fn bench(motor: &Galvanometer, samples: u32, limit: f64) -> String {
 }
 
 fn motor() -> Galvanometer {
-    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     Galvanometer {
         friction: Friction::None,
         ..head.head.mirrors[1].motor.clone()
@@ -144,7 +144,7 @@ fn bad_records_are_named_with_what_to_change() {
 
 /// A record of ramps up and down of the two-axis head's Y axis, friction included: current in mA, angle in counts.
 fn ramps() -> String {
-    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     let mut set_points = vec![(-15f64).to_radians(); 2000];
     for speed in [20.0f64, 50.0, 100.0, 200.0, 400.0] {
         let step = speed.to_radians() * 50e-6;
@@ -182,9 +182,9 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
         .map(String::as_str)
         .filter(|l| !l.starts_with('#'))
         .collect();
-    let shipped = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let shipped = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     let shipped = &shipped.head.mirrors[1].motor;
-    let read = data::parse_motor(&file.join("\n"), shipped).unwrap();
+    let read = files::parse_motor(&file.join("\n"), shipped).unwrap();
     let (
         Friction::Coulomb { coulomb, .. },
         Friction::Coulomb {

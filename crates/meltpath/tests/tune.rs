@@ -7,10 +7,10 @@ use std::path::Path;
 
 use meltpath::{chain, tune};
 use meltpath_base::{Silent, Status};
-use meltpath_machine::scan_head::data;
-use meltpath_machine::scan_head::servo_compare::{MultiStep, run};
-use meltpath_machine::scan_head::servo_file::ControllerFile;
-use meltpath_machine::scan_head::servo_loop::Controller;
+use meltpath_scan_head::axis::control::Controller;
+use meltpath_scan_head::files;
+use meltpath_scan_head::servo::compare::{MultiStep, run};
+use meltpath_scan_head::servo::file::ControllerFile;
 
 /// A tuning that takes a second.
 const SHORT: &str = "head = \"two-axis-150\"
@@ -180,7 +180,7 @@ fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
 
 /// A bench's multi-step of the two-axis head's Y axis, whose drive has other gains than the synthesis finds: CSV in degrees.
 fn multi_step() -> String {
-    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     let mut axis = head.head.mirrors[1].clone();
     let Controller::Cascade(gains) = &mut axis.controller else {
         unreachable!("the shipped head has a cascade");

@@ -11,7 +11,7 @@ use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_machine::command::{Command, Smoothing};
+use meltpath_robot::command::{Command, Smoothing};
 
 const LENGTH: f64 = 150.0;
 const LIFT: DVec3 = DVec3::new(0.0, 0.0, 20.0);

@@ -1,5 +1,5 @@
 //! From shape to toolpath: filling, ordering, links. Bead knowledge comes in as plain values.
-//! Lengths are millimetres, angles radians. Sources of the rules: Rouchon 2022 §1.2.3.2, §2.18 of the specification.
+//! Lengths are millimetres, angles radians. Sources of the rules: Rouchon 2022, § 1.2.3.2 and 4.1.
 
 mod bend;
 mod chain;

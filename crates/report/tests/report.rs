@@ -17,7 +17,7 @@ fn page(report: &Report) -> String {
 }
 
 #[test]
-fn waam_item10_the_page_is_whole_and_asks_for_nothing() {
+fn the_page_is_whole_and_asks_for_nothing() {
     let html = page(&demo::report(0.5));
     for part in [
         "id=\"verdict\"",

@@ -127,7 +127,7 @@ pub struct CoolingCurve {
 
 impl CoolingCurve {
     /// Enthalpy lost per second at `g`, J/(mm³·s). Beyond either end the rate there in proportion to `g`, as of a body
-    /// that cools towards the start temperature (specification ebm, section 2.11.2).
+    /// that cools towards the start temperature (docs/theory/sources.md, charts).
     pub fn rate(&self, g: f64) -> f64 {
         let (from, to) = (f64::from(self.from), f64::from(self.to));
         let last = self.times.len() - 1;
@@ -196,22 +196,6 @@ impl ChartSet {
     /// The heating curve of a chart at grid point (`depth`, `distance`).
     pub fn heating<'a>(&self, chart: &'a Chart, depth: usize, distance: usize) -> &'a HeatingCurve {
         &chart.heating[depth * self.distances.len() + distance]
-    }
-
-    /// The two charts round a share of powder and the weight of the second.
-    pub fn around(&self, powder_share: f64) -> (usize, usize, f64) {
-        let last = self.charts.len() - 1;
-        let after = self
-            .charts
-            .partition_point(|c| c.powder_share <= powder_share);
-        let (a, b) = (after.saturating_sub(1), after.min(last));
-        let (low, high) = (self.charts[a].powder_share, self.charts[b].powder_share);
-        let weight = if high > low {
-            (powder_share - low) / (high - low)
-        } else {
-            0.0
-        };
-        (a, b, weight)
     }
 }
 

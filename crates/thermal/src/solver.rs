@@ -298,8 +298,8 @@ impl<R: Real> Solver<R> {
         }
     }
 
-    /// The largest stable explicit time step, s: the worst diffusivity of the laws on the smallest cells, with the
-    /// thesis specification's margin for powder, which is never molten, beside dense metal.
+    /// The largest stable explicit time step, s: the worst diffusivity of the laws on the smallest cells, with a
+    /// margin for powder, which is never molten, beside dense metal.
     pub fn stable_step(&self) -> f64 {
         let [dx, dy, dz] = self.smallest_edges();
         let fresh = self.material.relative_density(self.material.start);

@@ -1,5 +1,5 @@
-//! Acceptance cases of the electron-beam specification that concern the reference solver (part 4.3). Values in the
-//! comments: the thesis, then the specification's own check.
+//! Acceptance cases of the electron beam that concern the reference solver. Values in the comments: the thesis, then the
+//! check by an independent solver (docs/theory/sources.md).
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -143,7 +143,7 @@ fn ebm_t01_t02_single_bead() {
     );
 }
 
-/// A block under a beam at rest, 50 µm of powder on dense metal unless `state` says otherwise (sections 2.10.3, 3.3).
+/// A block under a beam at rest, 50 µm of powder on dense metal unless `state` says otherwise.
 fn fixed_beam(state: impl Fn(DVec3) -> State) -> Solver<f32> {
     let material = titanium();
     let grid = Grid::covering(
@@ -367,7 +367,7 @@ fn ebm_t11_powder_heats_faster() {
     assert!(differences[1] > differences[0]);
 }
 
-/// Thesis: H spans more than 2200 °C, R more than 1800 °C. The check's own table (section 2.10.3) spans 1940 and 1662 °C at the
+/// Thesis: H spans more than 2200 °C, R more than 1800 °C. The independent solver's table spans 1940 and 1662 °C at the
 /// stop of 2800 °C, where neither can exceed 2050 °C (erratum E10).
 #[test]
 fn ebm_t12_influence_of_depth_and_distance() {
@@ -398,7 +398,7 @@ fn ebm_t12_influence_of_depth_and_distance() {
     assert!(depth[0] - depth[6] > 1800.0 && distance[0] - distance[5] > 1500.0);
 }
 
-/// Section 5.4: a line at 300 W and 980 mm/s on fresh powder reaches 3398 °C, 1520 × 400 × 100 µm; and what evaporation takes.
+/// The independent solver: a line at 300 W and 980 mm/s on fresh powder reaches 3398 °C, 1520 × 400 × 100 µm; and what evaporation takes.
 #[test]
 fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
     let material = titanium();

@@ -26,7 +26,7 @@ use support::{
     with_warm_ground,
 };
 
-/// Section 5.1: metal in steps of thickness under a fresh layer; a line of 3 mm at 2 mA and 400 mm/s.
+/// Metal in steps of thickness under a fresh layer; a line of 3 mm at 2 mA and 400 mm/s.
 fn steps_of_thickness(c: DVec3) -> State {
     let metal = if c.x < 1.2 {
         f64::INFINITY
@@ -256,10 +256,12 @@ fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
         }
     }
     let [nx, ny] = grid.cells;
+    let metal = simulation.metal();
+    let top = metal.grid.planes() - 1;
     let diameters: Vec<f64> = (0..layers)
         .map(|layer| {
             let cells = (0..nx * ny)
-                .filter(|n| simulation.metal_of_column(n % nx, n / nx).nth(layer) == Some(true))
+                .filter(|n| metal.at(n % nx, n / nx, top - layer) > 0.5)
                 .count();
             (4.0 * cells as f64 * 0.04 * 0.04 / std::f64::consts::PI).sqrt()
         })
@@ -307,7 +309,7 @@ fn the_line_of_the_thesis_is_soon_drawn() {
     );
 }
 
-/// The prism of the thesis: a triangle of 17.5 x 7.5 mm, lines along its base every 0.125 mm, 980 mm/s (section 3.5).
+/// The prism of the thesis: a triangle of 17.5 x 7.5 mm, lines along its base every 0.125 mm, 980 mm/s (erratum E22).
 fn triangle() -> BeamPath {
     let (base, height, hatch) = (17.5, 7.5, 0.125);
     let lines = (height / hatch) as usize;

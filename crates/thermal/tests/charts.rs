@@ -13,7 +13,7 @@ use meltpath_base::container::ContainerError;
 use meltpath_thermal::charts::file::{ChartFileError, read, write};
 use support::{charts, with_warm_ground};
 
-/// Section 2.10.3 of the specification: time to 2800 °C in steps of 2.5 µs, and B6: size and time of a set.
+/// Time to 2800 °C in steps of 2.5 µs, and B6: size and time of a set.
 #[test]
 fn ebm_b06_a_set_is_small_and_soon_there() {
     let begun = Instant::now();

@@ -6,8 +6,8 @@ use num_complex::Complex64;
 
 use super::error::{Assumption, SynthesisError};
 use super::normalised::Normalised;
-use crate::dense::{DenseError, eigenvalues, singular_values};
-use crate::matrix::{ComplexMatrix, Matrix};
+use meltpath_numerics::dense::{DenseError, eigenvalues, singular_values};
+use meltpath_numerics::{ComplexMatrix, Matrix};
 
 /// Distance from rank loss, relative to the matrix, below which a mode is out of reach.
 const REACH: f64 = 1e-11;

@@ -5,10 +5,11 @@
 use super::error::SynthesisError;
 use super::level::{Half, Solved};
 use super::normalised::Normalised;
-use crate::dense::{Factored, symmetric_eigen};
-use crate::matrix::Matrix;
+use crate::domain::Domain;
 use crate::riccati::refine;
-use crate::state_space::{Domain, StateSpace};
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{Factored, symmetric_eigen};
 
 /// The central controller of the scaled problem.
 pub(super) fn central(p: &Normalised, solved: &Solved) -> Result<StateSpace, SynthesisError> {

@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 
 use crate::SystemError;
-use crate::dense::DenseError;
 use crate::riccati::RiccatiError;
+use meltpath_numerics::dense::DenseError;
 
 /// An assumption of the theory that a generalised plant does not meet. Channels are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -6,9 +6,9 @@ use num_complex::Complex64;
 
 use super::error::{Obstacle, SynthesisError};
 use super::normalised::Normalised;
-use crate::dense::{Factored, eigenvalues, singular_values};
-use crate::matrix::Matrix;
 use crate::riccati::{self, RiccatiError};
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{Factored, eigenvalues, singular_values};
 
 /// Both Riccati solutions at a level.
 #[derive(Debug, Clone)]

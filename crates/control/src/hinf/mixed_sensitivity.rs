@@ -5,8 +5,8 @@
 use super::error::SynthesisError;
 use super::plant::GeneralizedPlant;
 use super::weights::Template;
-use crate::matrix::Matrix;
 use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
 
 /// ε = r − y, u = K ε, y = G (u + W3 d); errors W1 ε and W2 u.
 ///

@@ -3,9 +3,9 @@
 
 use super::error::{Assumption, SynthesisError};
 use super::plant::GeneralizedPlant;
-use crate::dense::{DenseError, Factored, Singular};
-use crate::matrix::Matrix;
 use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
+use meltpath_numerics::dense::{DenseError, Factored, Singular};
 
 /// Rank decisions on D12 and D21, relative to their largest singular value.
 const RANK: f64 = 1e-10;
@@ -115,7 +115,7 @@ impl Normalised {
 
 /// Geometric mean of the poles that are not at the origin (rad/s).
 fn time_unit(system: &StateSpace) -> Result<f64, DenseError> {
-    let poles = crate::dense::eigenvalues(&system.a)?;
+    let poles = meltpath_numerics::dense::eigenvalues(&system.a)?;
     let largest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let logs: Vec<f64> = poles
         .iter()

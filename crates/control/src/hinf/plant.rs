@@ -2,8 +2,9 @@
 
 use super::error::SynthesisError;
 use crate::SystemError;
-use crate::matrix::Matrix;
-use crate::state_space::{Domain, StateSpace};
+use crate::domain::Domain;
+use crate::state_space::StateSpace;
+use meltpath_numerics::Matrix;
 
 /// (errors; measurements) = P (disturbances; commands), commands and measurements last.
 #[derive(Debug, Clone, PartialEq)]

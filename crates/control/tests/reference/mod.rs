@@ -1,8 +1,8 @@
-//! The reference plant of the scan-head specification (annex R): one galvanometer behind its current loop.
+//! The two-axis reference motor (docs/theory/sources.md, reference heads) behind its current loop.
 
 use meltpath_control::{StateSpace, SystemError, TransferFunction};
 
-/// REF-2X with its current loop: current set-point (A) to angle (deg); specification 15.5.
+/// The motor with its current loop: current set-point (A) to angle (deg); Rasoanarivo 2020, eq. 3.27-3.39.
 pub(crate) fn reference_plant() -> Result<StateSpace, SystemError> {
     plant_with_mode(1.0)
 }

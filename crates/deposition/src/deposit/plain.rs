@@ -69,27 +69,7 @@ mod tests {
     };
 
     #[test]
-    fn waam_ac21_the_distribution_has_unit_volume() {
-        // eq. 3.13 as printed, without renormalisation, on 0.05 mm cells
-        let cell = 0.05;
-        let norm = 3.0 / (std::f64::consts::PI * POOL.half_width * (POOL.rear + POOL.front));
-        let mut volume = 0.0;
-        for iy in 0..160 {
-            for ix in 0..320 {
-                let (u, v) = (
-                    -11.0 + cell * (f64::from(ix) + 0.5),
-                    -4.0 + cell * (f64::from(iy) + 0.5),
-                );
-                let a = if u >= 0.0 { POOL.front } else { POOL.rear };
-                let rest = 1.0 - (u / a).powi(2) - (v / POOL.half_width).powi(2);
-                volume += norm * rest.max(0.0).sqrt() * cell * cell;
-            }
-        }
-        assert!((volume - 1.0).abs() < 1e-3, "{volume}");
-    }
-
-    #[test]
-    fn a_stamp_has_its_volume_at_any_angle_and_falls_off_nothing() {
+    fn waam_ac21_a_stamp_has_its_volume_at_any_angle() {
         for angle in [0.0, 0.3, 1.0, 2.5, 4.0] {
             let mut map =
                 HeightMap::new(DVec2::splat(-15.0), DVec2::splat(15.0), 0.5, 0.0).unwrap();

@@ -1,9 +1,9 @@
 //! Quadratic response surfaces (interpolator B of the source): Rouchon 2022, eq. 2.1, 2.2, after Suryakumar 2011.
 
+use meltpath_numerics::least_squares::Regression;
 use serde::{Deserialize, Serialize};
 
 use super::import::MeasuredBead;
-use crate::least_squares;
 
 /// C₁ + C₂V_f + C₃V_r + C₄V_f² + C₅V_r² + C₆V_fV_r for width and height, speeds in m/min, sizes in mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,13 +32,16 @@ impl Surface {
     /// Least-squares surfaces through measured beads; `None` with fewer than six beads or settings that do not span
     /// the six terms. Returns the surface with the quality of (width, height).
     pub fn fit(beads: &[MeasuredBead]) -> Option<(Self, FitQuality, FitQuality)> {
-        let rows: Vec<Vec<f64>> = beads
+        let rows: Vec<[f64; 6]> = beads
             .iter()
-            .map(|b| terms(b.wire_feed, b.travel_speed).to_vec())
+            .map(|b| terms(b.wire_feed, b.travel_speed))
             .collect();
         let fit = |values: Vec<f64>| -> Option<([f64; 6], FitQuality)> {
-            let k = least_squares::solve(&rows, &values)?;
-            let c: [f64; 6] = k.try_into().ok()?;
+            let mut system = Regression::new(6);
+            for (row, value) in rows.iter().zip(&values) {
+                system.push(*row, *value);
+            }
+            let c: [f64; 6] = system.solve().ok()?.values.try_into().ok()?;
             let n = values.len() as f64;
             let mean = values.iter().sum::<f64>() / n;
             let total: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();

@@ -5,11 +5,11 @@ use std::io;
 use meltpath_base::Verdict;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::km0::{Drift, Km0Record, rate};
-use meltpath_machine::scan_head::km0_bench::Km0Stage1;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::health::bench::Km0Stage1;
+use meltpath_scan_head::health::km0::{Drift, Km0Record, rate};
 
 use super::history::{Entry, History};
 use super::{Subject, provenance, words};
@@ -74,7 +74,7 @@ fn drift(told: &Told<'_>) -> Section {
     );
     for d in told.drifts {
         let (fault, action) = match d.rating {
-            meltpath_machine::scan_head::km0::Rating::Good => ("", ""),
+            meltpath_scan_head::health::km0::Rating::Good => ("", ""),
             _ => (d.fault, d.action),
         };
         table.rows.push(vec![

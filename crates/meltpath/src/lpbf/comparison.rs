@@ -3,8 +3,8 @@
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_machine::scan_head::job::VectorKind::{Contour, Fill};
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::head::job::VectorKind::{Contour, Fill};
 
 use super::run::{MODES, RecipeResult};
 use super::settings::Settings;

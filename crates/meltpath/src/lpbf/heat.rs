@@ -9,7 +9,7 @@ use std::path::Path;
 use meltpath_base::{
     Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
 };
-use meltpath_machine::scan_head::job::{ScanJob, VectorKind};
+use meltpath_scan_head::head::job::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::{Body, Medium};

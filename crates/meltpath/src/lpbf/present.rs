@@ -5,13 +5,13 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::contour_error::{Histogram, distance_to_segment};
-use meltpath_machine::scan_head::delays::{DelayScore, Tuned};
-use meltpath_machine::scan_head::recipe_search::Found;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::measures::contour_error::{Histogram, distance_to_segment};
+use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
+use meltpath_scan_head::search::Found;
 
 use super::comparison::Comparison;
 use super::run::{MODES, RecipeResult};
@@ -177,7 +177,7 @@ fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
 
 /// The layers of a file under one recipe.
 fn layer_table(r: &RecipeResult<'_>) -> Table {
-    use meltpath_machine::scan_head::job::VectorKind::{Contour, Fill};
+    use meltpath_scan_head::head::job::VectorKind::{Contour, Fill};
     let mut columns = vec!["layer", "height, mm", "vectors", "mark length, m"];
     let modes = MODES.map(|m| format!("fill rate, {}, %", m.words()));
     columns.extend(modes.iter().map(String::as_str));

@@ -2,12 +2,12 @@
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::job::VectorKind;
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values, write_height_image};
+use meltpath_scan_head::head::job::VectorKind;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 

@@ -1,10 +1,10 @@
 //! What of a scan-head job cannot run, told at the place of the job where it is written.
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_machine::scan_head::correction::CorrectionError;
-use meltpath_machine::scan_head::geometry::GeometryError;
-use meltpath_machine::scan_head::head::HeadError;
-use meltpath_machine::scan_head::job::ScanJob;
+use meltpath_scan_head::head::job::ScanJob;
+use meltpath_scan_head::head::scan_head::HeadError;
+use meltpath_scan_head::optics::correction::CorrectionError;
+use meltpath_scan_head::optics::geometry::GeometryError;
 
 use super::settings::Settings;
 use super::work::Work;

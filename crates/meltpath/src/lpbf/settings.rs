@@ -5,11 +5,11 @@ use std::path::Path;
 use meltpath_base::quantity::Positive;
 use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
 use meltpath_data::{File, find, names, recipes, scan_heads};
-use meltpath_machine::scan_head::data::{self, HeadData, HeadFileError};
-use meltpath_machine::scan_head::energy::PowerLaw;
-use meltpath_machine::scan_head::job::Recipe;
-use meltpath_machine::scan_head::plate::SquarePlate;
-use meltpath_machine::scan_head::recipe_search::Bounds;
+use meltpath_scan_head::files::{self, HeadData, HeadFileError};
+use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::measures::energy::PowerLaw;
+use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::search::Bounds;
 use toml::Spanned;
 
 use super::heat::{self, HeatSettings};
@@ -95,11 +95,11 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         }
     };
     let head_name = &job.lpbf.head;
-    let mut data = data::parse(&data_text("scan head", head_name, scan_heads::ALL, folder)?)
+    let mut data = files::parse_head(&data_text("scan head", head_name, scan_heads::ALL, folder)?)
         .map_err(at(head_name))?;
     let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
     for name in &job.lpbf.recipes {
-        let recipe = data::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?)
+        let recipe = files::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?)
             .map_err(at(name))?;
         recipe.check().map_err(|e| TextError {
             span: Some(name.span()),

@@ -2,8 +2,8 @@
 //!
 //! Source: Rasoanarivo 2020, tables 3.1, § 2.6.1 and 3.2; its two-axis figures come from a bench, those of three axes from its simulator.
 
-use meltpath_machine::scan_head::head::ScanHead;
-use meltpath_machine::scan_head::job::Recipe;
+use meltpath_scan_head::head::job::Recipe;
+use meltpath_scan_head::head::scan_head::ScanHead;
 
 use super::settings::Settings;
 use super::work::Work;

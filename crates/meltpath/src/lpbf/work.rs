@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_machine::scan_head::job::{
-    Given, JobBuilder, Recipe, ScanJob, ScanJobError, VectorKind,
-};
-use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_programs::{cli, vectors};
+use meltpath_scan_head::head::job::{Given, JobBuilder, Recipe, ScanJob, ScanJobError, VectorKind};
+use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Profile, Toolpath};
 
 use crate::job::lpbf::LayersTable;

@@ -7,11 +7,11 @@ use meltpath_control::hinf::Template;
 use meltpath_control::simulate::step_response;
 use meltpath_control::{Complex64, SystemError};
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
-use meltpath_machine::scan_head::servo_hinf::current_plant;
-use meltpath_machine::scan_head::servo_loop::{AngleUnit, CascadeGains};
-use meltpath_machine::scan_head::servo_synthesis::{Stage, Step};
 use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains};
+use meltpath_scan_head::servo::h_infinity::current_plant;
+use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
+use meltpath_scan_head::servo::synthesis::{Stage, Step};
 
 use super::design::{AxisResult, Candidate};
 

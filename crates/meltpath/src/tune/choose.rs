@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use meltpath_base::{Origin, Provenance, Resolved};
-use meltpath_machine::scan_head::axis::Axis;
-use meltpath_machine::scan_head::head::{HeadError, ReadyHead, ScanHead};
-use meltpath_machine::scan_head::job::ScanJob;
-use meltpath_machine::scan_head::servo::{Loop, ServoModel};
-use meltpath_machine::scan_head::servo_file::ControllerFile;
-use meltpath_machine::scan_head::servo_hinf::{HinfTargets, design};
-use meltpath_machine::scan_head::servo_loop::{AngleUnit, Controller};
-use meltpath_machine::scan_head::servo_preview::{PreviewDesign, preview, synchronise};
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::{AngleUnit, Controller};
+use meltpath_scan_head::head::job::ScanJob;
+use meltpath_scan_head::head::scan_head::{HeadError, ReadyHead, ScanHead};
+use meltpath_scan_head::servo::file::ControllerFile;
+use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
+use meltpath_scan_head::servo::model::{Loop, ServoModel};
+use meltpath_scan_head::servo::preview::{PreviewDesign, preview, synchronise};
 use toml::Spanned;
 
 use crate::job::TextError;

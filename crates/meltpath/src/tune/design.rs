@@ -2,22 +2,20 @@
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_control::export::Exported;
-use meltpath_machine::scan_head::axis::{Axis, AxisRecord};
-use meltpath_machine::scan_head::galvanometer::AxisError;
-use meltpath_machine::scan_head::servo::{Loop, LoopFigures, ServoModel};
-use meltpath_machine::scan_head::servo_compare::{
-    Draw, MultiStep, TrackingError, monte_carlo, run,
-};
-use meltpath_machine::scan_head::servo_hinf::{
-    Form, HinfServo, LoopQuality, design as synthesise, quality, with_modes,
-};
-use meltpath_machine::scan_head::servo_loop::{
+use meltpath_perception::{Mapping, read};
+use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_scan_head::axis::control::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward,
 };
-use meltpath_machine::scan_head::servo_refine::Refined;
-use meltpath_machine::scan_head::servo_robust::{RobustDesign, RobustError, search};
-use meltpath_machine::scan_head::servo_synthesis::{Tuned, tune};
-use meltpath_perception::{Mapping, read};
+use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::servo::compare::{Draw, MultiStep, TrackingError, monte_carlo, run};
+use meltpath_scan_head::servo::h_infinity::{
+    Form, HinfServo, LoopQuality, design as synthesise, quality, with_modes,
+};
+use meltpath_scan_head::servo::model::{Loop, LoopFigures, ServoModel};
+use meltpath_scan_head::servo::refine::Refined;
+use meltpath_scan_head::servo::robust::{RobustDesign, RobustError, search};
+use meltpath_scan_head::servo::synthesis::{Tuned, tune};
 use rayon::prelude::*;
 
 use super::file::{Choice, ExportForm};

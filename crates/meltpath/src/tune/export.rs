@@ -1,9 +1,9 @@
 //! What leaves: the chosen controllers for drives and for whole jobs, and the responses as tables.
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_machine::scan_head::servo_compare::TrackingError;
-use meltpath_machine::scan_head::servo_file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
-use meltpath_machine::scan_head::servo_loop::AngleUnit;
+use meltpath_scan_head::axis::control::AngleUnit;
+use meltpath_scan_head::servo::compare::TrackingError;
+use meltpath_scan_head::servo::file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
 use serde_json::json;
 
 use super::design::AxisResult;

@@ -2,8 +2,8 @@
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
-use meltpath_machine::scan_head::servo::Loop;
 use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_scan_head::servo::model::Loop;
 
 use super::design::AxisResult;
 use super::refinement::words;
@@ -95,7 +95,7 @@ fn facts(results: &[AxisResult]) -> Vec<Fact> {
 }
 
 fn order(result: &AxisResult) -> String {
-    use meltpath_machine::scan_head::servo_loop::Controller;
+    use meltpath_scan_head::axis::control::Controller;
     match &result.chosen().controller {
         Controller::StateSpace { system, .. } => system.order().to_string(),
         _ => "of three loops".to_owned(),

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 
 use meltpath_base::{Observer, Reporter};
-use meltpath_machine::scan_head::axis::Axis;
-use meltpath_machine::scan_head::servo::{Loop, ServoModel};
-use meltpath_machine::scan_head::servo_compare::{Draw, monte_carlo, scattered};
-use meltpath_machine::scan_head::servo_loop::{CascadeGains, Controller};
-use meltpath_machine::scan_head::servo_refine::{Bounds, Held, Refined, Signal, Trial, refine};
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::{CascadeGains, Controller};
+use meltpath_scan_head::servo::compare::{Draw, monte_carlo, scattered};
+use meltpath_scan_head::servo::model::{Loop, ServoModel};
+use meltpath_scan_head::servo::refine::{Bounds, Held, Refined, Signal, Trial, refine};
 
 use super::bode::loop_name;
 use super::design::{errors_kept, is_lost, short_signal, trial};

@@ -6,16 +6,16 @@ use meltpath_base::quantity::{NotNegative, Unit, parse};
 use meltpath_base::{Origin, Provenance, Ratio, Resolved};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_control::swarm::Swarm;
-use meltpath_machine::scan_head::axis::Axis;
-use meltpath_machine::scan_head::data::{self, HeadData};
-use meltpath_machine::scan_head::servo::{Loop, ServoModel};
-use meltpath_machine::scan_head::servo_compare::{MultiStep, Scatter};
-use meltpath_machine::scan_head::servo_hinf::{Changes, HinfTargets, Weights};
-use meltpath_machine::scan_head::servo_loop::{AngleUnit, CascadeGains, Controller};
-use meltpath_machine::scan_head::servo_refine::LOSS;
-use meltpath_machine::scan_head::servo_robust::Spread;
-use meltpath_machine::scan_head::servo_synthesis::{Target, Targets};
+use meltpath_numerics::swarm::Swarm;
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
+use meltpath_scan_head::files::{self, HeadData};
+use meltpath_scan_head::servo::compare::{MultiStep, Scatter};
+use meltpath_scan_head::servo::h_infinity::{Changes, HinfTargets, Weights};
+use meltpath_scan_head::servo::model::{Loop, ServoModel};
+use meltpath_scan_head::servo::refine::LOSS;
+use meltpath_scan_head::servo::robust::Spread;
+use meltpath_scan_head::servo::synthesis::{Target, Targets};
 use toml::Spanned;
 
 use super::file::{
@@ -133,7 +133,7 @@ pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
         "this program",
     );
     let head = &file.head;
-    let data = data::parse(&data_text(
+    let data = files::parse_head(&data_text(
         "scan head",
         head,
         meltpath_data::scan_heads::ALL,
@@ -392,7 +392,7 @@ fn task(
         let shown = path.get_ref().display();
         let text = std::fs::read_to_string(folder.join(path.get_ref()))
             .map_err(|e| at(path.span(), format!("cannot read the motor {shown}: {e}")))?;
-        axis.motor = data::parse_motor(&text, &axis.motor)
+        axis.motor = files::parse_motor(&text, &axis.motor)
             .map_err(|e| at(path.span(), format!("the motor {shown} is not sound: {e}")))?;
     }
     let own = match &axis.controller {

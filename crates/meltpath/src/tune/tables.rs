@@ -1,12 +1,12 @@
 //! Tables of a tuning: gains as the thesis tells them, loops, combinations, scattered motors.
 
-use meltpath_machine::scan_head::servo::{Actions, Loop, ServoModel};
-use meltpath_machine::scan_head::servo_compare::TrackingError;
-use meltpath_machine::scan_head::servo_hinf::LoopQuality;
-use meltpath_machine::scan_head::servo_loop::CascadeGains;
-use meltpath_machine::scan_head::servo_refine::Refined;
-use meltpath_machine::scan_head::servo_synthesis::Stage;
 use meltpath_report::table::{Cell, Table};
+use meltpath_scan_head::axis::control::CascadeGains;
+use meltpath_scan_head::servo::compare::TrackingError;
+use meltpath_scan_head::servo::h_infinity::LoopQuality;
+use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
+use meltpath_scan_head::servo::refine::Refined;
+use meltpath_scan_head::servo::synthesis::Stage;
 
 use super::bode::loop_name;
 use super::design::{AxisResult, Trial};

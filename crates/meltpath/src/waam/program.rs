@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
-use meltpath_machine::command::{Command, Kind, Smoothing, Source};
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
     BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, ExecutionSettings, Pause,
     Program, ProgramError, Schedule, build, execution_order,
 };
+use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::Toolpath;
 
 use super::settings::Settings;

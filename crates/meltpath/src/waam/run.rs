@@ -361,8 +361,8 @@ pub fn simulate_program(
     let part = job
         .map(|_| load_part(settings, &reporter, observer))
         .transpose()?;
-    let arc = |c: &&meltpath_machine::command::Command| {
-        matches!(c.source, meltpath_machine::command::Source::On { .. })
+    let arc = |c: &&meltpath_robot::command::Command| {
+        matches!(c.source, meltpath_robot::command::Source::On { .. })
     };
     let map = plan::plate(
         commands

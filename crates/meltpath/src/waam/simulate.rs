@@ -6,11 +6,11 @@ use meltpath_deposition::deposit::{Deposit, DepositError, Deposition, LayerRecor
 use meltpath_geometry::Pose;
 use meltpath_geometry::raster::Mask;
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_machine::command::{Command, Source};
-use meltpath_machine::controller::Controller;
-use meltpath_machine::fir::{self, MotionError};
-use meltpath_machine::summary::Summary;
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, SceneError};
+use meltpath_robot::command::{Command, Source};
+use meltpath_robot::controller::Controller;
+use meltpath_robot::interpolation::fir::{self, MotionError};
+use meltpath_robot::summary::Summary;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use super::judge::LayerOutcome;
@@ -239,7 +239,7 @@ pub fn layers_by_height(commands: &[Command]) -> (Vec<u32>, Vec<f64>) {
 mod tests {
     use super::*;
     use meltpath_geometry::math::DVec3;
-    use meltpath_machine::command::Smoothing;
+    use meltpath_robot::command::Smoothing;
 
     #[test]
     fn layers_follow_the_height_of_the_deposit() {

@@ -11,11 +11,11 @@ use meltpath::job::Job;
 use meltpath::{chain, lpbf};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
-use meltpath_machine::scan_head::data;
-use meltpath_machine::scan_head::job::VectorKind;
-use meltpath_machine::scan_head::plate::SquarePlate;
 use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
 use meltpath_programs::vectors;
+use meltpath_scan_head::files;
+use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::plate::SquarePlate;
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
 const INDUSTRIAL: &str = meltpath_data::recipes::INDUSTRIAL.text;
@@ -102,7 +102,7 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
 }
 
 fn small() -> SquarePlate {
-    let head = data::parse(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     SquarePlate {
         columns: 2,
         rows: 1,
@@ -166,7 +166,7 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 #[test]
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
-    let recipe = data::parse_recipe(INDUSTRIAL).unwrap();
+    let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
     let job = small().job(&recipe).unwrap();
     let start = vectors::Vector {
         kind: vectors::Kind::Start,
@@ -287,7 +287,7 @@ fn a_faster_recipe_is_found_and_run() {
     );
     // the found recipe is a recipe file: run from it, it does the same
     let found = fs::read_to_string(out.join("recipe-optimised.toml")).unwrap();
-    data::parse_recipe(&found).unwrap().check().unwrap();
+    files::parse_recipe(&found).unwrap().check().unwrap();
     let tried = fs::read_to_string(out.join("series/recipes-tried.csv")).unwrap();
     assert!(tried.lines().count() > 10);
     assert!(out.join("series/delays-2.csv").exists());

@@ -1,7 +1,7 @@
 //! Nested contours of any region with holes, nearer together where more energy is wanted: level sets of a field that counts
 //! passes.
 //!
-//! Béraud 2016, section 2.4.2; the rule for general zones is specification ebm, section 2.7.3: |∇N| = q / Q with N = 0 on the
+//! Béraud 2016, section 2.4.2; the rule for general zones is ours: |∇N| = q / Q with N = 0 on the
 //! boundary, Q the energy of a pass per length and layer, contours at N = ½, 1½, … The field is found by fast marching
 //! (Sethian 1996, first order, upwind).
 

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_specification_s_examples() {
+    fn the_published_examples() {
         let mut bytes = Vec::new();
         varint(&mut bytes, 50399);
         assert_eq!(bytes, [0xdf, 0x89, 0x03]);

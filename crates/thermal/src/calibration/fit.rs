@@ -3,6 +3,8 @@
 //! Least squares with prior knowledge, by Gauss-Newton with finite differences: each evaluation is a simulation, so that few
 //! are made. Uncertainties come from those of the measurements and of the prior, carried through the model's slopes.
 
+use meltpath_numerics::least_squares::{LeastSquaresError, Regression, Solution};
+
 /// A parameter before the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
@@ -66,6 +68,9 @@ pub enum FitError<E: std::error::Error> {
     /// Uncertainties that are not above zero, or no data.
     #[error("a fit needs measurements and priors with uncertainties above zero")]
     Weights,
+    /// The model's slopes are not finite.
+    #[error(transparent)]
+    LeastSquares(LeastSquaresError),
 }
 
 /// A model: a prediction for each measurement from the parameters.
@@ -127,23 +132,20 @@ pub fn fit<E: std::error::Error>(
                 row[k] = (a - b) / step;
             }
         }
-        let mut normal = vec![vec![0.0; n]; n];
-        let mut right = vec![0.0; n];
+        let mut system = Regression::new(n);
         for ((m, p), row) in measured.iter().zip(&predicted).zip(&slopes) {
-            let weight = m.sigma.powi(-2);
-            for i in 0..n {
-                right[i] += weight * row[i] * (m.value - p);
-                for j in 0..n {
-                    normal[i][j] += weight * row[i] * row[j];
-                }
-            }
+            system.push(row.iter().map(|s| s / m.sigma), (m.value - p) / m.sigma);
         }
         for (i, prior) in priors.iter().enumerate() {
-            let weight = prior.sigma.powi(-2);
-            normal[i][i] += weight;
-            right[i] += weight * (prior.value - values[i]);
+            let row = (0..n).map(|k| if k == i { 1.0 / prior.sigma } else { 0.0 });
+            system.push(row, (prior.value - values[i]) / prior.sigma);
         }
-        covariance = inverse(normal);
+        let Solution {
+            values: step,
+            spread,
+            ..
+        } = system.solve().map_err(FitError::LeastSquares)?;
+        covariance = spread.to_rows();
         let (_, before) = cost(&values, &predicted);
         // a shorter step where a whole one makes it worse
         let mut share = 1.0;
@@ -151,8 +153,7 @@ pub fn fit<E: std::error::Error>(
         while share > 0.1 {
             let next: Vec<f64> = (0..n)
                 .map(|i| {
-                    let step: f64 = covariance[i].iter().zip(&right).map(|(c, r)| c * r).sum();
-                    (values[i] + share * step).clamp(priors[i].bounds[0], priors[i].bounds[1])
+                    (values[i] + share * step[i]).clamp(priors[i].bounds[0], priors[i].bounds[1])
                 })
                 .collect();
             let there = evaluate(&next)?;
@@ -182,29 +183,6 @@ pub fn fit<E: std::error::Error>(
         misfit,
         evaluations,
     })
-}
-
-/// Inverse of a symmetric positive matrix by Gauss-Jordan elimination; the priors make it so.
-fn inverse(mut m: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let n = m.len();
-    let mut out: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
-        .collect();
-    for k in 0..n {
-        let pivot = m[k][k];
-        for j in 0..n {
-            m[k][j] /= pivot;
-            out[k][j] /= pivot;
-        }
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = m[i][k];
-            for j in 0..n {
-                m[i][j] -= factor * m[k][j];
-                out[i][j] -= factor * out[k][j];
-            }
-        }
-    }
-    out
 }
 
 /// Of two candidate settings with their predictions, which to build: the one whose prediction, spread by its uncertainty, lies

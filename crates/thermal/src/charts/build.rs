@@ -1,6 +1,6 @@
 //! Computes charts with the reference solver: a beam at rest over four arrangements of powder and metal.
 //!
-//! Béraud 2016, section 3.2.2.3; arrangements and grid: specification ebm, section 5.1.
+//! Béraud 2016, section 3.2.2.3; arrangements and grid: docs/theory/sources.md, charts.
 
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;

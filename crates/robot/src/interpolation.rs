@@ -1,0 +1,7 @@
+//! What a robot's controller makes of its commands: lines and arcs through two moving averages, corners rounded or dwelt at.
+
+pub mod corner;
+pub mod fir;
+mod history;
+mod timeline;
+mod track;

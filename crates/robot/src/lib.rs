@@ -1,0 +1,12 @@
+//! From commanded moves to what a robot will really do: the interpolation of its controller.
+//! Lengths are millimetres in the part frame, times s, speeds mm/s, angles rad.
+
+pub mod command;
+pub mod controller;
+pub mod interpolation;
+pub mod summary;
+
+pub use command::{Command, Kind, Smoothing, Source};
+pub use controller::{Controller, ControllerError, Sourced};
+pub use interpolation::fir::{MotionError, simulate};
+pub use summary::{CommandRecord, Summary};

@@ -1,0 +1,246 @@
+//! The first stage of the health test KM0: motor and flexible modes from a record under a binary sequence; and the simulated bench
+//! on which both stages run.
+//!
+//! Source: Rasoanarivo 2020, § 2.2.1 and 2.4; modes from the crests of the measured response over that of the rigid motor
+//! (docs/theory/sources.md). Validity: modes between 1 kHz and 0.45 of the sampling frequency that stand out of the rigid response.
+
+use std::f64::consts::TAU;
+
+use meltpath_control::Complex64;
+use meltpath_control::prbs::Prbs;
+use meltpath_control::welch::{Welch, estimate};
+use serde::{Deserialize, Serialize};
+
+use crate::axis::chain::{Axis, AxisRecord};
+use crate::axis::galvanometer::{AxisError, Galvanometer, MOST_MODES};
+use crate::axis::plant::Plant;
+use crate::health::km0::Km0Samples;
+use crate::identification::motor::{self, BenchRecord, Excitation, IdentificationError, Method};
+
+/// Length of the windows, s: 2.4 Hz are told apart.
+const WINDOW: f64 = 0.4096;
+/// Periods of the sequence; the first settles and is left out.
+const PERIODS: usize = 8;
+/// Lowest frequency of a mode, Hz.
+const LOWEST_MODE: f64 = 1000.0;
+/// Highest frequency of a mode over the sampling frequency.
+const HIGHEST_MODE: f64 = 0.45;
+/// A crest is a mode where it stands this far over its surroundings.
+const CREST: f64 = 2.0;
+/// Surroundings of a crest: from 1/`AROUND` to `AROUND` times its frequency.
+const AROUND: f64 = 1.25;
+/// Estimates below this coherence are noise.
+const COHERENT: f64 = 0.5;
+
+/// A flexible mode found in a record.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FoundMode {
+    /// Frequency of the crest, Hz.
+    pub frequency: f64,
+    /// Damping from its width at −3 dB.
+    pub damping: f64,
+}
+
+/// What the first stage found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Km0Stage1 {
+    /// R, L, Kc = Ke, J, B of the rigid motor.
+    pub motor: Galvanometer,
+    /// Relative standard deviation of R, L, Kc, J, B.
+    pub sigma: [f64; 5],
+    /// Root mean square of the complex logarithmic residuals of the fit.
+    pub residual: f64,
+    /// The modes, lowest first.
+    pub modes: Vec<FoundMode>,
+}
+
+/// Samples in a window at a sample period.
+fn window(period: f64) -> usize {
+    ((WINDOW / period).log2().round().exp2() as usize).clamp(256, 1 << 20)
+}
+
+/// The first stage's voltage: a binary sequence of ±`amplitude` V, one step a sample.
+///
+/// # Errors
+/// [`AxisError::Parameter`].
+pub fn sequence(period: f64, amplitude: f64) -> Result<Vec<f64>, AxisError> {
+    let stages = (window(period) as f64).log2().round() as usize;
+    let wrong = AxisError::Parameter {
+        what: "the sample period",
+        value: period,
+        wanted: "such that a window of 0.4 s has 2^8 to 2^18 samples",
+    };
+    let sequence = Prbs::new(stages).map_err(|_| wrong)?;
+    Ok(sequence.signal(amplitude, 1, PERIODS * sequence.period()))
+}
+
+/// The first stage on a record.
+///
+/// # Errors
+/// [`IdentificationError`].
+pub fn first_stage(
+    record: &BenchRecord<'_>,
+    excitation: Excitation<'_>,
+) -> Result<Km0Stage1, IdentificationError> {
+    let method = Method {
+        welch: Welch::hann(window(record.period).min(record.voltage.len() / 3)),
+        ..Method::default()
+    };
+    let found = motor::identify(record, excitation, &method)?;
+    let modes = modes(record, &found.motor, &method)?;
+    Ok(Km0Stage1 {
+        motor: found.motor,
+        sigma: found.sigma,
+        residual: found.rms,
+        modes,
+    })
+}
+
+/// Crests of the measured response over that of the rigid motor.
+fn modes(
+    record: &BenchRecord<'_>,
+    motor: &Galvanometer,
+    method: &Method,
+) -> Result<Vec<FoundMode>, IdentificationError> {
+    let e = estimate(record.current, record.angle, record.period, &method.welch)?;
+    let highest = HIGHEST_MODE / record.period;
+    let ratio: Vec<(f64, f64)> = (0..e.omega.len())
+        .filter(|&k| {
+            let f = e.omega[k] / TAU;
+            (LOWEST_MODE..highest).contains(&f) && e.coherence[k] > COHERENT
+        })
+        .map(|k| {
+            let s = Complex64::new(0.0, e.omega[k]);
+            let rigid = (motor.speed_over_current(s) / s).norm();
+            (e.omega[k] / TAU, e.response[k].norm() / rigid)
+        })
+        .collect();
+    let mut found: Vec<(f64, FoundMode)> = Vec::new();
+    for k in 1..ratio.len().saturating_sub(1) {
+        let (f, height) = ratio[k];
+        if height < ratio[k - 1].1 || height < ratio[k + 1].1 {
+            continue;
+        }
+        let near = |r: &&(f64, f64)| r.0 > f / AROUND && r.0 < f * AROUND;
+        let mut around: Vec<f64> = ratio.iter().filter(near).map(|r| r.1).collect();
+        around.sort_by(f64::total_cmp);
+        let level = around[around.len() / 2];
+        let highest_near = around[around.len() - 1];
+        if height < CREST * level || height < highest_near {
+            continue;
+        }
+        let edge = height / std::f64::consts::SQRT_2;
+        let below = ratio[..k].iter().rev().find(|r| r.1 < edge);
+        let above = ratio[k..].iter().find(|r| r.1 < edge);
+        let width = match (below, above) {
+            (Some(a), Some(b)) => b.0 - a.0,
+            _ => continue,
+        };
+        let mode = FoundMode {
+            frequency: crest(&ratio[k - 1..=k + 1]),
+            damping: 0.5 * width / f,
+        };
+        found.push((height / level, mode));
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.truncate(MOST_MODES);
+    let mut modes: Vec<FoundMode> = found.into_iter().map(|(_, m)| m).collect();
+    modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+    Ok(modes)
+}
+
+/// The top of the parabola through three points of the logarithm.
+fn crest(three: &[(f64, f64)]) -> f64 {
+    let [a, b, c] = [0, 1, 2].map(|i| three[i].1.ln());
+    let bend = a - 2.0 * b + c;
+    let shift = if bend < 0.0 {
+        0.5 * (a - c) / bend
+    } else {
+        0.0
+    };
+    three[1].0 + shift.clamp(-1.0, 1.0) * 0.5 * (three[2].0 - three[0].0)
+}
+
+/// Columns of a simulated first stage, the sequence's first period left out: voltage, current, angle.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BenchColumns {
+    /// Time between samples, s.
+    pub period: f64,
+    /// V.
+    pub voltage: Vec<f64>,
+    /// A.
+    pub current: Vec<f64>,
+    /// rad.
+    pub angle: Vec<f64>,
+}
+
+impl BenchColumns {
+    /// As a record.
+    pub fn record(&self) -> BenchRecord<'_> {
+        BenchRecord {
+            period: self.period,
+            voltage: &self.voltage,
+            current: &self.current,
+            angle: &self.angle,
+        }
+    }
+}
+
+/// The amplitude that is tried first, V; halved while the motor leaves its travel.
+const AMPLITUDE: f64 = 0.5;
+
+/// Drives the axis' motor with the binary sequence in open loop, as far as its travel allows.
+///
+/// # Errors
+/// [`AxisError`].
+pub fn simulate_first_stage(axis: &Axis, period: f64) -> Result<BenchColumns, AxisError> {
+    let mut amplitude = AMPLITUDE;
+    loop {
+        let voltage = sequence(period, amplitude)?;
+        let columns = match axis.motor.modes.len() {
+            0 => drive::<3>(axis, period, &voltage)?,
+            1 => drive::<5>(axis, period, &voltage)?,
+            2 => drive::<7>(axis, period, &voltage)?,
+            _ => drive::<{ 3 + 2 * MOST_MODES }>(axis, period, &voltage)?,
+        };
+        let far = columns.angle.iter().any(|a| a.abs() > axis.travel);
+        if !far || amplitude < 0.02 {
+            return Ok(columns);
+        }
+        amplitude *= 0.5;
+    }
+}
+
+fn drive<const N: usize>(
+    axis: &Axis,
+    period: f64,
+    voltage: &[f64],
+) -> Result<BenchColumns, AxisError> {
+    let skipped = voltage.len() / PERIODS;
+    let mut plant = Plant::<N>::new(&axis.motor, &[period], 0.0)?;
+    let mut columns = BenchColumns {
+        period,
+        ..BenchColumns::default()
+    };
+    for (k, &u) in voltage.iter().enumerate() {
+        if k >= skipped {
+            columns.voltage.push(u);
+            columns.current.push(plant.current());
+            columns.angle.push(plant.angle());
+        }
+        plant.advance(0, u, 0.0);
+    }
+    Ok(columns)
+}
+
+/// The second stage on the simulated axis.
+///
+/// # Errors
+/// [`AxisError`].
+pub fn simulate_second_stage(
+    axis: &Axis,
+    signal: &Km0Samples,
+    period: f64,
+) -> Result<AxisRecord, AxisError> {
+    axis.start(period, 0.0, 1)?.record(&signal.set_points)
+}

@@ -1,0 +1,350 @@
+//! Flexible modes from a bench record: peaks that the rigid motor does not explain, then all parameters fitted together.
+//!
+//! Source: Rasoanarivo 2020, § 2.2.1.4 (modes adjusted by eye on the experimental response); the automatic fit and its deviations are
+//! ours. Above a sixth of the sampling frequency sampled responses differ from continuous ones: the model is sampled with the
+//! voltage held, as the record is.
+
+use std::f64::consts::{PI, TAU};
+
+use meltpath_control::discretise::{Hold, discretise};
+use meltpath_control::frequency::Point;
+use meltpath_control::welch::estimate;
+use meltpath_control::{Complex64, ZeroPoleGain};
+use meltpath_numerics::least_squares::{self, Fit};
+
+use crate::axis::friction::Friction;
+use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
+use crate::identification::motor::{
+    BenchRecord, Excitation, IdentificationError, Identified, Method, Refusal, RefusedPeak,
+    identify, responses,
+};
+
+/// How modes are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeSearch {
+    /// Most modes.
+    pub most: usize,
+    /// From where on, Hz: below, the rigid motor is fitted.
+    pub from: f64,
+    /// Up to which share of the sampling frequency.
+    pub share: f64,
+    /// How far a peak has to stand out of the rigid motor's response, as a ratio.
+    pub prominence: f64,
+}
+
+impl Default for ModeSearch {
+    /// Up to three modes from 1 kHz to 0.45 of the sampling frequency that stand out twofold.
+    fn default() -> Self {
+        ModeSearch {
+            most: MOST_MODES,
+            from: 1000.0,
+            share: 0.45,
+            prominence: 2.0,
+        }
+    }
+}
+
+/// Unknowns of the rigid motor.
+const RIGID: usize = 5;
+/// Peaks nearer than this, relative, are one.
+const APART: f64 = 0.15;
+/// Below this share of the angle that answers the current a peak is noise.
+const COHERENT: f64 = 0.5;
+/// Relative deviation of pulsation, damping or gain beyond which a mode is not known.
+const KNOWN: f64 = 0.5;
+/// Peaks refused before the search ends: noise has many.
+const MOST_REFUSED: usize = 8;
+/// Lengths of the running median that takes single outliers away.
+const MEDIAN: usize = 5;
+
+/// Identifies the motor with its flexible modes. Without a peak that stands out the result is that of [`identify`].
+///
+/// # Errors
+/// [`IdentificationError`].
+pub fn identify_modes(
+    record: &BenchRecord<'_>,
+    excitation: Excitation<'_>,
+    method: &Method,
+    search: &ModeSearch,
+) -> Result<Identified, IdentificationError> {
+    let rigid = identify(record, excitation, method)?;
+    let wide = Method {
+        band: [method.band[0], search.share / record.period],
+        ..*method
+    };
+    let (angle, current) = responses(record, excitation, &wide)?;
+    let heard = coherence(record, excitation, &wide)?;
+    let (mut found, mut refused) = peaks(&rigid.motor, &angle, &heard, record.period, search)?;
+    // the main lobe of a Hann window
+    let resolved = 4.0 / (method.welch.length as f64 * record.period);
+    loop {
+        if found.is_empty() {
+            return Ok(Identified { refused, ..rigid });
+        }
+        let fit = fit(&rigid.motor, &found, &angle, &current, record.period)?;
+        let sigma = |i: usize| fit.sigma.get(i).copied().unwrap_or(f64::NAN);
+        let mode_sigma: Vec<[f64; 3]> = (0..found.len())
+            .map(|m| std::array::from_fn(|i| sigma(RIGID + 3 * m + i)))
+            .collect();
+        // one goes, the least known first, and the rest is fitted again
+        let fitted = motor(&fit.values);
+        if let Some((k, why)) = least_known(&fitted.modes, &mode_sigma, resolved) {
+            let peak = found.remove(k);
+            refused.push(RefusedPeak {
+                frequency: peak.mode.omega / TAU,
+                ratio: peak.ratio,
+                why,
+            });
+            continue;
+        }
+        let weight: f64 = angle.iter().chain(&current).map(|p| p.weight).sum();
+        let points = (angle.len() + current.len()) as f64;
+        return Ok(Identified {
+            motor: fitted,
+            sigma: std::array::from_fn(sigma),
+            mode_sigma,
+            refused,
+            rms: fit.rms * (points / weight).sqrt(),
+            angle_over_current: angle,
+            current_over_voltage: current,
+        });
+    }
+}
+
+/// The fitted mode that is no mode, if there is one, and why.
+fn least_known(modes: &[Mode], sigma: &[[f64; 3]], resolved: f64) -> Option<(usize, Refusal)> {
+    let doubt = |s: &[f64; 3]| {
+        s.iter().fold(0.0, |most: f64, one| {
+            if one.is_nan() {
+                f64::INFINITY
+            } else {
+                most.max(*one)
+            }
+        })
+    };
+    let unsure = (0..modes.len())
+        .map(|k| (k, doubt(&sigma[k])))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, sigma)| *sigma > KNOWN)
+        .map(|(k, sigma)| (k, Refusal::Unsure { sigma }));
+    let width = |m: &Mode| 2.0 * m.damping * m.omega / TAU;
+    unsure.or_else(|| {
+        let k = modes.iter().position(|m| width(m) < resolved)?;
+        let width = width(&modes[k]);
+        Some((k, Refusal::Thin { width, resolved }))
+    })
+}
+
+/// All parameters fitted together, from the rigid motor and what the peaks say.
+fn fit(
+    rigid: &Galvanometer,
+    found: &[Peak],
+    angle: &[Point],
+    current: &[Point],
+    period: f64,
+) -> Result<Fit, IdentificationError> {
+    let mut start = vec![
+        rigid.resistance.ln(),
+        rigid.inductance.ln(),
+        rigid.torque_constant.ln(),
+        rigid.inertia.ln(),
+        rigid.viscous.ln(),
+    ];
+    let per_inertia = rigid.torque_constant / rigid.inertia;
+    for Peak { mode, .. } in found {
+        start.extend([
+            mode.omega.ln(),
+            mode.damping.ln(),
+            (mode.gain / per_inertia).ln(),
+        ]);
+    }
+    let residuals = |x: &[f64]| -> Vec<f64> {
+        let count = 2 * (angle.len() + current.len());
+        sampled(&motor(x), period).map_or_else(
+            |_| vec![f64::INFINITY; count],
+            |model| {
+                let one = angle.iter().map(|p| (p, model.angle_over_current(p.omega)));
+                let two = current
+                    .iter()
+                    .map(|p| (p, model.current_over_voltage(p.omega)));
+                one.chain(two)
+                    .flat_map(|(p, value)| {
+                        let z = (value / p.response).ln() * p.weight.sqrt();
+                        [z.re, z.im]
+                    })
+                    .collect()
+            },
+        )
+    };
+    Ok(least_squares::fit(residuals, &start)?)
+}
+
+/// The share of the angle that answers what was excited, by pulsation (rad/s).
+fn coherence(
+    record: &BenchRecord<'_>,
+    excitation: Excitation<'_>,
+    method: &Method,
+) -> Result<Vec<(f64, f64)>, IdentificationError> {
+    let input = match excitation {
+        Excitation::Voltage => record.current,
+        Excitation::SetPoint(set_point) => set_point,
+    };
+    let found = estimate(input, record.angle, record.period, &method.welch)?;
+    Ok(found.omega.into_iter().zip(found.coherence).collect())
+}
+
+/// The motor of the logarithms of R, L, Kc, J, B and, for each mode, ω, ξ, K over Kc/J.
+fn motor(logs: &[f64]) -> Galvanometer {
+    let value = |i: usize| logs.get(i).map_or(f64::NAN, |v| v.exp());
+    let per_inertia = value(2) / value(3);
+    Galvanometer {
+        resistance: value(0),
+        inductance: value(1),
+        torque_constant: value(2),
+        back_emf: value(2),
+        inertia: value(3),
+        viscous: value(4),
+        modes: logs
+            .get(RIGID..)
+            .unwrap_or_default()
+            .chunks_exact(3)
+            .map(|m| Mode {
+                omega: m[0].exp(),
+                damping: m[1].exp(),
+                gain: m[2].exp() * per_inertia,
+            })
+            .collect(),
+        friction: Friction::None,
+    }
+}
+
+/// Responses of a motor sampled with its voltage held.
+struct Sampled {
+    current: ZeroPoleGain,
+    angle: ZeroPoleGain,
+}
+
+fn sampled(motor: &Galvanometer, period: f64) -> Result<Sampled, IdentificationError> {
+    let failed = |e| IdentificationError::Axis(crate::axis::galvanometer::AxisError::System(e));
+    let held = discretise(&motor.linear().map_err(failed)?, period, Hold::Zero).map_err(failed)?;
+    Ok(Sampled {
+        current: ZeroPoleGain::from_state_space(&held, 0, 0).map_err(failed)?,
+        angle: ZeroPoleGain::from_state_space(&held, 1, 0).map_err(failed)?,
+    })
+}
+
+impl Sampled {
+    fn angle_over_current(&self, omega: f64) -> Complex64 {
+        self.angle.response(omega) / self.current.response(omega)
+    }
+
+    fn current_over_voltage(&self, omega: f64) -> Complex64 {
+        self.current.response(omega)
+    }
+}
+
+/// A peak taken for a mode.
+struct Peak {
+    mode: Mode,
+    /// How far it stands out of the rigid motor's response.
+    ratio: f64,
+}
+
+/// Modes read off the peaks of the measured angle over current against the rigid motor's, by ascending frequency, and the
+/// peaks that are none.
+fn peaks(
+    rigid: &Galvanometer,
+    angle: &[Point],
+    heard: &[(f64, f64)],
+    period: f64,
+    search: &ModeSearch,
+) -> Result<(Vec<Peak>, Vec<RefusedPeak>), IdentificationError> {
+    let model = sampled(rigid, period)?;
+    let last = PI / period;
+    let seen: Vec<(f64, f64, f64)> = angle
+        .iter()
+        .filter(|p| p.omega >= TAU * search.from && p.omega < last)
+        .map(|p| {
+            let expected = model.angle_over_current(p.omega).norm();
+            (p.omega, p.response.norm() / expected, p.response.norm())
+        })
+        .collect();
+    let ratios = smoothed(&seen.iter().map(|s| s.1).collect::<Vec<f64>>());
+    let mut taken: Vec<f64> = Vec::new();
+    let (mut modes, mut refused): (Vec<Peak>, Vec<RefusedPeak>) = (Vec::new(), Vec::new());
+    while modes.len() < search.most.min(MOST_MODES) && refused.len() < MOST_REFUSED {
+        let free = |w: f64| taken.iter().all(|t| (w / t - 1.0).abs() > APART);
+        let best = (1..ratios.len().saturating_sub(1))
+            .filter(|&k| {
+                free(seen[k].0) && ratios[k] >= ratios[k - 1] && ratios[k] >= ratios[k + 1]
+            })
+            .max_by(|&a, &b| ratios[a].total_cmp(&ratios[b]));
+        let Some(k) = best.filter(|&k| ratios[k] > search.prominence) else {
+            break;
+        };
+        let (omega, _, height) = seen[k];
+        taken.push(omega);
+        // the −3 dB width of the peak is 2ξω
+        let half = ratios[k] / std::f64::consts::SQRT_2;
+        let below = (0..k).rev().find(|&i| ratios[i] < half);
+        let above = (k..ratios.len()).find(|&i| ratios[i] < half);
+        let Some(above) = above else {
+            refused.push(RefusedPeak {
+                frequency: omega / TAU,
+                ratio: ratios[k],
+                why: Refusal::Edge {
+                    end: search.share / period,
+                },
+            });
+            continue;
+        };
+        let coherence = heard_at(heard, omega);
+        if coherence < COHERENT {
+            refused.push(RefusedPeak {
+                frequency: omega / TAU,
+                ratio: ratios[k],
+                why: Refusal::Noise { coherence },
+            });
+            continue;
+        }
+        let width = below.map_or(0.1 * omega, |below| seen[above].0 - seen[below].0);
+        let damping = (0.5 * width / omega).clamp(1e-3, 0.3);
+        modes.push(Peak {
+            mode: Mode {
+                omega,
+                damping,
+                // |ω_r/i| at the peak is K/(2ξω), and ω_r is ω times the angle
+                gain: omega * height * 2.0 * damping * omega,
+            },
+            ratio: ratios[k],
+        });
+    }
+    modes.sort_by(|a, b| a.mode.omega.total_cmp(&b.mode.omega));
+    Ok((modes, refused))
+}
+
+/// The median coherence of the frequencies round one.
+fn heard_at(heard: &[(f64, f64)], omega: f64) -> f64 {
+    let place = heard.partition_point(|h| h.0 < omega);
+    let reach = MEDIAN / 2;
+    let mut near: Vec<f64> = heard
+        [place.saturating_sub(reach)..(place + reach + 1).min(heard.len())]
+        .iter()
+        .map(|h| h.1)
+        .collect();
+    near.sort_by(f64::total_cmp);
+    near.get(near.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Running median.
+fn smoothed(values: &[f64]) -> Vec<f64> {
+    let reach = MEDIAN / 2;
+    (0..values.len())
+        .map(|k| {
+            let mut near =
+                values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec();
+            near.sort_by(f64::total_cmp);
+            near[near.len() / 2]
+        })
+        .collect()
+}

@@ -1,0 +1,6 @@
+//! What is measured on a run: contour errors, how a hatch is filled, energy, delays of the laser.
+
+pub mod contour_error;
+pub mod delays;
+pub mod energy;
+pub mod fill_rate;

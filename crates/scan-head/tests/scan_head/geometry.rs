@@ -1,0 +1,299 @@
+//! Geometry, correction tables, focus.
+
+use meltpath_geometry::math::{DMat2, DVec2};
+use meltpath_numerics::random::Random;
+use meltpath_scan_head::optics::correction::{
+    Border, CorrectionError, CorrectionTable, MeasuredMarks,
+};
+use meltpath_scan_head::optics::focus::{Focus, FocusProjection};
+use meltpath_scan_head::optics::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
+
+use super::reference::{three_axis, two_axis};
+
+fn deg(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x.to_radians(), y.to_radians())
+}
+
+fn head() -> ThreeAxis {
+    match three_axis().geometry {
+        Geometry::ThreeAxis(h) => h,
+        Geometry::TwoAxis(_) => panic!("three axes"),
+    }
+}
+
+fn focus(projection: FocusProjection) -> Focus {
+    let head = three_axis();
+    let mut lenses = head.focus.unwrap().1;
+    lenses.projection = projection;
+    Focus::new(lenses, head.geometry).unwrap()
+}
+
+/// AC-22 (M): the two-axis inverse is exact on ±20°; one value.
+#[test]
+fn lpbf_ac22_two_axis_inverse_is_exact() {
+    let g = two_axis().geometry;
+    for i in -20..=20 {
+        for j in -20..=20 {
+            let angles = deg(f64::from(i), f64::from(j));
+            let back = g.inverse(g.direct(angles)).unwrap();
+            assert!((back - angles).length() < 1e-12, "{angles}: {back}");
+        }
+    }
+    let p = g.direct(deg(20.0, 20.0));
+    assert!(
+        (p.x - 330.605).abs() < 1e-3 && (p.y - 240.402).abs() < 1e-3,
+        "{p}"
+    );
+    assert!((g.path(deg(20.0, 20.0)) - 514.329).abs() < 1e-3);
+}
+
+/// AC-23 (M/R): the closed form is the ray tracer on 500 random heads; the reference head's table (docs/theory/sources.md); Newton in at most 6 steps.
+#[test]
+fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
+    let mut random = Random::new(9);
+    let (mut worst, mut worst_path) = (0.0f64, 0.0f64);
+    for _ in 0..500 {
+        let mut r = |low, high| random.between(low, high);
+        let tilt = (-90.0 + r(-10.0, 10.0)).to_radians();
+        let h = ThreeAxis {
+            plane: [r(-10.0, 10.0), r(-10.0, 40.0), r(-700.0, -300.0)],
+            x_axis: [r(-5.0, 5.0), r(-5.0, 5.0)],
+            // the closed form is that of beams that leave X along the line of mirrors and Y downwards
+            x_rest: 45f64.to_radians(),
+            x_tilt: tilt,
+            y_axis: [r(20.0, 40.0), r(-5.0, 5.0)],
+            y_rest: 0.5 * tilt + std::f64::consts::PI,
+            mirror_offset: r(0.0, 6.0),
+            window: r(0.0, 8.0),
+            atmosphere_index: 1.0,
+            window_index: r(1.3, 1.8),
+            objective: -60.0,
+            path_sign: PathSign::Traced,
+        };
+        let angles = deg(r(-8.0, 8.0), r(-8.0, 8.0));
+        let g = Geometry::ThreeAxis(h);
+        let trace = h.to_rays().trace(angles).unwrap();
+        worst = worst.max((trace.hit - g.direct(angles)).length());
+        worst_path = worst_path.max((trace.length - g.path(angles)).abs());
+        let step = 1e-6;
+        let slope = |d: DVec2| (g.direct(angles + d) - g.direct(angles - d)) / (2.0 * step);
+        let differences = DMat2::from_cols(slope(DVec2::X * step), slope(DVec2::Y * step));
+        let jacobian = g.jacobian(angles);
+        let off = (jacobian - differences)
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0f64, |a, b| a.max(b.abs()));
+        assert!(off < 1e-3, "{off} mm/rad of {jacobian}");
+    }
+    println!("closed form against ray tracer: {worst:.2e} mm, path {worst_path:.2e} mm");
+    assert!(worst < 1e-9 && worst_path < 1e-9, "{worst} {worst_path}");
+
+    let h = head();
+    let g = Geometry::ThreeAxis(h);
+    for (x, y, px, py, path) in [
+        (0.0, 0.0, 0.0, 0.0, 631.5147),
+        (1.0, 0.0, 20.314, 0.0, 631.7938),
+        (0.0, 1.0, 0.0, 19.4146, 631.7781),
+        (10.0, 0.0, 211.4835, 0.0, 667.9089),
+        (0.0, 10.0, 0.0, 202.1086, 666.2558),
+        (-10.0, -10.0, -225.0823, -202.4652, 708.0980),
+    ] {
+        let p = g.direct(deg(x, y));
+        assert!((p - DVec2::new(px, py)).length() < 1e-3, "({x}, {y}): {p}");
+        assert!(
+            (g.path(deg(x, y)) - path).abs() < 1e-3,
+            "({x}, {y}): {}",
+            g.path(deg(x, y))
+        );
+        assert!((h.to_rays().trace(deg(x, y)).unwrap().length - g.path(deg(x, y))).abs() < 1e-9);
+    }
+    for (x, y, ax, ay) in [
+        (175.0, 175.0, 8.037_044, 8.745_817),
+        (175.0, 0.0, 8.378_699, 0.0),
+        (0.0, 175.0, 0.0, 8.744_503),
+        (-175.0, 175.0, -8.025_805, 8.745_813),
+    ] {
+        let a = g.inverse(DVec2::new(x, y)).unwrap();
+        assert!((a - deg(ax, ay)).length() < 1e-7, "({x}, {y}): {a}");
+    }
+    let mut most = 0;
+    for i in -35..=35 {
+        for j in -35..=35 {
+            let (_, steps) = g
+                .inverse_counted(DVec2::new(f64::from(i), f64::from(j)) * 5.0)
+                .unwrap();
+            most = most.max(steps);
+        }
+    }
+    println!("Newton steps: {most}");
+    assert!(most <= 6, "{most}");
+}
+
+/// Erratum 5: the printed sign of K1 tan 2θx takes the path between the mirrors away; it stays reachable.
+#[test]
+fn erratum_5_the_printed_sign_is_an_option() {
+    let mut h = head();
+    let traced = Geometry::ThreeAxis(h).direct(deg(3.0, 0.0)).x;
+    h.path_sign = PathSign::Printed;
+    let printed = Geometry::ThreeAxis(h).direct(deg(3.0, 0.0)).x;
+    // 2 K1 tan 2θx with K1 = |from the origin to mirror Y along d|
+    let k1 = (3.0 + 30.0 * -(135f64.to_radians().sin())) / (225f64.to_radians().cos());
+    assert!(
+        (traced - printed - 2.0 * k1 * 6f64.to_radians().tan()).abs() < 1e-9,
+        "{k1}"
+    );
+}
+
+/// AC-24 (T/R): the 65 × 65 table is within 6 µm (+10 %) everywhere.
+#[test]
+fn lpbf_ac24_table_of_65_points() {
+    let head = three_axis();
+    let travel = DVec2::splat(10f64.to_radians());
+    let table =
+        CorrectionTable::new(&head.geometry, None, 175.0, 65, travel, Border::Extrapolate).unwrap();
+    let errors = table.errors(&head.geometry, 8);
+    println!(
+        "table: largest {:.3} µm at {}, mean {:.3} µm",
+        errors.largest * 1e3,
+        errors.at,
+        errors.mean * 1e3
+    );
+    assert!(errors.largest < 6.6e-3, "{errors:?}");
+    assert!((errors.mean - 2.5e-3).abs() < 0.5e-3, "{errors:?}");
+    assert!(errors.largest < 0.030);
+}
+
+/// A table recalibrated from a few measured marks of a head that is not the believed one.
+#[test]
+fn marks_on_a_coarse_grid_recalibrate_the_table() {
+    let believed = Geometry::ThreeAxis(head());
+    let mut real = head();
+    real.plane[2] -= 0.8;
+    real.y_axis[0] += 0.05;
+    let real = Geometry::ThreeAxis(real);
+    let travel = DVec2::splat(10f64.to_radians());
+    let table = CorrectionTable::new(&believed, None, 175.0, 65, travel, Border::Clamp).unwrap();
+    let n = 17u32;
+    let step = 350.0 / f64::from(n - 1);
+    let points = (0..n * n).map(|k| DVec2::new(f64::from(k % n), f64::from(k / n)) * step - 175.0);
+    let errors = points
+        .map(|p| real.direct(table.angles(p).truncate()) - p)
+        .collect();
+    let marks = MeasuredMarks {
+        points: n as usize,
+        half: 175.0,
+        errors,
+    };
+    let before = table.errors(&real, 4);
+    let after = table
+        .recalibrated(&believed, &marks)
+        .unwrap()
+        .errors(&real, 4);
+    println!(
+        "before {:.1} µm, after {:.1} µm",
+        before.largest * 1e3,
+        after.largest * 1e3
+    );
+    assert!(
+        before.largest > 0.2 && after.largest < 0.012,
+        "{before:?} {after:?}"
+    );
+    let wrong = MeasuredMarks {
+        points: 5,
+        half: 175.0,
+        errors: vec![DVec2::ZERO; 24],
+    };
+    assert!(matches!(
+        table.recalibrated(&believed, &wrong),
+        Err(CorrectionError::Marks { given: 24, .. })
+    ));
+}
+
+/// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of the reference head.
+#[test]
+fn lpbf_ac25_dynamic_focus() {
+    let g = three_axis().geometry;
+    for projection in [FocusProjection::Exact, FocusProjection::Thesis] {
+        let f = focus(projection);
+        assert!(
+            (f.rest_spacing() - 85.93959).abs() < 1e-4,
+            "{}",
+            f.rest_spacing()
+        );
+        assert!(f.uncorrected(DVec2::ZERO).abs() < 1e-9);
+        let (mut last, mut left) = ([0.0; 2], 0.0);
+        for k in 1..=20 {
+            let t = 0.5 * f64::from(k);
+            let z = [f.uncorrected(deg(t, 0.0)), f.uncorrected(deg(0.0, t))];
+            assert!(z[0] > last[0] && z[1] > last[1], "{t}: {z:?}");
+            // the mirror's offset makes the two sides differ, but both rise
+            let other = f.uncorrected(deg(-t, 0.0));
+            assert!(other > left, "{t}: {other}");
+            left = other;
+            last = z;
+        }
+        if projection == FocusProjection::Exact {
+            assert!(
+                (last[0] - 34.2).abs() < 0.05 && (last[1] - 32.6).abs() < 0.05,
+                "{last:?}"
+            );
+        }
+        for (x, y) in [(0.0, 0.0), (175.0, 0.0), (-175.0, 175.0), (60.0, -120.0)] {
+            let angles = g.inverse(DVec2::new(x, y)).unwrap();
+            for z in [0.0, -2.0, 5.0] {
+                let cam = f.inverse(angles, z);
+                assert!(
+                    (f.direct(angles, cam) - z).abs() < 1e-9,
+                    "{projection:?} ({x}, {y}, {z})"
+                );
+            }
+        }
+        for spacing in [70.0, 85.0, 90.0] {
+            let l = f.lenses();
+            assert!((l.spacing(l.focus_distance(spacing)) - spacing).abs() < 1e-9);
+        }
+        let angles = g.inverse(DVec2::new(175.0, 0.0)).unwrap();
+        let path = g.path(angles);
+        assert!((path - 656.5623).abs() < 1e-4, "{path}");
+        assert!((f.lenses().spacing(path) - 84.98868).abs() < 1e-4);
+        assert!((f.inverse(angles, 0.0).to_degrees() + 2.72416).abs() < 1e-4);
+        let slope = -(105.0f64 / (631.5147 - 105.0)).powi(2);
+        assert!((slope + 0.03977).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn what_cannot_be_reached_is_named() {
+    let g = Geometry::ThreeAxis(head());
+    let travel = DVec2::splat(10f64.to_radians());
+    let error = g
+        .inverse_within(DVec2::new(250.0, 0.0), travel)
+        .unwrap_err();
+    assert!(
+        matches!(error, GeometryError::Travel { axis: 'X', .. }),
+        "{error}"
+    );
+    let mut flat = head();
+    flat.y_rest = flat.x_tilt + std::f64::consts::FRAC_PI_2;
+    assert!(matches!(
+        Geometry::ThreeAxis(flat).check(),
+        Err(GeometryError::Parameter { .. })
+    ));
+    // axes of both mirrors parallel: they steer in one direction
+    let mut rays = head().to_rays();
+    rays.mirrors[1].axis = rays.mirrors[0].axis;
+    rays.mirrors[1].normal = -rays.mirrors[0].normal;
+    let error = rays.inverse(DVec2::new(5.0, 5.0)).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            GeometryError::Singular { .. } | GeometryError::OutOfReach { .. }
+        ),
+        "{error}"
+    );
+    let table = CorrectionTable::new(&g, None, 260.0, 65, travel, Border::Clamp);
+    assert!(matches!(
+        table,
+        Err(CorrectionError::Geometry(GeometryError::Travel { .. }))
+    ));
+}

@@ -1,0 +1,23 @@
+//! Acceptance cases of the scan head: each test bears its case (acceptance.toml).
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "helpers of tests fail the test, and the figures found are told"
+)]
+
+mod controllers;
+mod geometry;
+mod h_infinity;
+mod identification;
+mod identification_channels;
+mod jobs;
+mod km0;
+mod models;
+mod preview;
+mod reference;
+mod reference_axis;
+mod richer;
+mod servo;
+mod trajectory;
