@@ -203,8 +203,14 @@ impl Container {
         r.take(index_len).read_to_end(&mut json)?;
         let index: Index = serde_json::from_slice(&json)
             .map_err(|e| ContainerError::Damaged(format!("its index: {e}")))?;
+        // as much as the columns need, so that containers may follow one another
+        let ends = index.columns.values().map(|c| {
+            let bytes = width(&c.kind)?.checked_mul(c.len)?;
+            c.offset.checked_add(bytes)?.checked_next_multiple_of(8)
+        });
+        let end = ends.flatten().max().unwrap_or(0);
         let mut data = Vec::new();
-        r.read_to_end(&mut data)?;
+        r.take(end).read_to_end(&mut data)?;
         let mut columns = BTreeMap::new();
         for (name, c) in index.columns {
             let bytes = width(&c.kind)

@@ -3,9 +3,11 @@
 //! parallel work with the same bits on any thread count. Imports no other room.
 
 pub mod container;
+pub mod number;
 pub mod observer;
 pub mod output;
 pub mod parallel;
+mod place;
 pub mod provenance;
 pub mod quantity;
 pub mod reporter;
@@ -13,10 +15,11 @@ pub mod resolved;
 pub mod verdict;
 
 pub use observer::{Cancelled, Observer, Quiet, Silent};
+pub use place::Place;
 pub use provenance::Provenance;
 pub use quantity::{
     Angle, Current, Length, QuantityError, Ratio, Speed, Temperature, Time, Voltage,
 };
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};
-pub use verdict::{Check, Limit, Measure, Place, Status, Verdict};
+pub use verdict::{Check, Fact, Limit, Measure, Status, Verdict};

@@ -41,14 +41,7 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::Exists`] when the name is taken, [`OutputError::Io`] when the system refuses.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        if path.exists() {
-            return Err(OutputError::Exists(path.to_path_buf()));
-        }
-        let name = path
-            .file_name()
-            .map(|n| n.to_string_lossy().into_owned())
-            .unwrap_or_default();
-        let partial = path.with_file_name(format!(".{name}.partial-{}", std::process::id()));
+        let partial = partial_name(path)?;
         let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
         let made_parent = parent.filter(|p| !p.exists()).map(Path::to_path_buf);
         if let Some(parent) = parent {
@@ -97,11 +90,6 @@ impl OutputFolder {
             .map_err(io_error(&self.path.join(name)))
     }
 
-    /// Where the folder is being built.
-    pub fn building_path(&self) -> &Path {
-        &self.partial
-    }
-
     /// The name the folder will have.
     pub fn path(&self) -> &Path {
         &self.path
@@ -134,6 +122,18 @@ impl Drop for OutputFolder {
     }
 }
 
+/// The name under which something is built that will be called `path`; refused when that is taken.
+fn partial_name(path: &Path) -> Result<PathBuf, OutputError> {
+    if path.exists() {
+        return Err(OutputError::Exists(path.to_path_buf()));
+    }
+    let name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    Ok(path.with_file_name(format!(".{name}.partial-{}", std::process::id())))
+}
+
 /// Writes one new file, complete or not at all.
 ///
 /// # Errors
@@ -142,14 +142,7 @@ pub fn write_file(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    if path.exists() {
-        return Err(OutputError::Exists(path.to_path_buf()));
-    }
-    let name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    let partial = path.with_file_name(format!(".{name}.partial-{}", std::process::id()));
+    let partial = partial_name(path)?;
     let written = fs::File::create(&partial).and_then(|file| {
         let mut buffer = io::BufWriter::new(file);
         write(&mut buffer)?;

@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use crate::verdict::Place;
+use crate::place::Place;
 
 /// Something a person should know though the stage could go on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

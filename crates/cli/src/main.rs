@@ -1,10 +1,11 @@
 //! The command line of meltpath: arguments, progress, errors with their place, exit codes. All work is in the library.
 //!
 //! Exit codes: 0 the part passes (or nothing was judged), 1 the part fails its checks, 2 the input is wrong,
-//! 3 a bug in meltpath, 130 interrupted.
+//! 3 a bug in meltpath, 4 nothing fails but a check cannot be decided, 130 interrupted.
 
 mod arguments;
 mod commands;
+mod exit_code;
 mod progress;
 mod show;
 
@@ -12,14 +13,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// The part fails its checks.
-pub(crate) const PART_FAILS: u8 = 1;
-/// The input is wrong.
-pub(crate) const INPUT_WRONG: u8 = 2;
-/// Ctrl-C.
-pub(crate) const INTERRUPTED: u8 = 130;
-/// A bug.
-pub(crate) const BUG: u8 = 3;
+use exit_code::{BUG, INPUT_WRONG};
 
 fn main() -> ExitCode {
     // a panic is a bug: say so, with its own exit code, after the library's own message

@@ -14,7 +14,6 @@ pub mod frequency;
 pub mod hinf;
 mod interconnect;
 pub mod margins;
-pub mod moving_average;
 pub mod norms;
 pub mod polynomial;
 pub mod prbs;

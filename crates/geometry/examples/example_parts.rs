@@ -5,10 +5,10 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use meltpath_geometry::io::NamedMesh;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::io::threemf::write_3mf;
 use meltpath_geometry::math::DVec3;
+use meltpath_geometry::mesh::NamedMesh;
 use meltpath_geometry::{Mesh, shapes};
 
 /// The walls of Rouchon 2022, § 4.3, less the 2 mm of allowance that their jobs add on the sides and on top. A bead of the

@@ -14,7 +14,7 @@ use crate::{
     Mesh,
     bvh::Bvh,
     math::DVec3,
-    topology::{NO_SHELL, Shells, edges, half_edges, is_degenerate, rims, shells},
+    topology::{HalfEdge, NO_SHELL, Shells, edges, half_edges, is_degenerate, rims, shells},
 };
 pub(crate) use nesting::parents;
 
@@ -61,7 +61,7 @@ pub enum Defect {
 
 impl Defect {
     /// What it is, in the plural, for messages.
-    pub fn describe(self) -> &'static str {
+    fn describe(self) -> &'static str {
         match self {
             Defect::NotFinite => "vertices that are not finite points",
             Defect::Degenerate => "triangles that name a vertex twice",
@@ -284,15 +284,52 @@ pub fn diagnose(
     }
     diagnosis.area = mesh.area();
     diagnosis.volume = mesh.volume();
-    let centre = |t: usize| mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+    triangles_alone(mesh, &mut findings);
+    observer.check()?;
 
+    let sorted = half_edges(mesh);
+    let pieces = shells(mesh, &sorted);
+    let open = borders(mesh, &sorted, &pieces, &mut findings);
+    drop(sorted);
+    observer.check()?;
+
+    let majority = majorities(&pieces);
+    senses(mesh, &pieces, &majority, &mut findings);
+    let bvh = Bvh::new(mesh);
+    diagnosis.shells = measure(mesh, &pieces, &majority, &open.closed);
+    let inside = parents(mesh, &bvh, &pieces, &diagnosis.shells);
+    for (shell, parent) in diagnosis.shells.iter_mut().zip(inside) {
+        shell.inside = parent;
+    }
+    let whole = mesh.bounds().map_or(0.0, |(lo, hi)| (hi - lo).length());
+    shells_alone(&diagnosis.shells, options.stray * whole, &mut findings);
+    if options.intersections == Intersections::Find {
+        intersections(mesh, &bvh, observer)?.into(&mut findings);
+    }
+    t_junctions(mesh, &open.loose, options.t_junction).into(&mut findings);
+    diagnosis.findings = findings;
+    Ok(diagnosis)
+}
+
+fn centre(mesh: &Mesh, triangle: usize) -> DVec3 {
+    mesh.corners(triangle).iter().sum::<DVec3>() / 3.0
+}
+
+/// The middle of an edge, given by its key.
+fn middle(mesh: &Mesh, key: u64) -> DVec3 {
+    let (a, b) = ((key >> 32) as usize, key as u32 as usize);
+    0.5 * (mesh.vertices[a] + mesh.vertices[b])
+}
+
+/// What is wrong with triangles by themselves: degenerate, without area, repeated.
+fn triangles_alone(mesh: &Mesh, findings: &mut Vec<Finding>) {
     let (mut degenerate, mut flat) = (
         Collector::new(Defect::Degenerate),
         Collector::new(Defect::ZeroArea),
     );
     for (t, &v) in mesh.triangles.iter().enumerate() {
         if is_degenerate(v) {
-            degenerate.add(centre(t));
+            degenerate.add(centre(mesh, t));
         } else {
             let [a, b, c] = mesh.corners(t);
             let longest = (b - a)
@@ -300,101 +337,96 @@ pub fn diagnose(
                 .max((c - a).length_squared())
                 .max((c - b).length_squared());
             if (b - a).cross(c - a).length() <= 1e-14 * longest {
-                flat.add(centre(t));
+                flat.add(centre(mesh, t));
             }
         }
     }
-    degenerate.into(&mut findings);
-    flat.into(&mut findings);
-
+    degenerate.into(findings);
+    flat.into(findings);
     let mut duplicate = Collector::new(Defect::Duplicate);
     for t in duplicates(mesh)
         .into_iter()
         .flat_map(|g| g.into_iter().skip(1))
     {
-        duplicate.add(centre(t as usize));
+        duplicate.add(centre(mesh, t as usize));
     }
-    duplicate.into(&mut findings);
-    observer.check()?;
+    duplicate.into(findings);
+}
 
-    let sorted = half_edges(mesh);
-    let pieces = shells(mesh, &sorted);
-    let middle = |key: u64| {
-        let (a, b) = ((key >> 32) as usize, key as u32 as usize);
-        0.5 * (mesh.vertices[a] + mesh.vertices[b])
-    };
+/// Where a mesh is open.
+struct Open {
+    /// Keys of edges with one triangle.
+    loose: Vec<u64>,
+    /// Whether each shell is closed.
+    closed: Vec<bool>,
+}
+
+/// Edges with one triangle or more than two, and the holes that loose edges make.
+fn borders(mesh: &Mesh, sorted: &[HalfEdge], pieces: &Shells, findings: &mut Vec<Finding>) -> Open {
     let (mut loose, mut crowded) = (
         Collector::new(Defect::LooseEdge),
         Collector::new(Defect::NonManifoldEdge),
     );
-    let mut closed = vec![true; pieces.count];
-    let mut loose_edges = Vec::new();
-    for edge in edges(&sorted) {
+    let mut open = Open {
+        loose: Vec::new(),
+        closed: vec![true; pieces.count],
+    };
+    for edge in edges(sorted) {
         match edge {
             [only] => {
-                loose.add(middle(only.key));
-                loose_edges.push(only.key);
-                closed[pieces.shell[only.triangle() as usize] as usize] = false;
+                loose.add(middle(mesh, only.key));
+                open.loose.push(only.key);
+                open.closed[pieces.shell[only.triangle() as usize] as usize] = false;
             }
             [_, _] => {}
-            _ => crowded.add(middle(edge[0].key)),
+            _ => crowded.add(middle(mesh, edge[0].key)),
         }
     }
-    loose.into(&mut findings);
+    loose.into(findings);
     let mut holes = Collector::new(Defect::Hole);
-    for rim in rims(mesh, &sorted) {
+    for rim in rims(mesh, sorted) {
         let sum: DVec3 = rim.iter().map(|&v| mesh.vertices[v as usize]).sum();
         holes.add(sum / rim.len() as f64);
     }
-    holes.into(&mut findings);
-    crowded.into(&mut findings);
-    drop(sorted);
-    observer.check()?;
+    holes.into(findings);
+    crowded.into(findings);
+    open
+}
 
-    let majority = majorities(&pieces);
+/// Triangles against the sense of their shell, and edges round which there is none.
+fn senses(mesh: &Mesh, pieces: &Shells, majority: &[bool], findings: &mut Vec<Finding>) {
     let mut reversed = Collector::new(Defect::ReversedTriangle);
     for t in 0..mesh.triangles.len() {
         let shell = pieces.shell[t];
         if shell != NO_SHELL && pieces.against[t] != majority[shell as usize] {
-            reversed.add(centre(t));
+            reversed.add(centre(mesh, t));
         }
     }
-    reversed.into(&mut findings);
+    reversed.into(findings);
     let mut one_sided = Collector::new(Defect::OneSided);
     for &key in &pieces.one_sided {
-        one_sided.add(middle(key));
+        one_sided.add(middle(mesh, key));
     }
-    one_sided.into(&mut findings);
+    one_sided.into(findings);
+}
 
-    let bvh = Bvh::new(mesh);
-    diagnosis.shells = measure(mesh, &pieces, &majority, &closed);
-    let inside = parents(mesh, &bvh, &pieces, &diagnosis.shells);
-    for (shell, parent) in diagnosis.shells.iter_mut().zip(inside) {
-        shell.inside = parent;
-    }
-    let whole = mesh.bounds().map_or(0.0, |(lo, hi)| (hi - lo).length());
-    let (mut turned, mut stray) = (
+/// Shells inside out, and shells smaller than `stray` mm.
+fn shells_alone(shells: &[Shell], stray: f64, findings: &mut Vec<Finding>) {
+    let (mut turned, mut strays) = (
         Collector::new(Defect::InsideOutShell),
         Collector::new(Defect::StrayShell),
     );
-    for shell in &diagnosis.shells {
+    for shell in shells {
         let place = 0.5 * (shell.lo + shell.hi);
         if shell.closed && shell.inside.is_none() && shell.volume < 0.0 {
             turned.add(place);
         }
-        if (shell.hi - shell.lo).length() < options.stray * whole {
-            stray.add(place);
+        if (shell.hi - shell.lo).length() < stray {
+            strays.add(place);
         }
     }
-    turned.into(&mut findings);
-    stray.into(&mut findings);
-
-    if options.intersections == Intersections::Find {
-        intersections(mesh, &bvh, observer)?.into(&mut findings);
-    }
-    t_junctions(mesh, &loose_edges, options.t_junction).into(&mut findings);
-    diagnosis.findings = findings;
-    Ok(diagnosis)
+    turned.into(findings);
+    strays.into(findings);
 }
 
 /// Groups of triangles on the same three vertices, each group in mesh order; only groups of two and more.

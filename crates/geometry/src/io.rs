@@ -10,10 +10,11 @@ use std::{
 };
 
 use meltpath_base::{Observer, Reporter};
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{Mesh, math::DVec3};
+use crate::Mesh;
+use crate::math::DVec3;
+use crate::mesh::NamedMesh;
 use stl::{StlError, read_stl};
 use threemf::{ThreeMfError, read_3mf};
 
@@ -21,15 +22,6 @@ use threemf::{ThreeMfError, read_3mf};
 const SMALLEST_USUAL: f64 = 1.0;
 /// Extents above this are suspected to be micrometres, mm.
 const LARGEST_USUAL: f64 = 10_000.0;
-
-/// A mesh and the name that its file gives it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct NamedMesh {
-    /// Object name; may be empty.
-    pub name: String,
-    /// The triangles, mm.
-    pub mesh: Mesh,
-}
 
 /// Mesh formats that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +34,7 @@ pub enum MeshFormat {
 
 impl MeshFormat {
     /// The format that a file name extension stands for, without the dot, in any case.
-    pub fn from_extension(extension: &str) -> Option<Self> {
+    fn from_extension(extension: &str) -> Option<Self> {
         if extension.eq_ignore_ascii_case("stl") {
             Some(MeshFormat::Stl)
         } else if extension.eq_ignore_ascii_case("3mf") {

@@ -68,3 +68,12 @@ impl Mesh {
             .sum()
     }
 }
+
+/// A mesh and the name that its file gives it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamedMesh {
+    /// Object name; may be empty.
+    pub name: String,
+    /// The triangles, mm.
+    pub mesh: Mesh,
+}

@@ -15,9 +15,6 @@ use crate::{
     section::Slice,
 };
 
-/// Shift between layers accepted by default, as a fraction of the bead width.
-pub const DEFAULT_FRACTION: f64 = 0.25;
-
 /// Overhanging pieces smaller than this, mm², are rounding.
 const SLIVER: f64 = 1e-3;
 

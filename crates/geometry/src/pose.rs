@@ -78,7 +78,7 @@ impl Pose {
 ///
 /// The matrix as printed in the source carries a minus before `sin W sin R` in its element (1,3) and before
 /// `sin W sin P sin R` in its element (2,2); both must be plus for the matrix to be a rotation.
-pub fn rotation_from_wpr(wpr: DVec3) -> DMat3 {
+fn rotation_from_wpr(wpr: DVec3) -> DMat3 {
     let (sw, cw) = wpr.x.sin_cos();
     let (sp, cp) = wpr.y.sin_cos();
     let (sr, cr) = wpr.z.sin_cos();
@@ -92,7 +92,7 @@ pub fn rotation_from_wpr(wpr: DVec3) -> DMat3 {
 /// The angles W, P, R (rad) of a rotation: W and R in (-π, π], P in [-π/2, π/2].
 ///
 /// Where the tool points along ±X (P = ±90°, gimbal lock) only R ∓ W matters: W is then 0.
-pub fn wpr_from_rotation(rotation: &DMat3) -> DVec3 {
+fn wpr_from_rotation(rotation: &DMat3) -> DVec3 {
     let (x, y, z) = (rotation.x_axis, rotation.y_axis, rotation.z_axis);
     let cos_p = x.x.hypot(x.y);
     let p = (-x.z).atan2(cos_p);

@@ -4,15 +4,25 @@
 //! overhang; a volume field (sparse voxels) answers the same [`Workpiece`] questions where that matters.
 
 mod height_map;
-mod height_map_mesh;
 
 pub use height_map::{HeightMap, MAX_CELLS, WorkpieceError};
-pub use height_map_mesh::Crop;
 
 use crate::{
     Mesh,
     math::{DVec2, DVec3},
 };
+
+/// How much of the plate goes into a workpiece's mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Crop {
+    /// Everything the map covers.
+    Whole,
+    /// Only what stands out: cells more than this many mm from the base, with one row of cells around.
+    Built {
+        /// Height off the base from which a cell counts as built, mm.
+        threshold: f64,
+    },
+}
 
 /// What planning, machine and deposition ask of a workpiece, whatever holds the metal.
 ///

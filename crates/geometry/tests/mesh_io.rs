@@ -13,10 +13,11 @@ use std::{
 };
 
 use meltpath_base::{Reporter, Silent};
+use meltpath_geometry::mesh::NamedMesh;
 use meltpath_geometry::{
     Mesh,
     io::{
-        MeshFormat, NamedMesh, ReadMeshError, read_mesh, read_mesh_bytes,
+        MeshFormat, ReadMeshError, read_mesh, read_mesh_bytes,
         stl::{StlError, write_stl, write_stl_text},
         threemf::{ThreeMfError, write_3mf},
     },

@@ -7,17 +7,23 @@
     reason = "a test that fails says so by panicking"
 )]
 
+mod solids;
+
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::{
     Mesh, Plane,
     diagnosis::{Defect, Diagnosis, DiagnosisOptions, diagnose},
     math::DVec3,
-    overhang::{DEFAULT_FRACTION, overhangs},
+    overhang::overhangs,
     repair::{RepairAction, RepairOptions, repair},
     section::{SlicePlan, slice},
     shapes,
 };
 use proptest::prelude::*;
+use solids::{cube, joined, shifted};
+
+/// Shift between layers that is accepted, as a share of the bead's width.
+const FRACTION: f64 = 0.25;
 
 fn examine(mesh: &Mesh) -> Diagnosis {
     diagnose(mesh, &DiagnosisOptions::default(), &Silent).unwrap()
@@ -25,26 +31,6 @@ fn examine(mesh: &Mesh) -> Diagnosis {
 
 fn mend(mesh: &mut Mesh) -> Vec<RepairAction> {
     repair(mesh, &RepairOptions::default(), &Reporter::new(), &Silent).unwrap()
-}
-
-fn shifted(mesh: &Mesh, by: DVec3) -> Mesh {
-    Mesh {
-        vertices: mesh.vertices.iter().map(|&p| p + by).collect(),
-        triangles: mesh.triangles.clone(),
-    }
-}
-
-fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let shift = a.vertices.len() as u32;
-    let mut mesh = a.clone();
-    mesh.vertices.extend(&b.vertices);
-    mesh.triangles
-        .extend(b.triangles.iter().map(|t| t.map(|v| v + shift)));
-    mesh
-}
-
-fn cube(at: DVec3, side: f64) -> Mesh {
-    shifted(&shapes::extrude(&[shapes::plate(side, side)], side), at)
 }
 
 fn flange() -> Mesh {
@@ -346,9 +332,9 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     let plan = SlicePlan::new(Plane::horizontal(0.0), heights);
     let slices = slice(&part, &plan, &Reporter::new(), &Silent).unwrap();
     let reporter = Reporter::new();
-    let found = overhangs(&slices, 7.0, DEFAULT_FRACTION, &reporter, &Silent).unwrap();
+    let found = overhangs(&slices, 7.0, FRACTION, &reporter, &Silent).unwrap();
     assert!(found.is_empty(), "1 mm is within 0.25 x 7 mm");
-    let found = overhangs(&slices, 3.0, DEFAULT_FRACTION, &reporter, &Silent).unwrap();
+    let found = overhangs(&slices, 3.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!(found.len(), 14);
     assert!(
         found.iter().all(|o| (o.shift.unwrap() - 1.0).abs() < 0.01),
@@ -367,7 +353,7 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     );
     let plan = SlicePlan::new(Plane::horizontal(0.0), vec![2.0, 8.0, 12.0]);
     let slices = slice(&table, &plan, &Reporter::new(), &Silent).unwrap();
-    let found = overhangs(&slices, 6.0, DEFAULT_FRACTION, &reporter, &Silent).unwrap();
+    let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!((found.len(), found[0].slice), (1, 2));
     assert!((found[0].shift.unwrap() - 30.0).abs() < 1e-3);
     // beyond 10 + 1.5 mm, and the round corners of the grown foot
@@ -375,7 +361,7 @@ fn overhangs_are_flagged_beyond_the_accepted_shift() {
     // an island in the air
     let mut slices = slices;
     slices[1].regions.clear();
-    let found = overhangs(&slices, 6.0, DEFAULT_FRACTION, &reporter, &Silent).unwrap();
+    let found = overhangs(&slices, 6.0, FRACTION, &reporter, &Silent).unwrap();
     assert_eq!(found[0].shift, None);
 }
 

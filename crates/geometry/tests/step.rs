@@ -23,6 +23,14 @@ use meltpath_geometry::math::DVec3;
 use meltpath_geometry::step::{self, StepError};
 use proptest::prelude::*;
 
+/// This chord error with the default angle.
+fn with_chord(chord: f64) -> Tolerance {
+    Tolerance {
+        chord,
+        ..Tolerance::default()
+    }
+}
+
 /// One row of the table.
 #[derive(Debug, serde::Deserialize)]
 struct Row {
@@ -102,7 +110,7 @@ fn meshes_are_closed_and_as_close_as_asked() {
         let mut last = f64::INFINITY;
         for chord in [0.1, 0.01] {
             let reporter = Reporter::new();
-            let mesh = tessellate(&model, &Tolerance::with_chord(chord), &reporter, &Silent)
+            let mesh = tessellate(&model, &with_chord(chord), &reporter, &Silent)
                 .unwrap_or_else(|e| panic!("{} at {chord}: {e}", row.name));
             assert_eq!(open_sides(&mesh), 0, "{} at {chord}", row.name);
             let (lo, hi) = mesh.bounds().unwrap();
@@ -152,7 +160,7 @@ fn mesh_points_lie_on_the_surfaces_and_the_mesh_is_near_them() {
     let mesh = tessellate_solid(
         &ring.solid,
         "ring",
-        &Tolerance::with_chord(chord),
+        &with_chord(chord),
         &Reporter::new(),
         &Silent,
     )
@@ -191,7 +199,7 @@ fn same_mesh_on_any_number_of_threads() {
             .build()
             .unwrap()
             .install(|| {
-                let tolerance = Tolerance::with_chord(0.05);
+                let tolerance = with_chord(0.05);
                 let mesh = tessellate(&model, &tolerance, &Reporter::new(), &Silent).unwrap();
                 let mass = measure_model(&model, &tolerance, &Silent).unwrap();
                 (mesh, mass)
@@ -209,13 +217,7 @@ fn one_shape_in_three_units_is_one_shape() {
     ]
     .map(|name| {
         let (model, _) = read(name);
-        let mesh = tessellate(
-            &model,
-            &Tolerance::with_chord(0.1),
-            &Reporter::new(),
-            &Silent,
-        )
-        .unwrap();
+        let mesh = tessellate(&model, &with_chord(0.1), &Reporter::new(), &Silent).unwrap();
         mesh.bounds().unwrap()
     });
     for (lo, hi) in bounds {
@@ -381,12 +383,7 @@ fn a_cancelled_mesh_says_so() {
     let (model, _) = read("cover_ap214.step");
     let refused = tessellate(&model, &Tolerance::default(), &Reporter::new(), &Stop);
     assert!(matches!(refused, Err(TessellateError::Cancelled(_))));
-    let refused = tessellate(
-        &model,
-        &Tolerance::with_chord(f64::NAN),
-        &Reporter::new(),
-        &Silent,
-    );
+    let refused = tessellate(&model, &with_chord(f64::NAN), &Reporter::new(), &Silent);
     assert!(matches!(refused, Err(TessellateError::Tolerance { .. })));
 }
 
@@ -394,7 +391,7 @@ fn a_cancelled_mesh_says_so() {
 fn survives(bytes: &[u8]) {
     let reporter = Reporter::new();
     if let Ok(model) = step::parse(bytes, &reporter) {
-        let tolerance = Tolerance::with_chord(1.0);
+        let tolerance = with_chord(1.0);
         let _ = tessellate(&model, &tolerance, &reporter, &Silent);
     }
 }

@@ -1,7 +1,7 @@
 //! The beam along a toolpath: passes at their speeds, jumps between them.
 
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{MotionBlock, Move, Pass, Profile, Role, Times};
+use meltpath_toolpath::{Channel, MotionBlock, Move, Pass, Profile, Times, Toolpath};
 
 /// How a gun follows passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +39,7 @@ pub enum DriveError {
         /// Identifier of the pass.
         pass: u32,
         /// What it refers to.
-        profile: u32,
+        profile: u16,
         /// How many there are.
         known: usize,
     },
@@ -86,8 +86,9 @@ impl Pen {
     }
 }
 
-/// The beam along `passes` in their order, beginning at `time` s: powers, speeds and dwell of each move from the pass' channels,
+/// The beam along a toolpath in its order, beginning at `time` s: powers, speeds and dwell of each move from the pass' channels,
 /// else from its profile; beam off on travels and on the way from pass to pass. Spots are jumped to.
+/// Heights of points are left out: a layer is plane.
 ///
 /// # Errors
 /// [`DriveError`] naming the move.
@@ -95,51 +96,45 @@ impl Pen {
 /// ```
 /// use meltpath_geometry::math::DVec3;
 /// use meltpath_gun::drive::{Drive, drive};
-/// use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag};
-/// let tag = Tag { part: 0, layer: 1, entity: 0 };
-/// let line = |y: f64| vec![DVec3::new(0.0, y, 0.0), DVec3::new(9.8, y, 0.0)];
-/// let passes = [0.0, 0.125].map(|y| Pass::polyline(PassId(0), Role::Fill, tag, line(y)));
+/// use meltpath_toolpath::{Layer, PassHead, Profile, Toolpath};
+/// let mut layer = Layer::new(1, 0.0);
+/// for y in [0.0, 0.125] {
+///     layer.polyline(PassHead::default(), [DVec3::new(0.0, y, 0.0), DVec3::new(9.8, y, 0.0)]);
+/// }
 /// let profile = Profile { speed: 980.0, power: 300.0, ..Profile::default() };
+/// let toolpath = Toolpath { profiles: vec![profile], layers: vec![layer], ..Toolpath::default() };
 /// let how = Drive { spot: 0.4, jump: f64::INFINITY, chord_error: 0.005 };
-/// let motion = drive(&passes, &[profile], how, 0.0).unwrap();
+/// let motion = drive(&toolpath, how, 0.0).unwrap();
 /// assert_eq!(motion.power, [0.0, 300.0, 0.0, 300.0]);
 /// assert!((motion.time(3) - 0.02).abs() < 1e-12);
 /// ```
-pub fn drive(
-    passes: &[Pass],
-    profiles: &[Profile],
-    drive: Drive,
-    time: f64,
-) -> Result<MotionBlock, DriveError> {
+pub fn drive(toolpath: &Toolpath, drive: Drive, time: f64) -> Result<MotionBlock, DriveError> {
     let mut pen = Pen {
         motion: MotionBlock::default(),
         times: Vec::new(),
         time,
         drive,
     };
-    for pass in passes {
-        let profile = profiles
-            .get(pass.profile as usize)
-            .ok_or(DriveError::Profile {
-                pass: pass.id.0,
-                profile: pass.profile,
-                known: profiles.len(),
-            })?;
-        draw(&mut pen, pass, profile)?;
+    for pass in toolpath.passes() {
+        let profile = toolpath.profiles.get(usize::from(pass.head.profile));
+        let profile = profile.ok_or(DriveError::Profile {
+            pass: pass.head.id.0,
+            profile: pass.head.profile,
+            known: toolpath.profiles.len(),
+        })?;
+        draw(&mut pen, &pass, profile)?;
     }
     pen.motion.times = Times::Each(pen.times);
     Ok(pen.motion)
 }
 
-fn draw(pen: &mut Pen, pass: &Pass, profile: &Profile) -> Result<(), DriveError> {
-    let of =
-        |channel: &Option<Vec<f64>>, i: usize| channel.as_ref().and_then(|c| c.get(i).copied());
-    let channels = &pass.channels;
-    for (index, kind) in pass.moves.iter().enumerate() {
-        let speed = of(&channels.speed, index).unwrap_or(profile.speed);
-        let power = of(&channels.power, index).unwrap_or(profile.power);
+fn draw(pen: &mut Pen, pass: &Pass<'_>, profile: &Profile) -> Result<(), DriveError> {
+    for (index, kind) in pass.moves().enumerate() {
+        let value = |channel, else_: f64| pass.value(channel, index).unwrap_or(else_);
+        let speed = value(Channel::Speed, profile.speed);
+        let power = value(Channel::Power, profile.power);
         let wrong = |what, value, range| DriveError::Value {
-            pass: pass.id.0,
+            pass: pass.head.id.0,
             index,
             what,
             value,
@@ -148,13 +143,13 @@ fn draw(pen: &mut Pen, pass: &Pass, profile: &Profile) -> Result<(), DriveError>
         if !(power >= 0.0 && power.is_finite()) {
             return Err(wrong("the power (W)", power, "0 or more"));
         }
-        let power = if pass.role == Role::Travel {
-            0.0
-        } else {
+        let power = if pass.head.role.deposits() {
             power
+        } else {
+            0.0
         };
         let [start, end] = [pass.points[index], pass.points[index + 1]];
-        if let Move::Spot { time } = *kind {
+        if let Move::Spot { time } = kind {
             if !(time >= 0.0 && time.is_finite()) {
                 return Err(wrong("the time of a spot (s)", time, "0 or more"));
             }
@@ -177,7 +172,8 @@ fn draw(pen: &mut Pen, pass: &Pass, profile: &Profile) -> Result<(), DriveError>
             pen.line_to(from, to, speed, power);
             from = to;
         }
-        if let Some(dwell) = of(&channels.dwell, index).filter(|d| *d > 0.0) {
+        let dwell = value(Channel::Dwell, profile.dwell);
+        if dwell > 0.0 {
             pen.rest(end, dwell, power);
         }
     }
@@ -187,7 +183,7 @@ fn draw(pen: &mut Pen, pass: &Pass, profile: &Profile) -> Result<(), DriveError>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meltpath_toolpath::{Channels, PassId, Tag};
+    use meltpath_toolpath::{Layer, PassHead, PassId, Role};
     use proptest::prelude::*;
 
     const HOW: Drive = Drive {
@@ -195,11 +191,14 @@ mod tests {
         jump: 1e4,
         chord_error: 1e-3,
     };
-    const TAG: Tag = Tag {
-        part: 0,
-        layer: 1,
-        entity: 0,
-    };
+
+    fn toolpath(layer: Layer) -> Toolpath {
+        Toolpath {
+            profiles: vec![profile()],
+            layers: vec![layer],
+            ..Toolpath::default()
+        }
+    }
 
     fn profile() -> Profile {
         Profile {
@@ -222,13 +221,14 @@ mod tests {
         /// Energy and duration are those of the passes and the jumps between them.
         #[test]
         fn energy_and_time_add_up(ends in prop::collection::vec((-5.0..5.0_f64, -5.0..5.0_f64, 0.1..3.0_f64), 1..12)) {
-            let passes: Vec<Pass> = ends.iter().map(|&(x, y, l)| {
-                Pass::polyline(PassId(7), Role::Fill, TAG, vec![DVec3::new(x, y, 0.0), DVec3::new(x + l, y, 0.0)])
-            }).collect();
-            let motion = drive(&passes, &[profile()], HOW, 0.25).unwrap();
+            let mut layer = Layer::new(1, 0.0);
+            for &(x, y, l) in &ends {
+                layer.polyline(PassHead::default(), [DVec3::new(x, y, 0.0), DVec3::new(x + l, y, 0.0)]);
+            }
+            let motion = drive(&toolpath(layer), HOW, 0.25).unwrap();
             motion.sanity_check().unwrap();
             let drawn: f64 = ends.iter().map(|e| e.2 / 1000.0).sum();
-            let jumped: f64 = passes.windows(2).map(|w| w[0].points[1].distance(w[1].points[0]) / 1e4).sum();
+            let jumped: f64 = ends.windows(2).map(|w| (w[0].0 + w[0].2 - w[1].0).hypot(w[0].1 - w[1].1) / 1e4).sum();
             prop_assert!((motion.time(motion.len() - 1) - 0.25 - drawn - jumped).abs() < 1e-9);
             let heated: f64 = (1..motion.len())
                 .map(|n| motion.power[n] * (motion.time(n) - motion.time(n - 1))).sum();
@@ -238,28 +238,21 @@ mod tests {
 
     #[test]
     fn arcs_spots_and_channels_are_followed() {
-        let mut pass = Pass::polyline(
-            PassId(3),
-            Role::Contour,
-            TAG,
-            vec![
-                DVec3::new(1.0, 0.0, 0.0),
-                DVec3::new(-1.0, 0.0, 0.0),
-                DVec3::new(0.0, 3.0, 0.0),
-            ],
-        );
-        pass.moves = vec![
-            Move::Arc {
-                via: DVec3::new(0.0, 1.0, 0.0),
-            },
-            Move::Spot { time: 0.001 },
-        ];
-        pass.channels = Channels {
-            speed: Some(vec![500.0, 500.0]),
-            power: Some(vec![600.0, 120.0]),
-            ..Channels::default()
+        let drawn = |speed: f64| {
+            let mut layer = Layer::new(1, 0.0);
+            let head = PassHead {
+                id: PassId(3),
+                role: Role::Contour,
+                ..PassHead::default()
+            };
+            let mut pass = layer.begin(head, DVec3::new(1.0, 0.0, 0.0));
+            pass.arc_to(DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
+            pass.set(Channel::Speed, speed).set(Channel::Power, 600.0);
+            pass.go(Move::Spot { time: 0.001 }, DVec3::new(0.0, 3.0, 0.0));
+            pass.set(Channel::Speed, speed).set(Channel::Power, 120.0);
+            drive(&toolpath(layer), HOW, 0.0)
         };
-        let motion = drive(&[pass.clone()], &[profile()], HOW, 0.0).unwrap();
+        let motion = drawn(500.0).unwrap();
         let arc = std::f64::consts::PI / 500.0;
         let jump = 1.0_f64.hypot(3.0) / 1e4;
         let end = motion.time(motion.len() - 1);
@@ -269,8 +262,7 @@ mod tests {
         let spot = at(&motion, end - 5e-4);
         assert_eq!(spot, (DVec3::new(0.0, 3.0, 0.0), 120.0));
         assert_eq!(at(&motion, arc + 0.5 * jump).1, 0.0);
-        pass.channels.speed = Some(vec![0.0, 0.0]);
-        let refused = drive(&[pass], &[profile()], HOW, 0.0).unwrap_err();
+        let refused = drawn(0.0).unwrap_err();
         assert!(
             refused
                 .to_string()

@@ -6,7 +6,7 @@ pub mod present;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
 use meltpath_thermal::calibration::fit::solve_radius;
@@ -125,19 +125,19 @@ pub fn fit(
         let unit = "%";
         Measure::new(100.0 * fitted.values[n], 100.0 * fitted.sigmas[n], unit)
     });
-    let told = |id: &str, title: &str, value: Measure| Check {
-        value: Some(value),
-        ..Check::not_checked(id, title, "fitted, not judged")
-    };
+    let mut facts = vec![
+        Fact::new(
+            "efficiency",
+            "share of the power that becomes heat",
+            efficiency,
+            "",
+        ),
+        Fact::new("width", "beam diameter, of the calibrated one", width, ""),
+    ];
+    facts.extend(prediction.as_ref().and_then(present::to_build));
     let verdict = Verdict {
-        checks: vec![
-            told(
-                "efficiency",
-                "share of the power that becomes heat",
-                efficiency,
-            ),
-            told("width", "beam diameter, of the calibrated one", width),
-        ],
+        checks: Vec::new(),
+        facts,
         warnings: reporter.warnings(),
     };
     let mut found = Found {

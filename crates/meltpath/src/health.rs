@@ -12,14 +12,16 @@ use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict
 use meltpath_data::{find, names, scan_heads};
 use meltpath_perception::{Mapping, RecordError, read};
 use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::axis::galvanometer::AxisError;
 use meltpath_scan_head::files::{self, HeadFileError};
 use meltpath_scan_head::health::bench::{
     Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
 };
-use meltpath_scan_head::health::km0::{Drift, Km0Record, Km0Samples, Km0Signal, Rating, rate};
-use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, IdentificationError};
+use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
+use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
+use meltpath_scan_head::identification::error::IdentificationError;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation};
 
 pub use history::{Entry, History, HistoryError};
 
@@ -296,12 +298,14 @@ pub fn test(
     }
     let verdict = Verdict {
         checks: checks(&drifts),
+        facts: Vec::new(),
         warnings: reporter.digest(3),
     };
     let entry = Entry::new(record, circumstances.accept, rating, &drifts);
     let report = OutputFolder::create_numbered(&folder.join("reports"))?;
     let told = present::Told {
-        subject,
+        name: &subject.name(),
+        provenance: &provenance(subject),
         first: &first,
         history: &history,
         entry: &entry,
@@ -421,15 +425,6 @@ fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
     Ok(axis)
 }
 
-/// The words of a rating.
-pub fn words(rating: Rating) -> &'static str {
-    match rating {
-        Rating::Good => "good",
-        Rating::Watch => "to be watched",
-        Rating::Intervene => "intervention needed",
-    }
-}
-
 fn checks(drifts: &[Drift]) -> Vec<Check> {
     if drifts.is_empty() {
         return vec![Check::not_checked(
@@ -449,7 +444,7 @@ fn checks(drifts: &[Drift]) -> Vec<Check> {
         };
         check.reason = format!(
             "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
-            words(d.rating),
+            d.rating.words(),
             100.0 * d.change,
             d.reference,
             d.now,

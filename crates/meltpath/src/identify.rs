@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::Reporter;
 use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_scan_head::identification::error::IdentificationError;
+use meltpath_scan_head::identification::friction::{RampFriction, friction_of_ramps};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::{
-    self, BenchRecord, Excitation, IdentificationError, Identified, Method, Prediction,
-    RampFriction, friction_of_ramps,
-};
+use meltpath_scan_head::identification::motor::Identified;
+use meltpath_scan_head::identification::prediction::{Prediction, predict};
 use meltpath_scan_head::identification::ramps::steady_ramps;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
 
 /// Share of the record that is fitted; the rest is predicted.
 const FITTED: f64 = 2.0 / 3.0;
@@ -140,7 +141,7 @@ pub fn identify(
             "",
         );
     }
-    let prediction = motor::predict(&found.motor, &whole, fitted).map_err(wrong)?;
+    let prediction = predict(&found.motor, &whole, fitted).map_err(wrong)?;
     for (what, quality) in [
         ("current", &prediction.current),
         ("angle", &prediction.angle),

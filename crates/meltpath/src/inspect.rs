@@ -1,5 +1,6 @@
 //! Looking into files: parts, programs, plans.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use meltpath_base::{Observer, Reporter};
@@ -84,10 +85,15 @@ fn program(path: &Path) -> Result<Vec<String>, RunError> {
 
 fn plan(path: &Path) -> Result<Vec<String>, RunError> {
     let toolpath = read_toolpath(path)?;
-    let layers = toolpath.by_layer();
+    let mut layers = BTreeMap::<(u32, u32), (usize, f64)>::new();
+    for pass in toolpath.passes() {
+        let (count, length) = layers.entry((pass.head.part, pass.layer)).or_default();
+        *count += 1;
+        *length += pass.length();
+    }
     let mut lines = vec![format!(
         "plan: {} beads, {:.1} m, in {} layers",
-        toolpath.passes.len(),
+        toolpath.pass_count(),
         toolpath.deposited_length() / 1000.0,
         layers.len()
     )];
@@ -101,13 +107,8 @@ fn plan(path: &Path) -> Result<Vec<String>, RunError> {
             p.height
         ));
     }
-    for ((_, layer), passes) in layers {
-        let length: f64 = passes.iter().map(|&i| toolpath.passes[i].length()).sum();
-        lines.push(format!(
-            "layer {layer}: {} beads, {:.0} mm",
-            passes.len(),
-            length
-        ));
+    for ((_, layer), (count, length)) in layers {
+        lines.push(format!("layer {layer}: {count} beads, {length:.0} mm"));
     }
     Ok(lines)
 }

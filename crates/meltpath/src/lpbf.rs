@@ -8,9 +8,9 @@ mod optimise;
 mod present;
 mod present_heat;
 mod refuse;
+mod result;
 pub mod run;
 pub mod settings;
-pub mod thesis;
 pub mod work;
 
 pub use run::{doctor, run};

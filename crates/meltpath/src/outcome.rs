@@ -8,7 +8,7 @@ use meltpath_base::container::ContainerError;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Cancelled, Provenance, Verdict};
 use meltpath_geometry::workpiece::WorkpieceError;
-use meltpath_scan_head::head::scan_head::HeadError;
+use meltpath_scan_head::head::error::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
 
 use crate::job::JobError;

@@ -37,8 +37,8 @@ fn job(folder: &Path, name: &str, charts: &str) -> PathBuf {
 
 /// Hottest place on the charts, °C.
 fn hottest(outcome: &meltpath::outcome::Outcome) -> f64 {
-    let check = outcome.verdict.checks.iter().find(|c| c.id == "hottest");
-    check.unwrap().value.as_ref().unwrap().value
+    let fact = outcome.verdict.facts.iter().find(|f| f.id == "hottest");
+    fact.unwrap().value.as_ref().unwrap().value
 }
 
 /// Charts written without memory serve a job with memory: what is missing is computed, and kept.

@@ -9,7 +9,8 @@ use meltpath::health::{Bench, Circumstances, HealthError, History, Subject, test
 use meltpath_base::{Reporter, Status};
 use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{simulate_first_stage, simulate_second_stage};
-use meltpath_scan_head::health::km0::{Km0Signal, Rating};
+use meltpath_scan_head::health::rating::Rating;
+use meltpath_scan_head::health::signal::Km0Signal;
 
 fn at(time: &str) -> Circumstances {
     Circumstances {

@@ -19,7 +19,7 @@ pub use exponential::exponential;
 pub(crate) use factor::Reflector;
 pub use factor::{Factored, solve};
 pub use schur::{Schur, eigenvalues};
-pub use singular::{Singular, largest_singular_value, singular_values};
+pub use singular::{Singular, largest_singular_value, singular_values, smallest_singular_value};
 pub use sylvester::{lyapunov, lyapunov_discrete, sylvester};
 pub use symmetric::{Symmetric, symmetric_eigen};
 

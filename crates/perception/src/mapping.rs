@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use meltpath_base::Time;
 use serde::Deserialize;
 
-use crate::record::RecordError;
+use crate::error::RecordError;
 
 /// How a file of columns becomes a [`Record`](crate::Record).
 ///

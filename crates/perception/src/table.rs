@@ -9,7 +9,7 @@ use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
-use crate::record::RecordError;
+use crate::error::RecordError;
 
 /// Named columns of one length; what is no number is NaN.
 #[derive(Debug, Clone, PartialEq, Default)]

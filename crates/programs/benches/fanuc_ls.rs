@@ -8,7 +8,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::{
     BuildSettings, CellProgramming, ExecutionSettings, Pause, build, execution_order, fanuc_ls,
 };
-use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag, Toolpath};
+use meltpath_toolpath::{Layer, PassHead, Profile, Toolpath};
 
 #[derive(serde::Deserialize)]
 struct Cell {
@@ -29,12 +29,9 @@ fn benchmark(c: &mut Criterion) {
             let (sin, cos) = (f64::from(i) * 0.01).sin_cos();
             DVec3::new(50.0 * cos, 50.0 * sin, f64::from(i) * 1e-3)
         })
-        .collect();
-    let tag = Tag {
-        part: 0,
-        layer: 1,
-        entity: 0,
-    };
+        .collect::<Vec<_>>();
+    let mut layer = Layer::new(1, 0.0);
+    layer.polyline(PassHead::default(), points);
     let toolpath = Toolpath {
         profiles: vec![Profile {
             speed: 12.5,
@@ -42,7 +39,8 @@ fn benchmark(c: &mut Criterion) {
             height: 2.0,
             ..Profile::default()
         }],
-        passes: vec![Pass::polyline(PassId(1), Role::Contour, tag, points)],
+        layers: vec![layer],
+        ..Toolpath::default()
     };
     let settings = BuildSettings {
         name: "bench".to_owned(),

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Move, Pass, Role, Toolpath};
+use meltpath_toolpath::{Channel, Event, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::{CellError, CellProgramming};
@@ -87,6 +87,18 @@ pub enum BuildError {
         /// What it must be.
         wanted: &'static str,
     },
+    /// Something happens within a pass that these programs cannot say.
+    #[error(
+        "pass {pass} (layer {layer}): {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
+    )]
+    Event {
+        /// Its id.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+        /// What happens.
+        event: Event,
+    },
     /// More wire feeds than schedules.
     #[error(
         "the toolpath needs more than the {available} weld schedules of this cell, from pass {pass} (layer {layer}) on: use fewer different wire feeds, or raise arc.schedules in the cell file"
@@ -115,7 +127,7 @@ pub fn build(
     reporter: &Reporter,
 ) -> Result<Built, BuildError> {
     cell.check()?;
-    if toolpath.passes.is_empty() {
+    if toolpath.pass_count() == 0 {
         return Err(BuildError::Empty);
     }
     let mut builder = Builder {
@@ -130,8 +142,10 @@ pub fn build(
         highest: f64::NEG_INFINITY,
         place: None,
     };
-    for pass in &toolpath.passes {
-        builder.pass(pass)?;
+    for layer in &toolpath.layers {
+        for pass in layer.passes() {
+            builder.pass(&pass, layer.height)?;
+        }
     }
     Ok(Built {
         programs: builder.assembly.finish(),
@@ -182,9 +196,9 @@ fn moved(step: &Step) -> Option<usize> {
     }
 }
 
-/// A value of a pass, from its channel or its profile.
-fn channel(channel: Option<&Vec<f64>>, i: usize, profile: f64) -> f64 {
-    channel.and_then(|c| c.get(i).copied()).unwrap_or(profile)
+/// A position as the program's digits hold it, mm.
+fn rounded(position: DVec3, height: f64) -> DVec3 {
+    ((position + DVec3::Z * height) / RESOLUTION).round() * RESOLUTION
 }
 
 fn cnt(smoothing: Ratio) -> Termination {
@@ -192,43 +206,43 @@ fn cnt(smoothing: Ratio) -> Termination {
 }
 
 impl Builder<'_> {
-    fn check(&self, pass: &Pass) -> Result<(), BuildError> {
+    /// The profile of a pass that was checked.
+    fn profile(&self, pass: &Pass<'_>) -> &Profile {
+        &self.toolpath.profiles[usize::from(pass.head.profile)]
+    }
+
+    fn check(&self, pass: &Pass<'_>) -> Result<(), BuildError> {
         let fail = |what, value, wanted| {
             Err(BuildError::Pass {
-                pass: pass.id.0,
-                layer: pass.tag.layer,
+                pass: pass.head.id.0,
+                layer: pass.layer,
                 what,
                 value,
                 wanted,
             })
         };
-        let via = pass.moves.iter().filter_map(|m| match m {
+        let via = pass.moves().filter_map(|m| match m {
             Move::Arc { via } => Some(via),
             Move::Line | Move::Spot { .. } => None,
         });
-        if let Some(bad) = pass
-            .points
-            .iter()
-            .chain(&pass.axes)
-            .chain(via)
-            .find(|p| !p.is_finite())
-        {
+        let axes = (0..pass.points.len()).filter_map(|i| pass.axis(i));
+        let mut all = pass.points.iter().copied().chain(axes).chain(via);
+        if let Some(bad) = all.find(|p| !p.is_finite()) {
             return fail("a point", bad.length(), "finite");
         }
-        if pass.moves.len() + 1 != pass.points.len() && !pass.points.is_empty() {
-            let moves = pass.moves.len() as f64;
-            return fail("the number of moves", moves, "one less than its points");
+        if let Some((_, event)) = pass.events().next() {
+            return Err(BuildError::Event {
+                pass: pass.head.id.0,
+                layer: pass.layer,
+                event,
+            });
         }
-        if !pass.axes.is_empty() && pass.axes.len() != pass.points.len() {
-            let axes = pass.axes.len() as f64;
-            return fail("the number of tool axes", axes, "that of its points");
-        }
-        let Some(profile) = self.toolpath.profiles.get(pass.profile as usize) else {
-            let index = f64::from(pass.profile);
+        let Some(profile) = self.toolpath.profiles.get(usize::from(pass.head.profile)) else {
+            let index = f64::from(pass.head.profile);
             return fail("its profile", index, "one of the toolpath's");
         };
-        for i in 0..pass.moves.len() {
-            let speed = channel(pass.channels.speed.as_ref(), i, profile.speed);
+        for i in 0..pass.move_count() {
+            let speed = pass.value(Channel::Speed, i).unwrap_or(profile.speed);
             // the slowest that can be written
             let slowest = 0.1_f64.powi(i32::from(self.cell.speed_decimals)) * 10.0 / 60.0;
             if !(speed.is_finite() && speed >= slowest) {
@@ -238,8 +252,9 @@ impl Builder<'_> {
                     "finite and not too slow to write (mm/s)",
                 );
             }
-            let feed = channel(pass.channels.wire_feed.as_ref(), i, profile.wire_feed);
-            if pass.role != Role::Travel && !(feed > 0.0 && feed.is_finite()) {
+            let feed = pass.value(Channel::WireFeed, i);
+            let feed = feed.unwrap_or(profile.wire_feed);
+            if pass.head.role.deposits() && !(feed > 0.0 && feed.is_finite()) {
                 return fail("the wire feed", feed, "positive and finite (mm/s)");
             }
         }
@@ -247,11 +262,11 @@ impl Builder<'_> {
     }
 
     /// Refuses a pass that needs more schedules than the cell has.
-    fn count_schedules(&mut self, pass: &Pass) -> Result<(), BuildError> {
-        if pass.role == Role::Travel {
+    fn count_schedules(&mut self, pass: &Pass<'_>) -> Result<(), BuildError> {
+        if !pass.head.role.deposits() {
             return Ok(());
         }
-        for i in 0..pass.moves.len() {
+        for i in 0..pass.move_count() {
             let feed = self.feed(pass, i);
             self.feeds.insert(feed.to_bits());
         }
@@ -261,8 +276,8 @@ impl Builder<'_> {
         }
         Err(BuildError::Schedules {
             available,
-            pass: pass.id.0,
-            layer: pass.tag.layer,
+            pass: pass.head.id.0,
+            layer: pass.layer,
         })
     }
 
@@ -318,14 +333,14 @@ impl Builder<'_> {
         self.motion(MotionKind::Linear, point, speed, termination, arc);
     }
 
-    fn points(&self, pass: &Pass) -> Vec<Point> {
+    /// The points of a pass whose layer lies `height` mm over the part's z = 0.
+    fn points(&self, pass: &Pass<'_>, height: f64) -> Vec<Point> {
         let default = self.cell.orientation.degrees();
         let at = |(i, &position): (usize, &DVec3)| Point {
-            position: (position / RESOLUTION).round() * RESOLUTION,
+            position: rounded(position, height),
             wpr: pass
-                .axes
-                .get(i)
-                .map_or(default, |&axis| wpr_of_axis(default, axis)),
+                .axis(i)
+                .map_or(default, |axis| wpr_of_axis(default, axis)),
         };
         pass.points.iter().enumerate().map(at).collect()
     }
@@ -352,13 +367,13 @@ impl Builder<'_> {
         self.assembly.push(comment(&format!("Layer {layer}")));
     }
 
-    fn feed(&self, pass: &Pass, index: usize) -> f64 {
-        let profile = &self.toolpath.profiles[pass.profile as usize];
-        channel(pass.channels.wire_feed.as_ref(), index, profile.wire_feed)
+    fn feed(&self, pass: &Pass<'_>, index: usize) -> f64 {
+        let said = pass.value(Channel::WireFeed, index);
+        said.unwrap_or(self.profile(pass).wire_feed)
     }
 
     /// What to do along a pass, moves below the program's digits left out.
-    fn steps(&self, pass: &Pass, points: &[Point]) -> Vec<Step> {
+    fn steps(&self, pass: &Pass<'_>, points: &[Point], height: f64) -> Vec<Step> {
         let mut steps = Vec::new();
         let wait = |steps: &mut Vec<Step>, seconds: f64| {
             if seconds > 0.0 && seconds.is_finite() {
@@ -372,9 +387,10 @@ impl Builder<'_> {
         };
         for (index, pair) in points.windows(2).enumerate() {
             let to = pair[1];
-            let via = match pass.moves[index] {
+            let shape = pass.move_at(index);
+            let via = match shape {
                 Move::Arc { via } => {
-                    let position = (via / RESOLUTION).round() * RESOLUTION;
+                    let position = rounded(via, height);
                     let middle = 0.5 * (from + to.position);
                     // what the program's digits make of a flat arc is a line
                     let round = Arc::through(from, position, to.position)
@@ -390,30 +406,27 @@ impl Builder<'_> {
                 steps.push(Step::Move { index, via, to });
                 from = to.position;
             }
-            if let Move::Spot { time } = pass.moves[index] {
+            if let Move::Spot { time } = shape {
                 wait(&mut steps, time);
             }
-            wait(
-                &mut steps,
-                channel(pass.channels.dwell.as_ref(), index, 0.0),
-            );
+            let dwell = pass.value(Channel::Dwell, index);
+            wait(&mut steps, dwell.unwrap_or(self.profile(pass).dwell));
         }
         steps
     }
 
     /// Orientation halfway along move `index`.
-    fn between(&self, pass: &Pass, index: usize) -> [f64; 3] {
+    fn between(&self, pass: &Pass<'_>, index: usize) -> [f64; 3] {
         let default = self.cell.orientation.degrees();
-        match pass.axes.get(index..index + 2) {
-            Some([a, b]) => wpr_of_axis(default, a.normalize_or(*a) + b.normalize_or(*b)),
+        match (pass.axis(index), pass.axis(index + 1)) {
+            (Some(a), Some(b)) => wpr_of_axis(default, a.normalize_or(a) + b.normalize_or(b)),
             _ => default,
         }
     }
 
     /// Executes the steps of a pass from its start; with `schedule` the arc is on and goes off at the end.
-    fn follow(&mut self, pass: &Pass, steps: &[Step], mut schedule: Option<u32>) {
-        let speeds = pass.channels.speed.as_ref();
-        let profile_speed = self.toolpath.profiles[pass.profile as usize].speed;
+    fn follow(&mut self, pass: &Pass<'_>, steps: &[Step], mut schedule: Option<u32>) {
+        let profile_speed = self.profile(pass).speed;
         for (k, step) in steps.iter().enumerate() {
             if !self.assembly.takes(4, 4) {
                 self.assembly.cut();
@@ -422,7 +435,7 @@ impl Builder<'_> {
                         "pass-cut",
                         format!(
                             "pass {} of layer {} is longer than a program of this cell: it goes on in the next, arc on",
-                            pass.id.0, pass.tag.layer
+                            pass.head.id.0, pass.layer
                         ),
                         "raise lines_per_program and points_per_program in the cell file if the controller allows",
                     );
@@ -445,12 +458,13 @@ impl Builder<'_> {
             };
             match *step {
                 Step::Move { index, via, to } => {
-                    let termination = match (stops, pass.role) {
+                    let termination = match (stops, pass.head.role.deposits()) {
                         (true, _) => Termination::Fine,
-                        (false, Role::Travel) => cnt(self.cell.travel_smoothing),
-                        (false, _) => cnt(self.settings.smoothing),
+                        (false, false) => cnt(self.cell.travel_smoothing),
+                        (false, true) => cnt(self.settings.smoothing),
                     };
-                    let speed = self.speed(channel(speeds, index, profile_speed));
+                    let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
+                    let speed = self.speed(speed);
                     let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
                         via: self.assembly.point(v.position, v.wpr),
                     });
@@ -490,35 +504,25 @@ impl Builder<'_> {
         }
     }
 
-    fn pass(&mut self, pass: &Pass) -> Result<(), BuildError> {
+    /// A pass of a layer that lies `height` mm over the part's z = 0.
+    fn pass(&mut self, pass: &Pass<'_>, height: f64) -> Result<(), BuildError> {
         self.check(pass)?;
         self.count_schedules(pass)?;
-        let points = self.points(pass);
-        let Some(&start) = points.first() else {
-            self.reporter.warn(
-                "pass-empty",
-                format!(
-                    "pass {} of layer {} has no point",
-                    pass.id.0, pass.tag.layer
-                ),
-                "",
-            );
-            return Ok(());
-        };
-        let height = self.toolpath.profiles[pass.profile as usize]
-            .height
-            .max(0.0);
+        let points = self.points(pass, height);
+        // a pass has a point
+        let start = points[0];
+        let bead = self.profile(pass).height.max(0.0);
         let top = points
             .iter()
             .map(|p| p.position.z)
             .fold(f64::NEG_INFINITY, f64::max);
-        let steps = self.steps(pass, &points);
+        let steps = self.steps(pass, &points, height);
         if steps.is_empty() {
             self.reporter.warn(
                 "pass-too-short",
                 format!(
                     "pass {} of layer {} is shorter than a program's digits: left out",
-                    pass.id.0, pass.tag.layer
+                    pass.head.id.0, pass.layer
                 ),
                 "",
             );
@@ -532,11 +536,10 @@ impl Builder<'_> {
         }
         // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
         self.highest = self.highest.max(top);
-        self.layer(pass.tag.layer);
-        self.assembly.push(comment(&format!("Pass {}", pass.id.0)));
-        if pass.role == Role::Travel {
-            self.follow(pass, &steps, None);
-        } else {
+        self.layer(pass.layer);
+        self.assembly
+            .push(comment(&format!("Pass {}", pass.head.id.0)));
+        if pass.head.role.deposits() {
             let first = steps.iter().find_map(moved).unwrap_or(0);
             let feed = self.feed(pass, first);
             let schedule = self.schedule(feed);
@@ -545,7 +548,7 @@ impl Builder<'_> {
             let approach = self.cell.approach_speed.0;
             self.line(start, approach, Termination::Fine, Some(on));
             self.follow(pass, &steps, Some(schedule));
-            self.highest = self.highest.max(top + height);
+            self.highest = self.highest.max(top + bead);
             if let Some(end) = self.place {
                 let clear = self.highest + self.cell.clearance.0;
                 let position = end.position.with_z(clear);
@@ -557,6 +560,8 @@ impl Builder<'_> {
                     None,
                 );
             }
+        } else {
+            self.follow(pass, &steps, None);
         }
         Ok(())
     }

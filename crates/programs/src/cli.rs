@@ -1,259 +1,269 @@
-//! The common layer interface (CLI) of powder-bed machines: layers of polylines and hatches, as text or binary.
+//! The common layer interface (CLI) of powder-bed machines: layers of polylines and hatches, as text or binary, read and written
+//! layer by layer.
 //!
 //! Source: "Common Layer Interface (CLI), version 2.0", Brite-EuRam BE2578. Lengths are mm in memory; files count in their own
-//! unit. Aligned binary files (`$$ALIGN`) are refused.
+//! unit. Aligned binary files (`$$ALIGN`) are refused. A layer file holds shape alone: no speeds, powers or jumps; arcs become
+//! chords.
 
 mod ascii;
 mod binary;
+mod contents;
 
-use std::fmt::Write as _;
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, Read, Write};
 
-use meltpath_geometry::math::DVec2;
-use meltpath_toolpath::{Pass, PassId, Profile, Role, Tag, Toolpath};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_toolpath::{Layer, Pass, Role};
 
-pub use ascii::write_ascii;
-pub use binary::write_binary;
+pub use contents::CliError;
+use contents::{Filling, Item, header_error};
 
-/// Why a layer file cannot be read or written.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CliError {
-    /// A part of the header is missing or wrong.
-    #[error("the header of the layer file: {what}")]
-    Header {
-        /// What is wrong.
-        what: String,
-    },
-    /// Something in the text of the geometry.
-    #[error("line {line} of the layer file: {what}")]
-    Text {
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong.
-        what: String,
-    },
-    /// Something in the binary geometry.
-    #[error("byte {byte} of the layer file: {what}")]
-    Binary {
-        /// The byte, from 0.
-        byte: usize,
-        /// What is wrong.
-        what: String,
-    },
-    /// A number that the form cannot hold.
-    #[error("{what} is {value}, which a layer file cannot hold")]
-    Value {
-        /// Which number.
-        what: &'static str,
-        /// That number.
-        value: f64,
-    },
-}
+/// Distance between an arc and the chords in its place, mm.
+const CHORD_ERROR: f64 = 1e-3;
+/// Longest header that is read, bytes.
+const LONGEST_HEADER: u64 = 1 << 24;
 
-/// Which side of a polyline the solid lies on.
+/// How the geometry of a layer file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// Clockwise: an inner contour.
-    Inner,
-    /// Counter-clockwise: an outer contour.
-    Outer,
-    /// An open line.
-    Open,
+pub enum Form {
+    /// As text.
+    Ascii,
+    /// In little-endian commands of 32-bit reals.
+    Binary,
 }
 
-impl Direction {
-    fn code(self) -> u8 {
-        match self {
-            Direction::Inner => 0,
-            Direction::Outer => 1,
-            Direction::Open => 2,
-        }
-    }
-
-    fn from_code(code: f64) -> Option<Self> {
-        [Direction::Inner, Direction::Outer, Direction::Open]
-            .into_iter()
-            .find(|d| f64::from(d.code()) == code)
-    }
-}
-
-/// Something in a layer.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Item {
-    /// A contour or open line.
-    Polyline {
-        /// The part it belongs to.
-        part: u32,
-        /// Its direction.
-        direction: Direction,
-        /// Its points, mm; the last equals the first where it is closed.
-        points: Vec<DVec2>,
-    },
-    /// Hatch lines.
-    Hatches {
-        /// The part they belong to.
-        part: u32,
-        /// Start and end of each, mm.
-        lines: Vec<[DVec2; 2]>,
-    },
-}
-
-/// A layer.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Layer {
-    /// Height of its top, mm.
-    pub height: f64,
-    /// What it holds, in order.
-    pub items: Vec<Item>,
-}
-
-/// A layer file.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct LayerFile {
-    /// Names of parts.
-    pub labels: Vec<(u32, String)>,
-    /// The layers, lowest first.
-    pub layers: Vec<Layer>,
-}
-
-/// Reads a layer file, text or binary.
-///
-/// # Errors
-/// [`CliError`] with the place.
+/// Reads a layer file, text or binary: an iterator over its layers. Contours and open lines are passes with the role of a
+/// contour and profile 0, every hatch line is a pass of a fill with profile 1.
 ///
 /// ```
 /// let text = "$$HEADERSTART\n$$ASCII\n$$UNITS/0.01\n$$VERSION/200\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/5.0\n\
 ///     $$HATCHES/1,1,0,0,100,50\n$$GEOMETRYEND\n";
-/// let file = meltpath_programs::cli::parse(text.as_bytes()).unwrap();
-/// assert_eq!(file.layers[0].height, 0.05);
+/// let mut file = meltpath_programs::cli::Reader::new(text.as_bytes()).unwrap();
+/// let layer = file.next().unwrap().unwrap();
+/// assert_eq!(layer.height, 0.05);
+/// assert_eq!(layer.pass(0).points[1].x, 1.0);
 /// ```
-pub fn parse(bytes: &[u8]) -> Result<LayerFile, CliError> {
-    const END: &[u8] = b"$$HEADEREND";
-    let header = |what: &str| CliError::Header {
-        what: what.to_owned(),
-    };
-    let at = bytes
-        .windows(END.len())
-        .position(|w| w == END)
-        .ok_or_else(|| header("$$HEADEREND is missing: this is no layer file"))?;
-    let (head, rest) = bytes.split_at(at);
-    let head: String = head.iter().map(|&b| char::from(b)).collect();
-    let body = &rest[END.len()..];
-    let (mut unit, mut form, mut labels) = (None, None, Vec::new());
-    for command in ascii::commands(&head) {
-        let (name, arguments) = command.split();
-        match name {
-            "UNITS" => {
-                let u: f64 = arguments
-                    .parse()
-                    .map_err(|_| header("$$UNITS is no number"))?;
-                if !(u > 0.0 && u.is_finite()) {
-                    return Err(header("$$UNITS must be above zero"));
-                }
-                unit = Some(u);
-            }
-            "ASCII" => form = Some(Form::Ascii),
-            "BINARY" => form = Some(Form::Binary),
-            "ALIGN" => {
-                return Err(header(
-                    "$$ALIGN: aligned files are not read; export without alignment",
+#[derive(Debug)]
+pub struct Reader<R> {
+    /// Names of parts.
+    pub parts: BTreeMap<u32, String>,
+    unit: f64,
+    body: Body<R>,
+    filling: Filling,
+    over: bool,
+}
+
+#[derive(Debug)]
+enum Body<R> {
+    Ascii(ascii::Commands<R>),
+    Binary(binary::Cursor<R>),
+}
+
+impl<R: BufRead> Reader<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn new(mut from: R) -> Result<Self, CliError> {
+        const END: &[u8] = b"$$HEADEREND";
+        let mut head = Vec::new();
+        let mut limited = from.by_ref().take(LONGEST_HEADER);
+        while !head.ends_with(END) {
+            if limited.read_until(b'D', &mut head)? == 0 {
+                return Err(header_error(
+                    "$$HEADEREND is missing: this is no layer file",
                 ));
             }
-            "LABEL" => {
-                let label = arguments.split_once(',').and_then(|(id, name)| {
-                    Some((
-                        id.trim().parse().ok()?,
-                        name.trim().trim_matches('"').to_owned(),
-                    ))
-                });
-                labels.push(label.ok_or_else(|| header("a $$LABEL is not \"number,name\""))?);
+        }
+        let bytes = head.len();
+        head.truncate(bytes - END.len());
+        let (mut unit, mut form, mut parts) = (None, None, BTreeMap::new());
+        let mut commands = ascii::Commands::new(head.as_slice(), 0);
+        while let Some(command) = commands.next()? {
+            let (name, arguments) = command.split();
+            match name {
+                "UNITS" => {
+                    let u: f64 = arguments
+                        .parse()
+                        .map_err(|_| header_error("$$UNITS is no number"))?;
+                    if !(u > 0.0 && u.is_finite()) {
+                        return Err(header_error("$$UNITS must be above zero"));
+                    }
+                    unit = Some(u);
+                }
+                "ASCII" => form = Some(Form::Ascii),
+                "BINARY" => form = Some(Form::Binary),
+                "ALIGN" => {
+                    return Err(header_error(
+                        "$$ALIGN: aligned files are not read; export without alignment",
+                    ));
+                }
+                "LABEL" => {
+                    let label = arguments.split_once(',').and_then(|(id, name)| {
+                        let name = name.trim().trim_matches('"').to_owned();
+                        Some((id.trim().parse().ok()?, name))
+                    });
+                    let (part, name) =
+                        label.ok_or_else(|| header_error("a $$LABEL is not \"number,name\""))?;
+                    parts.insert(part, name);
+                }
+                _ => {}
             }
-            _ => {}
+        }
+        let body = match form {
+            Some(Form::Ascii) => Body::Ascii(ascii::Commands::new(from, commands.lines())),
+            Some(Form::Binary) => Body::Binary(binary::Cursor::new(from, bytes)),
+            None => return Err(header_error("neither $$ASCII nor $$BINARY is written")),
+        };
+        Ok(Reader {
+            parts,
+            unit: unit.ok_or_else(|| header_error("$$UNITS is missing"))?,
+            body,
+            filling: Filling::default(),
+            over: false,
+        })
+    }
+}
+
+impl<R: BufRead> Iterator for Reader<R> {
+    type Item = Result<Layer, CliError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.over {
+            return None;
+        }
+        let next = match &mut self.body {
+            Body::Ascii(commands) => ascii::layer(commands, &mut self.filling, self.unit),
+            Body::Binary(cursor) => binary::layer(cursor, &mut self.filling, self.unit),
+        };
+        let next = match next {
+            // the last one, where there is any
+            Ok(None) => {
+                self.over = true;
+                self.filling.layer.take().map(Ok)
+            }
+            other => other.transpose(),
+        };
+        self.over |= matches!(next, Some(Err(_)));
+        next.map(|read| {
+            read.map(|mut layer| {
+                layer.shrink_to_fit();
+                layer
+            })
+        })
+    }
+}
+
+/// Writes a layer file, layer by layer: contours, skins and supports as polylines, fills as hatches; what deposits nothing is
+/// left out, and so are speeds and powers.
+#[derive(Debug)]
+pub struct Writer<W> {
+    to: W,
+    form: Form,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the header for files in mm; with the number of layers where it is known.
+    ///
+    /// # Errors
+    /// [`CliError::Io`].
+    pub fn new(
+        mut to: W,
+        form: Form,
+        parts: &BTreeMap<u32, String>,
+        layers: Option<usize>,
+    ) -> Result<Self, CliError> {
+        let word = match form {
+            Form::Ascii => "ASCII",
+            Form::Binary => "BINARY",
+        };
+        write!(to, "$$HEADERSTART\n$${word}\n$$UNITS/1\n$$VERSION/200\n")?;
+        for (id, name) in parts {
+            // a comma, a line end or a dollar would not be read back
+            let name: String = name
+                .chars()
+                .filter(|c| !c.is_control() && !"$,\"/".contains(*c))
+                .collect();
+            writeln!(to, "$$LABEL/{id},{}", name.trim())?;
+        }
+        if let Some(layers) = layers {
+            writeln!(to, "$$LAYERS/{layers}")?;
+        }
+        write!(to, "$$HEADEREND")?;
+        if form == Form::Ascii {
+            write!(to, "\n$$GEOMETRYSTART\n")?;
+        }
+        Ok(Writer { to, form })
+    }
+
+    /// Writes a layer.
+    ///
+    /// # Errors
+    /// [`CliError::Value`] where a coordinate is not finite, or a layer is not plane; [`CliError::Io`].
+    pub fn layer(&mut self, layer: &Layer) -> Result<(), CliError> {
+        let laid = || layer.passes().filter(|p| p.head.role.deposits());
+        let z = laid().next().map_or(0.0, |p| p.points[0].z);
+        let height = layer.height + z;
+        finite(height)?;
+        let mut items: Vec<Item> = Vec::new();
+        for pass in laid() {
+            let (points, _) = pass.flatten(CHORD_ERROR);
+            check(&points, z)?;
+            let flat = points.iter().map(|p| p.truncate());
+            add(&mut items, &pass, flat.collect());
+        }
+        match self.form {
+            Form::Ascii => ascii::write(&mut self.to, height, &items),
+            Form::Binary => binary::write(&mut self.to, height, &items),
         }
     }
-    let unit = unit.ok_or_else(|| header("$$UNITS is missing"))?;
-    let layers = match form {
-        Some(Form::Ascii) => {
-            let lines_before = head.matches('\n').count();
-            let text: String = body.iter().map(|&b| char::from(b)).collect();
-            ascii::geometry(&text, unit, lines_before)?
+
+    /// Writes the end.
+    ///
+    /// # Errors
+    /// [`CliError::Io`].
+    pub fn finish(mut self) -> Result<(), CliError> {
+        if self.form == Form::Ascii {
+            self.to.write_all(b"$$GEOMETRYEND\n")?;
         }
-        Some(Form::Binary) => binary::geometry(body, unit, at + END.len())?,
-        None => return Err(header("neither $$ASCII nor $$BINARY is written")),
-    };
-    Ok(LayerFile { labels, layers })
-}
-
-enum Form {
-    Ascii,
-    Binary,
-}
-
-/// The header common to both forms.
-fn header(file: &LayerFile, form: &str) -> String {
-    let mut text = format!("$$HEADERSTART\n$${form}\n$$UNITS/1\n$$VERSION/200\n");
-    for (id, name) in &file.labels {
-        // a comma, a line end or a dollar would not be read back
-        let name: String = name
-            .chars()
-            .filter(|c| !c.is_control() && !"$,\"/".contains(*c))
-            .collect();
-        // writing into a string does not fail
-        let _ = writeln!(text, "$$LABEL/{id},{}", name.trim());
+        Ok(self.to.flush()?)
     }
-    let _ = write!(text, "$$LAYERS/{}\n$$HEADEREND", file.layers.len());
-    text
 }
 
-/// Every coordinate must be finite.
-fn finite(file: &LayerFile) -> Result<(), CliError> {
-    for layer in &file.layers {
-        let points = layer.items.iter().flat_map(|item| match item {
-            Item::Polyline { points, .. } => points.clone(),
-            Item::Hatches { lines, .. } => lines.iter().flatten().copied().collect(),
-        });
-        for value in points.flat_map(|p| p.to_array()).chain([layer.height]) {
-            if !value.is_finite() {
-                return Err(CliError::Value {
-                    what: "a coordinate",
-                    value,
-                });
-            }
+/// A pass as an item of its own, or as more hatches of the item before.
+fn add(items: &mut Vec<Item>, pass: &Pass<'_>, points: Vec<DVec2>) {
+    let part = pass.head.part;
+    if pass.head.role != Role::Fill {
+        items.push(Item::Polyline(part, points));
+        return;
+    }
+    let lines = points.windows(2).flatten().copied();
+    match items.last_mut() {
+        Some(Item::Hatches(of, ends)) if *of == part => ends.extend(lines),
+        _ => items.push(Item::Hatches(part, lines.collect())),
+    }
+}
+
+fn finite(value: f64) -> Result<(), CliError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(CliError::Value {
+        what: "a coordinate",
+        value,
+    })
+}
+
+/// Every coordinate must be finite, and a layer plane.
+fn check(points: &[DVec3], z: f64) -> Result<(), CliError> {
+    for p in points {
+        p.to_array().into_iter().try_for_each(finite)?;
+        if p.z != z {
+            return Err(CliError::Value {
+                what: "the height of a point over its layer",
+                value: p.z - z,
+            });
         }
     }
     Ok(())
-}
-
-impl LayerFile {
-    /// The layers as passes: contours and open lines by their role, every hatch line a pass of its own.
-    pub fn to_toolpath(&self, contour: Profile, fill: Profile) -> Toolpath {
-        let mut toolpath = Toolpath {
-            profiles: vec![contour, fill],
-            passes: Vec::new(),
-        };
-        for (number, layer) in self.layers.iter().enumerate() {
-            for item in &layer.items {
-                let mut push = |part: u32, role: Role, points: &[DVec2]| {
-                    let tag = Tag {
-                        part,
-                        layer: number as u32 + 1,
-                        entity: 0,
-                    };
-                    let id = PassId(toolpath.passes.len() as u32);
-                    let points = points.iter().map(|p| p.extend(layer.height)).collect();
-                    let mut pass = Pass::polyline(id, role, tag, points);
-                    pass.profile = u32::from(role == Role::Fill);
-                    toolpath.passes.push(pass);
-                };
-                match item {
-                    Item::Polyline { part, points, .. } => push(*part, Role::Contour, points),
-                    Item::Hatches { part, lines } => {
-                        for line in lines {
-                            push(*part, Role::Fill, line);
-                        }
-                    }
-                }
-            }
-        }
-        toolpath
-    }
 }

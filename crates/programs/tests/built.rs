@@ -9,7 +9,7 @@ use meltpath_programs::{
     BuildError, BuildSettings, Built, CellProgramming, Executed, ExecutedKind, ExecutedMotion,
     ExecutedSpeed, ExecutionSettings, Pause, build, execution_order, fanuc_ls,
 };
-use meltpath_toolpath::{Move, Pass, PassId, Profile, Role, Tag, Toolpath};
+use meltpath_toolpath::{Channel, Event, Layer, Move, PassHead, PassId, Profile, Role, Toolpath};
 use proptest::prelude::*;
 
 #[derive(serde::Deserialize)]
@@ -31,11 +31,20 @@ fn settings(pause: Pause) -> BuildSettings {
     }
 }
 
-fn tag(layer: u32) -> Tag {
-    Tag {
-        part: 0,
-        layer,
-        entity: 0,
+fn head(id: u32, role: Role) -> PassHead {
+    PassHead {
+        id: PassId(id),
+        role,
+        ..PassHead::default()
+    }
+}
+
+/// A toolpath of one profile.
+fn toolpath(wire_feed: f64, layers: Vec<Layer>) -> Toolpath {
+    Toolpath {
+        profiles: vec![profile(wire_feed)],
+        layers,
+        ..Toolpath::default()
     }
 }
 
@@ -62,37 +71,28 @@ fn through_text(built: &Built) -> Vec<Program> {
 
 fn small() -> Toolpath {
     let p = DVec3::new;
-    let mut first = Pass::polyline(
-        PassId(1),
-        Role::Contour,
-        tag(1),
-        vec![
-            p(0.0, 0.0, 0.0),
-            p(50.0, 0.0, 0.0),
-            p(60.0, 10.0, 0.0),
-            p(60.0, 40.0, 0.0),
-        ],
-    );
-    first.moves[1] = Move::Arc {
-        via: p(57.071_067, 2.928_933, 0.0),
-    };
-    let mut second = Pass::polyline(
-        PassId(2),
-        Role::Fill,
-        tag(2),
-        vec![p(0.0, 5.0, 1.6), p(30.0, 5.0, 1.6), p(30.0, 25.0, 1.6)],
-    );
-    second.axes = vec![DVec3::Z, DVec3::Z, p(0.0, -0.5, 1.0).normalize()];
-    second.channels.wire_feed = Some(vec![400.0 / 3.0, 100.0]);
-    second.channels.speed = Some(vec![10.0, 8.0]);
-    let spot = Pass {
-        moves: vec![Move::Spot { time: 0.4 }],
-        ..Pass::polyline(PassId(3), Role::Fill, tag(2), vec![p(10.0, 10.0, 1.6); 2])
-    };
-    Toolpath {
-        profiles: vec![profile(400.0 / 3.0)],
-        passes: vec![first, second, spot],
-    }
+    let mut first = Layer::new(1, 0.0);
+    first
+        .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
+        .line_to(p(50.0, 0.0, 0.0))
+        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .line_to(p(60.0, 40.0, 0.0));
+    let mut second = Layer::new(2, 0.0);
+    let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
+    pass.axis(DVec3::Z)
+        .line_to(p(30.0, 5.0, 1.6))
+        .axis(DVec3::Z);
+    pass.set(Channel::WireFeed, 400.0 / 3.0);
+    pass.set(Channel::Speed, 10.0);
+    pass.line_to(p(30.0, 25.0, 1.6));
+    pass.axis(p(0.0, -0.5, 1.0).normalize());
+    pass.set(Channel::WireFeed, 100.0).set(Channel::Speed, 8.0);
+    let at = p(10.0, 10.0, 1.6);
+    let mut spot = second.begin(head(3, Role::Fill), at);
+    spot.go(Move::Spot { time: 0.4 }, at);
+    let small = toolpath(400.0 / 3.0, vec![first, second]);
+    small.sanity_check().unwrap();
+    small
 }
 
 #[test]
@@ -116,18 +116,14 @@ fn golden_program_with_weld_words_and_sub_programs() {
     cell.name_length = 8;
     cell.lines_per_program = 50;
     cell.points_per_program = 20;
-    let toolpath = Toolpath {
-        profiles: vec![profile(400.0 / 3.0)],
-        passes: (0..5)
-            .map(|i| {
-                let z = f64::from(i) * 1.6;
-                let points = (0..8)
-                    .map(|k| DVec3::new(f64::from(k) * 10.0, 0.0, z))
-                    .collect();
-                Pass::polyline(PassId(i), Role::Contour, tag(i + 1), points)
-            })
-            .collect(),
-    };
+    let layers = (0..5).map(|i| {
+        let z = f64::from(i) * 1.6;
+        let mut layer = Layer::new(i + 1, 0.0);
+        let points = (0..8).map(|k| DVec3::new(f64::from(k) * 10.0, 0.0, z));
+        layer.polyline(head(i, Role::Contour), points);
+        layer
+    });
+    let toolpath = toolpath(400.0 / 3.0, layers.collect());
     let pause = Pause::Call("COOL".to_owned());
     let built = build(&toolpath, &cell, &settings(pause), &Reporter::new()).unwrap();
     let names: Vec<_> = built.programs.iter().map(|p| p.name.as_str()).collect();
@@ -226,13 +222,18 @@ fn unsound_passes_are_refused_by_number() {
         .unwrap_err()
     };
     assert!(matches!(
-        refused(|t| t.passes[1].points[1].x = f64::NAN),
+        refused(|t| t.layers[1].translate(DVec3::X * f64::NAN)),
         BuildError::Pass {
             pass: 2,
             layer: 2,
             ..
         }
     ));
+    let weave = |t: &mut Toolpath| {
+        let mut pass = t.layers[0].begin(head(9, Role::Fill), DVec3::ZERO);
+        pass.event(Event::Weave(1)).line_to(DVec3::X);
+    };
+    assert!(refused(weave).to_string().contains("Weave"));
     assert!(
         refused(|t| t.profiles[0].speed = 0.0)
             .to_string()
@@ -243,17 +244,9 @@ fn unsound_passes_are_refused_by_number() {
             .to_string()
             .contains("wire feed")
     );
-    assert!(
-        refused(|t| t.passes[0].profile = 7)
-            .to_string()
-            .contains("profile")
-    );
-    assert!(
-        refused(|t| t.passes[0].moves.clear())
-            .to_string()
-            .contains("moves")
-    );
-    assert_eq!(refused(|t| t.passes.clear()), BuildError::Empty);
+    let other_profile = |t: &mut Toolpath| t.layers[0].heads_mut().for_each(|h| h.profile = 7);
+    assert!(refused(other_profile).to_string().contains("profile"));
+    assert_eq!(refused(|t| t.layers.clear()), BuildError::Empty);
     let mut cell = arcmate();
     cell.arc.schedules = 1;
     let reporter = Reporter::new();
@@ -285,47 +278,39 @@ fn infinite_numbers_are_not_written() {
     assert!(error.contains("P[4]"), "{error}");
 }
 
-fn random_pass(id: u32) -> impl Strategy<Value = Pass> {
+/// One pass in a layer of its own.
+fn random_pass(id: u32) -> impl Strategy<Value = Layer> {
     let point = (-200.0..200.0, -200.0..200.0, 0.0..60.0).prop_map(|(x, y, z)| DVec3::new(x, y, z));
     let step = (point, 0_u8..8, -30.0..30.0, 0.5..20.0, 0_u8..3, 0.0..0.5);
     let role = prop_oneof![4 => Just(Role::Fill), 1 => Just(Role::Travel)];
     (role, 1_u32..6, proptest::collection::vec(step, 1..12)).prop_map(
-        move |(role, layer, steps)| {
-            let points: Vec<_> = steps.iter().map(|s| s.0).collect();
-            let mut pass = Pass::polyline(PassId(id), role, tag(layer), points);
-            for (i, m) in pass.moves.iter_mut().enumerate() {
-                let (_, kind, bulge, _, _, time) = steps[i];
-                let middle = 0.5 * (pass.points[i] + pass.points[i + 1]);
-                *m = match kind {
+        move |(role, number, steps)| {
+            let mut layer = Layer::new(number, 0.0);
+            let mut pass = layer.begin(head(id, role), steps[0].0);
+            for (&(from, kind, bulge, speed, feed, time), &(to, ..)) in
+                steps.iter().zip(&steps[1..])
+            {
+                let middle = 0.5 * (from + to);
+                let shape = match kind {
                     0 => Move::Arc {
                         via: middle + DVec3::new(bulge, -bulge, 0.0),
                     },
                     1 => Move::Spot { time },
                     _ => Move::Line,
                 };
+                pass.go(shape, to).set(Channel::Speed, speed);
+                pass.set(Channel::WireFeed, 100.0 + f64::from(feed));
             }
-            let n = pass.moves.len();
-            pass.channels.speed = Some(steps.iter().map(|s| s.3).take(n).collect());
-            pass.channels.wire_feed = Some(
-                steps
-                    .iter()
-                    .map(|s| 100.0 + f64::from(s.4))
-                    .take(n)
-                    .collect(),
-            );
-            pass
+            layer
         },
     )
 }
 
 fn random_toolpath() -> impl Strategy<Value = Toolpath> {
-    let passes: Vec<_> = (0..5).map(random_pass).collect();
-    passes.prop_map(|mut passes| {
-        passes.sort_by_key(|p| p.tag.layer);
-        Toolpath {
-            profiles: vec![profile(150.0)],
-            passes,
-        }
+    let layers: Vec<_> = (0..5).map(random_pass).collect();
+    layers.prop_map(|mut layers| {
+        layers.sort_by_key(|l| l.number);
+        toolpath(150.0, layers)
     })
 }
 
@@ -364,11 +349,11 @@ proptest! {
         prop_assert_eq!(during, moves.iter().map(|m| m.arc.is_some()).collect::<Vec<_>>());
         // what is deposited is what the toolpath deposits, move by move, and nothing else
         let mut wanted = Vec::new();
-        for pass in toolpath.passes.iter().filter(|p| p.role != Role::Travel) {
+        for pass in toolpath.passes().filter(|p| p.head.role.deposits()) {
             for (i, pair) in pass.points.windows(2).enumerate() {
                 if pair[0].distance(pair[1]) > 1e-3 {
-                    let feed = pass.channels.wire_feed.as_ref().unwrap()[i];
-                    wanted.push((pass.id.0, pair[1], feed));
+                    let feed = pass.value(Channel::WireFeed, i).unwrap();
+                    wanted.push((pass.head.id.0, pair[1], feed));
                 }
             }
         }

@@ -1,9 +1,31 @@
-//! CLI layer files: text and binary, there and back, damaged, and as toolpaths.
+//! CLI layer files: text and binary, there and back, damaged, and layer by layer.
 
-use meltpath_geometry::math::DVec2;
-use meltpath_programs::cli::{self, CliError, Direction, Item, Layer, LayerFile};
-use meltpath_toolpath::{Profile, Role};
+#![expect(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
+
+use std::collections::BTreeMap;
+
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::cli::{CliError, Form, Reader, Writer};
+use meltpath_toolpath::{Layer, PassHead, PassId, Role};
 use proptest::prelude::*;
+
+fn read(bytes: &[u8]) -> Result<Vec<Layer>, CliError> {
+    Reader::new(bytes)?.collect()
+}
+
+fn parts() -> BTreeMap<u32, String> {
+    [(2, "bracket".to_owned())].into()
+}
+
+fn written(layers: &[Layer], form: Form) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let mut writer = Writer::new(&mut bytes, form, &parts(), Some(layers.len()))?;
+    for layer in layers {
+        writer.layer(layer)?;
+    }
+    writer.finish()?;
+    Ok(bytes)
+}
 
 /// As machines write it: comments, units of 5 µm, a label, several commands a line.
 const FOREIGN: &str = "$$HEADERSTART\n// made by hand //\n$$ASCII\n$$UNITS/00000000.005000\n$$VERSION/200\n$$LABEL/1,part1\n\
@@ -12,27 +34,19 @@ const FOREIGN: &str = "$$HEADERSTART\n// made by hand //\n$$ASCII\n$$UNITS/00000
 
 #[test]
 fn a_foreign_file_reads() {
-    let file = cli::parse(FOREIGN.as_bytes()).unwrap();
-    assert_eq!(file.labels, [(1, "part1".to_owned())]);
-    assert_eq!(file.layers.len(), 2);
-    assert!((file.layers[0].height - 0.04).abs() < 1e-15);
-    let [
-        Item::Polyline {
-            direction: Direction::Outer,
-            points,
-            ..
-        },
-        Item::Hatches { lines, .. },
-    ] = file.layers[0].items.as_slice()
-    else {
-        panic!("{:?}", file.layers[0].items)
-    };
-    assert_eq!(points[2], DVec2::splat(10.0));
-    assert_eq!(lines.len(), 2);
-    let toolpath = file.to_toolpath(Profile::default(), Profile::default());
-    assert_eq!(toolpath.passes.len(), 3);
-    assert_eq!(toolpath.passes[2].role, Role::Fill);
-    assert!((toolpath.passes[0].length() - 40.0).abs() < 1e-12);
+    let mut file = Reader::new(FOREIGN.as_bytes()).unwrap();
+    assert_eq!(file.parts, [(1, "part1".to_owned())].into());
+    let layer = file.next().unwrap().unwrap();
+    layer.sanity_check().unwrap();
+    assert!((layer.height - 0.04).abs() < 1e-15);
+    assert_eq!((layer.number, layer.len()), (1, 3));
+    let contour = layer.pass(0);
+    assert_eq!((contour.head.role, contour.head.part), (Role::Contour, 1));
+    assert_eq!(contour.points[2], DVec3::new(10.0, 10.0, 0.0));
+    assert!((contour.length() - 40.0).abs() < 1e-12);
+    assert_eq!(layer.pass(2).head.role, Role::Fill);
+    let last = file.next().unwrap().unwrap();
+    assert!(last.is_empty() && last.number == 2 && file.next().is_none());
 }
 
 /// The short commands of the binary form, written by hand.
@@ -44,17 +58,51 @@ fn short_binary_commands_read() {
     ] {
         bytes.extend(v.to_le_bytes());
     }
-    let file = cli::parse(&bytes).unwrap();
-    assert!((file.layers[0].height - 0.07).abs() < 1e-12);
-    let Item::Polyline {
-        part: 3,
-        direction: Direction::Open,
-        points,
-    } = &file.layers[0].items[0]
-    else {
-        panic!("{:?}", file.layers)
+    let layers = read(&bytes).unwrap();
+    assert!((layers[0].height - 0.07).abs() < 1e-12);
+    let line = layers[0].pass(0);
+    assert_eq!(line.head.part, 3);
+    assert!((line.points[1] - DVec3::new(0.3, 0.4, 0.0)).length() < 1e-12);
+    // a promise of more points than the file holds costs no memory
+    for v in [127_u16, 0, 0, 130, 1, 0, 0, 0, 0xffff, 0x7fff] {
+        bytes.extend(v.to_le_bytes());
+    }
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("ends inside"), "{error}");
+}
+
+/// The side of the solid follows from the points; arcs become chords, and jumps are left out.
+#[test]
+fn planned_layers_are_written_as_shape() {
+    let p = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+    let mut layer = Layer::new(1, 0.06);
+    let head = |role: Role| PassHead {
+        role,
+        ..PassHead::default()
     };
-    assert!((points[1] - DVec2::new(0.3, 0.4)).length() < 1e-12);
+    let mut disc = layer.begin(head(Role::Contour), p(1.0, 0.0));
+    disc.arc_to(p(0.0, 1.0), p(-1.0, 0.0));
+    disc.arc_to(p(0.0, -1.0), p(1.0, 0.0));
+    layer.polyline(head(Role::Jump), [p(1.0, 0.0), p(0.2, 0.0)]);
+    layer.polyline(
+        head(Role::Contour),
+        [p(0.2, 0.0), p(0.0, -0.2), p(-0.2, 0.0), p(0.2, 0.0)],
+    );
+    layer.polyline(head(Role::Fill), [p(0.3, 0.0), p(0.9, 0.0), p(0.9, 0.1)]);
+    let text = String::from_utf8(written(&[layer.clone()], Form::Ascii).unwrap()).unwrap();
+    assert!(text.contains("$$POLYLINE/0,1,") && text.contains("$$POLYLINE/0,0,4,"));
+    assert!(
+        text.contains("$$HATCHES/0,2,0.3,0,0.9,0,0.9,0,0.9,0.1\n"),
+        "{text}"
+    );
+    let again = &read(text.as_bytes()).unwrap()[0];
+    assert_eq!(again.len(), 4);
+    assert!((again.pass(0).length() - std::f64::consts::TAU).abs() < 1e-2);
+    layer.polyline(head(Role::Fill), [DVec3::Z, DVec3::X]);
+    assert!(matches!(
+        written(&[layer], Form::Ascii),
+        Err(CliError::Value { .. })
+    ));
 }
 
 #[test]
@@ -70,79 +118,80 @@ fn mistakes_are_named_where_they_are() {
         ("$$LAYER/16.0", "$$SPHERE/16.0", "SPHERE"),
     ] {
         let text = FOREIGN.replace(wrong, right);
-        let error = cli::parse(text.as_bytes()).unwrap_err().to_string();
+        let error = read(text.as_bytes()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
-    let file = LayerFile {
-        labels: vec![],
-        layers: vec![Layer {
-            height: f64::NAN,
-            items: vec![],
-        }],
-    };
     assert!(matches!(
-        cli::write_ascii(&file),
+        written(&[Layer::new(1, f64::NAN)], Form::Ascii),
         Err(CliError::Value { .. })
     ));
 }
 
-fn files() -> impl Strategy<Value = LayerFile> {
+/// Layers as a reader numbers and names them.
+fn files() -> impl Strategy<Value = Vec<Layer>> {
     // what 32-bit reals hold exactly, so that both forms give the same
     let point = || {
         (-100_000_i32..100_000, -100_000_i32..100_000)
-            .prop_map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)) / 64.0)
+            .prop_map(|(x, y)| DVec3::new(f64::from(x), f64::from(y), 0.0) / 64.0)
     };
-    let polyline =
-        (0_u32..9, 0..3, prop::collection::vec(point(), 0..8)).prop_map(|(part, d, points)| {
-            Item::Polyline {
-                part,
-                direction: [Direction::Inner, Direction::Outer, Direction::Open][d as usize],
-                points,
-            }
+    let contour = (0_u32..9, prop::collection::vec(point(), 1..8))
+        .prop_map(|(part, points)| vec![(part, Role::Contour, points)]);
+    let hatches =
+        (0_u32..9, prop::collection::vec((point(), point()), 0..8)).prop_map(|(part, lines)| {
+            let lines = lines.into_iter();
+            lines
+                .map(|(a, b)| (part, Role::Fill, vec![a, b]))
+                .collect::<Vec<_>>()
         });
-    let hatches = (
-        0_u32..9,
-        prop::collection::vec((point(), point()).prop_map(|(a, b)| [a, b]), 0..8),
-    )
-        .prop_map(|(part, lines)| Item::Hatches { part, lines });
     let layer = (
         0_i32..1000,
-        prop::collection::vec(prop_oneof![polyline, hatches], 0..5),
-    )
-        .prop_map(|(z, items)| Layer {
-            height: f64::from(z) / 32.0,
-            items,
-        });
-    prop::collection::vec(layer, 0..5).prop_map(|layers| LayerFile {
-        labels: vec![(2, "bracket".to_owned())],
-        layers,
+        prop::collection::vec(prop_oneof![contour, hatches], 0..5),
+    );
+    prop::collection::vec(layer, 0..5).prop_map(|all| {
+        let mut layers = Vec::new();
+        let mut id = 0;
+        for (number, (z, items)) in (1..).zip(all) {
+            let mut layer = Layer::new(number, f64::from(z) / 32.0);
+            for (part, role, points) in items.into_iter().flatten() {
+                let head = PassHead {
+                    id: PassId(id),
+                    part,
+                    profile: u16::from(role == Role::Fill),
+                    role,
+                    ..PassHead::default()
+                };
+                layer.polyline(head, points);
+                id += 1;
+            }
+            layers.push(layer);
+        }
+        layers
     })
 }
 
 proptest! {
     #[test]
-    fn both_forms_give_the_file_back(file in files()) {
-        prop_assert_eq!(&cli::parse(cli::write_ascii(&file).unwrap().as_bytes()).unwrap(), &file);
-        prop_assert_eq!(&cli::parse(&cli::write_binary(&file).unwrap()).unwrap(), &file);
+    fn both_forms_give_the_file_back(layers in files()) {
+        for form in [Form::Ascii, Form::Binary] {
+            let bytes = written(&layers, form).unwrap();
+            prop_assert_eq!(Reader::new(bytes.as_slice()).unwrap().parts, parts());
+            prop_assert_eq!(&read(&bytes).unwrap(), &layers);
+        }
     }
 
-    /// The body of the fuzz target `cli_layers` on files that were damaged in several ways at once. Three million cases ran without a failure.
+    /// The body of the fuzz target `cli_layers` on files that were damaged in several ways at once.
     #[test]
-    fn damaged_files_never_panic(file in files(), text in any::<bool>(), edits in prop::collection::vec(edit(), 1..6)) {
-        let mut bytes = if text {
-            cli::write_ascii(&file).unwrap().into_bytes()
-        } else {
-            cli::write_binary(&file).unwrap()
-        };
+    fn damaged_files_never_panic(layers in files(), text in any::<bool>(), edits in prop::collection::vec(edit(), 1..6)) {
+        let mut bytes = written(&layers, if text { Form::Ascii } else { Form::Binary }).unwrap();
         for edit in &edits {
             edit.apply(&mut bytes);
         }
-        if let Ok(read) = cli::parse(&bytes) {
-            if let Ok(text) = cli::write_ascii(&read) {
-                prop_assert_eq!(&cli::parse(text.as_bytes()).unwrap().layers, &read.layers);
+        if let Ok(read_once) = read(&bytes) {
+            if let Ok(text) = written(&read_once, Form::Ascii) {
+                prop_assert_eq!(&read(&text).unwrap(), &read_once);
             }
-            if let Ok(binary) = cli::write_binary(&read) {
-                prop_assert_eq!(cli::parse(&binary).unwrap().layers.len(), read.layers.len());
+            if let Ok(binary) = written(&read_once, Form::Binary) {
+                prop_assert_eq!(read(&binary).unwrap().len(), read_once.len());
             }
         }
     }

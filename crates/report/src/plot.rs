@@ -1,8 +1,15 @@
-//! Plots as data: axes, and marks drawn in order. [`crate::plot_svg`] draws them.
+//! Plots as data: axes, and marks drawn in order. [`svg`] draws them.
+
+mod axes;
+mod frame;
+mod line;
+mod map;
+pub mod svg;
+mod ticks;
 
 use meltpath_geometry::math::DVec2;
 
-pub use crate::plot_map::Map;
+pub use map::Map;
 
 /// How an axis runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -11,7 +11,8 @@ use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::axis::plant::Plant;
 use meltpath_scan_head::files;
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::{BenchRecord, Excitation, Method, predict};
+use meltpath_scan_head::identification::prediction::predict;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
 
 const PERIOD: f64 = 50e-6;
 const SAMPLES: usize = 90_000;

@@ -2,6 +2,7 @@
 
 pub mod chain;
 pub mod control;
+pub mod error;
 pub mod friction;
 pub mod galvanometer;
 pub mod plant;

@@ -1,8 +1,15 @@
 //! The whole head: what it is asked to do, time interpolation, laser gate, and where the laser really goes.
 
 mod ahead;
+pub mod block;
+pub mod error;
 pub mod gate;
 pub mod interpolation;
 pub mod job;
 pub mod motion;
+pub mod power;
+pub mod ready;
+pub mod recipe;
+pub mod run;
 pub mod scan_head;
+pub mod vector;

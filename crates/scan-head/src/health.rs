@@ -1,4 +1,10 @@
-//! The health of an axis: a test in two stages, rated against the first one that was accepted.
+//! KM0, the periodic health test of an axis: a signal in two stages, its analysis, and a rating against the first accepted test.
+//!
+//! The first stage (R, L, J, constants and modes) is an identification, [`bench`]; the second steps and ramps, [`signal`].
 
+pub mod analysis;
 pub mod bench;
-pub mod km0;
+pub mod friction;
+pub mod rating;
+pub mod records;
+pub mod signal;

@@ -4,3 +4,6 @@ pub mod contour_error;
 pub mod delays;
 pub mod energy;
 pub mod fill_rate;
+pub mod histogram;
+pub(crate) mod light;
+pub mod segment;

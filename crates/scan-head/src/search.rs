@@ -10,10 +10,14 @@
 use meltpath_base::{Observer, Quiet};
 use rayon::prelude::*;
 
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::error::HeadError;
 use crate::head::gate::Gate;
 use crate::head::interpolation::sample_count;
-use crate::head::job::{LaserDelays, Recipe, ScanJob, ScanJobError};
-use crate::head::scan_head::{HeadBlock, HeadError, HeadSink, ReadyHead, ScanHead};
+use crate::head::ready::ReadyHead;
+use crate::head::recipe::{LaserDelays, Recipe};
+use crate::head::scan_head::ScanHead;
+use crate::head::vector::{ScanJob, ScanJobError};
 use crate::measures::contour_error::PathErrors;
 use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
@@ -144,7 +148,8 @@ impl Found {
 /// The head with its mirrors' first filter scaled.
 ///
 /// ```
-/// use meltpath_scan_head::{files, search::with_filter};
+/// use meltpath_scan_head::files;
+/// use meltpath_scan_head::search::with_filter;
 /// # let text = meltpath_data::scan_heads::TWO_AXIS_150.text;
 /// let head = files::parse_head(text).unwrap().head;
 /// let first = |h: &meltpath_scan_head::head::scan_head::ScanHead| h.mirrors[0].prefilter.as_ref().unwrap().first;

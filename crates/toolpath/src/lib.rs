@@ -1,13 +1,19 @@
-//! The common language between rooms: passes with their profiles, toolpaths that order them, and motion in blocks.
+//! The common language between rooms: toolpaths of layers and passes with their profiles, and motion in blocks.
 //! Lengths are millimetres in the part frame, speeds mm/s, times s, angles rad.
 
+mod column;
 pub mod error;
+pub mod layer;
 pub mod motion;
 pub mod pass;
+mod sanity;
 pub mod storage;
 pub mod toolpath;
+pub mod vocabulary;
 
 pub use error::PathError;
+pub use layer::{Layer, PassWriter};
 pub use motion::{MotionBlock, MotionSink, Times};
-pub use pass::{Channels, Move, Neighbour, Pass, PassId, Role, Side, Tag};
+pub use pass::Pass;
 pub use toolpath::{Profile, Toolpath};
+pub use vocabulary::{Channel, Event, Move, Neighbour, PassHead, PassId, Role, Side};

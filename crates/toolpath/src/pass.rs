@@ -1,147 +1,110 @@
-//! A pass: one uninterrupted bead or scan chain.
+//! A pass: one uninterrupted bead or scan chain, read from the layer that holds it, and copied from layer to layer.
 
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use serde::{Deserialize, Serialize};
 
-/// Stable identifier of a pass: survives re-planning of others and restart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct PassId(
-    /// The number.
-    pub u32,
-);
+use crate::layer::{Layer, PassWriter};
+use crate::vocabulary::{Channel, Event, Move, Neighbour, PassHead};
 
-/// What a pass is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Along the boundary of a region.
-    Contour,
-    /// Inside a region.
-    Fill,
-    /// On an outer surface.
-    Skin,
-    /// Holds what would fall.
-    Support,
-    /// Moves without depositing.
-    Travel,
-}
-
-/// How a pass goes from one of its points to the next.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Move {
-    /// Straight.
-    Line,
-    /// On the circle through the start, `via` and the end.
-    Arc {
-        /// A point of the arc between its ends, mm.
-        via: DVec3,
-    },
-    /// Stays at the end point for `time` seconds.
-    Spot {
-        /// Duration, s.
-        time: f64,
-    },
-}
-
-/// Where a pass belongs: the tree Build > Part > Layer is an index over these tags.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Tag {
-    /// Part, counted from 0.
-    pub part: u32,
-    /// Layer, counted from 1.
+/// One uninterrupted bead or scan chain: at least one point, and a move between each point and the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Pass<'a> {
+    /// What it is.
+    pub head: PassHead,
+    /// Number of its layer, counted from 1.
     pub layer: u32,
-    /// Region or entity of the layer, counted from 0.
-    pub entity: u32,
+    /// The points, mm; their z counts from the layer's [`Layer::height`]. A closed pass repeats its first point at the end.
+    pub points: &'a [DVec3],
+    pub(crate) store: &'a Layer,
+    /// Number of the first point and of the first move in the layer.
+    pub(crate) first: (usize, usize),
+    pub(crate) arcs: &'a [(u32, DVec3)],
+    pub(crate) spots: &'a [(u32, f64)],
+    pub(crate) events: &'a [(u32, Event)],
+    pub(crate) neighbours: &'a [(u32, Neighbour)],
 }
 
-/// Which side of the direction of travel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// Left of the direction of travel, seen against the tool axis.
-    Left,
-    /// Right of it.
-    Right,
-}
+impl<'a> Pass<'a> {
+    /// Number of moves.
+    pub fn move_count(&self) -> usize {
+        self.points.len().saturating_sub(1)
+    }
 
-/// A bead beside this one along an interval of arc length, as placed by the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Neighbour {
-    /// Start of the interval, mm along the pass.
-    pub from: f64,
-    /// End of the interval, mm along the pass.
-    pub to: f64,
-    /// Side of the pass on which the neighbour lies.
-    pub side: Side,
-    /// The neighbouring pass.
-    pub pass: PassId,
-    /// Mean distance between the two centre lines on the interval, mm.
-    pub distance: f64,
-    /// Layer of the neighbour, counted from 1.
-    pub layer: u32,
-}
+    /// How the pass goes from point `i` to the next.
+    pub fn move_at(&self, i: usize) -> Move {
+        let index = (self.first.1 + i) as u32;
+        if let Ok(k) = self.arcs.binary_search_by_key(&index, |a| a.0) {
+            return Move::Arc {
+                via: self.arcs[k].1,
+            };
+        }
+        match self.spots.binary_search_by_key(&index, |s| s.0) {
+            Ok(k) => Move::Spot {
+                time: self.spots[k].1,
+            },
+            Err(_) => Move::Line,
+        }
+    }
 
-/// Values that vary along a pass, one per move; absent ones come from the pass' [`crate::Profile`].
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Channels {
-    /// Travel speed, mm/s.
-    pub speed: Option<Vec<f64>>,
-    /// Wire feed speed, mm/s.
-    pub wire_feed: Option<Vec<f64>>,
-    /// Beam power, W.
-    pub power: Option<Vec<f64>>,
-    /// Focus offset, in the unit of the beam's focus model.
-    pub focus: Option<Vec<f64>>,
-    /// Dwell at the end of the move, s.
-    pub dwell: Option<Vec<f64>>,
-}
+    /// The moves, in order.
+    pub fn moves(&self) -> impl ExactSizeIterator<Item = Move> + '_ {
+        (0..self.move_count()).map(|i| self.move_at(i))
+    }
 
-/// One uninterrupted bead or scan chain, as a structure of arrays.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Pass {
-    /// Stable identifier.
-    pub id: PassId,
-    /// What the pass is for.
-    pub role: Role,
-    /// Part, layer and entity.
-    pub tag: Tag,
-    /// Index into [`crate::Toolpath::profiles`].
-    pub profile: u32,
-    /// The points, mm, part frame; a closed pass repeats its first point at the end.
-    pub points: Vec<DVec3>,
-    /// The moves between points: `points.len() - 1` of them.
-    pub moves: Vec<Move>,
-    /// Unit tool axis at each point, from the part towards the tool; empty where the tool stays along the
-    /// build direction.
-    pub axes: Vec<DVec3>,
-    /// Values that vary along the pass.
-    pub channels: Channels,
-    /// Beads beside this one.
-    pub neighbours: Vec<Neighbour>,
-}
+    /// What the pass says of a channel for move `i`; `None` leaves it to the profile.
+    pub fn value(&self, channel: Channel, i: usize) -> Option<f64> {
+        let column = &self.store.channels[channel as usize];
+        (i < self.move_count())
+            .then(|| column.get(self.first.1 + i))
+            .flatten()
+    }
 
-impl Pass {
-    /// A pass of straight moves along `points` with nothing else said.
-    pub fn polyline(id: PassId, role: Role, tag: Tag, points: Vec<DVec3>) -> Self {
-        let moves = vec![Move::Line; points.len().saturating_sub(1)];
+    /// Whether the pass says anything of a channel.
+    pub fn says(&self, channel: Channel) -> bool {
+        let column = &self.store.channels[channel as usize];
+        column.any(self.first.1..self.first.1 + self.move_count())
+    }
+
+    /// Unit tool axis at point `i`, from the part towards the tool; `None` where the tool stays along the build direction.
+    pub fn axis(&self, i: usize) -> Option<DVec3> {
+        let at = |k: usize| self.store.axes[k].get(self.first.0 + i);
+        Some(DVec3::new(at(0)?, at(1)?, at(2)?))
+    }
+
+    /// Rotation about the tool axis at point `i`, rad; `None` where it is free.
+    pub fn turn(&self, i: usize) -> Option<f64> {
+        self.store.turns.get(self.first.0 + i)
+    }
+
+    /// Positions of the external axes at point `i`, mm or rad; `None` for those that the pass leaves free.
+    pub fn external(&self, i: usize) -> impl Iterator<Item = Option<f64>> + '_ {
+        let columns = self.store.external.iter();
+        columns.map(move |c| c.get(self.first.0 + i))
+    }
+
+    /// What happens along the pass: at which of its points, and what.
+    pub fn events(&self) -> impl ExactSizeIterator<Item = (usize, Event)> + '_ {
+        let events = self.events.iter();
+        events.map(|&(point, event)| (point as usize - self.first.0, event))
+    }
+
+    /// Beads beside this one, by the start of their intervals.
+    pub fn neighbours(&self) -> impl ExactSizeIterator<Item = &'a Neighbour> + use<'a> {
+        self.neighbours.iter().map(|(_, n)| n)
+    }
+
+    /// The same pass without neighbours: they are known to the layer they were found in.
+    #[must_use]
+    pub fn alone(self) -> Self {
         Pass {
-            id,
-            role,
-            tag,
-            profile: 0,
-            points,
-            moves,
-            axes: Vec::new(),
-            channels: Channels::default(),
-            neighbours: Vec::new(),
+            neighbours: &[],
+            ..self
         }
     }
 
     /// The arc of move `i`, where that move is an arc through three distinct points.
     pub fn arc(&self, i: usize) -> Option<Arc> {
-        match self.moves[i] {
+        match self.move_at(i) {
             Move::Arc { via } => Arc::through(self.points[i], via, self.points[i + 1]),
             Move::Line | Move::Spot { .. } => None,
         }
@@ -157,7 +120,7 @@ impl Pass {
 
     /// Length of the whole pass, mm.
     pub fn length(&self) -> f64 {
-        (0..self.moves.len()).map(|i| self.move_length(i)).sum()
+        (0..self.move_count()).map(|i| self.move_length(i)).sum()
     }
 
     /// Whether the pass ends where it starts.
@@ -170,7 +133,7 @@ impl Pass {
         let mut points: Vec<DVec3> = self.points.first().copied().into_iter().collect();
         let mut along = vec![0.0; points.len()];
         let mut s = 0.0;
-        for i in 0..self.moves.len() {
+        for i in 0..self.move_count() {
             if let Some(arc) = self.arc(i) {
                 let n = arc.chords(chord_error);
                 for k in 1..n {
@@ -187,90 +150,103 @@ impl Pass {
         }
         (points, along)
     }
+}
 
-    /// The same pass travelled backwards: points, moves, axes, channels and neighbours turned round.
-    #[must_use]
-    pub fn reversed(mut self) -> Self {
-        let length = self.length();
-        self.points.reverse();
-        self.moves.reverse();
-        self.axes.reverse();
-        let c = &mut self.channels;
-        for channel in [
-            &mut c.speed,
-            &mut c.wire_feed,
-            &mut c.power,
-            &mut c.focus,
-            &mut c.dwell,
-        ]
-        .into_iter()
-        .flatten()
-        {
-            channel.reverse();
+/// The entries of a sorted list whose numbers lie in a range.
+fn within<T>(list: &[(u32, T)], from: usize, to: usize) -> &[(u32, T)] {
+    if list.is_empty() {
+        return list;
+    }
+    let at = |number: usize| list.partition_point(|e| (e.0 as usize) < number);
+    &list[at(from)..at(to)]
+}
+
+impl Layer {
+    /// Pass number `index`, from 0.
+    pub fn get(&self, index: usize) -> Option<Pass<'_>> {
+        let entry = self.entries.get(index)?;
+        let first = entry.first as usize;
+        let next = self.entries.get(index + 1);
+        let end = next.map_or(self.points.len(), |n| n.first as usize);
+        let (first_move, end_move) = (first - index, end - index - 1);
+        Some(Pass {
+            head: entry.head,
+            layer: self.number,
+            points: &self.points[first..end],
+            store: self,
+            first: (first, first_move),
+            arcs: within(&self.arcs, first_move, end_move),
+            spots: within(&self.spots, first_move, end_move),
+            events: within(&self.events, first, end),
+            neighbours: within(&self.neighbours, index, index + 1),
+        })
+    }
+
+    /// The passes in order of execution.
+    pub fn passes(&self) -> impl DoubleEndedIterator<Item = Pass<'_>> + ExactSizeIterator {
+        // every index of the range has its pass
+        (0..self.len()).map(|i| self.pass(i))
+    }
+
+    /// Pass number `index`, from 0.
+    ///
+    /// # Panics
+    /// Where there is none.
+    pub fn pass(&self, index: usize) -> Pass<'_> {
+        match self.get(index) {
+            Some(pass) => pass,
+            #[expect(clippy::panic, reason = "an index out of range, as for a slice")]
+            None => panic!("pass {index} of a layer of {}", self.len()),
         }
-        for n in &mut self.neighbours {
-            (n.from, n.to) = (length - n.to, length - n.from);
-            n.side = match n.side {
-                Side::Left => Side::Right,
-                Side::Right => Side::Left,
-            };
+    }
+
+    /// Copies a pass with all it says to the end of this layer.
+    pub fn push(&mut self, pass: Pass<'_>) {
+        let index = self.entries.len() as u32;
+        let mut to = self.begin(pass.head, pass.points[0]);
+        to.pose_of(pass, 0);
+        for (i, shape) in pass.moves().enumerate() {
+            to.go(shape, pass.points[i + 1]);
+            to.values_of(pass, i);
+            to.pose_of(pass, i + 1);
         }
-        self.neighbours.reverse();
-        self
+        let first = self.points.len() - pass.points.len();
+        let events = pass.events();
+        self.events
+            .extend(events.map(|(point, event)| ((first + point) as u32, event)));
+        self.neighbours
+            .extend(pass.neighbours().map(|n| (index, *n)));
+    }
+
+    /// Length of the passes that deposit, mm.
+    pub fn deposited_length(&self) -> f64 {
+        let laid = self.passes().filter(|p| p.head.role.deposits());
+        laid.map(|p| p.length()).sum()
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn half_circle() -> Pass {
-        let tag = Tag {
-            part: 0,
-            layer: 1,
-            entity: 0,
-        };
-        let mut pass = Pass::polyline(
-            PassId(1),
-            Role::Contour,
-            tag,
-            vec![DVec3::ZERO, DVec3::X * 10.0, DVec3::new(10.0, 20.0, 0.0)],
-        );
-        pass.moves[1] = Move::Arc {
-            via: DVec3::new(20.0, 10.0, 0.0),
-        };
-        pass
-    }
-
-    #[test]
-    fn lengths_follow_arcs() {
-        let pass = half_circle();
-        assert!((pass.length() - (10.0 + 10.0 * std::f64::consts::PI)).abs() < 1e-9);
-        let (points, along) = pass.flatten(0.01);
-        assert_eq!(points.len(), along.len());
-        assert!((along.last().unwrap() - pass.length()).abs() < 1e-9);
-        let centre = DVec3::new(10.0, 10.0, 0.0);
-        for pair in points[1..].windows(2) {
-            assert!((0.5 * (pair[0] + pair[1])).distance(centre) > 10.0 - 0.0101);
+impl PassWriter<'_> {
+    /// What `pass` says of its move `i`, for the last move.
+    fn values_of(&mut self, pass: Pass<'_>, i: usize) {
+        for channel in Channel::ALL {
+            if let Some(value) = pass.value(channel, i) {
+                self.set(channel, value);
+            }
         }
     }
 
-    #[test]
-    fn turning_round_twice_is_nothing() {
-        let mut pass = half_circle();
-        pass.neighbours.push(Neighbour {
-            from: 1.0,
-            to: 4.0,
-            side: Side::Left,
-            pass: PassId(2),
-            distance: 4.6,
-            layer: 1,
-        });
-        let back = pass.clone().reversed();
-        assert_eq!(back.neighbours[0].side, Side::Right);
-        assert!((back.neighbours[0].to - (pass.length() - 1.0)).abs() < 1e-9);
-        let again = back.reversed();
-        assert_eq!(again.points, pass.points);
-        assert_eq!(again.moves, pass.moves);
+    /// What `pass` says of its point `i`, for the last point.
+    fn pose_of(&mut self, pass: Pass<'_>, i: usize) {
+        if let Some(axis) = pass.axis(i) {
+            self.axis(axis);
+        }
+        if let Some(turn) = pass.turn(i) {
+            self.turn(turn);
+        }
+        for (axis, value) in pass.external(i).enumerate() {
+            if let Some(value) = value {
+                self.external(axis, value);
+            }
+        }
     }
 }

@@ -1,227 +1,586 @@
-//! Toolpaths to and from the native container: points and channels as columns, tags and profiles in the index.
+//! Toolpaths to and from the native container, layer by layer: a head with names and profiles, one container a layer with
+//! points and values as columns, and an end that counts the layers. Lossless for all three processes.
 
-use std::ops::Range;
+use std::io::{self, Read, Write};
 
-use meltpath_base::container::{Column, Container, ContainerError};
+use meltpath_base::container::{Column as Stored, Container, ContainerError};
 use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::pass::{Channels, Move, Neighbour, Pass, PassId, Role, Tag};
+use crate::column::Column;
+use crate::layer::{Entry, Layer};
 use crate::toolpath::{Profile, Toolpath};
+use crate::vocabulary::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
 
-/// Schema of the container that [`to_container`] makes.
-pub const TOOLPATH_SCHEMA: &str = "meltpath-toolpath/1";
-
-/// What the index says of one pass; its geometry lies in the columns.
-#[derive(Serialize, Deserialize)]
-struct PassMeta {
-    id: PassId,
-    role: Role,
-    tag: Tag,
-    profile: u32,
-    points: u32,
-    axes: u32,
-    #[serde(default)]
-    channels: Channels,
-    neighbours: Vec<Neighbour>,
-}
+/// Schema of the head of a stored toolpath.
+pub const TOOLPATH_SCHEMA: &str = "meltpath-toolpath/2";
+/// Schema of each of its layers.
+const LAYER_SCHEMA: &str = "meltpath-toolpath-layer/2";
+/// Schema of its end.
+const END_SCHEMA: &str = "meltpath-toolpath-end/2";
 
 #[derive(Serialize, Deserialize)]
-struct Meta {
+struct HeadMeta {
+    build: String,
+    parts: Vec<(u32, String)>,
     profiles: Vec<Profile>,
-    passes: Vec<PassMeta>,
 }
 
-fn push(column: &mut Vec<f64>, v: DVec3) {
-    column.extend_from_slice(&v.to_array());
+#[derive(Serialize, Deserialize)]
+struct LayerMeta {
+    number: u32,
+    /// Number of external axes.
+    external: usize,
 }
 
-/// The toolpath as a container.
-pub fn to_container(toolpath: &Toolpath) -> Container {
-    let (mut points, mut axes, mut via, mut kinds) = (vec![], vec![], vec![], vec![]);
-    let mut passes = Vec::with_capacity(toolpath.passes.len());
-    for pass in &toolpath.passes {
-        pass.points.iter().for_each(|&p| push(&mut points, p));
-        pass.axes.iter().for_each(|&a| push(&mut axes, a));
-        for m in &pass.moves {
-            let (kind, value) = match *m {
-                Move::Line => (0, DVec3::ZERO),
-                Move::Arc { via } => (1, via),
-                Move::Spot { time } => (2, DVec3::new(time, 0.0, 0.0)),
-            };
-            kinds.push(kind);
-            push(&mut via, value);
-        }
-        passes.push(PassMeta {
-            id: pass.id,
-            role: pass.role,
-            tag: pass.tag,
-            profile: pass.profile,
-            points: pass.points.len() as u32,
-            axes: pass.axes.len() as u32,
-            channels: pass.channels.clone(),
-            neighbours: pass.neighbours.clone(),
-        });
+#[derive(Serialize, Deserialize)]
+struct EndMeta {
+    layers: u64,
+}
+
+const CHANNELS: [&str; Channel::ALL.len()] = ["speed", "wire_feed", "power", "spot", "dwell"];
+const AXES: [&str; 3] = ["axis_x", "axis_y", "axis_z"];
+
+/// Writes a toolpath layer by layer.
+#[derive(Debug)]
+pub struct Writer<W: Write> {
+    to: W,
+    layers: u64,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the head: build, parts and profiles of `head`; its layers are left out.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn new(mut to: W, head: &Toolpath) -> io::Result<Self> {
+        let meta = HeadMeta {
+            build: head.build.clone(),
+            parts: head.parts.clone().into_iter().collect(),
+            profiles: head.profiles.clone(),
+        };
+        container(TOOLPATH_SCHEMA, &meta)?.write(&mut to)?;
+        Ok(Writer { to, layers: 0 })
     }
-    let meta = Meta {
-        profiles: toolpath.profiles.clone(),
-        passes,
-    };
-    let mut container = Container::new(TOOLPATH_SCHEMA);
-    // plain structs of numbers and strings: their JSON exists
-    container.meta = serde_json::to_value(&meta).unwrap_or_default();
-    container
-        .columns
-        .insert("points".into(), Column::F64(points));
-    container.columns.insert("axes".into(), Column::F64(axes));
-    container
-        .columns
-        .insert("move_kind".into(), Column::U8(kinds));
-    container
-        .columns
-        .insert("move_value".into(), Column::F64(via));
-    container
+
+    /// Writes the next layer.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn layer(&mut self, layer: &Layer) -> io::Result<()> {
+        self.layers += 1;
+        stored(layer)?.write(&mut self.to)
+    }
+
+    /// Writes the end, without which no reader takes the toolpath for whole.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn finish(mut self) -> io::Result<()> {
+        let meta = EndMeta {
+            layers: self.layers,
+        };
+        container(END_SCHEMA, &meta)?.write(&mut self.to)?;
+        self.to.flush()
+    }
 }
 
-/// Takes `count` entries of `column` from the cursor `at`, or says that the column is too short.
-fn take<'a, T>(
-    column: &'a [T],
-    at: &mut usize,
-    count: usize,
-    name: &str,
-) -> Result<&'a [T], ContainerError> {
-    let range: Range<usize> = *at..at.saturating_add(count);
-    *at = range.end;
-    column.get(range).ok_or_else(|| {
-        ContainerError::Damaged(format!("column `{name}` is shorter than its passes say"))
+/// Writes a whole toolpath.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(toolpath: &Toolpath, to: &mut dyn Write) -> io::Result<()> {
+    let mut writer = Writer::new(to, toolpath)?;
+    for layer in &toolpath.layers {
+        writer.layer(layer)?;
+    }
+    writer.finish()
+}
+
+/// Reads a toolpath layer by layer: an iterator over its layers, each sound in itself.
+#[derive(Debug)]
+pub struct Reader<R: Read> {
+    from: R,
+    /// Build, parts and profiles; no layers.
+    pub head: Toolpath,
+    read: u64,
+    over: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads the head.
+    ///
+    /// # Errors
+    /// [`ContainerError`] where this is no toolpath of this version.
+    pub fn new(mut from: R) -> Result<Self, ContainerError> {
+        let found = Container::read(&mut from)?;
+        if found.schema != TOOLPATH_SCHEMA {
+            return Err(ContainerError::Damaged(format!(
+                "it holds `{}`, not `{TOOLPATH_SCHEMA}`",
+                found.schema
+            )));
+        }
+        let meta: HeadMeta = meta(found)?;
+        Ok(Reader {
+            from,
+            head: Toolpath {
+                build: meta.build,
+                parts: meta.parts.into_iter().collect(),
+                profiles: meta.profiles,
+                layers: Vec::new(),
+            },
+            read: 0,
+            over: false,
+        })
+    }
+
+    fn next_layer(&mut self) -> Result<Option<Layer>, ContainerError> {
+        let found = Container::read(&mut self.from)?;
+        if found.schema == END_SCHEMA {
+            let end: EndMeta = meta(found)?;
+            return if end.layers == self.read {
+                Ok(None)
+            } else {
+                Err(ContainerError::Damaged(format!(
+                    "it ends after {} of {} layers",
+                    self.read, end.layers
+                )))
+            };
+        }
+        self.read += 1;
+        let unsound = |what| ContainerError::Damaged(format!("its layer {}: {what}", self.read));
+        if found.schema != LAYER_SCHEMA {
+            return Err(unsound(format!("`{}` is no layer", found.schema)));
+        }
+        let layer = layer_of(&found)?;
+        layer.sanity_check().map_err(|e| unsound(e.to_string()))?;
+        let known = self.head.profiles.len();
+        let highest = layer.passes().map(|p| usize::from(p.head.profile)).max();
+        match highest {
+            Some(profile) if profile >= known => Err(unsound(format!(
+                "a pass refers to profile {profile} of {known}"
+            ))),
+            _ => Ok(Some(layer)),
+        }
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Layer, ContainerError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.over {
+            return None;
+        }
+        let next = self.next_layer().transpose();
+        self.over = !matches!(next, Some(Ok(_)));
+        next
+    }
+}
+
+/// Reads a whole toolpath.
+///
+/// # Errors
+/// [`ContainerError`] where it is of another schema, cut off or unsound.
+pub fn read(from: &mut dyn Read) -> Result<Toolpath, ContainerError> {
+    let mut reader = Reader::new(from)?;
+    let layers = reader.by_ref().collect::<Result<_, _>>()?;
+    Ok(Toolpath {
+        layers,
+        ..reader.head
     })
+}
+
+fn container(schema: &str, meta: &impl Serialize) -> io::Result<Container> {
+    let mut container = Container::new(schema);
+    container.meta = serde_json::to_value(meta)?;
+    Ok(container)
+}
+
+fn meta<T: serde::de::DeserializeOwned>(container: Container) -> Result<T, ContainerError> {
+    serde_json::from_value(container.meta)
+        .map_err(|e| ContainerError::Damaged(format!("its toolpath index: {e}")))
+}
+
+fn flat(vectors: impl Iterator<Item = DVec3>) -> Stored {
+    Stored::F64(vectors.flat_map(|v| v.to_array()).collect())
+}
+
+fn stored(layer: &Layer) -> io::Result<Container> {
+    let meta = LayerMeta {
+        number: layer.number,
+        external: layer.external.len(),
+    };
+    let mut to = container(LAYER_SCHEMA, &meta)?;
+    let mut put = |name: &str, column: Stored| {
+        to.columns.insert(name.to_owned(), column);
+    };
+    let numbers = |of: fn(&Entry) -> u32| Stored::U32(layer.entries.iter().map(of).collect());
+    put("height", Stored::F64(vec![layer.height]));
+    put("id", numbers(|e| e.head.id.0));
+    put("part", numbers(|e| e.head.part));
+    put("entity", numbers(|e| e.head.entity));
+    put("bead", numbers(|e| e.head.bead));
+    put("profile", numbers(|e| u32::from(e.head.profile)));
+    put("first_point", numbers(|e| e.first));
+    let roles = layer.entries.iter().map(|e| e.head.role as u8);
+    put("role", Stored::U8(roles.collect()));
+    put("points", flat(layer.points.iter().copied()));
+    let arcs = &layer.arcs;
+    put("arc_move", Stored::U32(arcs.iter().map(|a| a.0).collect()));
+    put("arc_via", flat(arcs.iter().map(|a| a.1)));
+    let spots = &layer.spots;
+    put(
+        "spot_move",
+        Stored::U32(spots.iter().map(|s| s.0).collect()),
+    );
+    put(
+        "spot_time",
+        Stored::F64(spots.iter().map(|s| s.1).collect()),
+    );
+    let mut values = |name: &str, column: &Column| {
+        put(name, Stored::F64(column.values().to_vec()));
+    };
+    for (name, column) in CHANNELS.iter().zip(&layer.channels) {
+        values(name, column);
+    }
+    for (name, column) in AXES.iter().zip(&layer.axes) {
+        values(name, column);
+    }
+    values("turn", &layer.turns);
+    for (k, column) in layer.external.iter().enumerate() {
+        values(&format!("external_{k}"), column);
+    }
+    let events = &layer.events;
+    let coded: Vec<(u8, u32)> = events.iter().map(|e| code(e.1)).collect();
+    put(
+        "event_point",
+        Stored::U32(events.iter().map(|e| e.0).collect()),
+    );
+    put(
+        "event_kind",
+        Stored::U8(coded.iter().map(|c| c.0).collect()),
+    );
+    put(
+        "event_value",
+        Stored::U32(coded.iter().map(|c| c.1).collect()),
+    );
+    put_neighbours(&mut to, &layer.neighbours);
+    Ok(to)
+}
+
+fn put_neighbours(to: &mut Container, neighbours: &[(u32, Neighbour)]) {
+    let whole = |of: fn(&(u32, Neighbour)) -> u32| neighbours.iter().map(of).collect();
+    let real = |of: fn(&Neighbour) -> f64| neighbours.iter().map(|n| of(&n.1)).collect();
+    let sides = neighbours
+        .iter()
+        .map(|n| u8::from(n.1.side == Side::Right))
+        .collect();
+    for (name, column) in [
+        ("neighbour_of", Stored::U32(whole(|n| n.0))),
+        ("neighbour_pass", Stored::U32(whole(|n| n.1.pass.0))),
+        ("neighbour_layer", Stored::U32(whole(|n| n.1.layer))),
+        ("neighbour_side", Stored::U8(sides)),
+        ("neighbour_from", Stored::F64(real(|n| n.from))),
+        ("neighbour_to", Stored::F64(real(|n| n.to))),
+        ("neighbour_distance", Stored::F64(real(|n| n.distance))),
+    ] {
+        to.columns.insert(name.to_owned(), column);
+    }
+}
+
+fn code(event: Event) -> (u8, u32) {
+    match event {
+        Event::On => (0, 0),
+        Event::Off => (1, 0),
+        Event::Weave(schedule) => (2, schedule),
+        Event::Synchronise(number) => (3, number),
+    }
+}
+
+fn event(code: (u8, u32)) -> Result<Event, ContainerError> {
+    Ok(match code {
+        (0, _) => Event::On,
+        (1, _) => Event::Off,
+        (2, schedule) => Event::Weave(schedule),
+        (3, number) => Event::Synchronise(number),
+        (kind, _) => return Err(unknown("event", kind)),
+    })
+}
+
+fn unknown(what: &str, code: u8) -> ContainerError {
+    ContainerError::Damaged(format!("{what} {code} is unknown"))
 }
 
 fn vectors(values: &[f64]) -> Vec<DVec3> {
-    values
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .map(|&v| DVec3::from_array(v))
-        .collect()
+    let all = values.as_chunks::<3>().0.iter();
+    all.map(|&v| DVec3::from_array(v)).collect()
 }
 
-/// The toolpath of a container.
-///
-/// # Errors
-/// [`ContainerError`] where the container is of another schema or its columns do not fit together.
-pub fn from_container(container: &Container) -> Result<Toolpath, ContainerError> {
-    if container.schema != TOOLPATH_SCHEMA {
-        return Err(ContainerError::Damaged(format!(
-            "it holds `{}`, not `{TOOLPATH_SCHEMA}`",
-            container.schema
-        )));
+/// Both columns as one list, where they are equally long.
+fn paired<A: Copy, B>(
+    name: &str,
+    a: &[A],
+    b: impl IntoIterator<Item = B, IntoIter: ExactSizeIterator>,
+) -> Result<Vec<(A, B)>, ContainerError> {
+    let b = b.into_iter();
+    if a.len() == b.len() {
+        return Ok(a.iter().copied().zip(b).collect());
     }
-    let meta: Meta = serde_json::from_value(container.meta.clone())
-        .map_err(|e| ContainerError::Damaged(format!("its toolpath index: {e}")))?;
-    let (points, axes) = (container.f64("points")?, container.f64("axes")?);
-    let (kinds, values) = (container.u8("move_kind")?, container.f64("move_value")?);
-    let (mut at_point, mut at_axis, mut at_kind, mut at_value) = (0, 0, 0, 0);
-    let mut passes = Vec::with_capacity(meta.passes.len());
-    for pass in meta.passes {
-        let n = pass.points as usize;
-        let moves = n.saturating_sub(1);
-        let kind = take(kinds, &mut at_kind, moves, "move_kind")?;
-        let value = vectors(take(values, &mut at_value, 3 * moves, "move_value")?);
-        let moves = kind
-            .iter()
-            .zip(value)
-            .map(|(&kind, value)| match kind {
-                0 => Ok(Move::Line),
-                1 => Ok(Move::Arc { via: value }),
-                2 => Ok(Move::Spot { time: value.x }),
-                other => Err(ContainerError::Damaged(format!(
-                    "move kind {other} is unknown"
-                ))),
-            })
-            .collect::<Result<_, _>>()?;
-        passes.push(Pass {
-            id: pass.id,
-            role: pass.role,
-            tag: pass.tag,
-            profile: pass.profile,
-            points: vectors(take(points, &mut at_point, 3 * n, "points")?),
-            moves,
-            axes: vectors(take(axes, &mut at_axis, 3 * pass.axes as usize, "axes")?),
-            channels: pass.channels,
-            neighbours: pass.neighbours,
-        });
+    Err(ContainerError::Damaged(format!(
+        "column `{name}` has {} entries for {}",
+        a.len(),
+        b.len()
+    )))
+}
+
+fn layer_of(from: &Container) -> Result<Layer, ContainerError> {
+    let values = |name: &str| {
+        let stored = from.f64(name);
+        stored.map(|v| Column::from_values(v.to_vec()))
+    };
+    let LayerMeta { number, external } = serde_json::from_value(from.meta.clone())
+        .map_err(|e| ContainerError::Damaged(format!("its layer's index: {e}")))?;
+    let height = from.f64("height")?.first().copied();
+    let [mut channels, mut axes] = [const { Vec::new() }; 2];
+    for name in CHANNELS {
+        channels.push(values(name)?);
     }
-    Ok(Toolpath {
-        profiles: meta.profiles,
-        passes,
+    for name in AXES {
+        axes.push(values(name)?);
+    }
+    let odd = |_| ContainerError::Damaged("a column of a layer is missing".to_owned());
+    let coded = paired(
+        "event_kind",
+        from.u8("event_kind")?,
+        from.u32("event_value")?.iter().copied(),
+    )?;
+    let events = coded
+        .into_iter()
+        .map(event)
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(Layer {
+        number,
+        height: height.ok_or_else(|| ContainerError::Column("height".to_owned()))?,
+        entries: entries_of(from)?,
+        points: vectors(from.f64("points")?),
+        arcs: paired(
+            "arc_move",
+            from.u32("arc_move")?,
+            vectors(from.f64("arc_via")?),
+        )?,
+        spots: paired(
+            "spot_move",
+            from.u32("spot_move")?,
+            from.f64("spot_time")?.iter().copied(),
+        )?,
+        channels: channels.try_into().map_err(odd)?,
+        axes: axes.try_into().map_err(odd)?,
+        turns: values("turn")?,
+        external: (0..external)
+            .map(|k| values(&format!("external_{k}")))
+            .collect::<Result<_, _>>()?,
+        events: paired("event_point", from.u32("event_point")?, events)?,
+        neighbours: neighbours_of(from)?,
     })
+}
+
+fn entries_of(from: &Container) -> Result<Vec<Entry>, ContainerError> {
+    let id = from.u32("id")?;
+    let columns = ["part", "entity", "bead", "profile", "first_point"].map(|name| from.u32(name));
+    let [part, entity, bead, profile, first] = columns;
+    let (part, entity, bead, profile, first) = (part?, entity?, bead?, profile?, first?);
+    let role = from.u8("role")?;
+    let all = [
+        part.len(),
+        entity.len(),
+        bead.len(),
+        profile.len(),
+        first.len(),
+        role.len(),
+    ];
+    if all.iter().any(|n| *n != id.len()) {
+        return Err(ContainerError::Damaged(
+            "its passes' columns differ in length".to_owned(),
+        ));
+    }
+    let entry = |k: usize| {
+        let role = Role::ALL.get(usize::from(role[k])).copied();
+        Ok(Entry {
+            head: PassHead {
+                id: PassId(id[k]),
+                part: part[k],
+                entity: entity[k],
+                bead: bead[k],
+                profile: u16::try_from(profile[k]).map_err(|_| {
+                    ContainerError::Damaged(format!("profile {} is unknown", profile[k]))
+                })?,
+                role: role.ok_or_else(|| unknown("role", from.u8("role").map_or(0, |r| r[k])))?,
+            },
+            first: first[k],
+        })
+    };
+    (0..id.len()).map(entry).collect()
+}
+
+fn neighbours_of(from: &Container) -> Result<Vec<(u32, Neighbour)>, ContainerError> {
+    let of = from.u32("neighbour_of")?;
+    let (pass, layer) = (from.u32("neighbour_pass")?, from.u32("neighbour_layer")?);
+    let (side, distance) = (from.u8("neighbour_side")?, from.f64("neighbour_distance")?);
+    let (begin, end) = (from.f64("neighbour_from")?, from.f64("neighbour_to")?);
+    let all = [
+        pass.len(),
+        layer.len(),
+        side.len(),
+        distance.len(),
+        begin.len(),
+        end.len(),
+    ];
+    if all.iter().any(|n| *n != of.len()) {
+        return Err(ContainerError::Damaged(
+            "its neighbours' columns differ in length".to_owned(),
+        ));
+    }
+    let neighbour = |k: usize| {
+        let side = match side[k] {
+            0 => Side::Left,
+            1 => Side::Right,
+            other => return Err(unknown("side", other)),
+        };
+        Ok((
+            of[k],
+            Neighbour {
+                from: begin[k],
+                to: end[k],
+                side,
+                pass: PassId(pass[k]),
+                distance: distance[k],
+                layer: layer[k],
+            },
+        ))
+    };
+    (0..of.len()).map(neighbour).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vocabulary::Move;
 
-    #[test]
-    fn a_toolpath_survives_storage_to_the_bit() {
-        let tag = Tag {
-            part: 0,
-            layer: 3,
-            entity: 1,
+    /// A bead on a leaning torch and a positioner, a laser's vectors, an electron beam's spots.
+    fn three_processes() -> Toolpath {
+        let head = |id: u32, role: Role, profile: u16| PassHead {
+            id: PassId(id),
+            part: id % 2,
+            entity: 4,
+            bead: id,
+            profile,
+            role,
         };
-        let mut pass = Pass::polyline(
-            PassId(7),
+        let mut wire = Layer::new(1, 0.0);
+        let mut bead = wire.begin(head(1, Role::Contour, 0), DVec3::ZERO);
+        bead.axis(DVec3::Z).turn(0.25).external(0, 15.0);
+        bead.event(Event::On).event(Event::Synchronise(3));
+        bead.line_to(DVec3::X / 3.0).set(Channel::WireFeed, 133.3);
+        bead.arc_to(DVec3::new(0.1, 0.7, 0.0), DVec3::Y);
+        bead.axis(DVec3::new(0.6, 0.0, 0.8)).event(Event::Off);
+        let beside = Neighbour {
+            from: 0.1,
+            to: 1.0 / 7.0,
+            side: Side::Right,
+            pass: PassId(9),
+            distance: 4.6,
+            layer: 2,
+        };
+        wire.set_neighbours(vec![(0, beside)]);
+        let mut laser = Layer::new(2, 0.03);
+        for (id, role) in [
+            Role::Jump,
+            Role::Run,
             Role::Fill,
-            tag,
-            vec![DVec3::ZERO, DVec3::X / 3.0, DVec3::Y],
-        );
-        pass.moves[1] = Move::Arc {
-            via: DVec3::new(0.1, 0.7, 0.0),
+            Role::Run,
+            Role::Connection,
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let from = DVec3::X * id as f64;
+            let mut vector = laser.begin(head(id as u32, role, 1), from);
+            vector.line_to(from + DVec3::X).set(Channel::Speed, 1200.0);
+            vector.set(Channel::Dwell, 1e-4 * id as f64);
+        }
+        let mut beam = Layer::new(2, 0.05);
+        let mut spots = beam.begin(head(3, Role::Fill, 1), DVec3::ZERO);
+        spots.go(Move::Spot { time: 0.25e-3 }, DVec3::ZERO);
+        spots.go(Move::Spot { time: 0.5e-3 }, DVec3::X);
+        spots.set(Channel::Power, 250.0).set(Channel::Spot, 0.31);
+        let profile = |name: &str| Profile {
+            name: name.to_owned(),
+            speed: 12.5,
+            spot: 0.4,
+            ..Profile::default()
         };
-        pass.axes = vec![DVec3::Z; 3];
-        pass.channels.speed = Some(vec![12.5, 10.0]);
-        let spot = Pass {
-            moves: vec![Move::Spot { time: 0.25 }],
-            ..Pass::polyline(PassId(8), Role::Fill, tag, vec![DVec3::X; 2])
-        };
-        let toolpath = Toolpath {
-            profiles: vec![Profile {
-                speed: 12.5,
-                ..Profile::default()
-            }],
-            passes: vec![pass, spot],
-        };
+        Toolpath {
+            build: "plate 12".to_owned(),
+            parts: [(0, "bracket".to_owned()), (1, "lever".to_owned())].into(),
+            profiles: vec![profile("bead"), profile("hatch")],
+            layers: vec![wire, laser, beam],
+        }
+    }
+
+    fn bytes(toolpath: &Toolpath) -> Vec<u8> {
         let mut bytes = Vec::new();
-        to_container(&toolpath).write(&mut bytes).unwrap();
-        let read = from_container(&Container::read(&mut &bytes[..]).unwrap()).unwrap();
-        assert_eq!(read, toolpath);
+        write(toolpath, &mut bytes).unwrap();
+        bytes
     }
 
     #[test]
-    fn short_columns_are_an_error() {
-        let tag = Tag {
-            part: 0,
-            layer: 1,
-            entity: 0,
+    fn all_three_processes_survive_storage_to_the_bit() {
+        let toolpath = three_processes();
+        toolpath.sanity_check().unwrap();
+        let stored = bytes(&toolpath);
+        assert_eq!(read(&mut &stored[..]).unwrap(), toolpath);
+        // one layer after the other
+        let mut reader = Reader::new(&stored[..]).unwrap();
+        assert!(reader.head.layers.is_empty() && reader.head.parts.len() == 2);
+        assert_eq!(reader.next().unwrap().unwrap(), toolpath.layers[0]);
+        assert_eq!(reader.count(), 2);
+    }
+
+    #[test]
+    fn a_toolpath_cut_off_anywhere_is_an_error() {
+        let stored = bytes(&three_processes());
+        for end in (0..stored.len()).step_by(97) {
+            assert!(read(&mut &stored[..end]).is_err(), "{end}");
+        }
+        let mut short = Vec::new();
+        let toolpath = three_processes();
+        let mut writer = Writer::new(&mut short, &toolpath).unwrap();
+        writer.layer(&toolpath.layers[0]).unwrap();
+        assert!(read(&mut &short[..]).is_err(), "without its end");
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused() {
+        let refused = |change: &dyn Fn(&mut Toolpath)| {
+            let mut toolpath = three_processes();
+            change(&mut toolpath);
+            read(&mut &bytes(&toolpath)[..]).unwrap_err().to_string()
         };
-        let toolpath = Toolpath {
-            profiles: vec![],
-            passes: vec![Pass::polyline(
-                PassId(1),
-                Role::Fill,
-                tag,
-                vec![DVec3::ZERO, DVec3::X],
-            )],
-        };
-        let mut container = to_container(&toolpath);
-        container
-            .columns
-            .insert("points".into(), Column::F64(vec![0.0; 3]));
-        assert!(matches!(
-            from_container(&container),
-            Err(ContainerError::Damaged(_))
-        ));
-        container.schema = "other/1".into();
-        assert!(from_container(&container).is_err());
+        let unsound = refused(&|t| t.layers[1].points[1].y = f64::NAN);
+        assert!(
+            unsound.contains("layer 2") && unsound.contains("finite"),
+            "{unsound}"
+        );
+        assert!(refused(&|t| t.profiles.truncate(1)).contains("profile 1 of 1"));
+        let mut other = Vec::new();
+        Container::new("meltpath-toolpath/1")
+            .write(&mut other)
+            .unwrap();
+        let old = read(&mut &other[..]).unwrap_err().to_string();
+        assert!(
+            old.contains("meltpath-toolpath/1") && old.contains("make it again"),
+            "{old}"
+        );
     }
 }

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::error::{Assumption, SynthesisError};
 use super::normalised::Normalised;
-use meltpath_numerics::dense::{DenseError, eigenvalues, singular_values};
+use meltpath_numerics::dense::{DenseError, eigenvalues, smallest_singular_value};
 use meltpath_numerics::{ComplexMatrix, Matrix};
 
 /// Distance from rank loss, relative to the matrix, below which a mode is out of reach.
@@ -76,20 +76,4 @@ fn out_of_reach(
         }
     }
     Ok(None)
-}
-
-fn smallest_singular_value(a: &ComplexMatrix) -> Result<f64, DenseError> {
-    let (m, n) = (a.rows(), a.columns());
-    let real = Matrix::from_fn(2 * m, 2 * n, |i, j| {
-        let z = a[(i % m, j % n)];
-        match (i < m, j < n) {
-            (true, true) | (false, false) => z.re,
-            (true, false) => -z.im,
-            (false, true) => z.im,
-        }
-    });
-    Ok(singular_values(&real)?
-        .last()
-        .copied()
-        .unwrap_or(f64::INFINITY))
 }

@@ -9,8 +9,11 @@
 mod chart;
 mod cut;
 mod edges;
+mod error;
 mod fill;
 mod measure;
+mod outline;
+mod tolerance;
 mod trim;
 mod warp;
 
@@ -18,7 +21,7 @@ use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_base::{Observer, Reporter};
 use rayon::prelude::*;
 
 use super::{BrepModel, Sense, ShellRole, Solid};
@@ -26,88 +29,12 @@ use crate::Mesh;
 use crate::math::{DAffine3, DVec3};
 use chart::Chart;
 use edges::Samples;
+use error::FaceIssue;
+pub use error::TessellateError;
 use fill::FaceMesh;
 pub use measure::{MassProperties, measure, measure_model};
-use trim::Node;
-
-/// How closely a mesh follows its solid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
-    /// Largest distance between a triangle or its sides and the surface, mm.
-    pub chord: f64,
-    /// Largest turn between neighbouring chords along an edge or a line of a surface, rad.
-    pub angle: f64,
-}
-
-impl Default for Tolerance {
-    /// 0.01 mm and 20°.
-    fn default() -> Self {
-        Self {
-            chord: 0.01,
-            angle: 20f64.to_radians(),
-        }
-    }
-}
-
-impl Tolerance {
-    /// This chord error with the default angle.
-    pub fn with_chord(chord: f64) -> Self {
-        Self {
-            chord,
-            ..Self::default()
-        }
-    }
-}
-
-/// Why a solid has no mesh.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TessellateError {
-    /// A tolerance that is not above zero.
-    #[error(
-        "a chord error of {chord} mm and an angle of {angle} rad are not both finite and above 0"
-    )]
-    Tolerance {
-        /// Chord error, mm.
-        chord: f64,
-        /// Angle, rad.
-        angle: f64,
-    },
-    /// A face whose boundary and surface do not make a region.
-    #[error(
-        "face #{id} of `{solid}`: {reason}; repair the face in the program that wrote the file, or export again with a tighter tolerance"
-    )]
-    Face {
-        /// Name of the solid.
-        solid: String,
-        /// Instance number of the face in the file.
-        id: u64,
-        /// What is wrong.
-        reason: String,
-    },
-    /// More than a million chords on one edge, or four thousand million vertices.
-    #[error(
-        "the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error, or check the part's size and unit"
-    )]
-    TooFine {
-        /// Name of the solid.
-        solid: String,
-        /// Chord error, mm.
-        chord: f64,
-    },
-    /// Stopped by the person who started it.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
-/// What a face needs before it can be done, or why it cannot be.
-#[derive(Debug)]
-enum FaceIssue {
-    /// More samples on edges: (edge, parameter).
-    Split(Vec<(u32, f64)>),
-    /// The reason, for people.
-    Failed(String),
-}
+use outline::Node;
+pub use tolerance::Tolerance;
 
 /// Rounds of cutting edges more finely before a face is given up.
 const ROUNDS: usize = 16;
@@ -264,15 +191,7 @@ fn triangulate(
                 Err(FaceIssue::Failed(reason)) => return Err(failed(f, reason)),
             }
         }
-        let mut grown = vec![false; samples.len()];
-        for (&edge, t) in &more {
-            let e = edge as usize;
-            let finer = edges::split(solid, &solid.edges[e], &samples[e], t);
-            if finer.t.len() > samples[e].t.len() {
-                samples[e] = finer;
-                grown[e] = true;
-            }
-        }
+        let grown = cut_finer(solid, &mut samples, &more);
         if !more.is_empty() && !grown.contains(&true) {
             let f = faces.iter().position(Option::is_none).unwrap_or(0);
             return Err(failed(
@@ -298,6 +217,20 @@ fn triangulate(
             "its edges could not be cut finely enough".to_owned(),
         )),
     }
+}
+
+/// Cuts edges at more places; tells which of them have grown by it.
+fn cut_finer(solid: &Solid, samples: &mut [Samples], more: &BTreeMap<u32, Vec<f64>>) -> Vec<bool> {
+    let mut grown = vec![false; samples.len()];
+    for (&edge, t) in more {
+        let e = edge as usize;
+        let finer = edges::split(solid, &solid.edges[e], &samples[e], t);
+        if finer.t.len() > samples[e].t.len() {
+            samples[e] = finer;
+            grown[e] = true;
+        }
+    }
+    grown
 }
 
 /// Joins the faces over shared vertices and turns shells that are inside out.

@@ -165,6 +165,28 @@ fn float(record: &[u8], at: usize) -> f32 {
     f32::from_le_bytes(bytes)
 }
 
+/// The corners of a binary record; `triangle` counts from 0.
+fn corners_of(record: &[u8], triangle: u64, index: &mut VertexIndex) -> Result<[u32; 3], StlError> {
+    let mut corners = [0; 3];
+    for (c, corner) in corners.iter_mut().enumerate() {
+        let at = 12 + 12 * c;
+        let xyz = [
+            float(record, at),
+            float(record, at + 4),
+            float(record, at + 8),
+        ];
+        if let Some(bad) = xyz.iter().position(|x| !x.is_finite()) {
+            return Err(StlError::NotFinite {
+                triangle: triangle + 1,
+                offset: HEADER + triangle * RECORD as u64 + (at + 4 * bad) as u64,
+            });
+        }
+        let p = DVec3::new(xyz[0].into(), xyz[1].into(), xyz[2].into());
+        *corner = index.index(p).ok_or(StlError::TooLarge)?;
+    }
+    Ok(corners)
+}
+
 fn read_binary(
     reader: &mut impl Read,
     length: Option<u64>,
@@ -206,23 +228,7 @@ fn read_binary(
         let got = read_full(reader, &mut buffer[..wanted])?;
         for (k, record) in buffer[..got].chunks_exact(RECORD).enumerate() {
             let triangle = done + k as u64;
-            let mut corners = [0; 3];
-            for (c, corner) in corners.iter_mut().enumerate() {
-                let at = 12 + 12 * c;
-                let xyz = [
-                    float(record, at),
-                    float(record, at + 4),
-                    float(record, at + 8),
-                ];
-                if let Some(bad) = xyz.iter().position(|x| !x.is_finite()) {
-                    return Err(StlError::NotFinite {
-                        triangle: triangle + 1,
-                        offset: HEADER + triangle * RECORD as u64 + (at + 4 * bad) as u64,
-                    });
-                }
-                let p = DVec3::new(xyz[0].into(), xyz[1].into(), xyz[2].into());
-                *corner = index.index(p).ok_or(StlError::TooLarge)?;
-            }
+            let corners = corners_of(record, triangle, &mut index)?;
             triangles.push(corners);
         }
         let whole = got / RECORD;

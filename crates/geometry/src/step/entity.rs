@@ -81,15 +81,7 @@ impl<'a> Entity<'a> {
         if !self.is_complex() {
             return Some(Self { skip, ..*self });
         }
-        let record = self
-            .records()
-            .iter()
-            .find(|r| self.file.word(r.keyword) == keyword)?;
-        Some(Self {
-            record,
-            skip: 0,
-            ..*self
-        })
+        self.exact(keyword)
     }
 
     /// The record of a complex or simple instance with exactly this type.

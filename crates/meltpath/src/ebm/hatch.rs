@@ -226,7 +226,7 @@ impl Hatch {
         reporter: &Reporter,
     ) -> Result<BeamPath, HatchError> {
         let toolpath = self.plan.toolpath(regions, number, reporter)?;
-        let motion = drive(&toolpath.passes, &toolpath.profiles, self.drive, 0.0)?;
+        let motion = drive(&toolpath, self.drive, 0.0)?;
         Ok(BeamPath::of(&[motion])?)
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, BufReader};
 use std::path::Path;
 
 use meltpath_gun::record::{COLUMNS, Record, RecordError, Row};
-use meltpath_perception::record::RecordError as TableError;
+use meltpath_perception::RecordError as TableError;
 use meltpath_perception::table;
 use meltpath_report::series::parquet::ParquetWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};

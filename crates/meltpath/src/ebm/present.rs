@@ -6,7 +6,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec3;
 use meltpath_gun::record::Record;
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::scene::{
     HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
@@ -259,20 +259,6 @@ pub fn report(
             outcome.given.simulation.grid().len()
         ),
         verdict: verdict.clone(),
-        facts: vec![
-            Fact::new(
-                "time of the path",
-                &format!("{:.3} s", shown.path.end() - shown.path.begin()),
-            ),
-            Fact::new(
-                "in the window, on charts",
-                &format!("{:.1} %", 100.0 * shown.tally.share(Class::Good)),
-            ),
-            Fact::new(
-                "hottest, on charts",
-                &format!("{:.0} °C", shown.tally.hottest.0 - CELSIUS),
-            ),
-        ],
         scene,
         sections,
         sheet: None,

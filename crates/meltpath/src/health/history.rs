@@ -4,7 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use meltpath_scan_head::health::km0::{Drift, Km0Record, Rating};
+use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating};
 use serde::{Deserialize, Serialize};
 
 /// The form of a line.

@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Provenance, Verdict};
+use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
-use meltpath_scan_head::measures::contour_error::{Histogram, distance_to_segment};
 use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
+use meltpath_scan_head::measures::histogram::Histogram;
+use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
 use super::comparison::Comparison;
-use super::run::{MODES, RecipeResult};
+use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
-use super::thesis::printed;
 use super::work::Work;
 use super::{optimise, present_heat};
 
@@ -58,7 +58,6 @@ pub(super) fn write(
         title: title.to_owned(),
         subtitle: format!("{} · {}", settings.data.head.name, settings.work.words()),
         verdict: verdict.clone(),
-        facts: facts(results),
         scene: (!results.is_empty()).then(|| scene(results)),
         sections: {
             let mut all = sections(settings, results);
@@ -113,16 +112,33 @@ pub(super) fn write(
     Ok(())
 }
 
-fn facts(results: &[RecipeResult<'_>]) -> Vec<Fact> {
-    let mut facts: Vec<Fact> = results
-        .iter()
-        .map(|r| Fact::new(&r.recipe.name, &format!("{:.3} s", r.duration)))
-        .collect();
+/// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
+pub(super) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    for (k, r) in results.iter().enumerate() {
+        let number = k + 1;
+        facts.push(Fact::new(
+            &format!("time-{number}"),
+            &format!("{}: time of the job", r.recipe.name),
+            Measure::exact(r.duration, "s"),
+            "",
+        ));
+        if settings.fill_rate.is_none() {
+            facts.push(Fact::new(
+                &format!("fill-{number}"),
+                &r.fill_title(),
+                Measure::exact(100.0 * r.fill[2], "%"),
+                "",
+            ));
+        }
+    }
     if let [first, second, ..] = results {
         let saving = 100.0 * (1.0 - second.duration / first.duration);
         facts.push(Fact::new(
-            "time saved by the second",
-            &format!("{saving:.1} %"),
+            "time-saved",
+            "time saved by the second recipe",
+            Measure::exact(saving, "%"),
+            "",
         ));
     }
     facts
@@ -133,8 +149,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
         Section {
             title: "Recipes compared".to_owned(),
             intro: "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached; \
-                    cells are as wide as the spot. Motors, gains, friction and geometry of the shipped heads are not printed in their source: \
-                    they are reference values, some fitted to it (see the data files)."
+                    cells are as wide as the spot. What a figure of the head rests on stands in its file."
                 .to_owned(),
             tables: tables(settings, results),
             plots: vec![
@@ -158,7 +173,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
                     The shortest on-delay with the least spurious light at starts, then the shortest off-delay with the least missing at ends."
                 .to_owned(),
             plots: delay_plots(results),
-            tables: std::iter::once(delay_table(settings, results))
+            tables: std::iter::once(delay_table(results))
                 .chain(results.iter().filter_map(front_table))
                 .collect(),
         },
@@ -177,7 +192,7 @@ fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
 
 /// The layers of a file under one recipe.
 fn layer_table(r: &RecipeResult<'_>) -> Table {
-    use meltpath_scan_head::head::job::VectorKind::{Contour, Fill};
+    use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
     let mut columns = vec!["layer", "height, mm", "vectors", "mark length, m"];
     let modes = MODES.map(|m| format!("fill rate, {}, %", m.words()));
     columns.extend(modes.iter().map(String::as_str));
@@ -392,7 +407,7 @@ fn delay_plots(results: &[RecipeResult<'_>]) -> Vec<Plot> {
     plots.map(draw).into()
 }
 
-fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
+fn delay_table(results: &[RecipeResult<'_>]) -> Table {
     let mut table = Table::new(
         "Delays",
         &[
@@ -405,20 +420,7 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             "recipe's own off, µs",
         ],
     );
-    let printed: Vec<Option<[f64; 2]>> = results
-        .iter()
-        .map(|r| printed(settings, r.recipe)?.delays)
-        .collect();
-    let mut note =
-        "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
-            .to_owned();
-    if printed.iter().any(Option::is_some) {
-        for side in ["on", "off"] {
-            table.columns.push(format!("thesis {side}, µs"));
-        }
-        note.push_str(" The thesis' delays of recipe 1 are its industrial standard, those of recipe 2 tuned by trial on its simulator; ours were not fitted to them.");
-    }
-    for (r, printed) in results.iter().zip(&printed) {
+    for r in results {
         let own = r.recipe.delays;
         let (spurious, missing) = r.tuned.as_ref().map_or((Cell::Empty, Cell::Empty), |t| {
             (
@@ -426,7 +428,6 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
                 Cell::Fixed(t.best.missing(), 2),
             )
         });
-        let theirs = |k: usize| printed.map_or(Cell::Empty, |d| Cell::Fixed(d[k], 0));
         table.rows.push(vec![
             Cell::text(&r.recipe.name),
             Cell::Fixed(1e6 * r.delays.on, 0),
@@ -435,11 +436,10 @@ fn delay_table(settings: &Settings, results: &[RecipeResult<'_>]) -> Table {
             missing,
             Cell::Fixed(1e6 * own.on, 0),
             Cell::Fixed(1e6 * own.off, 0),
-            theirs(0),
-            theirs(1),
         ]);
     }
-    table.note = note;
+    "Lengths are those of the piece that the tuning runs: two squares, or up to 4 s of a layer."
+        .clone_into(&mut table.note);
     table
 }
 

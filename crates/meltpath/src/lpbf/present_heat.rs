@@ -7,12 +7,12 @@ use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values, write_height_image};
-use meltpath_scan_head::head::job::VectorKind;
+use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
 use super::heat::{Cold, HeatSettings, RecipeHeat};
-use super::run::RecipeResult;
+use super::result::RecipeResult;
 
 /// Bars of histograms.
 const BARS: usize = 40;

@@ -1,8 +1,8 @@
 //! What of a scan-head job cannot run, told at the place of the job where it is written.
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_scan_head::head::job::ScanJob;
-use meltpath_scan_head::head::scan_head::HeadError;
+use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::optics::correction::CorrectionError;
 use meltpath_scan_head::optics::geometry::GeometryError;
 

@@ -1,4 +1,4 @@
-//! Tables of a tuning: gains as the thesis tells them, loops, combinations, scattered motors.
+//! Tables of a tuning: gains, loops, combinations, scattered motors.
 
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::axis::control::CascadeGains;
@@ -8,29 +8,8 @@ use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
 use meltpath_scan_head::servo::refine::Refined;
 use meltpath_scan_head::servo::synthesis::Stage;
 
-use super::bode::loop_name;
-use super::design::{AxisResult, Trial};
-use super::file::Choice;
-
-/// Rasoanarivo 2020, table 2.1, after the synthesis and after the swarm, and what of ours was fitted to it.
-const THESIS: [([f64; 2], &str); 8] = [
-    ([1.91, 2.15], COIL),
-    ([7e-5, 8e-5], COIL),
-    (
-        [7.48e-4, 7.08e-4],
-        "fitted to the thesis: the motor's inertia",
-    ),
-    (
-        [0.04, 0.005],
-        "taken from the thesis where no phase is spare",
-    ),
-    ([32.0, 24.0], NOT_FITTED),
-    ([0.1, 0.09], NOT_FITTED),
-    ([1.0, 1.0], NOT_FITTED),
-    ([1.0, 1.0], NOT_FITTED),
-];
-const COIL: &str = "fitted to the thesis: the motor's coil";
-const NOT_FITTED: &str = "not fitted";
+use super::design::AxisResult;
+use super::trial::Trial;
 
 /// What the loops are called, with the unit.
 const PARAMETERS: [&str; 8] = [
@@ -43,16 +22,6 @@ const PARAMETERS: [&str; 8] = [
     "K1",
     "K2",
 ];
-
-/// Crossover (rad/s) and phase margin (deg) that the thesis tells for the loops after the synthesis.
-const THESIS_LOOPS: [(Loop, [&str; 2]); 3] = [
-    (Loop::Current, ["≈ 10000", "above 90"]),
-    (Loop::Speed, ["≈ 5000", "65"]),
-    (Loop::Position, ["≈ 3000", "75"]),
-];
-
-/// The head whose Y axis the thesis' table is about.
-const THESIS_HEAD: &str = "two-axis head, 150 mm";
 
 fn values(g: &CascadeGains) -> [f64; 8] {
     [
@@ -67,15 +36,10 @@ fn values(g: &CascadeGains) -> [f64; 8] {
     ]
 }
 
-/// The table of gains, one a row; where the thesis' head is tuned its value stands beside ours.
-pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
-    let with_thesis = head == THESIS_HEAD;
+/// The table of gains, one a row, beside those of the head's file.
+pub(super) fn gains(result: &AxisResult) -> Table {
     let mut headings = vec!["", "after the synthesis"];
     let mut columns: Vec<[Cell; 8]> = vec![values(&result.tuned.gains).map(Cell::Number)];
-    if with_thesis {
-        headings.push("thesis, after the synthesis");
-        columns.push(THESIS.map(|(v, _)| Cell::Number(v[0])));
-    }
     if let Some(refined) = &result.refined {
         headings.push(if refined.gains == result.gains {
             "after the swarm"
@@ -84,11 +48,7 @@ pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
         });
         columns.push(values(&refined.gains).map(Cell::Number));
     }
-    if with_thesis {
-        headings.extend(["thesis, after the swarm", "what was fitted"]);
-        columns.push(THESIS.map(|(v, _)| Cell::Number(v[1])));
-        columns.push(THESIS.map(|(_, fitted)| Cell::text(fitted)));
-    } else if let Some(own) = &result.task.own {
+    if let Some(own) = &result.task.own {
         headings.push("those of the head's file");
         columns.push(values(own).map(Cell::Number));
     }
@@ -97,12 +57,6 @@ pub(super) fn gains(result: &AxisResult, head: &str) -> Table {
         let mut row = vec![Cell::text(name)];
         row.extend(columns.iter().map(|column| column[k].clone()));
         table.rows.push(row);
-    }
-    if with_thesis {
-        "Thesis: Rasoanarivo 2020, table 2.1, Y axis of the two-axis head. Its motor is not printed: inertia and coil of the head's file \
-         were chosen so that its current and speed loops cross where it says; position loop and margins were not fitted. Its swarm follows a record of \
-         the real drive, which is not printed either."
-            .clone_into(&mut table.note);
     }
     table
 }
@@ -162,7 +116,7 @@ pub(super) fn steps(result: &AxisResult) -> Table {
             (Stage::Gain, _) => "gain for the crossover",
         };
         table.rows.push(vec![
-            Cell::text(loop_name(s.which)),
+            Cell::text(s.which.name()),
             Cell::text(what),
             Cell::Number(gain),
             if time.is_finite() {
@@ -178,7 +132,7 @@ pub(super) fn steps(result: &AxisResult) -> Table {
 }
 
 /// Crossovers and margins of the loops.
-pub(super) fn loops(result: &AxisResult, head: &str) -> Table {
+pub(super) fn loops(result: &AxisResult) -> Table {
     let mut table = Table::new(
         "Loops",
         &[
@@ -189,12 +143,6 @@ pub(super) fn loops(result: &AxisResult, head: &str) -> Table {
             "distance to the critical point",
         ],
     );
-    let with_thesis = head == THESIS_HEAD;
-    if with_thesis {
-        for heading in ["thesis: crossover (rad/s)", "thesis: phase margin (deg)"] {
-            table.columns.push(heading.to_owned());
-        }
-    }
     let mut ways = vec![("synthesis", result.tuned.gains)];
     if result.gains != result.tuned.gains {
         ways.push(("refined", result.gains));
@@ -203,21 +151,17 @@ pub(super) fn loops(result: &AxisResult, head: &str) -> Table {
     let mut notes = Vec::new();
     for (name, gains) in ways {
         let model = ServoModel::new(motor, &gains);
-        for (which, thesis) in THESIS_LOOPS {
+        for which in [Loop::Current, Loop::Speed, Loop::Position] {
             let Some(f) = model.figures(which) else {
                 continue;
             };
-            let mut row = vec![
+            table.rows.push(vec![
                 Cell::text(name),
-                Cell::text(loop_name(which)),
+                Cell::text(which.name()),
                 Cell::Fixed(f.crossover.omega, 0),
                 Cell::Fixed(f.crossover.value.to_degrees(), 1),
                 Cell::Fixed(f.margins.modulus.value, 3),
-            ];
-            if with_thesis && name == "synthesis" {
-                row.extend(thesis.map(Cell::text));
-            }
-            table.rows.push(row);
+            ]);
         }
         let hertz = |actions| {
             model.bandwidth(actions).map_or("none".to_owned(), |w| {
@@ -231,11 +175,6 @@ pub(super) fn loops(result: &AxisResult, head: &str) -> Table {
         ));
     }
     table.note = format!("{}.", notes.join("; "));
-    if with_thesis {
-        table.note.push_str(
-            " Thesis: Rasoanarivo 2020, § 2.2.2.2. Crossovers are asked for, and the motor was fitted to the thesis so that its printed gains cross there; margins were not fitted.",
-        );
-    }
     table
 }
 
@@ -292,7 +231,7 @@ pub(super) fn hinf(result: &AxisResult) -> Table {
 }
 
 /// Controller and pre-filter, all combinations.
-pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
+pub(super) fn two_by_two(result: &AxisResult) -> Table {
     let mut table = Table::new(
         "Controller and pre-filter, each with each",
         &[
@@ -307,19 +246,9 @@ pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
             "peak current (A)",
         ],
     );
-    let with_thesis = head == THESIS_HEAD;
-    if with_thesis {
-        for heading in [
-            "thesis: largest (deg)",
-            "thesis: below 0.1° (%)",
-            "thesis: below 0.2° (%)",
-        ] {
-            table.columns.push(heading.to_owned());
-        }
-    }
-    let mut push = |name: &str, filter: &str, t: &Trial, thesis: [Cell; 3]| {
+    let mut push = |name: &str, filter: &str, t: &Trial| {
         let below = |d: f64| Cell::Fixed(100.0 * t.error.share_below(d.to_radians()), 2);
-        let mut row = vec![
+        table.rows.push(vec![
             Cell::text(name),
             Cell::text(filter),
             Cell::Fixed(t.error.rms().to_degrees(), 4),
@@ -329,47 +258,21 @@ pub(super) fn two_by_two(result: &AxisResult, head: &str) -> Table {
             below(0.1),
             below(0.2),
             Cell::Fixed(t.peak_current, 2),
-        ];
-        if with_thesis {
-            row.extend(thesis);
-        }
-        table.rows.push(row);
+        ]);
     };
-    let none = || [Cell::Empty, Cell::Empty, Cell::Empty];
     for c in &result.candidates {
-        let thesis = if c.choice == Choice::HInfinity {
-            [
-                Cell::text("below 0.2"),
-                Cell::Fixed(99.44, 2),
-                Cell::Fixed(100.0, 2),
-            ]
-        } else {
-            none()
-        };
-        push(c.name, "no", &c.bare, thesis);
+        push(c.name, "no", &c.bare);
     }
     for c in &result.candidates {
         if let Some(t) = &c.filtered {
-            let thesis = if c.choice == Choice::Cascade {
-                [Cell::text("up to 0.5"), Cell::Fixed(90.84, 2), Cell::Empty]
-            } else {
-                none()
-            };
-            push(c.name, "yes", t, thesis);
+            push(c.name, "yes", t);
         }
     }
     if let Some(t) = &result.as_exported {
         let name = format!("{}, as exported", result.chosen().name);
-        push(&name, "no", t, none());
+        push(&name, "no", t);
     }
-    if with_thesis {
-        "Thesis: Rasoanarivo 2020, fig. 3.8. Slope and hold of the signal were fitted to that figure (fitted to the thesis): agreement of the shares \
-            is no evidence. The thesis compares its conventional control, behind the pre-filter, with H-infinity, of which it does not say whether \
-            a pre-filter stood before it: controller and pre-filter change together."
-            .clone_into(&mut table.note);
-    } else {
-        "Against the set-point before the pre-filter.".clone_into(&mut table.note);
-    }
+    "Against the set-point before the pre-filter.".clone_into(&mut table.note);
     table
 }
 

@@ -14,7 +14,7 @@ use meltpath_geometry::section::{
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, nominal_length, plan_layers};
-use meltpath_toolpath::{Pass, Profile, Toolpath};
+use meltpath_toolpath::{Profile, Toolpath};
 use rayon::prelude::*;
 
 use super::settings::Settings;
@@ -126,28 +126,28 @@ pub fn plan(
     let plans = fill(&layers, &regions, settings, reporter, observer)?;
     let coverage = plans
         .iter()
-        .flat_map(|p| p.coverage.iter().map(|c| (p.layer, c.clone())))
+        .flat_map(|p| p.coverage.iter().map(|c| (p.path.number, c.clone())))
         .collect();
-    let passes: Vec<Pass> = plans.into_iter().flat_map(|p| p.passes).collect();
-    if passes.is_empty() {
+    let paths = plans.into_iter().map(|p| p.path);
+    let toolpath = Toolpath {
+        profiles: vec![profile(settings)],
+        layers: paths.filter(|p| !p.is_empty()).collect(),
+        ..Toolpath::default()
+    };
+    if toolpath.layers.is_empty() {
         return Err(PlanStageError::NoBead {
             narrowest: settings.fill.narrowest * settings.bead.width.value,
             allowance: settings.allowance.side,
         });
     }
-    let single = single_share(&passes);
-    let toolpath = Toolpath {
-        profiles: vec![profile(settings)],
-        passes,
-    };
     Ok(Plan {
+        single: single_share(&toolpath),
         toolpath,
         layers,
         regions,
         coverage,
         overhangs,
         height,
-        single,
     })
 }
 
@@ -156,9 +156,9 @@ fn profile(settings: &Settings) -> Profile {
         name: "bead".to_owned(),
         speed: settings.bead.travel_speed,
         wire_feed: settings.bead.wire_feed,
-        power: 0.0,
         width: settings.bead.width.value,
         height: settings.bead.height.value,
+        ..Profile::default()
     }
 }
 
@@ -370,12 +370,13 @@ fn growth(
     let mut grown = Vec::new();
     for (plan, height) in plans.iter().zip(heights) {
         let lines: Vec<Vec<DVec2>> = plan
-            .passes
-            .iter()
+            .path
+            .passes()
             .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
             .collect();
         let speed = settings.bead.travel_speed;
-        let laid: f64 = plan.passes.iter().map(|p| nominal_length(p, speed)).sum();
+        let laid = plan.path.passes().map(|p| nominal_length(&p, speed));
+        let laid: f64 = laid.sum();
         let metal = laid * settings.bead.area.value;
         let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
             .iter()
@@ -422,15 +423,14 @@ fn no_bead(settings: &Settings) -> PlanStageError {
 }
 
 /// Share of the bead length without a neighbour in its own layer.
-fn single_share(passes: &[Pass]) -> f64 {
-    let total: f64 = passes.iter().map(Pass::length).sum();
-    let beside: f64 = passes
-        .iter()
+fn single_share(toolpath: &Toolpath) -> f64 {
+    let total: f64 = toolpath.passes().map(|p| p.length()).sum();
+    let beside: f64 = toolpath
+        .passes()
         .map(|p| {
             let mut spans: Vec<(f64, f64)> = p
-                .neighbours
-                .iter()
-                .filter(|n| n.layer == p.tag.layer)
+                .neighbours()
+                .filter(|n| n.layer == p.layer)
                 .map(|n| (n.from, n.to))
                 .collect();
             spans.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -460,8 +460,7 @@ impl Plan {
     ) -> Result<HeightMap, meltpath_geometry::workpiece::WorkpieceError> {
         plate(
             self.toolpath
-                .passes
-                .iter()
+                .passes()
                 .flat_map(|p| p.points.iter().map(|v| v.truncate())),
             settings,
         )

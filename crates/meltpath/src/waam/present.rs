@@ -4,7 +4,7 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::io::stl::write_stl;
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::{Crop, HeightMap};
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot, histogram};
@@ -481,28 +481,23 @@ pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), Ou
         float("start_y", "mm"),
         float("start_z", "mm"),
     ];
-    let passes = &toolpath.passes;
-    let count = |f: &dyn Fn(&Pass) -> i64| passes.iter().map(f).collect::<Vec<i64>>();
-    let start = |p: &Pass| p.points.first().copied().unwrap_or(DVec3::NAN);
-    let pick = |f: &dyn Fn(&Pass) -> f64| passes.iter().map(f).collect::<Vec<f64>>();
+    let passes: Vec<Pass<'_>> = toolpath.passes().collect();
+    let count = |f: &dyn Fn(&Pass<'_>) -> i64| passes.iter().map(f).collect::<Vec<i64>>();
+    let pick = |f: &dyn Fn(&Pass<'_>) -> f64| passes.iter().map(f).collect::<Vec<f64>>();
     let (id, layer) = (
-        count(&|p| i64::from(p.id.0)),
-        count(&|p| i64::from(p.tag.layer)),
+        count(&|p| i64::from(p.head.id.0)),
+        count(&|p| i64::from(p.layer)),
     );
     let (moves, neighbours) = (
-        count(&|p| i64::try_from(p.moves.len()).unwrap_or(i64::MAX)),
-        count(&|p| i64::try_from(p.neighbours.len()).unwrap_or(i64::MAX)),
+        count(&|p| i64::try_from(p.move_count()).unwrap_or(i64::MAX)),
+        count(&|p| i64::try_from(p.neighbours().len()).unwrap_or(i64::MAX)),
     );
     let role: Vec<String> = passes
         .iter()
-        .map(|p| format!("{:?}", p.role).to_lowercase())
+        .map(|p| format!("{:?}", p.head.role).to_lowercase())
         .collect();
-    let length = pick(&Pass::length);
-    let (x, y, z) = (
-        pick(&|p| start(p).x),
-        pick(&|p| start(p).y),
-        pick(&|p| start(p).z),
-    );
+    let length = pick(&|p| p.length());
+    let [x, y, z] = [0, 1, 2].map(|axis| pick(&|p| p.points[0][axis]));
     let values = [
         Values::Integer(&id),
         Values::Integer(&layer),

@@ -4,14 +4,13 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::container::Container;
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
+use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::present;
@@ -147,13 +146,15 @@ pub fn run(
     };
     let mut checks = target_checks(&outcome, &settings.limits);
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
-    checks.extend(plan_checks(&plan, settings));
+    checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
-    checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
+    let mut facts = build_facts(&simulation, settings);
+    facts.extend(plan_facts(&plan, settings));
     let verdict = Verdict {
         checks,
+        facts,
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
@@ -173,9 +174,7 @@ pub fn run(
     write_common(&folder, &shown, &verdict, &provenance)?;
     present::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
-    folder.write("toolpath.melt", |w| {
-        storage::to_container(&plan.toolpath).write(w)
-    })?;
+    folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
     for file in &programs.files {
         folder.write(&format!("program/{}", file.name), |w| {
             w.write_all(file.text.as_bytes())
@@ -245,7 +244,6 @@ fn write_common(
             settings.cell_name
         ),
         verdict: verdict.clone(),
-        facts: facts(shown.simulation, settings),
         scene: Some(present::scene(
             shown.simulation,
             layers,
@@ -288,10 +286,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
     }
     let part = load_part(&loaded.settings, &reporter, observer)?;
     let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
-    write_file(out, |w| storage::to_container(&plan.toolpath).write(w))?;
+    write_file(out, |w| storage::write(&plan.toolpath, w))?;
     let mut lines = vec![format!(
         "{} beads, {:.1} m, in {} layers of {:.3} mm",
-        plan.toolpath.passes.len(),
+        plan.toolpath.pass_count(),
         plan.toolpath.deposited_length() / 1000.0,
         plan.layers.len(),
         plan.height.value
@@ -316,8 +314,7 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, RunError> {
         source,
     };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
-    let container = Container::read(&mut BufReader::new(file)).map_err(failed)?;
-    storage::from_container(&container).map_err(failed)
+    storage::read(&mut BufReader::new(file)).map_err(failed)
 }
 
 /// Writes the program of a plan into a new folder. Returns the names of its files.
@@ -408,10 +405,10 @@ pub fn simulate_program(
         ));
     }
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
-    checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
     let verdict = Verdict {
         checks,
+        facts: build_facts(&simulation, settings),
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();

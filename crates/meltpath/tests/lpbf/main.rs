@@ -11,11 +11,13 @@ use meltpath::job::Job;
 use meltpath::{chain, lpbf};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
-use meltpath_programs::cli::{Direction, Item, Layer, LayerFile, write_ascii, write_binary};
+use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_programs::cli::{self, Form};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
-use meltpath_scan_head::head::job::VectorKind;
-use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::head::job::prepare;
+use meltpath_scan_head::head::vector::VectorKind;
+use meltpath_toolpath::{Channel, Layer, PassHead, Role};
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
 const INDUSTRIAL: &str = meltpath_data::recipes::INDUSTRIAL.text;
@@ -50,23 +52,25 @@ fn figures(out: &Path, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// What the verdict says of the first recipe: share of contour points, fill rate.
-fn shares(out: &Path) -> Vec<f64> {
+/// A value of the verdict, of a check or of a fact.
+fn value(out: &Path, id: &str) -> f64 {
     let text = fs::read_to_string(out.join("verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
-    verdict["checks"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(|c| c["value"]["value"].as_f64())
-        .collect()
+    let [checks, facts] = ["checks", "facts"].map(|key| verdict[key].as_array().unwrap());
+    let found = checks.iter().chain(facts).find(|c| c["id"] == id).unwrap();
+    found["value"]["value"].as_f64().unwrap()
 }
 
-/// Small squares as a CLI file of layers, moved by `shift`.
-fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
-    let layer = |number: usize| {
-        let mut items = Vec::new();
-        for square in 0..plate.squares() {
+/// What the verdict says of the first recipe: share of contour points, fill rate.
+fn shares(out: &Path) -> [f64; 2] {
+    ["contour-1", "fill-1"].map(|id| value(out, id))
+}
+
+/// Small squares as layers of a CLI file, moved by `shift`.
+fn squares(plate: &SquarePlate, layers: u32, shift: DVec2) -> Vec<Layer> {
+    let layer = |number: u32| {
+        let mut layer = Layer::new(number, 0.03 * f64::from(number));
+        for part in 0..plate.squares() {
             let half = 0.5 * plate.side;
             let ring = [
                 (1.0, -1.0),
@@ -75,30 +79,32 @@ fn layer_file(plate: &SquarePlate, layers: usize, shift: DVec2) -> LayerFile {
                 (-1.0, -1.0),
                 (1.0, -1.0),
             ]
-            .map(|(x, y)| plate.centre(square) + shift + DVec2::new(x, y) * half);
-            items.push(Item::Polyline {
-                part: square,
-                direction: Direction::Outer,
-                points: ring.to_vec(),
-            });
-            items.push(Item::Hatches {
-                part: square,
-                lines: plate
-                    .hatch_lines(square)
-                    .into_iter()
-                    .map(|(a, b)| [a + shift, b + shift])
-                    .collect(),
-            });
+            .map(|(x, y)| plate.centre(part) + shift + DVec2::new(x, y) * half);
+            let mut head = PassHead {
+                part,
+                role: Role::Contour,
+                ..PassHead::default()
+            };
+            layer.polyline(head, ring.map(|p| p.extend(0.0)));
+            head.role = Role::Fill;
+            for line in plate.hatch_lines(part) {
+                layer.polyline(head, line.map(|p| (p + shift).extend(0.0)));
+            }
         }
-        Layer {
-            height: 0.03 * (number + 1) as f64,
-            items,
-        }
+        layer
     };
-    LayerFile {
-        labels: vec![(0, "first".to_owned())],
-        layers: (0..layers).map(layer).collect(),
+    (1..=layers).map(layer).collect()
+}
+
+fn cli_file(layers: &[Layer], form: Form) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let parts = [(0, "first".to_owned())].into();
+    let mut writer = cli::Writer::new(&mut bytes, form, &parts, Some(layers.len())).unwrap();
+    for layer in layers {
+        writer.layer(layer).unwrap();
     }
+    writer.finish().unwrap();
+    bytes
 }
 
 fn small() -> SquarePlate {
@@ -106,8 +112,12 @@ fn small() -> SquarePlate {
     SquarePlate {
         columns: 2,
         rows: 1,
+        column_pitch: head.plate.column_pitch,
+        row_pitch: head.plate.row_pitch,
         side: 2.0,
-        ..head.plate
+        contour_distance: head.plate.contour_distance,
+        hatch: head.plate.hatch,
+        inset: head.plate.inset,
     }
 }
 
@@ -115,10 +125,10 @@ fn small() -> SquarePlate {
 fn layers_of_a_cli_file_run_as_text_and_as_binary() {
     let dir = tempfile::tempdir().unwrap();
     let shift = DVec2::new(75.0, 75.0);
-    let file = layer_file(&small(), 3, shift);
-    let text = write_ascii(&file).unwrap();
-    fs::write(dir.path().join("a.cli"), &text).unwrap();
-    fs::write(dir.path().join("b.cli"), write_binary(&file).unwrap()).unwrap();
+    let layers = squares(&small(), 3, shift);
+    for (name, form) in [("a.cli", Form::Ascii), ("b.cli", Form::Binary)] {
+        fs::write(dir.path().join(name), cli_file(&layers, form)).unwrap();
+    }
     let job = |file: &str| {
         format!(
             "{JOB}layers = \"{file}\"\n[layers]\nrange = [2, 3]\norigin = [\"75 mm\", \"75 mm\"]\n[output]\nmotion = \"csv\"\n"
@@ -167,35 +177,33 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
     let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
-    let job = small().job(&recipe).unwrap();
-    let start = vectors::Vector {
-        kind: vectors::Kind::Start,
-        end: job.start,
-        speed: None,
-        power: None,
-        wait: None,
-        part: 0,
-    };
-    let rest = job.vectors.iter().map(|v| vectors::Vector {
-        kind: match v.kind {
-            VectorKind::Contour => vectors::Kind::Contour,
-            VectorKind::Fill => vectors::Kind::Fill,
-            VectorKind::Jump => vectors::Kind::Jump,
-            VectorKind::Connection => vectors::Kind::Connection,
-            VectorKind::Run => vectors::Kind::Run,
-        },
-        end: v.end,
-        speed: Some(v.speed),
-        power: Some(v.power),
-        wait: Some(v.wait),
-        part: v.block,
-    });
-    let layer = vectors::Layer {
-        number: 7,
-        height: 0.21,
-        vectors: std::iter::once(start).chain(rest).collect(),
-    };
-    fs::write(dir.path().join("v.csv"), vectors::write(&[layer])).unwrap();
+    let path = small().toolpath().unwrap();
+    let job = prepare(&path.layers, &recipe).unwrap().job;
+    let mut layer = Layer::new(7, 0.21);
+    let mut at = job.start;
+    for v in &job.vectors {
+        let head = PassHead {
+            part: v.block,
+            role: match v.kind {
+                VectorKind::Contour => Role::Contour,
+                VectorKind::Fill => Role::Fill,
+                VectorKind::Jump => Role::Jump,
+                VectorKind::Connection => Role::Connection,
+                VectorKind::Run => Role::Run,
+            },
+            ..PassHead::default()
+        };
+        let mut pass = layer.begin(head, at);
+        pass.line_to(v.end).set(Channel::Speed, v.speed);
+        pass.set(Channel::Power, v.power)
+            .set(Channel::Dwell, v.wait);
+        at = v.end;
+    }
+    let mut list = Vec::new();
+    let mut writer = vectors::Writer::new(&mut list).unwrap();
+    writer.layer(&layer).unwrap();
+    writer.finish().unwrap();
+    fs::write(dir.path().join("v.csv"), list).unwrap();
     let listed = run(dir.path(), "listed", &format!("{JOB}layers = \"v.csv\"\n"));
     let plate = run(
         dir.path(),
@@ -217,8 +225,8 @@ fn a_vector_list_does_what_the_plate_does() {
 #[test]
 fn layers_that_cannot_be_run_are_named() {
     let dir = tempfile::tempdir().unwrap();
-    let file = layer_file(&small(), 2, DVec2::new(200.0, 0.0));
-    let text = write_ascii(&file).unwrap();
+    let layers = squares(&small(), 2, DVec2::new(200.0, 0.0));
+    let text = cli_file(&layers, Form::Ascii);
     fs::write(dir.path().join("far.cli"), &text).unwrap();
     fs::write(dir.path().join("cut.cli"), &text[..text.len() / 2]).unwrap();
     fs::write(
@@ -269,15 +277,9 @@ fn a_faster_recipe_is_found_and_run() {
         [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
         [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
     let out = run(dir.path(), "best", text);
-    let verdict: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("verdict.json")).unwrap()).unwrap();
-    let check = |id: &str| {
-        let checks = verdict["checks"].as_array().unwrap();
-        checks.iter().find(|c| c["id"] == id).unwrap().clone()
-    };
-    let saved = check("optimise")["value"]["value"].as_f64().unwrap();
+    let saved = value(&out, "optimise");
     assert!(saved > 5.0, "{saved}");
-    let value = |id: &str| check(id)["value"]["value"].as_f64().unwrap();
+    let value = |id: &str| value(&out, id);
     assert!(value("contour-2") >= 80.0, "{}", value("contour-2"));
     assert!(
         value("fill-2") >= value("fill-1") - 2.0,

@@ -80,17 +80,29 @@ pub fn largest_singular_value(a: &ComplexMatrix) -> f64 {
     if a.rows() == 1 || a.columns() == 1 {
         return a.norm();
     }
-    // [Re −Im; Im Re] has each singular value of the complex matrix twice
+    singular_values(&real_twin(a)).map_or(f64::INFINITY, |s| s.first().copied().unwrap_or(0.0))
+}
+
+/// The smallest singular value of a complex matrix; infinite for one without entries.
+///
+/// # Errors
+/// [`DenseError::NotFinite`], [`DenseError::NotSettled`].
+pub fn smallest_singular_value(a: &ComplexMatrix) -> Result<f64, DenseError> {
+    let values = singular_values(&real_twin(a))?;
+    Ok(values.last().copied().unwrap_or(f64::INFINITY))
+}
+
+/// [Re −Im; Im Re], which has each singular value of the complex matrix twice.
+fn real_twin(a: &ComplexMatrix) -> Matrix {
     let (m, n) = (a.rows(), a.columns());
-    let real = Matrix::from_fn(2 * m, 2 * n, |i, j| {
+    Matrix::from_fn(2 * m, 2 * n, |i, j| {
         let z = a[(i % m, j % n)];
         match (i < m, j < n) {
             (true, true) | (false, false) => z.re,
             (true, false) => -z.im,
             (false, true) => z.im,
         }
-    });
-    singular_values(&real).map_or(f64::INFINITY, |s| s.first().copied().unwrap_or(0.0))
+    })
 }
 
 fn length(row: &[f64]) -> f64 {

@@ -4,9 +4,9 @@ use meltpath_base::Reporter;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::{Plane, Region};
-use meltpath_toolpath::{Move, Pass, Profile, Toolpath};
+use meltpath_toolpath::{Channel, Layer, Profile, Toolpath};
 
-use crate::layer::{Layer, PassIds, plan_layer};
+use crate::layer::{PassIds, plan_layer};
 use crate::powder::error::HatchError;
 use crate::powder::modulation::{Modulation, hatch_energy};
 use crate::powder::nested::EnergyField;
@@ -124,8 +124,9 @@ impl Hatch {
                 power: self.power,
                 ..Profile::default()
             }],
-            passes: Vec::new(),
+            ..Toolpath::default()
         };
+        let mut path = Layer::new(number, 0.0);
         let mut narrow: Vec<f64> = Vec::new();
         let beyond = match self.overrun {
             overrun if overrun > 0.0 => outset(regions, overrun, CORNERS)?,
@@ -133,19 +134,19 @@ impl Hatch {
         };
         let regions = if beyond.is_empty() { regions } else { &beyond };
         for region in regions {
-            let passes = match self.passes(region, number, reporter) {
+            let drawn = match self.passes(region, number, reporter) {
                 Err(HatchError::Nothing { .. }) if regions.len() > 1 => {
                     narrow.push(region.area());
                     continue;
                 }
                 other => other?,
             };
-            for mut pass in passes {
+            for mut pass in drawn.passes() {
                 if regions.len() > 1 {
-                    pass.id = ids.id(number, whole.passes.len())?;
-                    pass.neighbours.clear();
+                    pass = pass.alone();
+                    pass.head.id = ids.id(number, path.len())?;
                 }
-                whole.passes.push(pass);
+                path.push(pass);
             }
         }
         if narrow.len() == regions.len() {
@@ -166,6 +167,7 @@ impl Hatch {
                 "a smaller hatch.spacing draws them",
             );
         }
+        whole.layers.push(path);
         Ok(whole)
     }
 
@@ -175,13 +177,13 @@ impl Hatch {
         region: &Region,
         number: u32,
         reporter: &Reporter,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let angle = self.angles[0] + self.angles[1] * f64::from(number - 1);
         let field = self.modulation.as_ref().map(|m| {
             // a tenth of a spacing: contours stay within a hundredth of it
             m.field(region, number, self.layer, 0.1 * self.spacing)
         });
-        let mut passes = match self.pattern {
+        let mut path = match self.pattern {
             Pattern::Modulated => {
                 let field = field.as_ref().ok_or(HatchError::NotModulated)?;
                 nested(field, self.power / (self.speed * self.layer), number)?
@@ -193,17 +195,15 @@ impl Hatch {
                 self.plan(std::slice::from_ref(region), strategy, number, reporter)?
             }
         };
-        if passes.is_empty() {
+        if path.is_empty() {
             return Err(HatchError::Nothing {
                 spacing: self.spacing,
             });
         }
         if let (Some(field), true) = (&field, self.pattern != Pattern::Modulated) {
-            for pass in &mut passes {
-                self.slow(pass, field);
-            }
+            path = self.slowed(path, field);
         }
-        Ok(passes)
+        Ok(path)
     }
 
     /// Islands of one colour after those of the other, their lines crossed.
@@ -213,19 +213,20 @@ impl Hatch {
         number: u32,
         angle: f64,
         reporter: &Reporter,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let ids = PassIds { part: 0 };
         let turns = [0.0, std::f64::consts::FRAC_PI_2];
-        let mut passes = Vec::new();
+        let mut path = Layer::new(number, 0.0);
         for (islands, turn) in islands(region, self.island)?.iter().zip(turns) {
             let strategy = self.fill(angle + turn, 0);
-            for mut pass in self.plan(islands, strategy, number, reporter)? {
-                pass.id = ids.id(number, passes.len())?;
-                pass.neighbours.clear();
-                passes.push(pass);
+            let lines = self.plan(islands, strategy, number, reporter)?;
+            for pass in lines.passes() {
+                let mut pass = pass.alone();
+                pass.head.id = ids.id(number, path.len())?;
+                path.push(pass);
             }
         }
-        Ok(passes)
+        Ok(path)
     }
 
     fn fill(&self, angle: f64, contours: u32) -> Strategy {
@@ -262,9 +263,9 @@ impl Hatch {
         strategy: Strategy,
         number: u32,
         reporter: &Reporter,
-    ) -> Result<Vec<Pass>, HatchError> {
+    ) -> Result<Layer, HatchError> {
         let plane = Plane::horizontal(0.0);
-        let layer = Layer {
+        let layer = crate::layer::Layer {
             number,
             plane: &plane,
             regions,
@@ -280,41 +281,38 @@ impl Hatch {
             tolerance: 0.02 * self.spacing,
             ..FillSettings::new(self.spacing, self.spacing)
         };
-        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.passes)
+        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.path)
     }
 
     /// Speed, or time on a spot, so that the energy follows the field; pieces of at most a spacing.
-    fn slow(&self, pass: &mut Pass, field: &EnergyField) {
+    fn slowed(&self, mut path: Layer, field: &EnergyField) -> Layer {
         let nominal = self.energy();
         let share = |p: DVec3| (field.at(p.truncate()) / nominal).clamp(0.05, 1.0);
         if self.pattern == Pattern::Spots {
-            for (kind, point) in pass.moves.iter_mut().zip(&pass.points[1..]) {
-                if let Move::Spot { time } = kind {
-                    *time *= share(*point);
+            path.set_spot_times(|at, time| time * share(at));
+            return path;
+        }
+        let mut slowed = Layer::new(path.number, path.height);
+        for pass in path.passes() {
+            let mut to = slowed.begin(pass.head, pass.points[0]);
+            let (flat, _) = pass.flatten(self.chord_error);
+            for w in flat.windows(2) {
+                let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
+                for n in 1..=pieces {
+                    let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
+                    to.line_to(at(n as f64));
+                    to.set(Channel::Speed, self.speed / share(at(n as f64 - 0.5)));
                 }
             }
-            return;
         }
-        let (flat, _) = pass.flatten(self.chord_error);
-        let mut points: Vec<DVec3> = flat.first().copied().into_iter().collect();
-        let mut speeds = Vec::new();
-        for w in flat.windows(2) {
-            let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
-            for n in 1..=pieces {
-                let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
-                points.push(at(n as f64));
-                speeds.push(self.speed / share(at(n as f64 - 0.5)));
-            }
-        }
-        pass.moves = vec![Move::Line; speeds.len()];
-        pass.points = points;
-        pass.channels.speed = Some(speeds);
-        pass.neighbours.clear();
+        slowed
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use meltpath_toolpath::{Move, Pass};
+
     use super::*;
 
     fn rectangle([width, height]: [f64; 2]) -> Region {
@@ -369,15 +367,14 @@ mod tests {
 
     fn energy(toolpath: &Toolpath) -> f64 {
         let profile = &toolpath.profiles[0];
-        let of_pass = |pass: &Pass| -> f64 {
-            let speeds = pass.channels.speed.as_ref();
-            let time = |i: usize| match pass.moves[i] {
+        let of_pass = |pass: Pass<'_>| -> f64 {
+            let time = |i: usize| match pass.move_at(i) {
                 Move::Spot { time } => time,
-                _ => pass.move_length(i) / speeds.map_or(profile.speed, |s| s[i]),
+                _ => pass.move_length(i) / pass.value(Channel::Speed, i).unwrap_or(profile.speed),
             };
-            (0..pass.moves.len()).map(time).sum::<f64>() * profile.power
+            (0..pass.move_count()).map(time).sum::<f64>() * profile.power
         };
-        toolpath.passes.iter().map(of_pass).sum()
+        toolpath.passes().map(of_pass).sum()
     }
 
     /// A plate that hangs over powder on its right: whatever the pattern, the energy is what the law asks for.
@@ -440,7 +437,7 @@ mod tests {
                     (density / 48.98 - 1.0).abs() < 0.08,
                     "{pattern:?}, layer {layer}: {density} J/mm³"
                 );
-                for p in toolpath.passes.iter().flat_map(|p| &p.points) {
+                for p in toolpath.passes().flat_map(|p| p.points) {
                     let inside = room.iter().any(|r| r.contains(p.truncate()));
                     assert!(inside, "{pattern:?} {p:?}");
                 }
@@ -451,7 +448,7 @@ mod tests {
     #[test]
     fn spots_lie_apart_in_time() {
         let toolpath = drawn(&hatch(Pattern::Spots), &[rectangle([4.0, 4.0])], 1);
-        let points = &toolpath.passes[0].points[1..];
+        let points = &toolpath.layers[0].pass(0).points[1..];
         assert_eq!(points.len(), 32 * 32);
         let near = points
             .windows(2)
@@ -468,7 +465,7 @@ mod tests {
         let hatch = hatch(Pattern::OneWay);
         let reporter = Reporter::new();
         let toolpath = hatch.toolpath(&regions, 3, &reporter).unwrap();
-        let points = toolpath.passes.iter().flat_map(|p| &p.points);
+        let points = toolpath.passes().flat_map(|p| p.points);
         let right: Vec<bool> = points.map(|p| p.x > 4.0).collect();
         assert!(right[0] && !right[right.len() - 1]);
         assert_eq!(right.windows(2).filter(|w| w[0] != w[1]).count(), 1);

@@ -4,7 +4,7 @@ use meltpath_geometry::Region;
 use meltpath_geometry::boolean::intersection;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::raster::{Grid, rasterise};
-use meltpath_toolpath::{Move, Pass, Role, Tag};
+use meltpath_toolpath::{Layer, Move, PassHead, Role};
 
 use crate::layer::PassIds;
 use crate::powder::error::HatchError;
@@ -39,21 +39,13 @@ pub(super) fn islands(region: &Region, island: f64) -> Result<[Vec<Region>; 2], 
 
 /// Nested contours of passes that bring `per_area` J/mm², from the boundary inwards; each begins near the end of the one before
 /// and runs against it.
-pub(super) fn nested(
-    field: &EnergyField,
-    per_area: f64,
-    number: u32,
-) -> Result<Vec<Pass>, HatchError> {
+pub(super) fn nested(field: &EnergyField, per_area: f64, number: u32) -> Result<Layer, HatchError> {
     let ids = PassIds { part: 0 };
-    let tag = Tag {
-        part: 0,
-        layer: number,
-        entity: 0,
-    };
-    let mut passes: Vec<Pass> = Vec::new();
+    let mut path = Layer::new(number, 0.0);
     for (level, mut rings) in field.contours(per_area).into_iter().enumerate() {
         while !rings.is_empty() {
-            let end = passes.last().and_then(|p| p.points.last().copied());
+            let last = path.passes().next_back();
+            let end = last.and_then(|p| p.points.last().copied());
             let end = end.map_or(rings[0][0], DVec3::truncate);
             let near = |ring: &Vec<DVec2>| {
                 let far = |n: &usize| ring[*n].distance_squared(end);
@@ -73,12 +65,15 @@ pub(super) fn nested(
             if level % 2 == 1 {
                 ring.reverse();
             }
-            let id = ids.id(number, passes.len())?;
-            let points = ring.iter().map(|p| p.extend(0.0)).collect();
-            passes.push(Pass::polyline(id, Role::Contour, tag, points));
+            let head = PassHead {
+                id: ids.id(number, path.len())?,
+                role: Role::Contour,
+                ..PassHead::default()
+            };
+            path.polyline(head, ring.iter().map(|p| p.extend(0.0)));
         }
     }
-    Ok(passes)
+    Ok(path)
 }
 
 /// One pass of spots `spacing` mm apart, `dwell` s on each, ordered so that each lies far from those just before: of every
@@ -89,7 +84,7 @@ pub(super) fn spots(
     dwell: f64,
     angle: f64,
     number: u32,
-) -> Result<Vec<Pass>, HatchError> {
+) -> Result<Layer, HatchError> {
     let back = DVec2::from_angle(-angle);
     let turned = |ring: &Vec<DVec2>| ring.iter().map(|p| back.rotate(*p)).collect();
     let flat = Region {
@@ -110,25 +105,25 @@ pub(super) fn spots(
     let mut cells: Vec<(usize, usize)> = rasterise(&[flat], &grid).cells().collect();
     cells.sort_by_key(|&(i, j)| (DISPERSED[j % 4][i % 4], j, i));
     let forth = DVec2::from_angle(angle);
-    let mut points: Vec<DVec3> = cells
+    let mut points = cells
         .iter()
         .map(|&(i, j)| grid.origin + spacing * DVec2::new(i as f64, j as f64))
         .map(|p| forth.rotate(p).extend(0.0))
-        .collect();
-    let Some(first) = points.first().copied() else {
-        return Ok(Vec::new());
+        .peekable();
+    let mut path = Layer::new(number, 0.0);
+    let Some(first) = points.peek().copied() else {
+        return Ok(path);
     };
-    let moves = vec![Move::Spot { time: dwell }; points.len()];
-    points.insert(0, first);
-    let tag = Tag {
-        part: 0,
-        layer: number,
-        entity: 0,
+    let head = PassHead {
+        id: PassIds { part: 0 }.id(number, 0)?,
+        role: Role::Fill,
+        ..PassHead::default()
     };
-    let id = PassIds { part: 0 }.id(number, 0)?;
-    let mut pass = Pass::polyline(id, Role::Fill, tag, points);
-    pass.moves = moves;
-    Ok(vec![pass])
+    let mut pass = path.begin(head, first);
+    for point in points {
+        pass.go(Move::Spot { time: dwell }, point);
+    }
+    Ok(path)
 }
 
 fn too_small(what: &'static str, size: f64, region: DVec2) -> HatchError {

@@ -34,7 +34,7 @@ fn stamped(regions: &[Region], plan: &LayerPlan) -> (f64, f64) {
     let mut cells = std::collections::HashMap::<(i64, i64), Vec<DVec2>>::new();
     let key = |p: DVec2| ((p.x / reach).floor() as i64, (p.y / reach).floor() as i64);
     // stamps closer together than the deposit points: scallops below a hundredth of a width
-    for pass in &plan.passes {
+    for pass in plan.path.passes() {
         let (line, _) = pass.flatten(0.01);
         for s in line.windows(2) {
             let n = (s[0].distance(s[1]) / 0.4).ceil().max(1.0) as usize;
@@ -44,7 +44,7 @@ fn stamped(regions: &[Region], plan: &LayerPlan) -> (f64, f64) {
             }
         }
     }
-    assert!(plan.passes.is_empty() || !points.is_empty());
+    assert!(plan.path.is_empty() || !points.is_empty());
     for i in -130..130 {
         for j in -130..130 {
             let p = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) * CELL;
@@ -107,7 +107,7 @@ proptest! {
         assert_sound(&plan, &regions, &format!("{:?} on layer {layer}", s.strategy));
         // every region is told of: covered, or said to have no bead
         prop_assert_eq!(plan.coverage.len(), regions.len());
-        let bare = |c: &&meltpath_planning::Coverage| plan.passes.iter().all(|p| p.tag.entity != c.region);
+        let bare = |c: &&meltpath_planning::Coverage| plan.path.passes().all(|p| p.head.entity != c.region);
         let without = plan.coverage.iter().filter(bare).count();
         let told = reporter.warnings().iter().filter(|w| w.code == "region-without-bead").count();
         prop_assert_eq!(told, without);
@@ -121,8 +121,8 @@ proptest! {
             }
         }
         // no link from one region to another: a pass stays in its own
-        for pass in &plan.passes {
-            let own = &regions[pass.tag.entity as usize];
+        for pass in plan.path.passes() {
+            let own = &regions[pass.head.entity as usize];
             for p in pass.flatten(0.005).0 {
                 prop_assert!(clearance(own, p.truncate()) > 0.0, "{p} left its region");
             }
@@ -144,15 +144,15 @@ proptest! {
     fn neighbours_are_mutual(regions in region()) {
         let plan = plan(&regions, RASTER);
         // what one bead sees on a side over more than two widths sees it too
-        for pass in &plan.passes {
-            for n in &pass.neighbours {
-                if n.to - n.from > 2.0 * WIDTH && n.pass != pass.id {
-                    let other = plan.passes.iter().find(|p| p.id == n.pass).unwrap();
-                    prop_assert!(other.neighbours.iter().any(|m| m.pass == pass.id), "{n:?} is not returned");
+        for pass in plan.path.passes() {
+            for n in pass.neighbours() {
+                if n.to - n.from > 2.0 * WIDTH && n.pass != pass.head.id {
+                    let other = plan.path.passes().find(|p| p.head.id == n.pass).unwrap();
+                    prop_assert!(other.neighbours().any(|m| m.pass == pass.head.id), "{n:?} is not returned");
                     let side = n.side == Side::Left;
                     let t = (pass.points[1] - pass.points[0]).truncate();
                     let v = (other.points[0] - pass.points[0]).truncate();
-                    if pass.moves.len() == 1 && other.moves.len() == 1 {
+                    if pass.move_count() == 1 && other.move_count() == 1 {
                         prop_assert_eq!(t.perp_dot(v) > 0.0, side);
                     }
                 }

@@ -17,7 +17,7 @@ use meltpath_planning::{
     LineOrder, Paces, PassIds, PlanError, Spacing, StartPoints, Strategy as Fill, nominal_length,
     plan_layer, plan_layers,
 };
-use meltpath_toolpath::{Move, Role, Side};
+use meltpath_toolpath::{Channel, Move, Pass, Role, Side};
 use proptest::prelude::*;
 
 mod laws;
@@ -115,7 +115,7 @@ fn clearance(region: &Region, p: DVec2) -> f64 {
 /// Points at most a quarter of a width apart along every pass.
 fn deposit_points(plan: &LayerPlan) -> Vec<DVec2> {
     let mut out = Vec::new();
-    for pass in &plan.passes {
+    for pass in plan.path.passes() {
         let (points, _) = pass.flatten(0.005);
         for s in points.windows(2) {
             let n = (s[0].distance(s[1]) / (0.25 * WIDTH)).ceil().max(1.0) as usize;
@@ -133,13 +133,13 @@ fn covered(plan: &LayerPlan) -> f64 {
 
 /// What holds for every plan: finite, long enough, inside, named once, arcs real, neighbours in range.
 fn assert_sound(plan: &LayerPlan, regions: &[Region], what: &str) {
+    plan.path.sanity_check().unwrap();
     let s = &plan.settings;
-    let mut ids: Vec<_> = plan.passes.iter().map(|p| p.id).collect();
+    let mut ids: Vec<_> = plan.path.passes().map(|p| p.head.id).collect();
     ids.sort_unstable();
     ids.dedup();
-    assert_eq!(ids.len(), plan.passes.len(), "{what}: a pass named twice");
-    for pass in &plan.passes {
-        assert_eq!(pass.moves.len() + 1, pass.points.len(), "{what}");
+    assert_eq!(ids.len(), plan.path.len(), "{what}: a pass named twice");
+    for pass in plan.path.passes() {
         assert!(
             pass.points.iter().all(|p| p.is_finite()),
             "{what}: not finite"
@@ -149,13 +149,13 @@ fn assert_sound(plan: &LayerPlan, regions: &[Region], what: &str) {
             "{what}: a pass of {} mm",
             pass.length()
         );
-        for i in 0..pass.moves.len() {
+        for i in 0..pass.move_count() {
             assert!(pass.move_length(i) > 0.0, "{what}: a move without length");
-            if matches!(pass.moves[i], Move::Arc { .. }) {
+            if matches!(pass.move_at(i), Move::Arc { .. }) {
                 assert!(pass.arc(i).is_some(), "{what}: an arc that is none");
             }
         }
-        for n in &pass.neighbours {
+        for n in pass.neighbours() {
             assert!(
                 0.0 <= n.from && n.from < n.to && n.to <= pass.length() + 1e-6,
                 "{what}: {n:?}"
@@ -164,7 +164,10 @@ fn assert_sound(plan: &LayerPlan, regions: &[Region], what: &str) {
                 n.distance > 0.0 && n.distance <= 1.2 * s.width + 1e-9,
                 "{what}: {n:?}"
             );
-            assert!(plan.passes.iter().any(|p| p.id == n.pass), "{what}: {n:?}");
+            assert!(
+                plan.path.passes().any(|p| p.head.id == n.pass),
+                "{what}: {n:?}"
+            );
         }
     }
     for p in deposit_points(plan) {

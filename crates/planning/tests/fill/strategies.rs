@@ -40,7 +40,7 @@ fn every_strategy_is_sound_on_every_shape() {
             for layer in [1, 2] {
                 let plan = plan_on(layer, &regions, &settings(strategy));
                 let what = format!("{name}, {strategy:?}, layer {layer}");
-                assert!(!plan.passes.is_empty(), "{what}");
+                assert!(!plan.path.is_empty(), "{what}");
                 assert_sound(&plan, &regions, &what);
             }
         }
@@ -104,14 +104,19 @@ fn rims_are_covered_by_lines_too() {
     }
 }
 
+/// The speeds of a pass that says one for every move.
+fn speeds<'a>(pass: &'a Pass<'_>) -> impl Iterator<Item = f64> + 'a {
+    (0..pass.move_count()).map(|i| pass.value(Channel::Speed, i).unwrap())
+}
+
 /// Metal on every place farther than a width from the boundary, as laid within a width of it at the pass' speeds, over
 /// the mean of all such places.
 fn metal_inside(regions: &[Region], plan: &LayerPlan) -> Vec<f64> {
     const CELL: f64 = 1.0;
     let mut laid = std::collections::HashMap::<(i64, i64), f64>::new();
-    for pass in &plan.passes {
-        for i in 0..pass.moves.len() {
-            let speed = pass.channels.speed.as_ref().map_or(12.5, |s| s[i]);
+    for pass in plan.path.passes() {
+        for i in 0..pass.move_count() {
+            let speed = pass.value(Channel::Speed, i).unwrap_or(12.5);
             let arc = pass.arc(i);
             let n = (pass.move_length(i) / 0.3).ceil().max(1.0) as usize;
             for k in 0..n {
@@ -181,16 +186,16 @@ fn speeds_keep_to_their_range_and_the_mean() {
         };
         let plan = plan_on(1, &regions, &s);
         let (mut long, mut nominal) = (0.0, 0.0);
-        for pass in &plan.passes {
-            if let Some(speeds) = &pass.channels.speed {
-                assert_eq!(speeds.len(), pass.moves.len(), "{name}");
+        for pass in plan.path.passes() {
+            if pass.says(Channel::Speed) {
+                let speeds: Vec<_> = speeds(&pass).collect();
                 assert!(
                     speeds.iter().all(|v| (9.99..=25.01).contains(v)),
                     "{name}: {speeds:?}"
                 );
             }
             long += pass.length();
-            nominal += nominal_length(pass, 12.5);
+            nominal += nominal_length(&pass, 12.5);
         }
         assert!(
             (nominal / long - 1.0).abs() < 0.1,
@@ -203,9 +208,8 @@ fn speeds_keep_to_their_range_and_the_mean() {
         ..settings(RASTER)
     };
     let wall = plan_on(1, &[outlines::plate(150.0, 7.0)], &s);
-    let pass = &wall.passes[0];
-    let speeds = pass.channels.speed.as_ref().unwrap();
-    for (i, speed) in speeds.iter().enumerate() {
+    let pass = wall.path.pass(0);
+    for (i, speed) in speeds(&pass).enumerate() {
         let (from, to) = (pass.points[i].x, pass.points[i + 1].x);
         if from.min(to) < 120.0 && from.max(to) > 30.0 {
             assert!((speed - 12.5).abs() < 1e-9, "{pass:?}");
@@ -217,7 +221,7 @@ fn speeds_keep_to_their_range_and_the_mean() {
         ..s
     };
     let wall = plan_on(1, &[outlines::plate(100.0, 40.0)], &s);
-    assert!(wall.passes.iter().all(|p| p.channels.speed.is_none()));
+    assert!(wall.path.passes().all(|p| !p.says(Channel::Speed)));
 }
 
 #[test]
@@ -230,8 +234,8 @@ fn centre_out_begins_in_the_middle() {
     for lines in [6.0, 7.0] {
         let wall = [outlines::plate(120.0, lines * STEPOVER + WIDTH)];
         let plan = plan(&wall, centre_out);
-        assert_eq!(plan.passes.len(), lines as usize + 1);
-        let mut all: Vec<f64> = plan.passes.iter().map(|p| p.points[0].y).collect();
+        assert_eq!(plan.path.len(), lines as usize + 1);
+        let mut all: Vec<f64> = plan.path.passes().map(|p| p.points[0].y).collect();
         let middle = all.iter().sum::<f64>() / all.len() as f64;
         let away: Vec<f64> = all.iter().map(|y| (y - middle).abs()).collect();
         assert!(away.windows(2).all(|a| a[1] > a[0] - 1e-6), "{away:?}");
@@ -242,7 +246,7 @@ fn centre_out_begins_in_the_middle() {
         );
         all.sort_by(f64::total_cmp);
         all.dedup();
-        assert_eq!(all.len(), plan.passes.len());
+        assert_eq!(all.len(), plan.path.len());
     }
 }
 
@@ -256,7 +260,7 @@ fn starts_move_from_layer_to_layer_or_stay() {
             ..settings(CONTOUR)
         };
         (1..=4)
-            .map(|layer| plan_on(layer, &ring, &s).passes[0].points[0].truncate())
+            .map(|layer| plan_on(layer, &ring, &s).path.pass(0).points[0].truncate())
             .collect()
     };
     let aligned = starts(StartPoints::Aligned);
@@ -280,8 +284,8 @@ fn spaced_exactly_or_told() {
             ..settings(RASTER)
         };
         let mut y: Vec<f64> = plan_on(1, &plate, &s)
-            .passes
-            .iter()
+            .path
+            .passes()
             .map(|p| p.points[0].y)
             .collect();
         y.sort_by(f64::total_cmp);
@@ -315,8 +319,8 @@ fn regions_too_small_for_a_bead_are_told() {
 
 #[test]
 fn nothing_to_fill_is_an_empty_plan_and_bad_input_an_error() {
-    assert!(plan(&[], HYBRID).passes.is_empty());
-    assert!(plan(&[Region::default()], HYBRID).passes.is_empty());
+    assert!(plan(&[], HYBRID).path.is_empty());
+    assert!(plan(&[Region::default()], HYBRID).path.is_empty());
     let plane = Plane::horizontal(0.0);
     let bad = [solid(vec![
         DVec2::ZERO,

@@ -11,26 +11,29 @@ fn waam_wall_raster_has_six_beads_at_the_stepover() {
             ..settings(RASTER)
         };
         let (first, second) = (plan_on(1, &wall, &s), plan_on(2, &wall, &s));
-        assert_eq!(first.passes.len(), 6);
-        let mut at: Vec<f64> = first.passes.iter().map(|p| p.points[0].y).collect();
+        assert_eq!(first.path.len(), 6);
+        let mut at: Vec<f64> = first.path.passes().map(|p| p.points[0].y).collect();
         at.sort_by(f64::total_cmp);
         for pair in at.windows(2) {
             assert!((pair[1] - pair[0] - STEPOVER).abs() < 1e-3, "{at:?}");
         }
-        for (a, b) in first.passes.iter().zip(&second.passes) {
-            assert_eq!(a.moves, [Move::Line]);
+        for (a, b) in first.path.passes().zip(second.path.passes()) {
+            assert!(a.moves().eq([Move::Line]));
             assert!((a.length() - (120.0 - WIDTH)).abs() < 2e-3);
-            let along = |p: &meltpath_toolpath::Pass| (p.points[1] - p.points[0]).x;
-            assert!(along(a) * along(b) < 0.0, "directions alternate per layer");
+            let along = |p: &meltpath_toolpath::Pass<'_>| (p.points[1] - p.points[0]).x;
+            assert!(
+                along(&a) * along(&b) < 0.0,
+                "directions alternate per layer"
+            );
         }
         // interior beads have one on either side over their whole length
         let inner: Vec<_> = first
-            .passes
-            .iter()
-            .filter(|p| p.neighbours.len() == 2)
+            .path
+            .passes()
+            .filter(|p| p.neighbours().len() == 2)
             .collect();
         assert_eq!(inner.len(), 4);
-        for n in inner.iter().flat_map(|p| &p.neighbours) {
+        for n in inner.iter().flat_map(|p| p.neighbours()) {
             assert!(
                 (n.distance - STEPOVER).abs() < 1e-3 && n.to - n.from > 119.0 - WIDTH,
                 "{n:?}"
@@ -43,11 +46,11 @@ fn waam_wall_raster_has_six_beads_at_the_stepover() {
 fn waam_wall_contour_is_four_rectangles_joined_in_a_corner() {
     let wall = [outlines::plate(150.0, 7.0 * STEPOVER + WIDTH)];
     let plan = plan(&wall, INSIDE_OUT);
-    assert_eq!(plan.passes.len(), 1);
-    let pass = &plan.passes[0];
-    assert_eq!(pass.role, Role::Contour);
+    assert_eq!(plan.path.len(), 1);
+    let pass = plan.path.pass(0);
+    assert_eq!(pass.head.role, Role::Contour);
     // four rectangles of four lines and three links
-    assert_eq!(pass.moves.len(), 4 * 4 + 3);
+    assert_eq!(pass.move_count(), 4 * 4 + 3);
     let heights: Vec<f64> = pass.points.iter().map(|p| p.y).collect();
     let (low, high) = (
         heights.iter().copied().fold(f64::INFINITY, f64::min),
@@ -70,9 +73,9 @@ fn a_wall_one_bead_wide_is_one_straight_pass() {
                 ..FillSettings::new(width, 0.7 * width)
             };
             let plan = plan_on(1, &[outlines::plate(150.0, wall)], &s);
-            assert_eq!(plan.passes.len(), 1, "{wall} {width} {strategy:?}");
-            let pass = &plan.passes[0];
-            assert_eq!(pass.moves, [Move::Line], "{wall} {width} {strategy:?}");
+            assert_eq!(plan.path.len(), 1, "{wall} {width} {strategy:?}");
+            let pass = plan.path.pass(0);
+            assert!(pass.moves().eq([Move::Line]), "{wall} {width} {strategy:?}");
             let middle = pass.points[0].lerp(pass.points[1], 0.5);
             let plate = &outlines::plate(150.0, wall);
             let (low, high) = plate
@@ -95,12 +98,13 @@ fn a_wall_one_bead_wide_is_one_straight_pass() {
 }
 
 /// Nothing but arcs, as many as said.
-fn assert_round(pass: &meltpath_toolpath::Pass, count: std::ops::RangeInclusive<usize>) {
-    let arcs = pass.moves.iter().filter(|m| **m != Move::Line).count();
+fn assert_round(pass: &meltpath_toolpath::Pass<'_>, count: std::ops::RangeInclusive<usize>) {
+    let moves: Vec<_> = pass.moves().collect();
+    let arcs = moves.iter().filter(|m| **m != Move::Line).count();
     assert!(
-        count.contains(&arcs) && arcs == pass.moves.len(),
+        count.contains(&arcs) && arcs == pass.move_count(),
         "{:?}",
-        pass.moves
+        moves
     );
 }
 
@@ -116,8 +120,8 @@ fn facets_of_a_circle_are_arcs_again() {
     };
     for strategy in ALL {
         let plan = plan(std::slice::from_ref(&ring), strategy);
-        assert_eq!(plan.passes.len(), 1);
-        assert_round(&plan.passes[0], 2..=4);
+        assert_eq!(plan.path.len(), 1);
+        assert_round(&plan.path.pass(0), 2..=4);
         for p in deposit_points(&plan) {
             assert!((p.length() - 36.75).abs() < 0.08, "{}", p.length());
         }
@@ -127,8 +131,8 @@ fn facets_of_a_circle_are_arcs_again() {
         let n = (std::f64::consts::PI / (1.0 - 0.05 / radius).acos()).ceil() as u32;
         let disc = solid(outlines::ring(radius, 5.0, n).outer);
         let plan = plan(&[disc], HYBRID);
-        assert_eq!(plan.passes[0].role, Role::Contour);
-        assert_round(&plan.passes[0], 2..=4);
+        assert_eq!(plan.path.pass(0).head.role, Role::Contour);
+        assert_round(&plan.path.pass(0), 2..=4);
     }
 }
 
@@ -162,10 +166,10 @@ fn ellipses_and_slots_one_bead_wide_stay_within_tolerance() {
     let wall = hollow(slot(30.0, 20.0), slot(30.0, 13.5));
     for (name, region, most) in [("ellipse", ellipse, 24), ("slot", wall, 6)] {
         let plan = plan(std::slice::from_ref(&region), CONTOUR);
-        assert_eq!(plan.passes.len(), 1, "{name}");
-        let pass = &plan.passes[0];
+        assert_eq!(plan.path.len(), 1, "{name}");
+        let pass = plan.path.pass(0);
         assert!(pass.is_closed(), "{name}");
-        assert!(pass.moves.len() <= most, "{name}: {:?}", pass.moves);
+        assert!(pass.move_count() <= most, "{name}: {pass:?}");
         let edge = |ring: &Ring, p: DVec2| {
             (0..ring.len())
                 .map(|i| to_segment(p, ring[i], ring[(i + 1) % ring.len()]))
@@ -182,15 +186,15 @@ fn ellipses_and_slots_one_bead_wide_stay_within_tolerance() {
 fn a_closed_wall_one_bead_wide_is_one_closed_pass() {
     for strategy in ALL {
         let ring = plan(&[outlines::ring(40.0, 33.5, 180)], strategy);
-        assert_eq!(ring.passes.len(), 1);
-        let pass = &ring.passes[0];
+        assert_eq!(ring.path.len(), 1);
+        let pass = ring.path.pass(0);
         assert!(pass.is_closed());
         assert!(
             (pass.length() - std::f64::consts::TAU * 36.75).abs() < 0.1,
             "{}",
             pass.length()
         );
-        assert_round(pass, 2..=4);
+        assert_round(&pass, 2..=4);
         let frame = difference(
             &[outlines::plate(80.0, 50.0)],
             &[Region {
@@ -211,12 +215,12 @@ fn a_closed_wall_one_bead_wide_is_one_closed_pass() {
         )
         .unwrap();
         let frame = plan(&frame, strategy);
-        assert_eq!(frame.passes.len(), 1);
-        assert!(frame.passes[0].is_closed());
+        assert_eq!(frame.path.len(), 1);
+        assert!(frame.path.pass(0).is_closed());
         assert!(
-            (frame.passes[0].length() - 2.0 * (80.0 + 50.0 - 13.2)).abs() < 0.1,
+            (frame.path.pass(0).length() - 2.0 * (80.0 + 50.0 - 13.2)).abs() < 0.1,
             "{}",
-            frame.passes[0].length()
+            frame.path.pass(0).length()
         );
     }
 }

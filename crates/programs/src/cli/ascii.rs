@@ -1,21 +1,35 @@
 //! The text form: commands that begin with `$$`, comments between double slashes.
 
-use std::fmt::Write as _;
+use std::io::{self, BufRead, Write};
 
 use meltpath_geometry::math::DVec2;
+use meltpath_toolpath::Layer;
 
-use super::{CliError, Direction, Item, Layer, LayerFile, finite, header};
+use super::contents::{CliError, Direction, Filling, Item, header_error};
 
-/// A command, and how many line ends stand before it.
-pub(super) struct Command<'a> {
-    text: &'a str,
+/// The commands of a text, one after the other.
+#[derive(Debug)]
+pub(super) struct Commands<R> {
+    from: R,
+    /// What stands between one `$$` and the next.
+    piece: Vec<u8>,
+    /// Line ends before the piece that comes next.
     lines: usize,
+    begun: bool,
+    over: bool,
 }
 
-impl<'a> Command<'a> {
+/// A command.
+pub(super) struct Command {
+    text: String,
+    /// Its line, from 1.
+    line: usize,
+}
+
+impl Command {
     /// Its name and its arguments.
-    pub(super) fn split(&self) -> (&'a str, &'a str) {
-        let (name, arguments) = self.text.split_once('/').unwrap_or((self.text, ""));
+    pub(super) fn split(&self) -> (&str, &str) {
+        let (name, arguments) = self.text.split_once('/').unwrap_or((&self.text, ""));
         // a comment that begins right after a command without arguments leaves its slash
         (
             name.trim(),
@@ -24,27 +38,69 @@ impl<'a> Command<'a> {
     }
 }
 
-/// The commands of a text.
-pub(super) fn commands(text: &str) -> impl Iterator<Item = Command<'_>> {
-    let mut lines = 0;
-    text.split("$$").enumerate().filter_map(move |(k, piece)| {
-        let before = lines;
-        lines += piece.matches('\n').count();
-        (k > 0).then_some(Command {
-            text: piece,
-            lines: before,
-        })
-    })
+impl<R: BufRead> Commands<R> {
+    /// Of a text that `lines` line ends stand before.
+    pub(super) fn new(from: R, lines: usize) -> Self {
+        Commands {
+            from,
+            piece: Vec::new(),
+            lines,
+            begun: false,
+            over: false,
+        }
+    }
+
+    /// Line ends up to where it has read.
+    pub(super) fn lines(&self) -> usize {
+        self.lines
+    }
+
+    /// Reads up to the next `$$`, or to the end.
+    fn read(&mut self) -> io::Result<()> {
+        self.piece.clear();
+        loop {
+            self.from.read_until(b'$', &mut self.piece)?;
+            if self.piece.last() != Some(&b'$') {
+                self.over = true;
+                return Ok(());
+            }
+            if self.from.fill_buf()?.first() == Some(&b'$') {
+                self.from.consume(1);
+                self.piece.pop();
+                return Ok(());
+            }
+        }
+    }
+
+    /// The next command, if there is any.
+    pub(super) fn next(&mut self) -> io::Result<Option<Command>> {
+        let ends = |piece: &[u8]| piece.split(|b| *b == b'\n').count() - 1;
+        if !self.begun {
+            self.begun = true;
+            self.read()?;
+            self.lines += ends(&self.piece);
+        }
+        if self.over {
+            return Ok(None);
+        }
+        self.read()?;
+        let line = self.lines + 1;
+        self.lines += ends(&self.piece);
+        let text = self.piece.iter().map(|&b| char::from(b)).collect();
+        Ok(Some(Command { text, line }))
+    }
 }
 
-/// The layers of a text whose first line has `lines_before` lines before it.
-pub(super) fn geometry(text: &str, unit: f64, lines_before: usize) -> Result<Vec<Layer>, CliError> {
-    let mut layers: Vec<Layer> = Vec::new();
-    for command in commands(text) {
+/// Reads up to the end of a layer; `None` where the file ends.
+pub(super) fn layer<R: BufRead>(
+    commands: &mut Commands<R>,
+    filling: &mut Filling,
+    unit: f64,
+) -> Result<Option<Layer>, CliError> {
+    while let Some(command) = commands.next()? {
         let (name, arguments) = command.split();
-        let line = lines_before + command.lines + 1;
         let fail = |what: &str| CliError::Text {
-            line,
+            line: command.line,
             what: what.to_owned(),
         };
         let numbers = || -> Result<Vec<f64>, CliError> {
@@ -60,30 +116,24 @@ pub(super) fn geometry(text: &str, unit: f64, lines_before: usize) -> Result<Vec
         match name {
             "LAYER" => {
                 let height = numbers()?[0] * unit;
-                layers.push(Layer {
-                    height,
-                    items: Vec::new(),
-                });
+                if let Some(before) = filling.begin(height) {
+                    return Ok(Some(before));
+                }
             }
             "POLYLINE" => {
                 let n = numbers()?;
                 let [part, direction, count, points @ ..] = n.as_slice() else {
                     return Err(fail("a $$POLYLINE needs part, direction, count and points"));
                 };
-                let direction = Direction::from_code(*direction)
-                    .ok_or_else(|| fail("the direction of a $$POLYLINE must be 0, 1 or 2"))?;
+                if !Direction::is_code(*direction) {
+                    return Err(fail("the direction of a $$POLYLINE must be 0, 1 or 2"));
+                }
                 let points = pairs(points, *count, 2, unit)
                     .ok_or_else(|| fail("the points of a $$POLYLINE are not as many as it says"))?;
-                let item = Item::Polyline {
-                    part: number(*part),
-                    direction,
-                    points,
-                };
-                layers
-                    .last_mut()
-                    .ok_or_else(|| fail("a $$POLYLINE before the first $$LAYER"))?
-                    .items
-                    .push(item);
+                if filling.layer.is_none() {
+                    return Err(fail("a $$POLYLINE before the first $$LAYER"));
+                }
+                filling.polyline(number(*part), points);
             }
             "HATCHES" => {
                 let n = numbers()?;
@@ -92,18 +142,12 @@ pub(super) fn geometry(text: &str, unit: f64, lines_before: usize) -> Result<Vec
                 };
                 let points = pairs(points, *count, 4, unit)
                     .ok_or_else(|| fail("the lines of $$HATCHES are not as many as they say"))?;
-                let lines = points.chunks_exact(2).map(|l| [l[0], l[1]]).collect();
-                let item = Item::Hatches {
-                    part: number(*part),
-                    lines,
-                };
-                layers
-                    .last_mut()
-                    .ok_or_else(|| fail("$$HATCHES before the first $$LAYER"))?
-                    .items
-                    .push(item);
+                if filling.layer.is_none() {
+                    return Err(fail("$$HATCHES before the first $$LAYER"));
+                }
+                filling.hatches(number(*part), &points);
             }
-            "GEOMETRYEND" => return Ok(layers),
+            "GEOMETRYEND" => return Ok(None),
             "GEOMETRYSTART" | "HEADEREND" => {}
             other => {
                 return Err(fail(&format!(
@@ -113,9 +157,9 @@ pub(super) fn geometry(text: &str, unit: f64, lines_before: usize) -> Result<Vec
             }
         }
     }
-    Err(CliError::Header {
-        what: "$$GEOMETRYEND is missing: the file is cut off".to_owned(),
-    })
+    Err(header_error(
+        "$$GEOMETRYEND is missing: the file is cut off",
+    ))
 }
 
 /// An identifier; numbers outside its range saturate.
@@ -127,54 +171,30 @@ fn number(value: f64) -> u32 {
 fn pairs(numbers: &[f64], count: f64, each: usize, unit: f64) -> Option<Vec<DVec2>> {
     let wanted = count * each as f64;
     (numbers.len() as f64 == wanted).then(|| {
-        numbers
-            .chunks_exact(2)
-            .map(|p| DVec2::new(p[0], p[1]) * unit)
-            .collect()
+        let pairs = numbers.as_chunks::<2>().0.iter();
+        pairs.map(|&p| DVec2::from_array(p) * unit).collect()
     })
 }
 
-/// The file as text, in mm with every digit.
-///
-/// # Errors
-/// [`CliError::Value`] where a coordinate is not finite.
-pub fn write_ascii(file: &LayerFile) -> Result<String, CliError> {
-    finite(file)?;
-    let mut text = header(file, "ASCII");
-    text.push_str("\n$$GEOMETRYSTART\n");
-    let put = |text: &mut String, p: &DVec2| {
-        // writing into a string does not fail
-        let _ = write!(text, ",{},{}", p.x, p.y);
-    };
-    for layer in &file.layers {
-        let _ = writeln!(text, "$$LAYER/{}", layer.height);
-        for item in &layer.items {
-            match item {
-                Item::Polyline {
-                    part,
-                    direction,
-                    points,
-                } => {
-                    let _ = write!(
-                        text,
-                        "$$POLYLINE/{part},{},{}",
-                        direction.code(),
-                        points.len()
-                    );
-                    for p in points {
-                        put(&mut text, p);
-                    }
-                }
-                Item::Hatches { part, lines } => {
-                    let _ = write!(text, "$$HATCHES/{part},{}", lines.len());
-                    for p in lines.iter().flatten() {
-                        put(&mut text, p);
-                    }
-                }
+/// Writes a layer, in mm with every digit.
+pub(super) fn write(to: &mut impl Write, height: f64, items: &[Item]) -> Result<(), CliError> {
+    writeln!(to, "$$LAYER/{height}")?;
+    for item in items {
+        let points = match item {
+            Item::Polyline(part, points) => {
+                let direction = Direction::of(points).code();
+                write!(to, "$$POLYLINE/{part},{direction},{}", points.len())?;
+                points
             }
-            text.push('\n');
+            Item::Hatches(part, ends) => {
+                write!(to, "$$HATCHES/{part},{}", ends.len() / 2)?;
+                ends
+            }
+        };
+        for p in points {
+            write!(to, ",{},{}", p.x, p.y)?;
         }
+        writeln!(to)?;
     }
-    text.push_str("$$GEOMETRYEND\n");
-    Ok(text)
+    Ok(())
 }

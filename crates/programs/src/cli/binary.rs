@@ -1,8 +1,11 @@
 //! The binary form: little-endian commands right after the header, short (16-bit units) or long (32-bit reals).
 
-use meltpath_geometry::math::DVec2;
+use std::io::{BufRead, ErrorKind, Write};
 
-use super::{CliError, Direction, Item, Layer, LayerFile, finite, header};
+use meltpath_geometry::math::DVec2;
+use meltpath_toolpath::Layer;
+
+use super::contents::{CliError, Direction, Filling, Item};
 
 const LAYER_LONG: u16 = 127;
 const LAYER_SHORT: u16 = 128;
@@ -12,28 +15,35 @@ const HATCHES_SHORT: u16 = 131;
 const HATCHES_LONG: u16 = 132;
 
 /// Walks through the bytes and knows where it stands.
-struct Cursor<'a> {
-    bytes: &'a [u8],
+#[derive(Debug)]
+pub(super) struct Cursor<R> {
+    from: R,
     at: usize,
-    offset: usize,
 }
 
-impl Cursor<'_> {
+impl<R: BufRead> Cursor<R> {
+    /// Of bytes that begin at byte `at` of the file.
+    pub(super) fn new(from: R, at: usize) -> Self {
+        Cursor { from, at }
+    }
+
     fn fail(&self, what: &str) -> CliError {
         CliError::Binary {
-            byte: self.offset + self.at,
+            byte: self.at,
             what: what.to_owned(),
         }
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], CliError> {
-        let piece = self
-            .bytes
-            .get(self.at..self.at + N)
-            .and_then(|p| p.try_into().ok());
-        let piece = piece.ok_or_else(|| self.fail("the file ends inside a command"))?;
+        let mut bytes = [0; N];
+        self.from
+            .read_exact(&mut bytes)
+            .map_err(|e| match e.kind() {
+                ErrorKind::UnexpectedEof => self.fail("the file ends inside a command"),
+                _ => e.into(),
+            })?;
         self.at += N;
-        Ok(piece)
+        Ok(bytes)
     }
 
     fn short(&mut self) -> Result<f64, CliError> {
@@ -54,12 +64,11 @@ impl Cursor<'_> {
     }
 
     fn points(&mut self, count: f64, long: bool, unit: f64) -> Result<Vec<DVec2>, CliError> {
-        let each = if long { 8 } else { 4 };
-        let room = (self.bytes.len() - self.at) / each;
-        if !(0.0..=room as f64).contains(&count) {
-            return Err(self.fail("more points than the file has room for"));
+        if count < 0.0 {
+            return Err(self.fail("a number of points below zero"));
         }
-        let mut points = Vec::with_capacity(count as usize);
+        // as the file gives them: it may promise more than it holds
+        let mut points = Vec::new();
         for _ in 0..count as usize {
             let (x, y) = if long {
                 (self.real()?, self.real()?)
@@ -72,104 +81,86 @@ impl Cursor<'_> {
     }
 }
 
-/// The layers of the bytes behind the header, which end at byte `offset` of the file.
-pub(super) fn geometry(bytes: &[u8], unit: f64, offset: usize) -> Result<Vec<Layer>, CliError> {
-    let mut cursor = Cursor {
-        bytes,
-        at: 0,
-        offset,
-    };
-    let mut layers: Vec<Layer> = Vec::new();
-    while cursor.at < bytes.len() {
+/// Reads up to the end of a layer; `None` where the file ends.
+pub(super) fn layer<R: BufRead>(
+    cursor: &mut Cursor<R>,
+    filling: &mut Filling,
+    unit: f64,
+) -> Result<Option<Layer>, CliError> {
+    while !cursor.from.fill_buf()?.is_empty() {
         let command = u16::from_le_bytes(cursor.take()?);
-        let item = match command {
+        if matches!(
+            command,
+            POLYLINE_SHORT | POLYLINE_LONG | HATCHES_SHORT | HATCHES_LONG
+        ) && filling.layer.is_none()
+        {
+            return Err(cursor.fail("an item before the first layer"));
+        }
+        match command {
             LAYER_LONG | LAYER_SHORT => {
                 let height = if command == LAYER_LONG {
                     cursor.real()?
                 } else {
                     cursor.short()?
                 };
-                layers.push(Layer {
-                    height: height * unit,
-                    items: Vec::new(),
-                });
-                continue;
+                if let Some(before) = filling.begin(height * unit) {
+                    return Ok(Some(before));
+                }
             }
             POLYLINE_SHORT | POLYLINE_LONG => {
                 let long = command == POLYLINE_LONG;
                 let mut next = || if long { cursor.long() } else { cursor.short() };
                 let (part, direction, count) = (next()?, next()?, next()?);
-                let direction = Direction::from_code(direction)
-                    .ok_or_else(|| cursor.fail("the direction of a polyline must be 0, 1 or 2"))?;
-                let points = cursor.points(count, long, unit)?;
-                Item::Polyline {
-                    part: part as u32,
-                    direction,
-                    points,
+                if !Direction::is_code(direction) {
+                    return Err(cursor.fail("the direction of a polyline must be 0, 1 or 2"));
                 }
+                filling.polyline(part as u32, cursor.points(count, long, unit)?);
             }
             HATCHES_SHORT | HATCHES_LONG => {
                 let long = command == HATCHES_LONG;
                 let mut next = || if long { cursor.long() } else { cursor.short() };
                 let (part, count) = (next()?, next()?);
-                let points = cursor.points(2.0 * count, long, unit)?;
-                let lines = points.chunks_exact(2).map(|l| [l[0], l[1]]).collect();
-                Item::Hatches {
-                    part: part as u32,
-                    lines,
-                }
+                let ends = cursor.points(2.0 * count, long, unit)?;
+                filling.hatches(part as u32, &ends);
             }
             other => return Err(cursor.fail(&format!("command {other} is not known"))),
-        };
-        let fail = cursor.fail("an item before the first layer");
-        layers.last_mut().ok_or(fail)?.items.push(item);
+        }
     }
-    Ok(layers)
+    Ok(None)
 }
 
-/// The file in binary form with long commands: coordinates become 32-bit reals, in mm.
-///
-/// # Errors
-/// [`CliError::Value`] where a coordinate or a number of points does not fit.
-pub fn write_binary(file: &LayerFile) -> Result<Vec<u8>, CliError> {
-    finite(file)?;
-    let mut out = header(file, "BINARY").into_bytes();
+/// Writes a layer with long commands: coordinates become 32-bit reals, in mm.
+pub(super) fn write(to: &mut impl Write, height: f64, items: &[Item]) -> Result<(), CliError> {
     let whole = |what, value: usize| {
         i32::try_from(value).map_err(|_| CliError::Value {
             what,
             value: value as f64,
         })
     };
-    for layer in &file.layers {
-        out.extend(LAYER_LONG.to_le_bytes());
-        out.extend(real(layer.height)?);
-        for item in &layer.items {
-            let points: Vec<DVec2> = match item {
-                Item::Polyline {
-                    part,
-                    direction,
-                    points,
-                } => {
-                    out.extend(POLYLINE_LONG.to_le_bytes());
-                    out.extend(whole("a part's number", *part as usize)?.to_le_bytes());
-                    out.extend(i32::from(direction.code()).to_le_bytes());
-                    out.extend(whole("a number of points", points.len())?.to_le_bytes());
-                    points.clone()
-                }
-                Item::Hatches { part, lines } => {
-                    out.extend(HATCHES_LONG.to_le_bytes());
-                    out.extend(whole("a part's number", *part as usize)?.to_le_bytes());
-                    out.extend(whole("a number of lines", lines.len())?.to_le_bytes());
-                    lines.iter().flatten().copied().collect()
-                }
-            };
-            for p in points {
-                out.extend(real(p.x)?);
-                out.extend(real(p.y)?);
+    to.write_all(&LAYER_LONG.to_le_bytes())?;
+    to.write_all(&real(height)?)?;
+    for item in items {
+        let (command, part, points) = match item {
+            Item::Polyline(part, points) => (POLYLINE_LONG, part, points),
+            Item::Hatches(part, ends) => (HATCHES_LONG, part, ends),
+        };
+        to.write_all(&command.to_le_bytes())?;
+        to.write_all(&whole("a part's number", *part as usize)?.to_le_bytes())?;
+        let count = match item {
+            Item::Polyline(_, points) => {
+                let direction = Direction::of(points).code();
+                to.write_all(&i32::from(direction).to_le_bytes())?;
+                whole("a number of points", points.len())?
             }
+            Item::Hatches(_, ends) => whole("a number of lines", ends.len() / 2)?,
+        };
+        to.write_all(&count.to_le_bytes())?;
+        for p in points {
+            to.write_all(&real(p.x)?)?;
+            to.write_all(&real(p.y)?)?;
         }
     }
-    Ok(out)
+    Ok(())
 }
 
 fn real(value: f64) -> Result<[u8; 4], CliError> {

@@ -29,7 +29,7 @@ use crate::interpolation::history::History;
 use crate::interpolation::timeline::{Piece, Step, Timeline};
 use crate::interpolation::track::{Moments, Shape};
 use crate::summary::{CommandRecord, Summary};
-use meltpath_control::moving_average::MovingAverage;
+use meltpath_numerics::moving_average::MovingAverage;
 
 /// Samples in a block.
 pub const BLOCK: usize = 4096;

@@ -9,7 +9,8 @@ use meltpath_numerics::random::Random;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{Cascade, Controller, Law, Limits, Measured, Sampled, SpeedSource};
-use crate::axis::galvanometer::{AxisError, Galvanometer, MOST_MODES, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
+use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
 use crate::axis::prefilter::{self, PreFilter};
 

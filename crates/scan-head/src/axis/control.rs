@@ -8,7 +8,7 @@ use meltpath_control::simulate::Running;
 use meltpath_control::{Domain, StateSpace};
 use serde::{Deserialize, Serialize};
 
-use crate::axis::galvanometer::{AxisError, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
 
 /// The unit in which a controller's coefficients count angles. The thesis does not say it; degrees are inferred (docs/theory/axis-control.md).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::axis::galvanometer::{AxisError, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
 
 /// Friction torque on the rotor, N·m, opposed to motion; the viscous part is with the galvanometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -89,22 +89,6 @@ impl Friction {
                 positive("the bristle stiffness", stiffness)?;
                 not_negative("the bristle damping", damping)
             }
-        }
-    }
-
-    /// The steady torque when sliding at `omega` rad/s, N·m, without the viscous part; 0 at rest.
-    pub fn sliding(&self, omega: f64) -> f64 {
-        let sign = if omega == 0.0 { 0.0 } else { omega.signum() };
-        match *self {
-            Friction::None => 0.0,
-            Friction::Coulomb { coulomb, bias } => bias + coulomb * sign,
-            Friction::Karnopp { coulomb, .. } => coulomb * sign,
-            Friction::LuGre {
-                coulomb,
-                stiction,
-                stribeck,
-                ..
-            } => sign * (coulomb + (stiction - coulomb) * (-(omega / stribeck).powi(2)).exp()),
         }
     }
 }

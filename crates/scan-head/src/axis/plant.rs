@@ -8,8 +8,9 @@
 
 use meltpath_control::discretise::{Hold, discretise};
 
+use crate::axis::error::{AxisError, positive};
 use crate::axis::friction::Friction;
-use crate::axis::galvanometer::{AxisError, Galvanometer, positive};
+use crate::axis::galvanometer::Galvanometer;
 
 /// The longest piece of a step in which the rotor turns round, s.
 pub const LONGEST_PIECE: f64 = 2e-6;

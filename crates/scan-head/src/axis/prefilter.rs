@@ -7,9 +7,9 @@
 use meltpath_control::Complex64;
 use serde::{Deserialize, Serialize};
 
-use meltpath_control::moving_average::MovingAverage;
+use meltpath_numerics::moving_average::MovingAverage;
 
-use crate::axis::galvanometer::{AxisError, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
 
 /// The second moving average.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -41,11 +41,6 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The box whose first zero lies on a mode at `omega` rad/s: T_j = 2π/ω.
-    pub fn box_on(omega: f64) -> Self {
-        Kernel::Box(std::f64::consts::TAU / omega)
-    }
-
     /// The linear kernel with an exact zero at the damped pole of (ω, ξ): the two real equations H(−σ + jω_d) = 0 solved
     /// by Newton's method from the damped-jerk kernel.
     ///
@@ -335,7 +330,7 @@ mod tests {
             first in 2e-5..5e-4, omega in 1e4..6e4, damping in 0.0..0.2, which in 0..4
         ) {
             let second = match which {
-                0 => Kernel::box_on(omega),
+                0 => Kernel::Box(std::f64::consts::TAU / omega),
                 1 => Kernel::DampedJerk { omega, damping },
                 2 => Kernel::Exponential { omega, damping },
                 _ => Kernel::Linear { length: 2e-4, slope: 0.3 },

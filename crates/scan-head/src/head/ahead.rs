@@ -5,7 +5,7 @@
 use meltpath_geometry::math::{DVec2, DVec3};
 
 use crate::head::interpolation::{CommandBlock, Interpolator};
-use crate::head::scan_head::ReadyHead;
+use crate::head::ready::ReadyHead;
 use crate::servo::preview::Preview;
 
 /// The same path once more, run before its time, with the mirrors' set-points about the present.

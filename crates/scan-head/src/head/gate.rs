@@ -4,7 +4,8 @@
 //! before a jump to laser off. Marks that follow each other are one chain, lit through. The laser's own dynamics are neglected.
 
 use crate::head::interpolation::counts;
-use crate::head::job::{LaserDelays, ScanJob};
+use crate::head::recipe::LaserDelays;
+use crate::head::vector::ScanJob;
 
 /// A chain of marks: first and last vector, and the samples at which it starts and ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 
 use meltpath_geometry::math::DVec3;
 
-use crate::head::job::ScanJob;
+use crate::head::vector::ScanJob;
 
 /// Rounding of a length in samples that is whole but for the last bits.
 const WHOLE: f64 = 1e-9;

@@ -1,211 +1,72 @@
-//! What the head is asked to do: mark and jump vectors with their speeds, powers and waits, and the recipe they follow.
+//! What a head makes of the layers of a toolpath: the speeds, powers, waits, jumps and sky-writing of a recipe, vector by vector.
 //!
 //! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: ours.
 
+use crate::head::recipe::Recipe;
+use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Pass, Role, Toolpath};
-use serde::{Deserialize, Serialize};
+use meltpath_toolpath::{Channel, Layer, Pass, Role};
 
-use crate::measures::energy::PowerLaw;
-
-/// Why a job cannot be executed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ScanJobError {
-    /// A vector with a value that has no sense.
-    #[error("vector {index}: {what} is {value}, but must be {wanted}")]
-    Vector {
-        /// Position in the job, from 0.
-        index: usize,
-        /// Which of its values.
-        what: &'static str,
-        /// That value.
-        value: f64,
-        /// What it must be.
-        wanted: &'static str,
-    },
-    /// A recipe or plate with a value that has no sense.
-    #[error("{what} is {value}, but must be {wanted}")]
-    Value {
-        /// Which value.
-        what: &'static str,
-        /// That value.
-        value: f64,
-        /// What it must be.
-        wanted: &'static str,
-    },
-    /// Nothing to do.
-    #[error("the job has no mark vector")]
-    Empty,
+/// A layer within a job.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerSpan {
+    /// Its first vector.
+    pub first: u32,
+    /// Its number.
+    pub number: u32,
+    /// Its height, mm.
+    pub height: f64,
 }
 
-/// What a vector is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum VectorKind {
-    /// Marks a contour.
-    Contour,
-    /// Marks a line of a fill.
-    Fill,
-    /// Goes elsewhere, laser off.
-    Jump,
-    /// Goes from one line of a fill to the next, laser off.
-    Connection,
-    /// Runs up to or out of a line at its speed, laser off (sky-writing).
-    Run,
+/// Layers as a head executes them, in the plane of the field: the platform goes down, the focus stays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The vectors.
+    pub job: ScanJob,
+    /// The layers, first executed first.
+    pub layers: Vec<LayerSpan>,
 }
 
-impl VectorKind {
-    /// Whether the laser marks.
-    pub fn is_mark(self) -> bool {
-        matches!(self, VectorKind::Contour | VectorKind::Fill)
+/// Prepares layers for a head. A layer that says its jumps is executed as it says, from the values of its channels and, where they
+/// say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes of any other layer the
+/// recipe jumps, contours go by their role and everything else that melts as fill, and moves without length are left out.
+///
+/// # Errors
+/// [`ScanJobError`] where nothing is marked, or a vector or the recipe has no sense.
+pub fn prepare(layers: &[Layer], recipe: &Recipe) -> Result<Prepared, ScanJobError> {
+    let start = |layer: &Layer| {
+        let first = layer.passes().find(|p| p.move_count() > 0);
+        first.map_or(DVec3::ZERO, |p| p.points[0])
+    };
+    let begin = layers.first().map_or(DVec3::ZERO, start);
+    let mut builder = JobBuilder::new(recipe, begin);
+    let mut spans = Vec::with_capacity(layers.len());
+    for layer in layers {
+        spans.push(LayerSpan {
+            first: builder.job.vectors.len() as u32,
+            number: layer.number,
+            height: layer.height,
+        });
+        if layer.has(Role::Jump) {
+            builder.said(layer);
+            continue;
+        }
+        // even where it stands there already: light never lasts from layer to layer
+        if spans.len() > 1 {
+            builder.vector(VectorKind::Jump, start(layer), Given::default());
+        }
+        builder.planned(layer);
     }
-}
-
-/// A straight move from where the last one ended, and a wait at its end.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Vector {
-    /// What it is for.
-    pub kind: VectorKind,
-    /// Where it ends: x and y in the plane, z the height of the focus, mm.
-    pub end: DVec3,
-    /// Speed, mm/s.
-    pub speed: f64,
-    /// Laser power, W; 0 where the laser is off.
-    pub power: f64,
-    /// Wait at its end, s.
-    pub wait: f64,
-    /// The caller's number of the part or square it belongs to.
-    pub block: u32,
-}
-
-/// A job for the head.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ScanJob {
-    /// Where the head stands at first, mm.
-    pub start: DVec3,
-    /// The vectors, first executed first.
-    pub vectors: Vec<Vector>,
-}
-
-/// Delays of the laser against the commanded marks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct LaserDelays {
-    /// From the start of a chain of marks to laser on, s.
-    pub on: f64,
-    /// From its end to laser off, s.
-    pub off: f64,
-}
-
-/// Run-up and run-out of fill lines, so that they are marked at constant speed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SkyWriting {
-    /// Time at the line's speed before the line, s.
-    pub run_in: f64,
-    /// Time at the line's speed after it, s.
-    pub run_out: f64,
-}
-
-/// Speeds, powers, waits and delays.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Recipe {
-    /// Name for people.
-    pub name: String,
-    /// Speed of contour marks, mm/s.
-    pub contour_speed: f64,
-    /// Speed of fill marks, mm/s.
-    pub fill_speed: f64,
-    /// Speed of jumps between contours, mm/s.
-    pub contour_jump_speed: f64,
-    /// Speed of jumps between contour and fill, and from part to part, mm/s.
-    pub fill_jump_speed: f64,
-    /// Power on contours, W.
-    pub contour_power: f64,
-    /// Power on fills, W.
-    pub fill_power: f64,
-    /// Wait after a jump, before a mark, s.
-    pub jump_wait: f64,
-    /// Wait after a mark, before a jump, s.
-    pub mark_wait: f64,
-    /// Wait between two marks of a chain, laser on, s.
-    pub polygon_wait: f64,
-    /// Delays of the laser.
-    pub delays: LaserDelays,
-    /// What the power follows.
-    pub power_law: PowerLaw,
-    /// Sky-writing of fill lines; lines have no waits then.
-    pub sky_writing: Option<SkyWriting>,
-}
-
-impl Recipe {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// [`ScanJobError::Value`].
-    pub fn check(&self) -> Result<(), ScanJobError> {
-        let fail = |what, value, wanted| {
-            Err(ScanJobError::Value {
-                what,
-                value,
-                wanted,
-            })
-        };
-        for (what, value) in [
-            ("the contour speed", self.contour_speed),
-            ("the fill speed", self.fill_speed),
-            (
-                "the speed of jumps between contours",
-                self.contour_jump_speed,
-            ),
-            ("the speed of jumps to and from fills", self.fill_jump_speed),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return fail(what, value, "positive and finite (mm/s)");
-            }
-        }
-        for (what, value) in [
-            ("the contour power", self.contour_power),
-            ("the fill power", self.fill_power),
-            (
-                "the least power with speed",
-                match self.power_law {
-                    PowerLaw::Constant => 0.0,
-                    PowerLaw::WithSpeed { least } => least,
-                },
-            ),
-            ("the wait after jumps", self.jump_wait),
-            ("the wait after marks", self.mark_wait),
-            ("the wait between marks", self.polygon_wait),
-            ("the laser-on delay", self.delays.on),
-            ("the laser-off delay", self.delays.off),
-            (
-                "the run-up of sky-writing",
-                self.sky_writing.map_or(0.0, |s| s.run_in),
-            ),
-            (
-                "the run-out of sky-writing",
-                self.sky_writing.map_or(0.0, |s| s.run_out),
-            ),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return fail(what, value, "finite and not negative");
-            }
-        }
-        if let PowerLaw::WithSpeed { least } = self.power_law
-            && least > self.contour_power.min(self.fill_power)
-        {
-            return fail(
-                "the least power with speed",
-                least,
-                "at most the power of the marks (W)",
-            );
-        }
-        Ok(())
-    }
+    recipe.check()?;
+    builder.job.check()?;
+    Ok(Prepared {
+        job: builder.job,
+        layers: spans,
+    })
 }
 
 /// Builds a job move by move, with the waits and the sky-writing of a recipe.
-#[derive(Debug)]
-pub struct JobBuilder<'a> {
+struct JobBuilder<'a> {
     recipe: &'a Recipe,
     job: ScanJob,
     block: u32,
@@ -215,7 +76,7 @@ pub struct JobBuilder<'a> {
 
 impl<'a> JobBuilder<'a> {
     /// From rest at `start`, mm.
-    pub fn new(recipe: &'a Recipe, start: DVec3) -> Self {
+    fn new(recipe: &'a Recipe, start: DVec3) -> Self {
         JobBuilder {
             recipe,
             job: ScanJob {
@@ -227,19 +88,9 @@ impl<'a> JobBuilder<'a> {
         }
     }
 
-    /// Number of vectors so far.
-    pub fn count(&self) -> usize {
-        self.job.vectors.len()
-    }
-
     /// Where the head stands now, mm.
-    pub fn at(&self) -> DVec3 {
+    fn at(&self) -> DVec3 {
         self.job.vectors.last().map_or(self.job.start, |v| v.end)
-    }
-
-    /// The number that the next vectors bear.
-    pub fn block(&mut self, block: u32) {
-        self.block = block;
     }
 
     fn push(&mut self, kind: VectorKind, end: DVec3, speed: f64, power: f64) {
@@ -267,7 +118,7 @@ impl<'a> JobBuilder<'a> {
     }
 
     /// Jumps, laser off; nothing where it stands there already. `between_contours` chooses the jump's speed.
-    pub fn jump(&mut self, end: DVec3, jump: Jump) {
+    fn jump(&mut self, end: DVec3, jump: Jump) {
         if end != self.at() {
             let (kind, speed) = match jump {
                 Jump::BetweenContours => (VectorKind::Jump, self.recipe.contour_jump_speed),
@@ -278,18 +129,8 @@ impl<'a> JobBuilder<'a> {
         }
     }
 
-    /// Marks along a contour.
-    pub fn contour(&mut self, end: DVec3) {
-        self.push(
-            VectorKind::Contour,
-            end,
-            self.recipe.contour_speed,
-            self.recipe.contour_power,
-        );
-    }
-
     /// A vector as given; what is not given comes from the recipe.
-    pub fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
+    fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
         let r = self.recipe;
         let speed = given.speed.unwrap_or(match kind {
             VectorKind::Contour => r.contour_speed,
@@ -309,12 +150,6 @@ impl<'a> JobBuilder<'a> {
     }
 
     /// Marks a line of a fill from `start`, reached by a jump of the given kind, with sky-writing where the recipe has it.
-    pub fn line(&mut self, start: DVec3, end: DVec3, jump: Jump) {
-        let (speed, power) = (self.recipe.fill_speed, self.recipe.fill_power);
-        self.line_at(start, end, jump, speed, power);
-    }
-
-    /// The same at a speed and power of its own.
     fn line_at(&mut self, start: DVec3, end: DVec3, jump: Jump, speed: f64, power: f64) {
         let along = (end - start).normalize_or_zero() * speed;
         let Some(sky) = self.recipe.sky_writing else {
@@ -327,32 +162,22 @@ impl<'a> JobBuilder<'a> {
         self.push(VectorKind::Fill, end, speed, power);
         self.push(VectorKind::Run, end + along * sky.run_out, speed, 0.0);
     }
-
-    /// The job.
-    ///
-    /// # Errors
-    /// [`ScanJobError`] where it marks nothing or has a vector without sense.
-    pub fn finish(self) -> Result<ScanJob, ScanJobError> {
-        self.recipe.check()?;
-        self.job.check()?;
-        Ok(self.job)
-    }
 }
 
 /// Values of a vector that replace the recipe's.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Given {
+struct Given {
     /// Speed, mm/s.
-    pub speed: Option<f64>,
+    speed: Option<f64>,
     /// Power of a mark, W.
-    pub power: Option<f64>,
+    power: Option<f64>,
     /// Wait at its end, s.
-    pub wait: Option<f64>,
+    wait: Option<f64>,
 }
 
 /// Where a jump goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Jump {
+enum Jump {
     /// From contour to contour.
     BetweenContours,
     /// Between contour and fill, or from part to part.
@@ -361,161 +186,93 @@ pub enum Jump {
     BetweenLines,
 }
 
-impl ScanJob {
-    /// Checks every vector.
-    ///
-    /// # Errors
-    /// [`ScanJobError`].
-    pub fn check(&self) -> Result<(), ScanJobError> {
-        if !self.vectors.iter().any(|v| v.kind.is_mark()) {
-            return Err(ScanJobError::Empty);
-        }
-        for (index, v) in self.vectors.iter().enumerate() {
-            let fail = |what, value, wanted| {
-                Err(ScanJobError::Vector {
-                    index,
-                    what,
-                    value,
-                    wanted,
-                })
-            };
-            if !v.end.is_finite() {
-                return fail("the end", v.end.length(), "finite");
-            }
-            if !(v.speed > 0.0 && v.speed.is_finite()) {
-                return fail("the speed", v.speed, "positive and finite (mm/s)");
-            }
-            if !(v.power >= 0.0 && v.power.is_finite()) {
-                return fail("the power", v.power, "finite and not negative (W)");
-            }
-            if !(v.wait >= 0.0 && v.wait.is_finite()) {
-                return fail("the wait", v.wait, "finite and not negative (s)");
-            }
-        }
-        Ok(())
-    }
-
-    /// Where vector `i` starts, mm.
-    pub fn start_of(&self, i: usize) -> DVec3 {
-        if i == 0 {
-            self.start
-        } else {
-            self.vectors[i - 1].end
-        }
-    }
-
-    /// Length of vector `i`, mm.
-    pub fn length_of(&self, i: usize) -> f64 {
-        self.start_of(i).distance(self.vectors[i].end)
-    }
-
-    /// Length of all vectors of a kind, mm.
-    pub fn length(&self, kind: VectorKind) -> f64 {
-        (0..self.vectors.len())
-            .filter(|&i| self.vectors[i].kind == kind)
-            .map(|i| self.length_of(i))
-            .sum()
-    }
-
-    /// Duration without the rounding of vectors to whole samples, s.
-    pub fn duration(&self) -> f64 {
-        (0..self.vectors.len())
-            .map(|i| self.length_of(i) / self.vectors[i].speed + self.vectors[i].wait)
-            .sum()
-    }
-
-    /// The first mark's start, mm.
-    pub fn first_mark(&self) -> DVec3 {
-        let first = self.vectors.iter().position(|v| v.kind.is_mark());
-        first.map_or(self.start, |i| self.start_of(i))
-    }
-
-    /// The vectors of a range as a job of their own, from rest where the first one starts.
-    #[must_use]
-    pub fn slice(&self, range: std::ops::Range<usize>) -> ScanJob {
-        ScanJob {
-            start: self.start_of(range.start),
-            vectors: self.vectors.get(range).unwrap_or_default().to_vec(),
-        }
-    }
-
-    /// The job of planned passes.
-    ///
-    /// # Errors
-    /// [`ScanJobError`].
-    pub fn from_toolpath(toolpath: &Toolpath, recipe: &Recipe) -> Result<Self, ScanJobError> {
-        let start = marked(toolpath).next().map_or(DVec3::ZERO, |p| p.points[0]);
-        let mut builder = JobBuilder::new(recipe, start);
-        builder.passes(toolpath);
-        builder.finish()
-    }
+/// Whether the laser marks along a pass.
+fn marks(pass: &Pass<'_>) -> bool {
+    pass.head.role.deposits() && pass.move_count() > 0
 }
 
-/// The passes that mark.
-fn marked(toolpath: &Toolpath) -> impl Iterator<Item = &Pass> {
-    toolpath
-        .passes
-        .iter()
-        .filter(|p| p.role != Role::Travel && p.points.len() > 1)
+/// Chords of arcs stay this close, mm: below the encoder of any head.
+const CHORD: f64 = 5e-4;
+
+/// The ends of the vectors that make move `i` of a pass: chords where it is an arc.
+fn ends(pass: &Pass<'_>, i: usize) -> impl Iterator<Item = DVec3> {
+    let arc = pass.arc(i);
+    let n = arc.as_ref().map_or(1, |a| a.chords(CHORD).max(1));
+    let inner = (1..n).filter_map(move |k| Some(arc.as_ref()?.at(k as f64 / n as f64)));
+    inner.chain([pass.points[i + 1]])
 }
 
 impl JobBuilder<'_> {
+    /// Adds the passes of a layer that says its jumps.
+    fn said(&mut self, layer: &Layer) {
+        for (number, pass) in layer.passes().enumerate() {
+            self.block = pass.head.part;
+            let kind = match pass.head.role {
+                Role::Contour | Role::Skin => VectorKind::Contour,
+                Role::Fill | Role::Support => VectorKind::Fill,
+                Role::Jump | Role::Travel => VectorKind::Jump,
+                Role::Connection => VectorKind::Connection,
+                Role::Run => VectorKind::Run,
+            };
+            // it stands there already
+            let stands = number == 0
+                && self.job.vectors.is_empty()
+                && pass.points.get(1) == Some(&self.at());
+            for i in usize::from(stands)..pass.move_count() {
+                let given = Given {
+                    speed: pass.value(Channel::Speed, i),
+                    power: pass.value(Channel::Power, i),
+                    wait: pass.value(Channel::Dwell, i),
+                };
+                for end in ends(&pass, i) {
+                    let wait = given.wait.filter(|_| end == pass.points[i + 1]);
+                    self.vector(kind, end, Given { wait, ..given });
+                }
+            }
+        }
+    }
+
     /// Adds planned passes: contours by role, everything else as fill; channels of speed and power override the recipe. A jump
     /// from a fill to a fill of the same part is a connection; moves without length are left out.
-    pub fn passes(&mut self, toolpath: &Toolpath) {
-        /// Chords of arcs stay this close, mm: below the encoder of any head.
-        const CHORD: f64 = 5e-4;
+    fn planned(&mut self, layer: &Layer) {
         let mut before: Option<(bool, u32)> = None;
-        for pass in marked(toolpath) {
-            self.block(pass.tag.part);
-            let contour = pass.role == Role::Contour;
+        for pass in layer.passes().filter(marks) {
+            let part = pass.head.part;
+            self.block = part;
+            let contour = pass.head.role == Role::Contour;
             let jump = match before {
                 Some((true, _)) if contour => Jump::BetweenContours,
-                Some((false, part)) if !contour && part == pass.tag.part => Jump::BetweenLines,
+                Some((false, last)) if !contour && last == part => Jump::BetweenLines,
                 _ => Jump::ToFill,
             };
-            before = Some((contour, pass.tag.part));
+            before = Some((contour, part));
+            let r = self.recipe;
             let (kind, speed, power) = if contour {
-                (
-                    VectorKind::Contour,
-                    self.recipe.contour_speed,
-                    self.recipe.contour_power,
-                )
+                (VectorKind::Contour, r.contour_speed, r.contour_power)
             } else {
+                (VectorKind::Fill, r.fill_speed, r.fill_power)
+            };
+            let values = |i: usize| {
                 (
-                    VectorKind::Fill,
-                    self.recipe.fill_speed,
-                    self.recipe.fill_power,
+                    pass.value(Channel::Speed, i).unwrap_or(speed),
+                    pass.value(Channel::Power, i).unwrap_or(power),
                 )
             };
-            let channel = |c: &Option<Vec<f64>>, i: usize, default| {
-                c.as_ref()
-                    .and_then(|c| c.get(i).copied())
-                    .unwrap_or(default)
-            };
-            if !contour && pass.moves.len() == 1 && pass.arc(0).is_none() {
+            if !contour && pass.move_count() == 1 && pass.arc(0).is_none() {
                 let (from, to) = (pass.points[0], pass.points[1]);
                 if from != to {
-                    let (speed, power) = (
-                        channel(&pass.channels.speed, 0, speed),
-                        channel(&pass.channels.power, 0, power),
-                    );
+                    let (speed, power) = values(0);
                     self.line_at(from, to, jump, speed, power);
                 }
                 continue;
             }
             self.jump(pass.points[0], jump);
-            for i in 0..pass.moves.len() {
-                let speed = channel(&pass.channels.speed, i, speed);
-                let power = channel(&pass.channels.power, i, power);
-                if let Some(arc) = pass.arc(i) {
-                    let n = arc.chords(CHORD);
-                    for k in 1..n {
-                        self.push(kind, arc.at(k as f64 / n as f64), speed, power);
+            for i in 0..pass.move_count() {
+                let (speed, power) = values(i);
+                for end in ends(&pass, i) {
+                    if end != self.at() {
+                        self.push(kind, end, speed, power);
                     }
-                }
-                if pass.points[i + 1] != self.at() {
-                    self.push(kind, pass.points[i + 1], speed, power);
                 }
             }
         }

@@ -2,9 +2,10 @@
 
 use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
-use crate::head::job::ScanJob;
-use crate::head::scan_head::{HeadBlock, HeadSink};
-use crate::measures::energy::{Light, PowerLaw};
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::power::PowerLaw;
+use crate::head::vector::ScanJob;
+use crate::measures::light::Light;
 
 /// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
 /// height of its layer.

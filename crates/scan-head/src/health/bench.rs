@@ -12,10 +12,13 @@ use meltpath_control::welch::{Welch, estimate};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
-use crate::axis::galvanometer::{AxisError, Galvanometer, MOST_MODES};
+use crate::axis::error::AxisError;
+use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
-use crate::health::km0::Km0Samples;
-use crate::identification::motor::{self, BenchRecord, Excitation, IdentificationError, Method};
+use crate::health::signal::Km0Samples;
+use crate::identification::error::IdentificationError;
+use crate::identification::motor;
+use crate::identification::record::{BenchRecord, Excitation, Method};
 
 /// Length of the windows, s: 2.4 Hz are told apart.
 const WINDOW: f64 = 0.4096;

@@ -5,7 +5,7 @@
 use meltpath_control::Complex64;
 use meltpath_control::frequency::Point;
 
-use crate::identification::motor::IdentificationError;
+use crate::identification::error::IdentificationError;
 
 /// Share of the band that has to answer the wrong way round before a sign is called reversed.
 const AGAINST: f64 = 0.75;

@@ -14,10 +14,11 @@ use meltpath_numerics::least_squares::{self, Fit};
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
-use crate::identification::motor::{
-    BenchRecord, Excitation, IdentificationError, Identified, Method, Refusal, RefusedPeak,
-    identify, responses,
-};
+use crate::identification::error::IdentificationError;
+use crate::identification::motor::{Identified, identify};
+use crate::identification::record::{BenchRecord, Excitation, Method};
+use crate::identification::refusal::{Refusal, RefusedPeak};
+use crate::identification::responses::responses;
 
 /// How modes are looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -225,7 +226,7 @@ struct Sampled {
 }
 
 fn sampled(motor: &Galvanometer, period: f64) -> Result<Sampled, IdentificationError> {
-    let failed = |e| IdentificationError::Axis(crate::axis::galvanometer::AxisError::System(e));
+    let failed = |e| IdentificationError::Axis(crate::axis::error::AxisError::System(e));
     let held = discretise(&motor.linear().map_err(failed)?, period, Hold::Zero).map_err(failed)?;
     Ok(Sampled {
         current: ZeroPoleGain::from_state_space(&held, 0, 0).map_err(failed)?,

@@ -3,7 +3,8 @@
 //! Source: Rasoanarivo 2020, § 2.2.1.5 (friction from angle ramps at constant speed, T = Kc ī); finding the ramps in a record is
 //! ours.
 
-use crate::identification::motor::{IdentificationError, SteadyRamp};
+use crate::identification::error::IdentificationError;
+use crate::identification::friction::SteadyRamp;
 
 /// Length of the pieces in which the speed is judged, s.
 const PIECE: f64 = 2.5e-3;

@@ -3,25 +3,12 @@
 //! Source: Rasoanarivo 2020, § 2.5.3, fig. 2.69 (after Duong 2016): the point is projected on the segments next to the closest
 //! point of the other path. The search is bounded in time, or else neighbouring hatch lines would match.
 
-use std::collections::VecDeque;
-
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::vector::{ScanJob, VectorKind};
+use crate::measures::histogram::Histogram;
+use crate::measures::segment::distance_to_segment;
 use meltpath_geometry::math::DVec2;
-
-use crate::head::job::{ScanJob, VectorKind};
-use crate::head::scan_head::{HeadBlock, HeadSink};
-
-/// Distance from `p` to the segment `a`–`b`, mm.
-#[inline]
-pub fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let along = b - a;
-    let squared = along.length_squared();
-    let t = if squared > 0.0 {
-        ((p - a).dot(along) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p - a - along * t).length()
-}
+use std::collections::VecDeque;
 
 /// The contour error, mm, of each point of `path` against `other`, searched among the points of `other` whose index differs
 /// by at most `window` (`None`: among all).
@@ -61,77 +48,9 @@ pub fn contour_errors(path: &[DVec2], other: &[DVec2], window: Option<usize>) ->
     errors.collect()
 }
 
-/// A histogram of not negative values in equal bins; the last bin holds what lies beyond.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Histogram {
-    /// Width of a bin.
-    pub bin: f64,
-    /// Counts.
-    pub counts: Vec<u64>,
-    /// Largest value.
-    pub largest: f64,
-    /// Sum of all values.
-    pub sum: f64,
-}
-
-impl Histogram {
-    /// Of `bins` bins of width `bin`.
-    pub fn new(bin: f64, bins: usize) -> Self {
-        Histogram {
-            bin,
-            counts: vec![0; bins.max(1)],
-            largest: 0.0,
-            sum: 0.0,
-        }
-    }
-
-    /// Adds a value.
-    #[inline]
-    pub fn add(&mut self, value: f64) {
-        let at = ((value / self.bin) as usize).min(self.counts.len() - 1);
-        self.counts[at] += 1;
-        self.largest = self.largest.max(value);
-        self.sum += value;
-    }
-
-    /// Number of values.
-    pub fn total(&self) -> u64 {
-        self.counts.iter().sum()
-    }
-
-    /// Mean of the values; 0 without any.
-    pub fn mean(&self) -> f64 {
-        self.sum / self.total().max(1) as f64
-    }
-
-    /// The share of values below `value`, to the bin below; 1 without any.
-    pub fn share_below(&self, value: f64) -> f64 {
-        let bins = ((value / self.bin + 1e-9) as usize).min(self.counts.len());
-        let total = self.total();
-        if total == 0 {
-            return 1.0;
-        }
-        self.counts[..bins].iter().sum::<u64>() as f64 / total as f64
-    }
-
-    /// The value below which the share `q` of values lies, linear within the bin.
-    pub fn quantile(&self, q: f64) -> f64 {
-        let goal = q * self.total() as f64;
-        let mut before = 0.0;
-        for (k, &count) in self.counts.iter().enumerate() {
-            let after = before + count as f64;
-            if after >= goal && count > 0 {
-                let inside = (goal - before) / count as f64;
-                return (self.bin * (k as f64 + inside)).min(self.largest);
-            }
-            before = after;
-        }
-        self.largest
-    }
-}
-
 /// Width of a bin of contour errors, mm.
 const CONTOUR_BIN: f64 = 5e-4;
+
 /// Width of a bin of angle errors, deg.
 const ANGLE_BIN: f64 = 1e-4;
 

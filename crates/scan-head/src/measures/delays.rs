@@ -11,11 +11,12 @@
 
 use meltpath_geometry::math::DVec2;
 
+use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
 use crate::head::interpolation::counts;
-use crate::head::job::{LaserDelays, ScanJob, VectorKind};
-use crate::head::scan_head::{HeadBlock, HeadSink};
-use crate::measures::contour_error::distance_to_segment;
+use crate::head::recipe::LaserDelays;
+use crate::head::vector::{ScanJob, VectorKind};
+use crate::measures::segment::distance_to_segment;
 
 /// Records the point hit at every sample: for runs of a few squares.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -3,82 +3,11 @@
 //! Source: Rasoanarivo 2020, § 2.1 and perspectives: current machines do not modulate the power, so slow corners and waits under
 //! light burn in.
 
-use meltpath_geometry::math::DVec2;
-use serde::{Deserialize, Serialize};
-
-use crate::head::job::{ScanJob, VectorKind};
-use crate::head::scan_head::{HeadBlock, HeadSink};
-use crate::measures::contour_error::Histogram;
-
-/// What the laser's power follows while a mark is lit.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum PowerLaw {
-    /// Nothing: the mark's own power, as on current machines.
-    #[default]
-    Constant,
-    /// The spot's speed over that of the mark: the same energy a millimetre wherever it is slower. Never more than the mark's
-    /// power.
-    WithSpeed {
-        /// The least power the laser keeps up, W.
-        least: f64,
-    },
-}
-
-impl PowerLaw {
-    /// The power, W, of a spot at `speed` mm/s on a mark of its own `power` and `commanded` speed.
-    ///
-    /// ```
-    /// use meltpath_scan_head::measures::energy::PowerLaw;
-    /// let law = PowerLaw::WithSpeed { least: 30.0 };
-    /// assert_eq!(law.power(300.0, 1000.0, 500.0), 150.0);
-    /// assert_eq!(law.power(300.0, 1000.0, 10.0), 30.0);
-    /// assert_eq!(law.power(300.0, 1000.0, 1200.0), 300.0);
-    /// assert_eq!(PowerLaw::Constant.power(300.0, 1000.0, 10.0), 300.0);
-    /// ```
-    pub fn power(self, power: f64, commanded: f64, speed: f64) -> f64 {
-        match self {
-            PowerLaw::Constant => power,
-            PowerLaw::WithSpeed { least } => {
-                (power * speed / commanded).clamp(least.min(power), power)
-            }
-        }
-    }
-}
-
-/// Power and speed of the mark whose light is on: after its end the off-delay goes on at its power.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Light {
-    power: f64,
-    speed: f64,
-    last: Option<DVec2>,
-    /// Of the last mark.
-    kind: Option<VectorKind>,
-}
-
-impl Light {
-    /// At the next sample: the power in it, W, and how far the spot moved, mm.
-    pub(crate) fn step(
-        &mut self,
-        law: PowerLaw,
-        job: &ScanJob,
-        block: &HeadBlock,
-        k: usize,
-    ) -> (f64, f64) {
-        let v = &job.vectors[block.command.vector[k] as usize];
-        if v.kind.is_mark() {
-            (self.power, self.speed, self.kind) = (v.power, v.speed, Some(v.kind));
-        }
-        let moved = self.last.map_or(0.0, |l| l.distance(block.hit[k]));
-        self.last = Some(block.hit[k]);
-        let power = if self.speed > 0.0 {
-            law.power(self.power, self.speed, moved / block.period)
-        } else {
-            0.0
-        };
-        (power * block.lit[k], moved)
-    }
-}
+use crate::head::block::{HeadBlock, HeadSink};
+use crate::head::power::PowerLaw;
+use crate::head::vector::{ScanJob, VectorKind};
+use crate::measures::histogram::Histogram;
+use crate::measures::light::Light;
 
 /// Energy per length of pieces of the lit path, each one spot long, over power and speed of its mark: 1 where the spot runs at its
 /// speed, more where it is slow or waits under light.
@@ -153,8 +82,8 @@ impl HeadSink for EnergyAlong<'_> {
 mod tests {
     use super::*;
     use crate::head::interpolation::CommandBlock;
-    use crate::head::job::Vector;
-    use meltpath_geometry::math::DVec3;
+    use crate::head::vector::Vector;
+    use meltpath_geometry::math::{DVec2, DVec3};
 
     /// Median and 99 % of the energy ratios of a spot that runs so many mm a sample of 10 µs on a fill of 1000 mm/s and 200 W.
     fn ratios(law: PowerLaw, steps: &[f64]) -> [f64; 2] {

@@ -26,15 +26,6 @@ pub struct Spot {
 }
 
 impl GaussianBeam {
-    /// The beam of waist `M² λ L/(π w_in)` that an objective forms at `focus_distance` mm from an input radius, mm.
-    pub fn focused(wavelength: f64, quality: f64, focus_distance: f64, input_radius: f64) -> Self {
-        GaussianBeam {
-            waist: quality * wavelength * focus_distance / (std::f64::consts::PI * input_radius),
-            wavelength,
-            quality,
-        }
-    }
-
     /// The Rayleigh length z_R = π w0²/(M² λ), mm.
     pub fn rayleigh_length(&self) -> f64 {
         std::f64::consts::PI * self.waist * self.waist / (self.quality * self.wavelength)
@@ -59,10 +50,5 @@ impl GaussianBeam {
             across,
             along: across / incidence,
         }
-    }
-
-    /// The peak irradiance, W/mm², of `power` W at `distance` mm from the waist.
-    pub fn peak_irradiance(&self, power: f64, distance: f64) -> f64 {
-        2.0 * power / (std::f64::consts::PI * self.radius(distance).powi(2))
     }
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
-use crate::axis::galvanometer::{AxisError, not_negative, positive};
+use crate::axis::error::{AxisError, not_negative, positive};
 use crate::axis::prefilter::PreFilter;
 
 /// Alternating steps of falling amplitude, each reached at a limited speed and held.

@@ -17,7 +17,8 @@ use meltpath_control::{
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{AngleUnit, CurrentGains};
-use crate::axis::galvanometer::{AxisError, Galvanometer, Mode, positive};
+use crate::axis::error::{AxisError, positive};
+use crate::axis::galvanometer::{Galvanometer, Mode};
 use crate::servo::model::{current_loop, grid_for};
 
 /// Why no controller is made.

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, Encoder};
 use crate::axis::control::Limits;
+use crate::axis::error::{AxisError, positive};
 use crate::axis::friction::Friction;
-use crate::axis::galvanometer::{AxisError, positive};
 
 /// A filter of set-points: `y[k] = Σ taps[i] r[k + ahead − i]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -239,7 +239,7 @@ fn follows(axis: &Axis, filter: &Preview, change: f64, period: f64) -> Result<bo
 }
 
 /// Filters after which both axes follow the path without lag. `changes` are the largest changes of speed that the path asks of each
-/// mirror at once, rad/s ([`crate::head::scan_head::ReadyHead::speed_changes`]): where a drive would meet a limit at one of them, the path is smoothed
+/// mirror at once, rad/s ([`crate::head::ready::ReadyHead::speed_changes`]): where a drive would meet a limit at one of them, the path is smoothed
 /// for both axes alike, as little as that needs.
 ///
 /// # Errors

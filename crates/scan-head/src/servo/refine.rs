@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::Axis;
 use crate::axis::control::{CascadeGains, Controller, CurrentGains, FeedForward};
-use crate::axis::galvanometer::{AxisError, Galvanometer};
+use crate::axis::error::AxisError;
+use crate::axis::galvanometer::Galvanometer;
 use crate::servo::compare::{TrackingError, run};
 use crate::servo::model::{Actions, Loop, ServoModel};
 use crate::servo::synthesis::Targets;

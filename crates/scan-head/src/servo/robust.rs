@@ -10,7 +10,8 @@ use meltpath_numerics::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{AngleUnit, CurrentGains};
-use crate::axis::galvanometer::{AxisError, Galvanometer, positive};
+use crate::axis::error::{AxisError, positive};
+use crate::axis::galvanometer::Galvanometer;
 use crate::servo::h_infinity::{
     Changes, Form, HinfError, HinfServo, HinfTargets, LoopQuality, Weights, command_unit, design,
     quality,

@@ -10,7 +10,8 @@ use meltpath_control::{Complex64, SystemError};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{AngleUnit, CascadeGains, CurrentGains, FeedForward};
-use crate::axis::galvanometer::{AxisError, Galvanometer, positive};
+use crate::axis::error::{AxisError, positive};
+use crate::axis::galvanometer::Galvanometer;
 use crate::servo::model::{Loop, ServoModel, current_loop, lead, proportional_integral};
 
 /// Why a cascade cannot be tuned.

@@ -1,20 +1,21 @@
 //! H-infinity in whole jobs: controller and pre-filter two by two on one square of each head.
 
 use meltpath_base::Silent;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller};
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::files::HeadData;
-use meltpath_scan_head::head::job::{Recipe, ScanJob};
+use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
-use meltpath_scan_head::measures::contour_error::{Histogram, PathErrors};
+use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
-use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
 use meltpath_scan_head::servo::preview::Previews;
 
 use super::preview::ahead;
-use super::reference::{recipes, three_axis_data, two_axis_data};
+use super::reference::{HeadData, job_of, recipes, three_axis_data, two_axis_data};
 
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
 pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
@@ -106,7 +107,7 @@ fn told_with(
         rows: 1,
         ..*plate
     };
-    let job = two.job(&recipe).unwrap();
+    let job = job_of(&two, &recipe);
     let mut record = HitRecord::default();
     ready(&job)
         .run(&job, recipe.delays, 1, &Silent, &mut record)
@@ -120,12 +121,12 @@ fn told_with(
         rows: 1,
         ..*plate
     };
-    let job = one.job(&recipe).unwrap();
+    let job = job_of(&one, &recipe);
     let mut sinks = (
         PathErrors::new(&job, 2e-3, head.period),
-        FillRate::new(
+        FillRate::of_rectangles(
             &job,
-            &one,
+            one.fill_areas(),
             0.07,
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
         ),
@@ -273,9 +274,12 @@ fn lpbf_ac47_ac49_h_infinity_on_three_axes() {
         );
         is(f.robust[0].median[0] / f.conventional[0].median[0], same);
     }
-    // H-infinity loses 3.5 points below 10 µm from recipe 1 to 3; the thesis 2
-    let lost = found[0].robust[1].contour[0] - found[2].robust[1].contour[0];
-    assert!((lost - 0.0352).abs() < 0.002, "{lost}");
+    // AC-49, the third ordering: from recipe 1 to 3 H-infinity loses 3.5 points below 10 µm, the thesis 2; conventional gains 11.8
+    // where the thesis' loses 5.93, friction keeping its share low at all speeds
+    let lost = |of: fn(&Square) -> &Told| of(&found[0]).contour[0] - of(&found[2]).contour[0];
+    let (robust, conventional) = (lost(|s| &s.robust[1]), lost(|s| &s.conventional[0]));
+    assert!((robust - 0.0352).abs() < 0.002, "{robust}");
+    assert!((conventional + 0.118).abs() < 0.002, "{conventional}");
 }
 
 /// AC-47 (T), three axes: were the first average of the pre-filter kept under H-infinity, its errors would be those of the thesis nearly:
@@ -329,27 +333,6 @@ fn lpbf_ac48_noise_and_unlike_mirrors_do_not_take_it() {
         is(conventional, 1.0);
         is(robust, recorded);
     }
-}
-
-/// AC-50 (M): the statements derived from table 3.1.
-#[test]
-fn lpbf_ac50_derived_statements() {
-    let near =
-        |value: f64, printed: f64| assert!((value - printed).abs() <= 0.01, "{value} {printed}");
-    let gain = |before: f64, after: f64| 100.0 * (after / before - 1.0);
-    near(gain(354.326, 131.928), -62.77);
-    near(gain(118.014, 87.714), -25.67);
-    near(gain(354.326, 263.441), -25.65);
-    near(87.58 - 93.51, -5.93);
-    near(91.67 - 93.67, -2.0);
-    near(94.67 - 99.32, -4.65);
-    near(95.38 - 99.68, -4.3);
-    near(91.33 - 97.16, -5.83);
-    near(91.55 - 98.06, -6.51);
-    near(70.11 - 68.47, 1.64);
-    near(56.41 - 54.28, 2.13);
-    near(85.65 - 37.85, 47.8);
-    near(84.2 - 47.56, 36.64);
 }
 
 /// Table 3.1, contour shares of the conventional structure on three axes: 93.51, 98.3, 99.32 % below 10, 20, 30 µm. Which friction

@@ -1,5 +1,6 @@
 //! Geometry, correction tables, focus.
 
+use crate::rays::rays_of;
 use meltpath_geometry::math::{DMat2, DVec2};
 use meltpath_numerics::random::Random;
 use meltpath_scan_head::optics::correction::{
@@ -72,7 +73,7 @@ fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
         };
         let angles = deg(r(-8.0, 8.0), r(-8.0, 8.0));
         let g = Geometry::ThreeAxis(h);
-        let trace = h.to_rays().trace(angles).unwrap();
+        let trace = rays_of(&h).trace(angles).unwrap();
         worst = worst.max((trace.hit - g.direct(angles)).length());
         worst_path = worst_path.max((trace.length - g.path(angles)).abs());
         let step = 1e-6;
@@ -105,7 +106,7 @@ fn lpbf_ac23_three_axis_closed_form_is_the_ray_tracer() {
             "({x}, {y}): {}",
             g.path(deg(x, y))
         );
-        assert!((h.to_rays().trace(deg(x, y)).unwrap().length - g.path(deg(x, y))).abs() < 1e-9);
+        assert!((rays_of(&h).trace(deg(x, y)).unwrap().length - g.path(deg(x, y))).abs() < 1e-9);
     }
     for (x, y, ax, ay) in [
         (175.0, 175.0, 8.037_044, 8.745_817),
@@ -280,7 +281,7 @@ fn what_cannot_be_reached_is_named() {
         Err(GeometryError::Parameter { .. })
     ));
     // axes of both mirrors parallel: they steer in one direction
-    let mut rays = head().to_rays();
+    let mut rays = rays_of(&head());
     rays.mirrors[1].axis = rays.mirrors[0].axis;
     rays.mirrors[1].normal = -rays.mirrors[0].normal;
     let error = rays.inverse(DVec2::new(5.0, 5.0)).unwrap_err();

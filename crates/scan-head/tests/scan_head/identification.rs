@@ -5,13 +5,15 @@ use meltpath_control::welch::Welch;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::axis::plant::Plant;
+use meltpath_scan_head::identification::error::IdentificationError;
+use meltpath_scan_head::identification::friction::{SteadyRamp, friction_of_ramps};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::responses;
-use meltpath_scan_head::identification::motor::{
-    BenchRecord, Excitation, IdentificationError, Method, SteadyRamp, friction_of_ramps, identify,
-    motor_of, predict, transfers_of,
-};
+use meltpath_scan_head::identification::motor::identify;
+use meltpath_scan_head::identification::prediction::predict;
 use meltpath_scan_head::identification::ramps::steady_ramps;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
+use meltpath_scan_head::identification::responses::responses;
+use meltpath_scan_head::identification::transfers::{Transfers, motor_of};
 use meltpath_scan_head::servo::compare::run;
 use proptest::prelude::*;
 
@@ -350,6 +352,25 @@ fn what_no_motor_does_is_named() {
     };
     let error = identify(&record(&[u, i, a]), Excitation::Voltage, &narrow).unwrap_err();
     assert!(matches!(error, IdentificationError::Band { .. }), "{error}");
+}
+
+/// The two transfers of a motor (eqs. 2.8, 2.9), its modes and dry friction left out; none where the electric and mechanical
+/// poles of current over voltage are complex, or without viscous damping.
+fn transfers_of(motor: &Galvanometer) -> Option<Transfers> {
+    let tau1 = motor.inertia / motor.viscous;
+    let gain = 1.0 / (motor.resistance + motor.torque_constant * motor.back_emf / motor.viscous);
+    let sum = gain * (motor.resistance * tau1 + motor.inductance);
+    let product = gain * motor.inductance * tau1;
+    let root = (sum * sum - 4.0 * product).sqrt();
+    let slow = 0.5 * (sum + root);
+    let found = Transfers {
+        angle_gain: motor.torque_constant / motor.viscous,
+        mechanical: tau1,
+        current_gain: gain,
+        // the product, not the difference, gives the fast lag without cancellation
+        lags: [slow, product / slow],
+    };
+    (root.is_finite() && tau1.is_finite()).then_some(found)
 }
 
 proptest! {

@@ -4,9 +4,9 @@ use meltpath_control::prbs::Prbs;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::axis::galvanometer::Galvanometer;
 use meltpath_scan_head::axis::plant::Plant;
-use meltpath_scan_head::identification::motor::{
-    BenchRecord, Excitation, IdentificationError, Method, identify,
-};
+use meltpath_scan_head::identification::error::IdentificationError;
+use meltpath_scan_head::identification::motor::identify;
+use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
 
 use super::reference;
 

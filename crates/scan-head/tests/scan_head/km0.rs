@@ -1,13 +1,15 @@
 //! Friction and the health test.
 
 use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::health::analysis::Km0Stage2;
 use meltpath_scan_head::health::bench::{first_stage, simulate_first_stage};
-use meltpath_scan_head::health::km0::{
-    Km0Record, Km0Signal, Km0Stage2, RampRecord, Rating, fit_friction, rate,
-};
-use meltpath_scan_head::identification::motor::Excitation;
+use meltpath_scan_head::health::friction::fit_friction;
+use meltpath_scan_head::health::rating::{Km0Record, Rating, rate};
+use meltpath_scan_head::health::records::RampRecord;
+use meltpath_scan_head::health::signal::Km0Signal;
+use meltpath_scan_head::identification::record::Excitation;
 
 use super::reference::two_axis;
 

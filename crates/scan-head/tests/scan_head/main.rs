@@ -7,6 +7,7 @@
     reason = "helpers of tests fail the test, and the figures found are told"
 )]
 
+mod chain;
 mod controllers;
 mod geometry;
 mod h_infinity;
@@ -16,6 +17,7 @@ mod jobs;
 mod km0;
 mod models;
 mod preview;
+mod rays;
 mod reference;
 mod reference_axis;
 mod richer;

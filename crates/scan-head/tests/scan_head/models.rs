@@ -1,10 +1,12 @@
 //! Models of a galvanometer alone.
 
 use meltpath_control::{Complex64, frequency};
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::axis::galvanometer::{AxisError, Chain, Load, Mode};
+use meltpath_scan_head::axis::galvanometer::{Galvanometer, Mode};
 use meltpath_scan_head::axis::plant::Plant;
 
+use super::chain::{Chain, Load};
 use super::reference::motor;
 
 fn chain(loads: &[Load]) -> Chain {
@@ -117,6 +119,11 @@ fn simulated_gain(friction: Friction, modes: Vec<Mode>, f: f64, amplitude: f64) 
     20.0 * (2.0 * sum.norm() / tail.len() as f64 / amplitude).log10()
 }
 
+/// Angle over voltage, rad/V, friction limited to the viscous one.
+fn angle_over_voltage(motor: &Galvanometer, s: Complex64) -> Complex64 {
+    motor.current_over_voltage(s) * motor.speed_over_current(s) / s
+}
+
 /// AC-04 (T): friction lowers the gain of θ/U at low frequency, modes add a peak above 1 kHz, the mid-band is the base model's.
 #[test]
 fn lpbf_ac04_friction_acts_low_modes_act_high() {
@@ -124,8 +131,7 @@ fn lpbf_ac04_friction_acts_low_modes_act_high() {
     let base = |f: f64| {
         let mut m = motor();
         m.modes.clear();
-        20.0 * m
-            .angle_over_voltage(Complex64::new(0.0, std::f64::consts::TAU * f))
+        20.0 * angle_over_voltage(&m, Complex64::new(0.0, std::f64::consts::TAU * f))
             .norm()
             .log10()
     };
@@ -143,8 +149,7 @@ fn lpbf_ac04_friction_acts_low_modes_act_high() {
         base(300.0)
     );
     let linear = |f: f64| {
-        20.0 * enriched
-            .angle_over_voltage(Complex64::new(0.0, std::f64::consts::TAU * f))
+        20.0 * angle_over_voltage(&enriched, Complex64::new(0.0, std::f64::consts::TAU * f))
             .norm()
             .log10()
     };

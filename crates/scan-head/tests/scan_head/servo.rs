@@ -9,7 +9,7 @@ use meltpath_control::Complex64;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{CascadeGains, Controller};
-use meltpath_scan_head::axis::galvanometer::AxisError;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::prefilter::{Kernel, PreFilter};
 use meltpath_scan_head::servo::compare::{MultiStep, TrackingError, run};
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};

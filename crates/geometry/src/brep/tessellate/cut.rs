@@ -1,9 +1,9 @@
 //! Faces that close on themselves: a cylinder between two circles without a seam, a whole sphere,
 //! a torus with a hole. The plane is cut along lines of constant parameter into one rectangle.
 
-use super::FaceIssue;
 use super::chart::Chart;
-use super::trim::{Inside, Kind, Node, Outline, Point, Segment, Track};
+use super::error::FaceIssue;
+use super::outline::{Inside, Kind, Node, Outline, Point, Segment, Track};
 use crate::brep::{Pole, Sense, Solid};
 use crate::math::{DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! Edges as polylines: each is cut once and shared by the faces beside it.
 
-use super::Tolerance;
+use super::tolerance::Tolerance;
 use crate::brep::{Curve, Edge, Solid};
 use crate::math::DVec3;
 

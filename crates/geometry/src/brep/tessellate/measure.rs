@@ -10,8 +10,10 @@ use meltpath_base::Observer;
 use rayon::prelude::*;
 
 use super::chart::Chart;
+use super::error::TessellateError;
 use super::fill::FaceMesh;
-use super::{Parts, TessellateError, Tolerance, triangulate};
+use super::tolerance::Tolerance;
+use super::{Parts, triangulate};
 use crate::brep::{BrepModel, Sense, ShellRole, Solid};
 use crate::math::{DVec2, DVec3};
 

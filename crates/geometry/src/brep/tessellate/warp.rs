@@ -1,7 +1,7 @@
 //! Coordinates in which one unit is one allowed chord of the surface, in u and in v.
 
-use super::Tolerance;
 use super::chart::Chart;
+use super::tolerance::Tolerance;
 use crate::brep::Surface;
 use crate::math::DVec2;
 

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use meltpath_base::Reporter;
 
-use super::{
-    MAX_DEPTH, MAX_INSTANCES, MAX_TRIANGLES, ThreeMfError,
-    model::{Kind, Model, Object, Placed, Shape},
-};
-use crate::{Mesh, io::NamedMesh, math::DAffine3};
+use super::element::Placed;
+use super::error::ThreeMfError;
+use super::limits::{MAX_DEPTH, MAX_INSTANCES, MAX_TRIANGLES};
+use super::model::{Kind, Model, Object, Shape};
+use crate::Mesh;
+use crate::math::DAffine3;
+use crate::mesh::NamedMesh;
 
 /// Places every build item of the start part.
 pub(super) fn instantiate(

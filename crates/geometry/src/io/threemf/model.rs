@@ -7,54 +7,19 @@ use std::{
 
 use meltpath_base::Observer;
 use quick_xml::{
-    XmlVersion,
     events::{BytesStart, Event},
     name::{Namespace, NamespaceResolver, ResolveResult},
     reader::NsReader,
 };
 
-use super::{ThreeMfError, package::Limited};
-use crate::{
-    Mesh,
-    math::{DAffine3, DMat3, DVec3},
-};
-
-const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
-const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
-const SLICE: &str = "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07";
-
-/// Extensions that may be required without changing any shape, or whose effect is followed.
-const HARMLESS: [&str; 4] = [
-    CORE,
-    PRODUCTION,
-    "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
-    "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
-];
-
-/// Names of extensions that are refused when required, by a word of their namespace.
-const REFUSED: [(&str, &str); 7] = [
-    ("/slice/", "slice"),
-    ("/beamlattice/", "beam lattice"),
-    ("/securecontent/", "secure content (encrypted)"),
-    ("/volumetric/", "volumetric"),
-    ("/implicit/", "implicit"),
-    ("/displacement/", "displacement"),
-    ("/booleanoperations/", "boolean operations"),
-];
+use super::element::{Attributes, CORE, Fault, Placed, broken, required_extensions, unit};
+use super::error::ThreeMfError;
+use super::limited::Limited;
+use crate::Mesh;
+use crate::math::DVec3;
 
 /// Events between two looks at the observer.
 const EVENTS_PER_CHECK: u64 = 1 << 16;
-
-/// What a build item or component places.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Placed {
-    /// Object identifier in its model part.
-    pub(super) object: u32,
-    /// Model part that holds it, if not the same.
-    pub(super) path: Option<String>,
-    /// From the object to its container.
-    pub(super) transform: DAffine3,
-}
 
 /// What an object is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,6 +108,29 @@ impl Element {
             (Element::Build, "item") => Element::Item,
             _ => Element::Foreign,
         }
+    }
+
+    /// What an element that starts inside `self` is.
+    fn opened(self, start: &BytesStart<'_>, resolver: &NamespaceResolver) -> Result<Self, Fault> {
+        let (namespace, local) = resolver.resolve_element(start.name());
+        let is_core = matches!(namespace, ResolveResult::Bound(Namespace(n)) if n == CORE);
+        if let ResolveResult::Unknown(prefix) = &namespace {
+            let prefix = String::from_utf8_lossy(prefix.as_bytes());
+            return Err(broken(format!(
+                "the namespace prefix `{prefix}` is not declared"
+            )));
+        }
+        let element = if is_core && self != Element::Foreign {
+            self.child(local.as_ref())
+        } else {
+            Element::Foreign
+        };
+        if self == Element::Document && element != Element::Model {
+            return Err(broken(
+                "the root element is not `model` of the 3MF core namespace",
+            ));
+        }
+        Ok(element)
     }
 }
 
@@ -237,24 +225,7 @@ pub(super) fn read_model<R: Read>(
         };
         let parent = *stack.last().unwrap_or(&Element::Document);
         let resolver = xml.resolver();
-        let (namespace, local) = resolver.resolve_element(start.name());
-        let is_core = matches!(namespace, ResolveResult::Bound(Namespace(n)) if n == CORE);
-        if let ResolveResult::Unknown(prefix) = &namespace {
-            let prefix = String::from_utf8_lossy(prefix.as_bytes());
-            return Err(at(broken(format!(
-                "the namespace prefix `{prefix}` is not declared"
-            ))));
-        }
-        let element = if is_core && parent != Element::Foreign {
-            parent.child(local.as_ref())
-        } else {
-            Element::Foreign
-        };
-        if parent == Element::Document && element != Element::Model {
-            return Err(at(broken(
-                "the root element is not `model` of the 3MF core namespace",
-            )));
-        }
+        let element = parent.opened(&start, resolver).map_err(at)?;
         let attributes = Attributes {
             element: &start,
             resolver,
@@ -267,183 +238,32 @@ pub(super) fn read_model<R: Read>(
         }
         buffer.clear();
     }
-    let fault = |message: &str| ThreeMfError::Model {
-        part: part.to_owned(),
-        position: xml.buffer_position(),
-        message: message.to_owned(),
-    };
-    if stack.len() > 1 {
-        return Err(fault(
-            "the XML ends inside an element: the file is cut short",
-        ));
-    }
-    let Some(unit) = reading.unit else {
-        return Err(fault("the part holds no `model` element"));
-    };
-    if !reading.has_build {
-        return Err(fault("the model has no `build` element"));
-    }
-    Ok(Model {
-        unit,
-        objects: reading.objects,
-        items: reading.items,
-    })
-}
-
-/// What is wrong with an element.
-#[derive(Debug)]
-enum Fault {
-    Broken(String),
-    Extension(String),
-}
-
-fn broken(message: impl Into<String>) -> Fault {
-    Fault::Broken(message.into())
-}
-
-/// The attributes of one element.
-struct Attributes<'e, 'x> {
-    element: &'e BytesStart<'x>,
-    resolver: &'e NamespaceResolver,
-}
-
-impl Attributes<'_, '_> {
-    fn text(&self, name: &str) -> Result<Option<String>, Fault> {
-        let found = self
-            .element
-            .try_get_attribute(name)
-            .map_err(|e| broken(e.to_string()))?;
-        found
-            .map(|a| {
-                a.normalized_value(XmlVersion::default())
-                    .map(std::borrow::Cow::into_owned)
-                    .map_err(|e| broken(e.to_string()))
-            })
-            .transpose()
-    }
-
-    fn required(&self, name: &str) -> Result<String, Fault> {
-        self.text(name)?.ok_or_else(|| {
-            let element = self.element.local_name();
-            broken(format!(
-                "`{}` lacks the attribute `{name}`",
-                element.as_ref()
-            ))
+    reading
+        .finish(stack.len())
+        .map_err(|message| ThreeMfError::Model {
+            part: part.to_owned(),
+            position: xml.buffer_position(),
+            message: message.to_owned(),
         })
-    }
-
-    fn number<T: std::str::FromStr>(&self, name: &str, what: &str) -> Result<T, Fault> {
-        let text = self.required(name)?;
-        text.trim().parse().map_err(|_| {
-            let element = self.element.local_name();
-            broken(format!(
-                "`{}` {name}=\"{text}\" is not {what}",
-                element.as_ref()
-            ))
-        })
-    }
-
-    /// A resource identifier: 1 to 2³¹−1.
-    fn identifier(&self, name: &str) -> Result<u32, Fault> {
-        let id: u32 = self.number(name, "a resource identifier")?;
-        if id == 0 || id >= 1 << 31 {
-            return Err(broken(format!(
-                "{name}=\"{id}\" is not a resource identifier (1 to 2147483647)"
-            )));
-        }
-        Ok(id)
-    }
-
-    /// Numbers of the attributes in `names`, in one walk over the element: the hot path of large meshes.
-    fn several<T: std::str::FromStr + Copy, const N: usize>(
-        &self,
-        names: [&str; N],
-        what: &str,
-    ) -> Result<[T; N], Fault> {
-        let mut found = [None; N];
-        for attribute in self.element.attributes() {
-            let attribute = attribute.map_err(|e| broken(e.to_string()))?;
-            if let Some(k) = names.iter().position(|n| attribute.key.as_ref() == *n) {
-                let text = attribute.value.as_ref();
-                found[k] = Some(
-                    text.trim()
-                        .parse()
-                        .map_err(|_| broken(format!("`{}`=\"{text}\" is not {what}", names[k])))?,
-                );
-            }
-        }
-        let missing = |k: usize| broken(format!("the attribute `{}` is missing", names[k]));
-        let mut values = Vec::with_capacity(N);
-        for (k, value) in found.into_iter().enumerate() {
-            values.push(value.ok_or_else(|| missing(k))?);
-        }
-        values.try_into().map_err(|_| missing(0))
-    }
-
-    /// The value of an extension's attribute.
-    fn extension(&self, namespace: &str, name: &str) -> Result<Option<String>, Fault> {
-        let mut found = None;
-        for attribute in self.element.attributes() {
-            let attribute = attribute.map_err(|e| broken(e.to_string()))?;
-            let (bound, local) = self.resolver.resolve_attribute(attribute.key);
-            if local.as_ref() == name
-                && matches!(bound, ResolveResult::Bound(Namespace(n)) if n == namespace)
-            {
-                found = Some(attribute.value.into_owned());
-            }
-        }
-        Ok(found)
-    }
-
-    /// Whether the object carries ready-made slices.
-    ///
-    /// Where they replace its mesh (`meshresolution="lowres"`) the mesh is only a placeholder: refused.
-    fn slices(&self) -> Result<bool, Fault> {
-        if self.extension(SLICE, "meshresolution")?.as_deref() == Some("lowres") {
-            return Err(Fault::Extension(
-                "`slice` (its mesh is a placeholder)".to_owned(),
-            ));
-        }
-        Ok(self.extension(SLICE, "slicestackid")?.is_some())
-    }
-
-    fn placed(&self) -> Result<Placed, Fault> {
-        let path = self
-            .extension(PRODUCTION, "path")?
-            .map(|path| path.trim_start_matches('/').to_owned());
-        let transform = match self.text("transform")? {
-            None => DAffine3::IDENTITY,
-            Some(text) => transform(&text)?,
-        };
-        Ok(Placed {
-            object: self.identifier("objectid")?,
-            path,
-            transform,
-        })
-    }
-}
-
-/// Twelve numbers of a 4 x 3 matrix applied to row vectors.
-fn transform(text: &str) -> Result<DAffine3, Fault> {
-    let numbers: Option<Vec<f64>> = text
-        .split_ascii_whitespace()
-        .map(|w| w.parse().ok().filter(|x: &f64| x.is_finite()))
-        .collect();
-    let numbers: Option<[f64; 12]> = numbers.and_then(|n| n.try_into().ok());
-    let Some(m) = numbers else {
-        return Err(broken(format!(
-            "transform=\"{text}\" is not twelve finite numbers"
-        )));
-    };
-    let row = |k: usize| DVec3::new(m[3 * k], m[3 * k + 1], m[3 * k + 2]);
-    let matrix = DMat3::from_cols(row(0), row(1), row(2));
-    if matrix.determinant() == 0.0 {
-        return Err(broken(format!("transform=\"{text}\" flattens the object")));
-    }
-    Ok(DAffine3::from_mat3_translation(matrix, row(3)))
 }
 
 impl Reading {
+    /// The model, after the last event; `depth` elements are open, the document among them.
+    fn finish(self, depth: usize) -> Result<Model, &'static str> {
+        if depth > 1 {
+            return Err("the XML ends inside an element: the file is cut short");
+        }
+        let unit = self.unit.ok_or("the part holds no `model` element")?;
+        if !self.has_build {
+            return Err("the model has no `build` element");
+        }
+        Ok(Model {
+            unit,
+            objects: self.objects,
+            items: self.items,
+        })
+    }
+
     fn open(&mut self, element: Element, attributes: &Attributes<'_, '_>) -> Result<(), Fault> {
         match element {
             Element::Model => {
@@ -578,40 +398,4 @@ impl Reading {
             .as_mut()
             .ok_or_else(|| broken("vertices or triangles outside a mesh"))
     }
-}
-
-/// One model unit in mm.
-fn unit(name: Option<&str>) -> Result<f64, Fault> {
-    Ok(match name {
-        None | Some("millimeter") => 1.0,
-        Some("micron") => 1e-3,
-        Some("centimeter") => 10.0,
-        Some("inch") => 25.4,
-        Some("foot") => 304.8,
-        Some("meter") => 1000.0,
-        Some(other) => {
-            return Err(broken(format!(
-                "unit=\"{other}\" is none of micron, millimeter, centimeter, inch, foot, meter"
-            )));
-        }
-    })
-}
-
-/// Refuses required extensions that would change shapes.
-fn required_extensions(attributes: &Attributes<'_, '_>) -> Result<(), Fault> {
-    let required = attributes.text("requiredextensions")?.unwrap_or_default();
-    for prefix in required.split_ascii_whitespace() {
-        let Some(namespace) = attributes.text(&format!("xmlns:{prefix}"))? else {
-            return Err(broken(format!(
-                "the required extension prefix `{prefix}` is not declared"
-            )));
-        };
-        if !HARMLESS.contains(&namespace.as_str()) {
-            let known = REFUSED.iter().find(|(word, _)| namespace.contains(word));
-            return Err(Fault::Extension(
-                known.map_or(namespace.clone(), |(_, name)| format!("`{name}`")),
-            ));
-        }
-    }
-    Ok(())
 }

@@ -7,10 +7,9 @@ use meltpath_base::Observer;
 use quick_xml::{XmlVersion, events::Event, reader::Reader};
 use zip::{ZipArchive, result::ZipError};
 
-use super::{
-    MAX_RATIO, MAX_UNPACKED, RATIO_FREE, ThreeMfError,
-    model::{Model, read_model},
-};
+use super::error::ThreeMfError;
+use super::limited::Limited;
+use super::model::{Model, read_model};
 
 /// Where the package names its start part.
 const ROOT_RELATIONS: &str = "_rels/.rels";
@@ -22,38 +21,6 @@ const COMPOUND_FILE: [u8; 4] = [0xD0, 0xCF, 0x11, 0xE0];
 /// A 3MF package open for reading.
 pub(super) struct Package<R> {
     zip: ZipArchive<R>,
-}
-
-/// A reader that stops at the package's limits.
-pub(super) struct Limited<R> {
-    inner: R,
-    packed: u64,
-    read: u64,
-    pub(super) exceeded: bool,
-}
-
-impl<R: Read> Read for Limited<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        self.read += n as u64;
-        let ratio = self.read / self.packed.max(1);
-        if self.read > MAX_UNPACKED || (self.read > RATIO_FREE && ratio > MAX_RATIO) {
-            self.exceeded = true;
-            return Err(std::io::Error::other("more unpacked bytes than accepted"));
-        }
-        Ok(n)
-    }
-}
-
-impl<R> Limited<R> {
-    /// The error that says so.
-    pub(super) fn bomb(&self, part: &str) -> ThreeMfError {
-        ThreeMfError::Bomb {
-            part: part.to_owned(),
-            bytes: self.read,
-            packed: self.packed,
-        }
-    }
 }
 
 fn package_error(error: ZipError) -> ThreeMfError {
@@ -113,12 +80,8 @@ impl<R: Read + Seek> Package<R> {
             });
         };
         let entry = self.zip.by_name(&found).map_err(package_error)?;
-        Ok(Limited {
-            packed: entry.compressed_size(),
-            inner: entry,
-            read: 0,
-            exceeded: false,
-        })
+        let packed = entry.compressed_size();
+        Ok(Limited::new(entry, packed))
     }
 
     /// The name of the model part that the package's relationships start from.

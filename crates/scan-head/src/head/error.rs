@@ -1,0 +1,67 @@
+//! Why a head cannot execute a job.
+
+use crate::axis::error::AxisError;
+use crate::head::vector::ScanJobError;
+use crate::optics::correction::CorrectionError;
+use crate::optics::geometry::GeometryError;
+use meltpath_base::Cancelled;
+
+/// Why a head could not execute a job.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum HeadError {
+    /// An axis.
+    #[error("{axis} axis: {source}")]
+    Axis {
+        /// `X`, `Y` or `Z`.
+        axis: char,
+        /// What is wrong.
+        source: AxisError,
+    },
+    /// The job.
+    #[error(transparent)]
+    Job(#[from] ScanJobError),
+    /// The correction table.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    /// The geometry.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// A vector that leaves the field.
+    #[error("vector {index}: {source}")]
+    Field {
+        /// Position in the job, from 0.
+        index: usize,
+        /// Where it goes.
+        source: CorrectionError,
+    },
+    /// The axes' sampling does not suit the job.
+    #[error(
+        "at {frequency:.0} Hz a mark of {length:.4} mm at {speed:.0} mm/s (up to vector {index}) is over before one sample: mark slower, or leave it out"
+    )]
+    Sampling {
+        /// Position in the job, from 0.
+        index: usize,
+        /// Its length, mm.
+        length: f64,
+        /// Its speed, mm/s.
+        speed: f64,
+        /// Sampling frequency, Hz.
+        frequency: f64,
+    },
+    /// Delays that leave every mark dark.
+    #[error(
+        "no mark is lit: the laser-on delay, {:.0} µs, outlasts the longest mark between jumps, {:.0} µs, and the laser-off delay, {:.0} µs: a shorter laser-on delay, or tuned delays",
+        1e6 * .on, 1e6 * .longest, 1e6 * .off
+    )]
+    Dark {
+        /// On-delay, s.
+        on: f64,
+        /// Off-delay, s.
+        off: f64,
+        /// Duration of the longest chain of marks, s.
+        longest: f64,
+    },
+    /// Cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}

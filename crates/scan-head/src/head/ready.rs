@@ -1,0 +1,244 @@
+//! A head made ready: focus fitted, table computed, jobs checked against it.
+
+use crate::head::error::HeadError;
+use crate::head::interpolation::counts;
+use crate::head::scan_head::{LETTERS, ScanHead};
+use crate::head::vector::ScanJob;
+use crate::optics::correction::{Border, CorrectionError, CorrectionTable};
+use crate::optics::focus::Focus;
+use crate::optics::geometry::GeometryError;
+use crate::servo::preview::Previews;
+use meltpath_geometry::math::{DVec2, DVec3};
+use std::collections::VecDeque;
+
+/// A head made ready: focus fitted, table computed, everything checked.
+#[derive(Debug, Clone)]
+pub struct ReadyHead {
+    pub(super) head: ScanHead,
+    pub(super) focus: Option<Focus>,
+    inverse: Inverse,
+    pub(super) previews: Option<Previews>,
+}
+
+#[derive(Debug, Clone)]
+enum Inverse {
+    Table(CorrectionTable),
+    Exact { travel: DVec2 },
+}
+
+impl ReadyHead {
+    /// The head.
+    pub fn head(&self) -> &ScanHead {
+        &self.head
+    }
+
+    /// The fitted focus.
+    pub fn focus(&self) -> Option<&Focus> {
+        self.focus.as_ref()
+    }
+
+    /// The correction table, where the head uses one.
+    pub fn table(&self) -> Option<&CorrectionTable> {
+        match &self.inverse {
+            Inverse::Table(table) => Some(table),
+            Inverse::Exact { .. } => None,
+        }
+    }
+
+    /// The same head with its table recalibrated or replaced.
+    #[must_use]
+    pub fn with_table(mut self, table: CorrectionTable) -> Self {
+        self.inverse = Inverse::Table(table);
+        self
+    }
+
+    /// The same head with the set-points of its mirrors shaped, the path ahead being known.
+    #[must_use]
+    pub fn with_previews(mut self, previews: Previews) -> Self {
+        self.previews = Some(previews);
+        self
+    }
+
+    /// The largest changes of each mirror's speed, rad/s, that the commands of a job ask for within `window` s.
+    pub fn speed_changes(&self, job: &ScanJob, window: f64) -> [f64; 2] {
+        let period = self.head.period;
+        // speeds of the last `window`, each with the sample at which it ends
+        let mut recent: VecDeque<(f64, DVec2)> = VecDeque::from([(0.0, DVec2::ZERO)]);
+        let (mut at, mut from) = (0.0, self.angles(job.start).truncate());
+        let mut largest = DVec2::ZERO;
+        let mut note = |begin: f64, end: f64, speed: DVec2| {
+            while recent
+                .front()
+                .is_some_and(|r| r.0 + window / period < begin)
+            {
+                recent.pop_front();
+            }
+            for (_, before) in &recent {
+                largest = largest.max((speed - before).abs());
+            }
+            recent.push_back((end, speed));
+        };
+        for (index, v) in job.vectors.iter().enumerate() {
+            let to = self.angles(v.end).truncate();
+            let (moving, waiting) = counts(job, index, period);
+            let (moving, waiting) = (moving as f64, waiting as f64);
+            if moving > 0.0 {
+                note(at, at + moving, (to - from) / (moving * period));
+            }
+            if waiting > 0.0 {
+                note(at + moving, at + moving + waiting, DVec2::ZERO);
+            }
+            at += moving + waiting;
+            from = to;
+        }
+        note(at, at, DVec2::ZERO);
+        largest.to_array()
+    }
+
+    /// Refuses a job that leaves the field or has vectors without samples.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn check(&self, job: &ScanJob) -> Result<(), HeadError> {
+        job.check()?;
+        let inside = |index: usize, p: DVec2| {
+            let error = match &self.inverse {
+                Inverse::Table(table) => table.require(p).err(),
+                Inverse::Exact { travel } => {
+                    let beyond = p.abs().max_element() > self.head.half_field;
+                    let half = self.head.half_field;
+                    let outside = beyond.then_some(CorrectionError::Outside {
+                        x: p.x,
+                        y: p.y,
+                        half,
+                    });
+                    outside.or_else(|| self.within(p, *travel).err().map(CorrectionError::from))
+                }
+            };
+            error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
+        };
+        inside(0, job.start.truncate())?;
+        // short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed
+        let (mut length, mut samples) = (0.0, 0.0);
+        for (index, v) in job.vectors.iter().enumerate() {
+            inside(index, v.end.truncate())?;
+            if !v.kind.is_mark() {
+                (length, samples) = (0.0, 0.0);
+                continue;
+            }
+            length += job.length_of(index);
+            samples += job.length_of(index) / (v.speed * self.head.period);
+            let last = job.vectors.get(index + 1).is_none_or(|n| !n.kind.is_mark());
+            if last && length > 0.0 && samples < 1.0 {
+                return Err(HeadError::Sampling {
+                    index,
+                    length,
+                    speed: v.speed,
+                    frequency: 1.0 / self.head.period,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a point whose angles, without a table, are beyond the travels of the mirrors or of the cam.
+    fn within(&self, point: DVec2, travel: DVec2) -> Result<(), GeometryError> {
+        let mirrors = self.head.geometry.inverse_within(point, travel)?;
+        if let (Some(focus), Some((axis, _))) = (&self.focus, &self.head.focus) {
+            let cam = focus.inverse(mirrors, 0.0);
+            if cam.is_nan() || cam.abs() > axis.travel {
+                return Err(GeometryError::Travel {
+                    axis: 'Z',
+                    x: point.x,
+                    y: point.y,
+                    angle_deg: cam.to_degrees(),
+                    travel_deg: axis.travel.to_degrees(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Marks that are shorter than a sample at their speed, and by how much they lengthen the job, s: each takes a whole one.
+    pub fn short_marks(&self, job: &ScanJob) -> (u64, f64) {
+        let period = self.head.period;
+        (0..job.vectors.len())
+            .filter(|&i| job.vectors[i].kind.is_mark())
+            .map(|i| job.length_of(i) / job.vectors[i].speed)
+            .filter(|&t| t > 0.0 && t < period)
+            .fold((0, 0.0), |(n, sum), t| (n + 1, sum + period - t))
+    }
+
+    /// The angle set-points (θx, θy, θz), rad, for a commanded point, mm.
+    #[inline]
+    pub fn angles(&self, point: DVec3) -> DVec3 {
+        match &self.inverse {
+            Inverse::Table(table) => {
+                let angles = table.angles(point.truncate());
+                match &self.focus {
+                    Some(focus) if point.z != 0.0 => {
+                        let mirrors = angles.truncate();
+                        let moved = focus.inverse(mirrors, point.z) - focus.inverse(mirrors, 0.0);
+                        angles + DVec3::Z * moved
+                    }
+                    _ => angles,
+                }
+            }
+            Inverse::Exact { .. } => {
+                // the job was checked: every point of it has an inverse
+                let mirrors = self
+                    .head
+                    .geometry
+                    .inverse(point.truncate())
+                    .unwrap_or(DVec2::ZERO);
+                let cam = self
+                    .focus
+                    .as_ref()
+                    .map_or(0.0, |f| f.inverse(mirrors, point.z));
+                mirrors.extend(cam)
+            }
+        }
+    }
+}
+
+impl ScanHead {
+    /// Checks the head, fits its focus and computes its table.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn ready(&self) -> Result<ReadyHead, HeadError> {
+        self.geometry.check()?;
+        for (axis, letter) in self.axes().zip(LETTERS) {
+            axis.check().map_err(|source| HeadError::Axis {
+                axis: letter,
+                source,
+            })?;
+        }
+        let focus = self
+            .focus
+            .as_ref()
+            .map(|(_, lenses)| Focus::new(*lenses, self.geometry))
+            .transpose()?;
+        let travel = DVec2::new(self.mirrors[0].travel, self.mirrors[1].travel);
+        let inverse = match self.table {
+            Some(points) => Inverse::Table(CorrectionTable::new(
+                &self.geometry,
+                focus.as_ref(),
+                self.half_field,
+                points,
+                travel,
+                Border::Extrapolate,
+            )?),
+            None => Inverse::Exact { travel },
+        };
+        if let (Inverse::Table(table), Some((axis, _))) = (&inverse, &self.focus) {
+            table.require_cam(axis.travel)?;
+        }
+        Ok(ReadyHead {
+            head: self.clone(),
+            focus,
+            inverse,
+            previews: None,
+        })
+    }
+}

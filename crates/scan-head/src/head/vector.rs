@@ -1,0 +1,164 @@
+//! What the head is asked to do: mark and jump vectors with their speeds, powers and waits.
+//!
+//! Source: Rasoanarivo 2020, § 2.5.2.
+
+use meltpath_geometry::math::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Why a job cannot be executed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScanJobError {
+    /// A vector with a value that has no sense.
+    #[error("vector {index}: {what} is {value}, but must be {wanted}")]
+    Vector {
+        /// Position in the job, from 0.
+        index: usize,
+        /// Which of its values.
+        what: &'static str,
+        /// That value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// A recipe or plate with a value that has no sense.
+    #[error("{what} is {value}, but must be {wanted}")]
+    Value {
+        /// Which value.
+        what: &'static str,
+        /// That value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// Nothing to do.
+    #[error("the job has no mark vector")]
+    Empty,
+}
+
+/// What a vector is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VectorKind {
+    /// Marks a contour.
+    Contour,
+    /// Marks a line of a fill.
+    Fill,
+    /// Goes elsewhere, laser off.
+    Jump,
+    /// Goes from one line of a fill to the next, laser off.
+    Connection,
+    /// Runs up to or out of a line at its speed, laser off (sky-writing).
+    Run,
+}
+
+impl VectorKind {
+    /// Whether the laser marks.
+    pub fn is_mark(self) -> bool {
+        matches!(self, VectorKind::Contour | VectorKind::Fill)
+    }
+}
+
+/// A straight move from where the last one ended, and a wait at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Vector {
+    /// What it is for.
+    pub kind: VectorKind,
+    /// Where it ends: x and y in the plane, z the height of the focus, mm.
+    pub end: DVec3,
+    /// Speed, mm/s.
+    pub speed: f64,
+    /// Laser power, W; 0 where the laser is off.
+    pub power: f64,
+    /// Wait at its end, s.
+    pub wait: f64,
+    /// The caller's number of the part or square it belongs to.
+    pub block: u32,
+}
+
+/// A job for the head.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScanJob {
+    /// Where the head stands at first, mm.
+    pub start: DVec3,
+    /// The vectors, first executed first.
+    pub vectors: Vec<Vector>,
+}
+
+impl ScanJob {
+    /// Checks every vector.
+    ///
+    /// # Errors
+    /// [`ScanJobError`].
+    pub fn check(&self) -> Result<(), ScanJobError> {
+        if !self.vectors.iter().any(|v| v.kind.is_mark()) {
+            return Err(ScanJobError::Empty);
+        }
+        for (index, v) in self.vectors.iter().enumerate() {
+            let fail = |what, value, wanted| {
+                Err(ScanJobError::Vector {
+                    index,
+                    what,
+                    value,
+                    wanted,
+                })
+            };
+            if !v.end.is_finite() {
+                return fail("the end", v.end.length(), "finite");
+            }
+            if !(v.speed > 0.0 && v.speed.is_finite()) {
+                return fail("the speed", v.speed, "positive and finite (mm/s)");
+            }
+            if !(v.power >= 0.0 && v.power.is_finite()) {
+                return fail("the power", v.power, "finite and not negative (W)");
+            }
+            if !(v.wait >= 0.0 && v.wait.is_finite()) {
+                return fail("the wait", v.wait, "finite and not negative (s)");
+            }
+        }
+        Ok(())
+    }
+
+    /// Where vector `i` starts, mm.
+    pub fn start_of(&self, i: usize) -> DVec3 {
+        if i == 0 {
+            self.start
+        } else {
+            self.vectors[i - 1].end
+        }
+    }
+
+    /// Length of vector `i`, mm.
+    pub fn length_of(&self, i: usize) -> f64 {
+        self.start_of(i).distance(self.vectors[i].end)
+    }
+
+    /// Length of all vectors of a kind, mm.
+    pub fn length(&self, kind: VectorKind) -> f64 {
+        (0..self.vectors.len())
+            .filter(|&i| self.vectors[i].kind == kind)
+            .map(|i| self.length_of(i))
+            .sum()
+    }
+
+    /// Duration without the rounding of vectors to whole samples, s.
+    pub fn duration(&self) -> f64 {
+        (0..self.vectors.len())
+            .map(|i| self.length_of(i) / self.vectors[i].speed + self.vectors[i].wait)
+            .sum()
+    }
+
+    /// The first mark's start, mm.
+    pub fn first_mark(&self) -> DVec3 {
+        let first = self.vectors.iter().position(|v| v.kind.is_mark());
+        first.map_or(self.start, |i| self.start_of(i))
+    }
+
+    /// The vectors of a range as a job of their own, from rest where the first one starts.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> ScanJob {
+        ScanJob {
+            start: self.start_of(range.start),
+            vectors: self.vectors.get(range).unwrap_or_default().to_vec(),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! A health test rated against the first one that was accepted: what drifted, what it may mean, what to do.
+//!
+//! Source: Rasoanarivo 2020, § 2.4; the limits are ours (docs/theory/sources.md).
+
+use crate::health::analysis::Km0Stage2;
+use crate::health::records::StepRecord;
+use serde::{Deserialize, Serialize};
+
+/// How an axis is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rating {
+    /// Good.
+    Good,
+    /// To be watched.
+    Watch,
+    /// Intervention needed.
+    Intervene,
+}
+
+impl Rating {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Rating::Good => "good",
+            Rating::Watch => "to be watched",
+            Rating::Intervene => "intervention needed",
+        }
+    }
+}
+
+/// What a test of an axis found, both stages.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Km0Record {
+    /// Machine, head and axis, as the owner names them.
+    pub axis: String,
+    /// When, as ISO 8601 with zone: written by the caller.
+    pub time: String,
+    /// Ambient or drive temperature, °C, where known.
+    pub temperature: Option<f64>,
+    /// Resistance, Ω.
+    pub resistance: f64,
+    /// Inductance, H.
+    pub inductance: f64,
+    /// Torque constant, N·m/A.
+    pub torque_constant: f64,
+    /// Inertia, kg·m².
+    pub inertia: f64,
+    /// Frequencies of the modes, Hz.
+    pub modes: Vec<f64>,
+    /// Root mean square of the first stage's fit residuals (complex logarithm), where it was an identification.
+    #[serde(default)]
+    pub fit_residual: Option<f64>,
+    /// The second stage.
+    pub stage2: Km0Stage2,
+}
+
+/// A quantity that drifted, and what it may mean.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Drift {
+    /// Which quantity.
+    pub quantity: String,
+    /// In the reference test.
+    pub reference: f64,
+    /// Now.
+    pub now: f64,
+    /// Relative change.
+    pub change: f64,
+    /// The part of it that counts: its size, or its growth alone where shrinking is no fault.
+    pub size: f64,
+    /// From which size on it is to be watched, and from which on to intervene.
+    pub limits: (f64, f64),
+    /// Its rating.
+    pub rating: Rating,
+    /// The likely fault.
+    pub fault: &'static str,
+    /// What to do.
+    pub action: &'static str,
+}
+
+/// In which direction a change counts.
+#[derive(Clone, Copy)]
+enum Grows {
+    /// Both.
+    Either,
+    /// Only growth.
+    Worse,
+}
+
+/// How a quantity is rated, and what its drift may mean.
+struct Watched {
+    /// Relative changes from which on to watch, and to intervene.
+    limits: (f64, f64),
+    grows: Grows,
+    fault: &'static str,
+    action: &'static str,
+}
+
+const DRIVER: &str = "check the coil, its connections and the driver board";
+const RESISTANCE: Watched = Watched {
+    limits: (0.10, 0.25),
+    grows: Grows::Either,
+    fault: "overheating, for instance by an oscillation on a changed mode, or a bad contact",
+    action: DRIVER,
+};
+const INDUCTANCE: Watched = Watched {
+    limits: (0.10, 0.25),
+    grows: Grows::Either,
+    fault: "short-circuited turns",
+    action: DRIVER,
+};
+const TORQUE_CONSTANT: Watched = Watched {
+    limits: (0.10, 0.25),
+    grows: Grows::Either,
+    fault: "a demagnetised rotor",
+    action: "check for overheating; replace the galvanometer",
+};
+const INERTIA: Watched = Watched {
+    limits: (0.03, 0.08),
+    grows: Grows::Either,
+    fault: "a mirror that is loose, dirty or replaced by another",
+    action: "check the mirror and its mount",
+};
+const MODE: Watched = Watched {
+    limits: (0.03, 0.08),
+    grows: Grows::Either,
+    fault: "a loose or cracked mirror mount, or a worn bearing",
+    action: "check the mount; the pre-filter and the notch no longer fit the mode",
+};
+const BEARING: Watched = Watched {
+    limits: (0.25, 0.60),
+    grows: Grows::Worse,
+    fault: "degraded lubrication of the bearings",
+    action: "exercise the axis over its travel; replace the bearings if it stays",
+};
+const LAG: Watched = Watched {
+    limits: (0.25, 0.60),
+    grows: Grows::Worse,
+    fault: "changed gains or pre-filter, or a tired driver",
+    action: "compare the controller's settings with the reference",
+};
+const OVERSHOOT: Watched = Watched {
+    limits: (0.20, 0.50),
+    grows: Grows::Worse,
+    fault: "less damping: inertia, mode or gains changed",
+    action: "identify the axis again and tune it",
+};
+const RESPONSE: Watched = Watched {
+    limits: (0.20, 0.50),
+    grows: Grows::Worse,
+    fault: "more friction or weaker drive",
+    action: "see the friction and the resistance",
+};
+
+impl Watched {
+    /// The drift of a quantity from the reference test to now.
+    fn rate(&self, quantity: String, [reference, now]: [f64; 2]) -> Drift {
+        let change = if reference == 0.0 {
+            0.0
+        } else {
+            (now - reference) / reference.abs()
+        };
+        let size = match self.grows {
+            Grows::Either => change.abs(),
+            Grows::Worse => change.max(0.0),
+        };
+        let rating = if size < self.limits.0 {
+            Rating::Good
+        } else if size < self.limits.1 {
+            Rating::Watch
+        } else {
+            Rating::Intervene
+        };
+        Drift {
+            quantity,
+            reference,
+            now,
+            change,
+            size,
+            limits: self.limits,
+            rating,
+            fault: self.fault,
+            action: self.action,
+        }
+    }
+}
+
+impl Km0Record {
+    fn largest_lag(&self) -> f64 {
+        let lags = self.stage2.ramps.iter().map(|ramp| ramp.lag_deg.abs());
+        lags.fold(0.0, f64::max)
+    }
+
+    fn mean_of_steps(&self, of: fn(&StepRecord) -> f64) -> f64 {
+        let steps = &self.stage2.steps;
+        steps.iter().map(of).sum::<f64>() / steps.len().max(1) as f64
+    }
+}
+
+/// Rates a test against the first accepted one: every quantity with its change, the worst first. The axis' rating is that of
+/// the first entry.
+pub fn rate(reference: &Km0Record, now: &Km0Record) -> Vec<Drift> {
+    let both = |of: fn(&Km0Record) -> f64| [of(reference), of(now)];
+    let mut drifts: Vec<Drift> = [
+        ("resistance", RESISTANCE, both(|r| r.resistance)),
+        ("inductance", INDUCTANCE, both(|r| r.inductance)),
+        (
+            "torque constant",
+            TORQUE_CONSTANT,
+            both(|r| r.torque_constant),
+        ),
+        ("inertia", INERTIA, both(|r| r.inertia)),
+    ]
+    .map(|(name, watched, values)| watched.rate(name.to_owned(), values))
+    .to_vec();
+    let modes = reference.modes.iter().zip(&now.modes).enumerate();
+    drifts.extend(modes.map(|(k, (a, b))| MODE.rate(format!("mode {}", k + 1), [*a, *b])));
+    drifts.extend(
+        [
+            (
+                "Coulomb torque",
+                BEARING,
+                both(|r| r.stage2.friction.coulomb),
+            ),
+            (
+                "viscous coefficient",
+                BEARING,
+                both(|r| r.stage2.friction.viscous),
+            ),
+            ("largest lag", LAG, both(Km0Record::largest_lag)),
+            // in points of the change: a share of a share near zero says nothing
+            (
+                "overshoot",
+                OVERSHOOT,
+                both(|r| 100.0 + r.mean_of_steps(|s| s.overshoot)),
+            ),
+            (
+                "response time",
+                RESPONSE,
+                both(|r| r.mean_of_steps(|s| s.response_time)),
+            ),
+        ]
+        .map(|(name, watched, values)| watched.rate(name.to_owned(), values)),
+    );
+    drifts.sort_by(|a, b| {
+        b.rating
+            .cmp(&a.rating)
+            .then(b.change.abs().total_cmp(&a.change.abs()))
+    });
+    drifts
+}

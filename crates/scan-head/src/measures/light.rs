@@ -1,0 +1,40 @@
+//! The power in the spot at each sample: that of the mark whose light is on, and how far the spot moved.
+
+use crate::head::block::HeadBlock;
+use crate::head::power::PowerLaw;
+use crate::head::vector::{ScanJob, VectorKind};
+use meltpath_geometry::math::DVec2;
+
+/// Power and speed of the mark whose light is on: after its end the off-delay goes on at its power.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Light {
+    pub(super) power: f64,
+    pub(super) speed: f64,
+    last: Option<DVec2>,
+    /// Of the last mark.
+    pub(super) kind: Option<VectorKind>,
+}
+
+impl Light {
+    /// At the next sample: the power in it, W, and how far the spot moved, mm.
+    pub(crate) fn step(
+        &mut self,
+        law: PowerLaw,
+        job: &ScanJob,
+        block: &HeadBlock,
+        k: usize,
+    ) -> (f64, f64) {
+        let v = &job.vectors[block.command.vector[k] as usize];
+        if v.kind.is_mark() {
+            (self.power, self.speed, self.kind) = (v.power, v.speed, Some(v.kind));
+        }
+        let moved = self.last.map_or(0.0, |l| l.distance(block.hit[k]));
+        self.last = Some(block.hit[k]);
+        let power = if self.speed > 0.0 {
+            law.power(self.power, self.speed, moved / block.period)
+        } else {
+            0.0
+        };
+        (power * block.lit[k], moved)
+    }
+}
