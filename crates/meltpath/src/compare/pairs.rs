@@ -16,7 +16,7 @@ use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::{Settings, resolve};
-use crate::ebm::{EbmError, path_file, simulate};
+use crate::ebm::{path_file, simulate};
 use crate::job::ebm::{EbmTable, WindowTable};
 use crate::job::{self, EbmJob, Job, JobError};
 use crate::outcome::RunError;
@@ -301,7 +301,8 @@ pub(super) fn with_run(
     let mut see = |layer: usize, s: &ChartSimulation| {
         look(&mut of_layers[layer], s, &mut found, &mut left_out);
     };
-    simulate::look_at(&settings, &times, &mut see, reporter, observer).map_err(EbmError::told)?;
+    simulate::look_at(&settings, &times, &mut see, reporter, observer)
+        .map_err(crate::ebm::run::told)?;
     found.sort_by_key(|(quantity, n, _)| (*quantity, *n));
     provenance.model(
         "chart simulation",
