@@ -10,5 +10,3 @@ pub(crate) const INTERRUPTED: u8 = 130;
 pub(crate) const CANNOT_SAY: u8 = 4;
 /// A bug.
 pub(crate) const BUG: u8 = 3;
-/// Nothing fails, but the uncertainty of a check is larger than its limit.
-pub(crate) const CANNOT_SAY: u8 = 4;

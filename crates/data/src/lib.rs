@@ -65,12 +65,6 @@ folder!(
     ROUCHON_2022 = "rouchon-2022"
 );
 folder!(
-    feed_campaigns,
-    "feed-campaigns",
-    "Wire feed, voltage and current of beads, programmed and measured.",
-    G3SI_1_2_CMT_SPEED_FEED = "g3si-1.2-cmt-speed-feed"
-);
-folder!(
     focus,
     "focus",
     "Beam diameter against the current of a focus coil.",
@@ -130,7 +124,6 @@ folder!(
 pub const FOLDERS: &[&[File]] = &[
     cells::ALL,
     energy::ALL,
-    feed_campaigns::ALL,
     focus::ALL,
     gases::ALL,
     materials::ALL,

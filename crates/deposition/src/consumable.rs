@@ -1,11 +1,12 @@
 //! Wires, gases and measured pools, from the data files that come with the program.
 
+use std::f64::consts::PI;
+
 use meltpath_base::Speed;
 use meltpath_data::{File, find, gases, names, pools, wires};
 use serde::Deserialize;
 
 use crate::bead::{PoolModel, PursuitLength};
-use crate::mass;
 
 /// A number with where it comes from.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -140,7 +141,7 @@ impl Wire {
 
     /// Section, mm².
     pub fn section(&self) -> f64 {
-        mass::wire_section(self.diameter.value)
+        0.25 * PI * self.diameter.value * self.diameter.value
     }
 }
 

@@ -5,11 +5,9 @@
 pub mod assembly;
 pub mod bead;
 pub mod consumable;
-pub mod ctwd;
 pub mod deposit;
 pub mod energy;
 pub mod feed_response;
-pub mod mass;
 pub mod process_map;
 pub mod pursuit;
 pub mod section;

@@ -89,32 +89,32 @@ impl Pursuit {
     }
 }
 
-/// The pursuit curve of a whole leader path cut in steps of at most `step` mm, one point per leader point cut.
-///
-/// Empty for fewer than two distinct points.
-pub fn pursuit_curve(leader: &[DVec2], length: f64, mode: PursuitMode, step: f64) -> Vec<DVec2> {
-    let Some(heading) = leader
-        .windows(2)
-        .find_map(|w| (w[1] - w[0]).try_normalize())
-    else {
-        return Vec::new();
-    };
-    let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
-    let mut pursuit = Pursuit::new(leader[0], heading, length, mode);
-    let mut curve = vec![pursuit.follower()];
-    for w in leader.windows(2) {
-        let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
-        for k in 1..=pieces {
-            pursuit.follow(w[0].lerp(w[1], f64::from(k) / f64::from(pieces)));
-            curve.push(pursuit.follower());
-        }
-    }
-    curve
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The pursuit curve of a whole leader path cut in steps of at most `step` mm, one point per leader point cut.
+    ///
+    /// Empty for fewer than two distinct points.
+    fn pursuit_curve(leader: &[DVec2], length: f64, mode: PursuitMode, step: f64) -> Vec<DVec2> {
+        let Some(heading) = leader
+            .windows(2)
+            .find_map(|w| (w[1] - w[0]).try_normalize())
+        else {
+            return Vec::new();
+        };
+        let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
+        let mut pursuit = Pursuit::new(leader[0], heading, length, mode);
+        let mut curve = vec![pursuit.follower()];
+        for w in leader.windows(2) {
+            let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
+            for k in 1..=pieces {
+                pursuit.follow(w[0].lerp(w[1], f64::from(k) / f64::from(pieces)));
+                curve.push(pursuit.follower());
+            }
+        }
+        curve
+    }
 
     fn corner(angle: f64) -> Vec<DVec2> {
         let turn = DVec2::from_angle(angle.to_radians());

@@ -139,75 +139,6 @@ fn root(guess: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (lo + hi)
 }
 
-/// A parabola fitted to the points of a measured section.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FittedSection {
-    /// Abscissa of the apex, mm.
-    pub centre: f64,
-    /// Width at height 0, mm.
-    pub width: f64,
-    /// Height of the apex, mm.
-    pub height: f64,
-    /// Root mean square distance of the points to the curve along y, mm.
-    pub rms: f64,
-}
-
-/// Least-squares parabola y = ax² + bx + c through section points (x, y above the plate), mm; `None` with fewer than
-/// three distinct abscissae or where the points do not make a bead (a ≥ 0, or nothing above the plate).
-///
-/// Source: Rouchon 2022, §2.1.3: apex −b/2a, height c − b²/4a, width √(b² − 4ac)/|a|.
-pub fn fit_parabola(points: &[[f64; 2]]) -> Option<FittedSection> {
-    if points.len() < 3 {
-        return None;
-    }
-    let n = points.len() as f64;
-    let mean = points.iter().map(|p| p[0]).sum::<f64>() / n;
-    let scale = points
-        .iter()
-        .map(|p| (p[0] - mean).abs())
-        .fold(0.0, f64::max);
-    if scale == 0.0 {
-        return None;
-    }
-    let row = |p: &[f64; 2]| {
-        let t = (p[0] - mean) / scale;
-        [1.0, t, t * t]
-    };
-    let mut system = Regression::new(3);
-    for p in points {
-        system.push(row(p), p[1]);
-    }
-    let k = system.solve().ok()?.values;
-    let (c, b, a) = (k[0], k[1], k[2]);
-    let disc = b * b - 4.0 * a * c;
-    if a >= 0.0 || disc <= 0.0 {
-        return None;
-    }
-    let residual: f64 = points
-        .iter()
-        .map(|p| (c + b * row(p)[1] + a * row(p)[2] - p[1]).powi(2))
-        .sum();
-    Some(FittedSection {
-        centre: mean - scale * b / (2.0 * a),
-        width: scale * disc.sqrt() / -a,
-        height: c - b * b / (4.0 * a),
-        rms: (residual / n).sqrt(),
-    })
-}
-
-/// Area under measured points in order of abscissa, mm², by right rectangles (as Rouchon 2022, §4.2 measures sections).
-///
-/// ```
-/// use meltpath_deposition::section::area_of_points;
-/// assert_eq!(area_of_points(&[[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]]), 2.0 + 2.0);
-/// ```
-pub fn area_of_points(points: &[[f64; 2]]) -> f64 {
-    points
-        .windows(2)
-        .map(|p| (p[1][0] - p[0][0]) * p[1][1])
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,33 +185,5 @@ mod tests {
                 "{shape:?} {sum}"
             );
         }
-    }
-
-    #[test]
-    fn waam_ac36_section_areas_agree() {
-        for n in [100, 250, 1000] {
-            let points: Vec<[f64; 2]> = (0..=n)
-                .map(|i| 7.3 * f64::from(i) / f64::from(n))
-                .map(|x| [x + 2.0, Section::Parabola.at(x - 3.65, 7.3, 2.1)])
-                .collect();
-            let fit = fit_parabola(&points).unwrap();
-            let model = Section::Parabola.area(fit.width, fit.height);
-            assert!((area_of_points(&points) / model - 1.0).abs() < 0.02);
-        }
-        assert_eq!(area_of_points(&[[0.0, 1.0]]), 0.0);
-    }
-
-    #[test]
-    fn a_sampled_parabola_is_found_again() {
-        let points: Vec<[f64; 2]> = (0..=100)
-            .map(|i| 1.0 + 0.07 * f64::from(i))
-            .map(|x| [x, Section::Parabola.at(x - 4.5, 7.0, 2.0)])
-            .collect();
-        let fit = fit_parabola(&points).unwrap();
-        assert!((fit.centre - 4.5).abs() < 1e-9);
-        assert!((fit.width - 7.0).abs() < 1e-9 && (fit.height - 2.0).abs() < 1e-9);
-        assert!(fit.rms < 1e-12);
-        assert!(fit_parabola(&points[..2]).is_none());
-        assert!(fit_parabola(&[[0.0, 1.0], [1.0, 0.0], [2.0, 1.0]]).is_none());
     }
 }

@@ -48,6 +48,29 @@ fn table() -> ProcessMap {
     ProcessMap::parse("table", TWO_POINTS, &wire, &Reporter::new()).unwrap()
 }
 
+/// Wire that goes in comes out: what the map calls a bead's area is the feed ratio times the wire's section, less losses.
+#[test]
+fn waam_ac3_area_from_conservation() {
+    let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
+    let lost = map.efficiency.value * map.feed_factor.value;
+    for (travel, area) in [(0.75, 8.378), (0.5, 12.566)] {
+        let bead = map.bead(8.0 * M_PER_MIN, travel * M_PER_MIN);
+        assert!((bead.area.value / lost - area).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn waam_ac9_equal_areas_along_a_feed_ratio() {
+    let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
+    let area = |travel: f64| {
+        let bead = map.bead(8.0 * travel * M_PER_MIN, travel * M_PER_MIN);
+        bead.area.value
+    };
+    for travel in [0.25, 0.5, 0.75, 1.0, 1.25] {
+        assert!((area(travel) / area(0.75) - 1.0).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn waam_ac6_two_settings_make_one_bead_and_none_makes_another() {
     let target = Target {

@@ -1,172 +1,30 @@
 //! Draws every strategy on a set of shapes as SVG: `cargo run -p meltpath-planning --example draw_fill -- FOLDER`.
 //! Beads are drawn at their width, coloured by order from blue to red; starts are dots, gaps crosses.
 
-use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use meltpath_base::Reporter;
-use meltpath_geometry::boolean::{difference, union};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::stroke;
-use meltpath_geometry::{Plane, Region, Ring};
+use meltpath_geometry::shapes as outlines;
+use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{
     ContourOrder, FillSettings, Layer, LayerPlan, LineAngle, LineDirection, LineOrder, PassIds,
     Strategy, plan_layer,
 };
-use meltpath_toolpath::Move;
-
-fn circle(x: f64, y: f64, radius: f64, n: usize) -> Ring {
-    (0..n)
-        .map(|i| DVec2::new(x, y) + DVec2::from_angle(TAU * i as f64 / n as f64) * radius)
-        .collect()
-}
-
-fn ring_of(points: &[(f64, f64)]) -> Ring {
-    points.iter().map(|&p| DVec2::from(p)).collect()
-}
-
-fn solid(outer: Ring) -> Region {
-    Region {
-        outer,
-        holes: Vec::new(),
-    }
-}
-
-fn cut(outer: Ring, holes: Vec<Ring>) -> Vec<Region> {
-    let holes: Vec<_> = holes.into_iter().map(solid).collect();
-    difference(&[solid(outer)], &holes).unwrap_or_default()
-}
-
-fn rectangle(x: f64, y: f64) -> Ring {
-    ring_of(&[(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)])
-}
-
-fn inner_rectangle(x: f64, y: f64, wall: f64) -> Ring {
-    ring_of(&[
-        (wall, wall),
-        (x - wall, wall),
-        (x - wall, y - wall),
-        (wall, y - wall),
-    ])
-}
+use meltpath_toolpath::{Move, Pass};
 
 fn shapes() -> Vec<(&'static str, Vec<Region>)> {
-    let bolts = (0..6).map(|i| {
-        let p = DVec2::from_angle(TAU * f64::from(i) / 6.0) * 45.0;
-        circle(p.x, p.y, 6.0, 48)
-    });
-    let star: Ring = (0..10)
-        .map(|i| {
-            DVec2::from_angle(TAU * f64::from(i) / 10.0) * if i % 2 == 0 { 60.0 } else { 26.0 }
-        })
-        .collect();
-    let mut cells = Vec::new();
-    for i in 0..5 {
-        for j in 0..4 {
-            let x = 22.0 * f64::from(i) + if j % 2 == 0 { 0.0 } else { 11.0 };
-            cells.push(
-                (0..6)
-                    .map(|k| {
-                        DVec2::new(x + 18.0, 19.0 * f64::from(j) + 18.0)
-                            + DVec2::from_angle(TAU * (f64::from(k) + 0.5) / 6.0) * 8.8
-                    })
-                    .collect(),
-            );
-        }
-    }
-    let comb: Vec<(f64, f64)> = (0..6)
-        .flat_map(|i| {
-            let x = 20.0 * f64::from(i);
-            [(x, 0.0), (x, 40.0), (x + 10.0, 40.0), (x + 10.0, 0.0)]
-        })
-        .collect();
-    let mut comb = comb;
-    comb.extend([(110.0, -12.0), (0.0, -12.0)]);
-    comb.reverse();
-    let truss: Vec<Vec<DVec2>> = (0..4)
-        .flat_map(|i| {
-            let x = 30.0 * f64::from(i);
-            [
-                ring_of(&[(x, 0.0), (x + 30.0, 0.0)]),
-                ring_of(&[(x, 30.0), (x + 30.0, 30.0)]),
-                ring_of(&[(x, 0.0), (x + 15.0, 30.0), (x + 30.0, 0.0)]),
-            ]
-        })
-        .collect();
     vec![
-        ("rectangle", vec![solid(rectangle(100.0, 40.0))]),
-        (
-            "raster-wall",
-            vec![solid(rectangle(120.0, 5.0 * 4.62 + 6.5))],
-        ),
-        (
-            "contour-wall",
-            vec![solid(rectangle(150.0, 7.0 * 4.62 + 6.5))],
-        ),
-        ("thin-wall", vec![solid(rectangle(150.0, 7.0))]),
-        (
-            "ring",
-            cut(
-                circle(0.0, 0.0, 50.0, 180),
-                vec![circle(0.0, 0.0, 30.0, 120)],
-            ),
-        ),
-        (
-            "thin-ring",
-            cut(
-                circle(0.0, 0.0, 40.0, 180),
-                vec![circle(0.0, 0.0, 33.5, 120)],
-            ),
-        ),
-        ("disc", vec![solid(circle(0.0, 0.0, 25.0, 120))]),
-        (
-            "flange",
-            cut(
-                circle(0.0, 0.0, 60.0, 200),
-                bolts.chain([circle(0.0, 0.0, 25.0, 100)]).collect(),
-            ),
-        ),
-        ("star", vec![solid(star)]),
-        (
-            "tee",
-            vec![solid(ring_of(&[
-                (0.0, 0.0),
-                (24.0, 0.0),
-                (24.0, 50.0),
-                (60.0, 50.0),
-                (60.0, 74.0),
-                (-36.0, 74.0),
-                (-36.0, 50.0),
-                (0.0, 50.0),
-            ]))],
-        ),
-        ("honeycomb", cut(rectangle(125.0, 93.0), cells)),
-        (
-            "thin-box",
-            cut(
-                rectangle(80.0, 50.0),
-                vec![inner_rectangle(80.0, 50.0, 6.6)],
-            ),
-        ),
-        ("comb", vec![solid(ring_of(&comb))]),
-        ("truss", stroke(&truss, 3.4, 0.01).unwrap_or_default()),
-        (
-            "wedge",
-            union(&[solid(ring_of(&[(0.0, 0.0), (120.0, 0.0), (0.0, 40.0)]))]).unwrap_or_default(),
-        ),
-        (
-            "slot-plate",
-            cut(
-                rectangle(100.0, 60.0),
-                vec![ring_of(&[
-                    (30.0, 22.0),
-                    (70.0, 22.0),
-                    (70.0, 37.0),
-                    (30.0, 37.0),
-                ])],
-            ),
-        ),
+        ("plate", vec![outlines::plate(100.0, 40.0)]),
+        ("ring", vec![outlines::ring(50.0, 30.0, 180)]),
+        ("cross", vec![outlines::cross(90.0, 24.0)]),
+        ("tee", vec![outlines::tee(96.0, 74.0, 24.0)]),
+        ("ell", vec![outlines::ell(90.0, 60.0, 18.0)]),
+        ("star", vec![outlines::star(5, 60.0, 26.0)]),
+        ("gear", vec![outlines::gear(12, 40.0, 52.0, 14.0)]),
+        ("honeycomb", vec![outlines::honeycomb(5, 4, 9.0, 6.8)]),
+        ("spiral", vec![outlines::spiral(15.0, 14.0, 6.6, 3.0)]),
     ]
 }
 
@@ -247,37 +105,8 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
     ));
     let count = plan.path.len().max(2) as f64 - 1.0;
     for (i, pass) in plan.path.passes().enumerate() {
-        let (points, _) = pass.flatten(0.01);
         let hue = 240.0 * (1.0 - i as f64 / count);
-        let mut path = String::new();
-        for (i, p) in points.iter().enumerate() {
-            let _ = write!(
-                path,
-                "{}{:.3} {:.3} ",
-                if i == 0 { "M" } else { "L" },
-                p.x,
-                p.y
-            );
-        }
-        line(format!(
-            "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},80%,50%)\" stroke-opacity=\"0.25\" stroke-width=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"/>",
-            plan.settings.width
-        ));
-        line(format!(
-            "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},90%,35%)\" stroke-width=\"0.4\"/>"
-        ));
-        for p in pass.points {
-            line(format!(
-                "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"0.45\" fill=\"hsl({hue:.0},90%,25%)\"/>",
-                p.x, p.y
-            ));
-        }
-        if let Some(p) = points.first() {
-            line(format!(
-                "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"1.2\" fill=\"black\"/>",
-                p.x, p.y
-            ));
-        }
+        draw(&pass, hue, plan.settings.width, &mut line);
     }
     for gap in plan.coverage.iter().flat_map(|c| &c.gaps) {
         line(format!(
@@ -311,6 +140,39 @@ fn svg(regions: &[Region], plan: &LayerPlan, title: &str) -> String {
     ));
     line("</svg>".to_owned());
     out
+}
+
+/// A bead at its width and its line, with its points; its start is a dot.
+fn draw(pass: &Pass<'_>, hue: f64, width: f64, line: &mut impl FnMut(String)) {
+    let (points, _) = pass.flatten(0.01);
+    let mut path = String::new();
+    for (i, p) in points.iter().enumerate() {
+        let _ = write!(
+            path,
+            "{}{:.3} {:.3} ",
+            if i == 0 { "M" } else { "L" },
+            p.x,
+            p.y
+        );
+    }
+    line(format!(
+        "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},80%,50%)\" stroke-opacity=\"0.25\" stroke-width=\"{width}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"/>"
+    ));
+    line(format!(
+        "<path d=\"{path}\" fill=\"none\" stroke=\"hsl({hue:.0},90%,35%)\" stroke-width=\"0.4\"/>"
+    ));
+    for p in pass.points {
+        line(format!(
+            "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"0.45\" fill=\"hsl({hue:.0},90%,25%)\"/>",
+            p.x, p.y
+        ));
+    }
+    if let Some(p) = points.first() {
+        line(format!(
+            "<circle cx=\"{:.3}\" cy=\"{:.3}\" r=\"1.2\" fill=\"black\"/>",
+            p.x, p.y
+        ));
+    }
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -6,6 +6,7 @@ pub mod hatch;
 pub mod modulation;
 pub mod nested;
 mod patterns;
+pub mod plate;
 
 pub use error::HatchError;
 pub use hatch::{Hatch, Modulated, Pattern};

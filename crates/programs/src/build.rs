@@ -539,9 +539,7 @@ impl Builder<'_> {
         self.layer(pass.layer);
         self.assembly
             .push(comment(&format!("Pass {}", pass.head.id.0)));
-        if !pass.head.role.deposits() {
-            self.follow(pass, &steps, None);
-        } else {
+        if pass.head.role.deposits() {
             let first = steps.iter().find_map(moved).unwrap_or(0);
             let feed = self.feed(pass, first);
             let schedule = self.schedule(feed);
@@ -562,6 +560,8 @@ impl Builder<'_> {
                     None,
                 );
             }
+        } else {
+            self.follow(pass, &steps, None);
         }
         Ok(())
     }

@@ -7,56 +7,21 @@
 
 mod ascii;
 mod binary;
+mod contents;
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Read, Write};
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::region::signed_area;
-use meltpath_toolpath::{Layer, Pass, PassHead, PassId, Role};
+use meltpath_toolpath::{Layer, Pass, Role};
+
+pub use contents::CliError;
+use contents::{Filling, Item, header_error};
 
 /// Distance between an arc and the chords in its place, mm.
 const CHORD_ERROR: f64 = 1e-3;
 /// Longest header that is read, bytes.
 const LONGEST_HEADER: u64 = 1 << 24;
-
-/// Why a layer file cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum CliError {
-    /// The system refused.
-    #[error("the layer file cannot be read or written: {0}")]
-    Io(#[from] io::Error),
-    /// A part of the header is missing or wrong.
-    #[error("the header of the layer file: {what}")]
-    Header {
-        /// What is wrong.
-        what: String,
-    },
-    /// Something in the text of the geometry.
-    #[error("line {line} of the layer file: {what}")]
-    Text {
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong.
-        what: String,
-    },
-    /// Something in the binary geometry.
-    #[error("byte {byte} of the layer file: {what}")]
-    Binary {
-        /// The byte, from 0.
-        byte: usize,
-        /// What is wrong.
-        what: String,
-    },
-    /// A number that the form cannot hold.
-    #[error("{what} is {value}, which a layer file cannot hold")]
-    Value {
-        /// Which number.
-        what: &'static str,
-        /// That number.
-        value: f64,
-    },
-}
 
 /// How the geometry of a layer file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,91 +30,6 @@ pub enum Form {
     Ascii,
     /// In little-endian commands of 32-bit reals.
     Binary,
-}
-
-/// Which side of a polyline the solid lies on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Direction {
-    /// Clockwise: an inner contour.
-    Inner,
-    /// Counter-clockwise: an outer contour.
-    Outer,
-    /// An open line.
-    Open,
-}
-
-impl Direction {
-    fn code(self) -> u8 {
-        match self {
-            Direction::Inner => 0,
-            Direction::Outer => 1,
-            Direction::Open => 2,
-        }
-    }
-
-    /// Whether a file may say so: the direction itself follows from the points.
-    fn is_code(code: f64) -> bool {
-        [Direction::Inner, Direction::Outer, Direction::Open]
-            .into_iter()
-            .any(|d| f64::from(d.code()) == code)
-    }
-
-    fn of(points: &[DVec2]) -> Self {
-        match points {
-            [first, .., last] if first == last => {
-                if signed_area(&points[..points.len() - 1]) > 0.0 {
-                    Direction::Outer
-                } else {
-                    Direction::Inner
-                }
-            }
-            _ => Direction::Open,
-        }
-    }
-}
-
-/// Puts what a file says into layers.
-#[derive(Debug, Default)]
-struct Filling {
-    layer: Option<Layer>,
-    layers: u32,
-    passes: u32,
-}
-
-impl Filling {
-    /// Begins a layer at `height` mm; gives back the one before.
-    fn begin(&mut self, height: f64) -> Option<Layer> {
-        self.layers += 1;
-        self.layer.replace(Layer::new(self.layers, height))
-    }
-
-    fn line(&mut self, part: u32, role: Role, points: impl IntoIterator<Item = DVec2>) {
-        let Some(layer) = &mut self.layer else {
-            return;
-        };
-        let head = PassHead {
-            id: PassId(self.passes),
-            part,
-            profile: u16::from(role == Role::Fill),
-            role,
-            ..PassHead::default()
-        };
-        let before = layer.len();
-        layer.polyline(head, points.into_iter().map(|p| p.extend(0.0)));
-        self.passes += (layer.len() - before) as u32;
-    }
-
-    /// A contour or open line.
-    fn polyline(&mut self, part: u32, points: Vec<DVec2>) {
-        self.line(part, Role::Contour, points);
-    }
-
-    /// Hatch lines, from start to end each.
-    fn hatches(&mut self, part: u32, ends: &[DVec2]) {
-        for &line in ends.as_chunks::<2>().0 {
-            self.line(part, Role::Fill, line);
-        }
-    }
 }
 
 /// Reads a layer file, text or binary: an iterator over its layers. Contours and open lines are passes with the role of a
@@ -177,12 +57,6 @@ pub struct Reader<R> {
 enum Body<R> {
     Ascii(ascii::Commands<R>),
     Binary(binary::Cursor<R>),
-}
-
-fn header_error(what: &str) -> CliError {
-    CliError::Header {
-        what: what.to_owned(),
-    }
 }
 
 impl<R: BufRead> Reader<R> {
@@ -280,12 +154,6 @@ impl<R: BufRead> Iterator for Reader<R> {
     }
 }
 
-/// Something that a layer file says in one command.
-enum Item {
-    Polyline(u32, Vec<DVec2>),
-    Hatches(u32, Vec<DVec2>),
-}
-
 /// Writes a layer file, layer by layer: contours, skins and supports as polylines, fills as hatches; what deposits nothing is
 /// left out, and so are speeds and powers.
 #[derive(Debug)]
@@ -336,10 +204,11 @@ impl<W: Write> Writer<W> {
         let laid = || layer.passes().filter(|p| p.head.role.deposits());
         let z = laid().next().map_or(0.0, |p| p.points[0].z);
         let height = layer.height + z;
+        finite(height)?;
         let mut items: Vec<Item> = Vec::new();
         for pass in laid() {
             let (points, _) = pass.flatten(CHORD_ERROR);
-            check(&points, z, height)?;
+            check(&points, z)?;
             let flat = points.iter().map(|p| p.truncate());
             add(&mut items, &pass, flat.collect());
         }
@@ -375,15 +244,25 @@ fn add(items: &mut Vec<Item>, pass: &Pass<'_>, points: Vec<DVec2>) {
     }
 }
 
-fn check(points: &[DVec3], z: f64, height: f64) -> Result<(), CliError> {
-    let bad = |what, value| Err(CliError::Value { what, value });
+fn finite(value: f64) -> Result<(), CliError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(CliError::Value {
+        what: "a coordinate",
+        value,
+    })
+}
+
+/// Every coordinate must be finite, and a layer plane.
+fn check(points: &[DVec3], z: f64) -> Result<(), CliError> {
     for p in points {
-        let values = p.to_array().into_iter().chain([height]);
-        if let Some(value) = values.into_iter().find(|v| !v.is_finite()) {
-            return bad("a coordinate", value);
-        }
+        p.to_array().into_iter().try_for_each(finite)?;
         if p.z != z {
-            return bad("the height of a point over its layer", p.z - z);
+            return Err(CliError::Value {
+                what: "the height of a point over its layer",
+                value: p.z - z,
+            });
         }
     }
     Ok(())

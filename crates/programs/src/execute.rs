@@ -3,12 +3,18 @@
 //! What only the controller knows is refused (conditions, loops, registers that nothing sets, position registers) or told as a warning
 //! where it does not move the tool. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
+mod effect;
+mod refusal;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
+
+use effect::{Effect, effect, first_word, moves_target, numbered};
+pub use refusal::{ProgramError, Refusal};
 
 use crate::orientation::pose;
 use crate::program::{
@@ -100,109 +106,6 @@ pub enum ExecutedSpeed {
     Duration(f64),
 }
 
-/// Why programs cannot be executed here.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{program}, line {line}: {why}; {}", .why.remedy())]
-pub struct ProgramError {
-    /// Program.
-    pub program: String,
-    /// Instruction number, from 1.
-    pub line: u32,
-    /// What is wrong.
-    pub why: Refusal,
-}
-
-/// What is wrong with an instruction.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Refusal {
-    /// There is nothing to execute.
-    #[error("there is no program")]
-    NoProgram,
-    /// A program goes back, or calls itself.
-    #[error("the program has a loop ({0})")]
-    Loop(String),
-    /// What comes next depends on a value.
-    #[error("what comes next depends on a condition ({0})")]
-    Condition(String),
-    /// A jump to nowhere.
-    #[error("there is no LBL[{0}]")]
-    Label(u32),
-    /// A call to an unknown program.
-    #[error("program {0} is called, but was not given")]
-    Call(String),
-    /// No frame selected.
-    #[error("a move comes before any {0}")]
-    NoFrame(&'static str),
-    /// A position of another frame.
-    #[error("P[{index}] was taught in {what} {taught}, but {selected} is selected")]
-    OtherFrame {
-        /// Position.
-        index: u32,
-        /// `user frame` or `tool frame`.
-        what: &'static str,
-        /// The position's.
-        taught: u32,
-        /// The selected one.
-        selected: u32,
-    },
-    /// No such position.
-    #[error("P[{0}] is not in /POS")]
-    NoPosition(u32),
-    /// A position that is not one of the tool in a frame.
-    #[error("P[{0}] is given by joints or not taught")]
-    JointPosition(u32),
-    /// A position only the controller knows.
-    #[error("the position {0} is known to the controller only")]
-    Unresolved(String),
-    /// A register that nothing set.
-    #[error("the content of {0} is not known")]
-    Register(String),
-    /// A speed that has no meaning for this move.
-    #[error("the speed is not one of this kind of move")]
-    Speed,
-    /// The arc is switched on twice.
-    #[error("the arc starts, but it is on already")]
-    ArcOn,
-    /// The arc is switched off twice.
-    #[error("the arc ends, but it is off")]
-    ArcOff,
-    /// A joint move with arc.
-    #[error("a joint move with the arc on")]
-    ArcInJointMove,
-    /// The arc is still on at the end.
-    #[error("the program ends with the arc on")]
-    ArcLeftOn,
-}
-
-impl Refusal {
-    /// What to do about it.
-    pub fn remedy(&self) -> &'static str {
-        match self {
-            Refusal::NoProgram => "give at least one",
-            Refusal::Loop(_) | Refusal::Condition(_) => {
-                "write the moves out, or export the path without the surrounding logic"
-            }
-            Refusal::Label(_) => "correct the jump or add the label",
-            Refusal::Call(_) => {
-                "give its file too, or name it among the programs that do not move the tool"
-            }
-            Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
-            Refusal::OtherFrame { .. } => "select the frame the position was taught in",
-            Refusal::NoPosition(_) => "export the program with its positions",
-            Refusal::JointPosition(_) | Refusal::Unresolved(_) => {
-                "give it as X, Y, Z, W, P, R: the robot's kinematics and registers are not known here"
-            }
-            Refusal::Register(_) => "set it in the program, or give its value",
-            Refusal::Speed => {
-                "use mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
-            }
-            Refusal::ArcOn | Refusal::ArcOff | Refusal::ArcInJointMove | Refusal::ArcLeftOn => {
-                "pair each Arc Start with one Arc End, and travel with the arc off"
-            }
-        }
-    }
-}
-
 /// Executes `programs`, the first of which is the main one, without a robot.
 ///
 /// # Errors
@@ -260,83 +163,6 @@ struct Machine<'a> {
     stack: Vec<usize>,
     /// Program and instruction being executed, from 0.
     at: (usize, usize),
-}
-
-/// What a line that is kept verbatim does to the execution.
-enum Effect {
-    /// Decides what comes next.
-    Condition,
-    /// Repeats.
-    Loop,
-    /// Sets a register.
-    Set(u32, Option<f64>),
-    /// Selects a frame by a value that is not known.
-    Frame { user: bool },
-    /// Ends everything.
-    Abort,
-    /// Moves nothing.
-    Passive,
-    /// Not known, or changes the motion in a way that is not modelled.
-    Unknown,
-}
-
-/// First words of instructions that move nothing.
-const PASSIVE: [&str; 24] = [
-    "DO", "DI", "RO", "RI", "GO", "GI", "AO", "AI", "WO", "SO", "UO", "F", "TIMER", "MESSAGE",
-    "PAYLOAD", "PR", "SR", "AR", "UALM", "$", "LOCK", "UNLOCK", "UFRAME", "UTOOL",
-];
-
-fn first_word(text: &str) -> String {
-    let end = text
-        .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
-        .unwrap_or(text.len());
-    let word = if end == 0 {
-        text.chars().take(1).collect()
-    } else {
-        text[..end].to_owned()
-    };
-    word.to_ascii_uppercase()
-}
-
-fn effect(text: &str) -> Effect {
-    match first_word(text).as_str() {
-        "IF" | "ELSE" | "ENDIF" | "SELECT" | "JMP" | "=" | "SKIP" | "CALL" => Effect::Condition,
-        "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" => Effect::Loop,
-        "ABORT" => Effect::Abort,
-        "UFRAME_NUM" => Effect::Frame { user: true },
-        "UTOOL_NUM" => Effect::Frame { user: false },
-        "R" => assignment(text).map_or(Effect::Passive, |(n, v)| Effect::Set(n, v)),
-        word if PASSIVE.contains(&word) => Effect::Passive,
-        _ => Effect::Unknown,
-    }
-}
-
-/// `R[n]=value`: the register, and the value where it is a plain number.
-fn assignment(text: &str) -> Option<(u32, Option<f64>)> {
-    let (left, right) = text.split_once('=')?;
-    let inner = left.trim().get(2..)?.strip_suffix(']')?;
-    let number = inner.split(':').next()?.trim().parse().ok()?;
-    let right = right.trim().trim_matches(|c| c == '(' || c == ')');
-    let value = right.parse().ok().filter(|v: &f64| v.is_finite());
-    Some((number, value))
-}
-
-/// Words of a move that change where it goes.
-fn moves_target(word: &str) -> bool {
-    let name = first_word(word);
-    matches!(
-        name.as_str(),
-        "OFFSET" | "TOOL_OFFSET" | "VOFFSET" | "INC" | "SKIP" | "RTCP" | "TA_REF" | "TRACK"
-    )
-}
-
-/// The number after a word, as in `Layer 12`.
-fn numbered(text: &str, word: &str) -> Option<u32> {
-    let mut words = text.split_whitespace();
-    words
-        .next()
-        .filter(|w| w.eq_ignore_ascii_case(word))
-        .and_then(|_| words.next()?.parse().ok())
 }
 
 impl Machine<'_> {

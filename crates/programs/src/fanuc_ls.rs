@@ -4,11 +4,13 @@
 //! instructions that end in `;`, `/POS` with one block a position, `/END`. Words that are not modelled are kept verbatim and listed.
 //! Arc words and header are the cell's business: check them against the manual of the controller at hand.
 
+mod error;
 mod line;
 mod parse;
 mod positions;
 mod scan;
 mod write;
 
-pub use parse::{ParseError, Parsed, Unread, parse, read};
+pub use error::ParseError;
+pub use parse::{Parsed, Unread, parse, read};
 pub use write::{WriteError, write};

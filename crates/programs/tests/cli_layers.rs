@@ -64,7 +64,7 @@ fn short_binary_commands_read() {
     assert_eq!(line.head.part, 3);
     assert!((line.points[1] - DVec3::new(0.3, 0.4, 0.0)).length() < 1e-12);
     // a promise of more points than the file holds costs no memory
-    for v in [127_u16, 0, 0, 130, 1, 0, 0, 0, 0, 0, 0xffff, 0x7fff] {
+    for v in [127_u16, 0, 0, 130, 1, 0, 0, 0, 0xffff, 0x7fff] {
         bytes.extend(v.to_le_bytes());
     }
     let error = read(&bytes).unwrap_err().to_string();

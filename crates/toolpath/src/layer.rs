@@ -4,7 +4,7 @@
 use meltpath_geometry::math::DVec3;
 
 use crate::column::Column;
-use crate::pass::{Channel, Event, Move, Neighbour, Pass, PassHead, Role};
+use crate::vocabulary::{Channel, Event, Move, Neighbour, PassHead, Role};
 
 /// A pass' head and where its points begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,15 +42,6 @@ pub struct Layer {
     pub(crate) neighbours: Vec<(u32, Neighbour)>,
 }
 
-/// The entries of a sorted list whose numbers lie in a range.
-fn within<T>(list: &[(u32, T)], from: usize, to: usize) -> &[(u32, T)] {
-    if list.is_empty() {
-        return list;
-    }
-    let at = |number: usize| list.partition_point(|e| (e.0 as usize) < number);
-    &list[at(from)..at(to)]
-}
-
 impl Layer {
     /// An empty layer.
     pub fn new(number: u32, height: f64) -> Self {
@@ -81,44 +72,6 @@ impl Layer {
         self.points.len() - self.entries.len()
     }
 
-    /// Pass number `index`, from 0.
-    pub fn get(&self, index: usize) -> Option<Pass<'_>> {
-        let entry = self.entries.get(index)?;
-        let first = entry.first as usize;
-        let next = self.entries.get(index + 1);
-        let end = next.map_or(self.points.len(), |n| n.first as usize);
-        let (first_move, end_move) = (first - index, end - index - 1);
-        Some(Pass {
-            head: entry.head,
-            layer: self.number,
-            points: &self.points[first..end],
-            store: self,
-            first: (first, first_move),
-            arcs: within(&self.arcs, first_move, end_move),
-            spots: within(&self.spots, first_move, end_move),
-            events: within(&self.events, first, end),
-            neighbours: within(&self.neighbours, index, index + 1),
-        })
-    }
-
-    /// The passes in order of execution.
-    pub fn passes(&self) -> impl DoubleEndedIterator<Item = Pass<'_>> + ExactSizeIterator {
-        // every index of the range has its pass
-        (0..self.len()).map(|i| self.pass(i))
-    }
-
-    /// Pass number `index`, from 0.
-    ///
-    /// # Panics
-    /// Where there is none.
-    pub fn pass(&self, index: usize) -> Pass<'_> {
-        match self.get(index) {
-            Some(pass) => pass,
-            #[expect(clippy::panic, reason = "an index out of range, as for a slice")]
-            None => panic!("pass {index} of a layer of {}", self.len()),
-        }
-    }
-
     /// Begins a pass at `start`, mm; the writer makes its moves.
     pub fn begin(&mut self, head: PassHead, start: DVec3) -> PassWriter<'_> {
         let first = self.points.len() as u32;
@@ -139,24 +92,6 @@ impl Layer {
             self.begin(head, start);
             self.points.extend(points);
         }
-    }
-
-    /// Copies a pass with all it says to the end of this layer.
-    pub fn push(&mut self, pass: Pass<'_>) {
-        let index = self.entries.len() as u32;
-        let mut to = self.begin(pass.head, pass.points[0]);
-        to.pose_of(pass, 0);
-        for (i, shape) in pass.moves().enumerate() {
-            to.go(shape, pass.points[i + 1]);
-            to.values_of(pass, i);
-            to.pose_of(pass, i + 1);
-        }
-        let first = self.points.len() - pass.points.len();
-        let events = pass.events();
-        self.events
-            .extend(events.map(|(point, event)| ((first + point) as u32, event)));
-        self.neighbours
-            .extend(pass.neighbours().map(|n| (index, *n)));
     }
 
     /// Changes the heads of the passes, in order.
@@ -193,12 +128,6 @@ impl Layer {
     pub fn set_neighbours(&mut self, mut neighbours: Vec<(u32, Neighbour)>) {
         neighbours.sort_by_key(|n| n.0);
         self.neighbours = neighbours;
-    }
-
-    /// Length of the passes that deposit, mm.
-    pub fn deposited_length(&self) -> f64 {
-        let laid = self.passes().filter(|p| p.head.role.deposits());
-        laid.map(|p| p.length()).sum()
     }
 
     /// Whether any pass has this role.
@@ -317,36 +246,12 @@ impl PassWriter<'_> {
     fn last(&self) -> usize {
         self.layer.points.len() - 1
     }
-
-    /// What `pass` says of its move `i`, for the last move.
-    fn values_of(&mut self, pass: Pass<'_>, i: usize) {
-        for channel in Channel::ALL {
-            if let Some(value) = pass.value(channel, i) {
-                self.set(channel, value);
-            }
-        }
-    }
-
-    /// What `pass` says of its point `i`, for the last point.
-    fn pose_of(&mut self, pass: Pass<'_>, i: usize) {
-        if let Some(axis) = pass.axis(i) {
-            self.axis(axis);
-        }
-        if let Some(turn) = pass.turn(i) {
-            self.turn(turn);
-        }
-        for (axis, value) in pass.external(i).enumerate() {
-            if let Some(value) = value {
-                self.external(axis, value);
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pass::{PassId, Side};
+    use crate::vocabulary::{PassId, Side};
     use proptest::prelude::*;
 
     fn head(id: u32, role: Role) -> PassHead {

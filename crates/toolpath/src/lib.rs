@@ -9,9 +9,11 @@ pub mod pass;
 mod sanity;
 pub mod storage;
 pub mod toolpath;
+pub mod vocabulary;
 
 pub use error::PathError;
 pub use layer::{Layer, PassWriter};
 pub use motion::{MotionBlock, MotionSink, Times};
-pub use pass::{Channel, Event, Move, Neighbour, Pass, PassHead, PassId, Role, Side};
+pub use pass::Pass;
 pub use toolpath::{Profile, Toolpath};
+pub use vocabulary::{Channel, Event, Move, Neighbour, PassHead, PassId, Role, Side};

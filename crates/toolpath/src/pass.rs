@@ -1,162 +1,10 @@
-//! A pass: one uninterrupted bead or scan chain, read from the layer that holds it.
+//! A pass: one uninterrupted bead or scan chain, read from the layer that holds it, and copied from layer to layer.
 
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use serde::{Deserialize, Serialize};
 
-use crate::layer::Layer;
-
-/// Stable identifier of a pass: survives re-planning of others and restart.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PassId(
-    /// The number.
-    pub u32,
-);
-
-/// What a pass is for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Along the boundary of a region.
-    Contour,
-    /// Inside a region.
-    #[default]
-    Fill,
-    /// On an outer surface.
-    Skin,
-    /// Holds what would fall.
-    Support,
-    /// Moves without depositing.
-    Travel,
-    /// Goes elsewhere, beam off.
-    Jump,
-    /// Goes from one line of a fill to the next, beam off.
-    Connection,
-    /// Runs up to or out of a line at its speed, beam off.
-    Run,
-}
-
-impl Role {
-    /// All of them.
-    pub const ALL: [Role; 8] = [
-        Role::Contour,
-        Role::Fill,
-        Role::Skin,
-        Role::Support,
-        Role::Travel,
-        Role::Jump,
-        Role::Connection,
-        Role::Run,
-    ];
-
-    /// Whether metal is laid or melted along the pass: the arc burns, or the beam is on.
-    pub fn deposits(self) -> bool {
-        match self {
-            Role::Contour | Role::Fill | Role::Skin | Role::Support => true,
-            Role::Travel | Role::Jump | Role::Connection | Role::Run => false,
-        }
-    }
-}
-
-/// How a pass goes from one of its points to the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Move {
-    /// Straight.
-    Line,
-    /// On the circle through the start, `via` and the end.
-    Arc {
-        /// A point of the arc between its ends, mm.
-        via: DVec3,
-    },
-    /// Stays at the end point for `time` seconds.
-    Spot {
-        /// Duration, s.
-        time: f64,
-    },
-}
-
-/// A value that may vary along a pass, one per move; where a move says none, the pass' [`crate::Profile`] does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Channel {
-    /// Travel speed, mm/s.
-    Speed,
-    /// Wire feed speed, mm/s.
-    WireFeed,
-    /// Beam power, W.
-    Power,
-    /// Diameter of the beam's spot, mm.
-    Spot,
-    /// Dwell at the end of the move, s.
-    Dwell,
-}
-
-impl Channel {
-    /// All of them, in the order in which a layer keeps them.
-    pub const ALL: [Channel; 5] = [
-        Channel::Speed,
-        Channel::WireFeed,
-        Channel::Power,
-        Channel::Spot,
-        Channel::Dwell,
-    ];
-}
-
-/// Something that happens at a point of a pass. A pass that deposits starts its arc at its first point and ends it at its last
-/// without saying so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event {
-    /// The arc or the beam goes on within the pass.
-    On,
-    /// The arc or the beam goes off within the pass.
-    Off,
-    /// Weaving begins with this schedule of the controller; 0 ends it.
-    Weave(u32),
-    /// Machines wait here for each other; equal numbers meet.
-    Synchronise(u32),
-}
-
-/// What a pass is, apart from where it goes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct PassHead {
-    /// Stable identifier.
-    pub id: PassId,
-    /// Part, counted from 0.
-    pub part: u32,
-    /// Region or entity of the layer, counted from 0.
-    pub entity: u32,
-    /// Bead of the entity, counted from 0.
-    pub bead: u32,
-    /// Index into [`crate::Toolpath::profiles`].
-    pub profile: u16,
-    /// What the pass is for.
-    pub role: Role,
-}
-
-/// Which side of the direction of travel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Left of the direction of travel, seen against the tool axis.
-    Left,
-    /// Right of it.
-    Right,
-}
-
-/// A bead beside this one along an interval of arc length, as placed by the plan.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Neighbour {
-    /// Start of the interval, mm along the pass.
-    pub from: f64,
-    /// End of the interval, mm along the pass.
-    pub to: f64,
-    /// Side of the pass on which the neighbour lies.
-    pub side: Side,
-    /// The neighbouring pass.
-    pub pass: PassId,
-    /// Mean distance between the two centre lines on the interval, mm.
-    pub distance: f64,
-    /// Layer of the neighbour, counted from 1.
-    pub layer: u32,
-}
+use crate::layer::{Layer, PassWriter};
+use crate::vocabulary::{Channel, Event, Move, Neighbour, PassHead};
 
 /// One uninterrupted bead or scan chain: at least one point, and a move between each point and the next.
 #[derive(Debug, Clone, Copy)]
@@ -301,5 +149,104 @@ impl<'a> Pass<'a> {
             along.push(s);
         }
         (points, along)
+    }
+}
+
+/// The entries of a sorted list whose numbers lie in a range.
+fn within<T>(list: &[(u32, T)], from: usize, to: usize) -> &[(u32, T)] {
+    if list.is_empty() {
+        return list;
+    }
+    let at = |number: usize| list.partition_point(|e| (e.0 as usize) < number);
+    &list[at(from)..at(to)]
+}
+
+impl Layer {
+    /// Pass number `index`, from 0.
+    pub fn get(&self, index: usize) -> Option<Pass<'_>> {
+        let entry = self.entries.get(index)?;
+        let first = entry.first as usize;
+        let next = self.entries.get(index + 1);
+        let end = next.map_or(self.points.len(), |n| n.first as usize);
+        let (first_move, end_move) = (first - index, end - index - 1);
+        Some(Pass {
+            head: entry.head,
+            layer: self.number,
+            points: &self.points[first..end],
+            store: self,
+            first: (first, first_move),
+            arcs: within(&self.arcs, first_move, end_move),
+            spots: within(&self.spots, first_move, end_move),
+            events: within(&self.events, first, end),
+            neighbours: within(&self.neighbours, index, index + 1),
+        })
+    }
+
+    /// The passes in order of execution.
+    pub fn passes(&self) -> impl DoubleEndedIterator<Item = Pass<'_>> + ExactSizeIterator {
+        // every index of the range has its pass
+        (0..self.len()).map(|i| self.pass(i))
+    }
+
+    /// Pass number `index`, from 0.
+    ///
+    /// # Panics
+    /// Where there is none.
+    pub fn pass(&self, index: usize) -> Pass<'_> {
+        match self.get(index) {
+            Some(pass) => pass,
+            #[expect(clippy::panic, reason = "an index out of range, as for a slice")]
+            None => panic!("pass {index} of a layer of {}", self.len()),
+        }
+    }
+
+    /// Copies a pass with all it says to the end of this layer.
+    pub fn push(&mut self, pass: Pass<'_>) {
+        let index = self.entries.len() as u32;
+        let mut to = self.begin(pass.head, pass.points[0]);
+        to.pose_of(pass, 0);
+        for (i, shape) in pass.moves().enumerate() {
+            to.go(shape, pass.points[i + 1]);
+            to.values_of(pass, i);
+            to.pose_of(pass, i + 1);
+        }
+        let first = self.points.len() - pass.points.len();
+        let events = pass.events();
+        self.events
+            .extend(events.map(|(point, event)| ((first + point) as u32, event)));
+        self.neighbours
+            .extend(pass.neighbours().map(|n| (index, *n)));
+    }
+
+    /// Length of the passes that deposit, mm.
+    pub fn deposited_length(&self) -> f64 {
+        let laid = self.passes().filter(|p| p.head.role.deposits());
+        laid.map(|p| p.length()).sum()
+    }
+}
+
+impl PassWriter<'_> {
+    /// What `pass` says of its move `i`, for the last move.
+    fn values_of(&mut self, pass: Pass<'_>, i: usize) {
+        for channel in Channel::ALL {
+            if let Some(value) = pass.value(channel, i) {
+                self.set(channel, value);
+            }
+        }
+    }
+
+    /// What `pass` says of its point `i`, for the last point.
+    fn pose_of(&mut self, pass: Pass<'_>, i: usize) {
+        if let Some(axis) = pass.axis(i) {
+            self.axis(axis);
+        }
+        if let Some(turn) = pass.turn(i) {
+            self.turn(turn);
+        }
+        for (axis, value) in pass.external(i).enumerate() {
+            if let Some(value) = value {
+                self.external(axis, value);
+            }
+        }
     }
 }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::column::Column;
 use crate::layer::{Entry, Layer};
-use crate::pass::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
 use crate::toolpath::{Profile, Toolpath};
+use crate::vocabulary::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
 
 /// Schema of the head of a stored toolpath.
 pub const TOOLPATH_SCHEMA: &str = "meltpath-toolpath/2";
@@ -152,7 +152,7 @@ impl<R: Read> Reader<R> {
         if found.schema != LAYER_SCHEMA {
             return Err(unsound(format!("`{}` is no layer", found.schema)));
         }
-        let layer = layer_of(found)?;
+        let layer = layer_of(&found)?;
         layer.sanity_check().map_err(|e| unsound(e.to_string()))?;
         let known = self.head.profiles.len();
         let highest = layer.passes().map(|p| usize::from(p.head.profile)).max();
@@ -334,7 +334,7 @@ fn paired<A: Copy, B>(
     )))
 }
 
-fn layer_of(from: Container) -> Result<Layer, ContainerError> {
+fn layer_of(from: &Container) -> Result<Layer, ContainerError> {
     let values = |name: &str| {
         let stored = from.f64(name);
         stored.map(|v| Column::from_values(v.to_vec()))
@@ -362,7 +362,7 @@ fn layer_of(from: Container) -> Result<Layer, ContainerError> {
     Ok(Layer {
         number,
         height: height.ok_or_else(|| ContainerError::Column("height".to_owned()))?,
-        entries: entries_of(&from)?,
+        entries: entries_of(from)?,
         points: vectors(from.f64("points")?),
         arcs: paired(
             "arc_move",
@@ -381,7 +381,7 @@ fn layer_of(from: Container) -> Result<Layer, ContainerError> {
             .map(|k| values(&format!("external_{k}")))
             .collect::<Result<_, _>>()?,
         events: paired("event_point", from.u32("event_point")?, events)?,
-        neighbours: neighbours_of(&from)?,
+        neighbours: neighbours_of(from)?,
     })
 }
 
@@ -465,7 +465,7 @@ fn neighbours_of(from: &Container) -> Result<Vec<(u32, Neighbour)>, ContainerErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pass::Move;
+    use crate::vocabulary::Move;
 
     /// A bead on a leaning torch and a positioner, a laser's vectors, an electron beam's spots.
     fn three_processes() -> Toolpath {

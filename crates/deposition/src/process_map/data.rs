@@ -111,6 +111,80 @@ struct MapFile {
     feed_response: Option<MeasuredResponse>,
 }
 
+/// The law of a map's tables; a bead's area is `per_ratio` times its feed ratio, mm².
+fn law(
+    file: &str,
+    map: &MapFile,
+    per_ratio: f64,
+    reporter: &Reporter,
+) -> Result<Law, ProcessMapError> {
+    let missing = |table: &str| DataError::Syntax {
+        file: file.to_owned(),
+        message: format!("this kind of map needs a table [{table}]"),
+    };
+    Ok(match map.kind {
+        Kind::PowerLaw => {
+            let w = map.width.as_ref().ok_or_else(|| missing("width"))?;
+            Law::PowerLaw {
+                coefficient: positive(file, "width.coefficient", w.coefficient.value)?,
+                feed_exponent: w.feed_exponent.value,
+                travel_exponent: w.travel_exponent.value,
+            }
+        }
+        Kind::Grid => {
+            let g = map.grid.as_ref().ok_or_else(|| missing("grid"))?;
+            let beads = grid_beads(g);
+            check_beads(&beads, per_ratio, reporter);
+            let (width, height) = (g.width.concat(), g.height.concat());
+            Law::Grid(Grid::new(
+                file,
+                g.wire_feed.clone(),
+                g.travel_speed.clone(),
+                width,
+                height,
+            )?)
+        }
+        Kind::Surface => {
+            let b = map.beads.as_ref().ok_or_else(|| missing("beads"))?;
+            let beads: Vec<MeasuredBead> = b
+                .rows
+                .iter()
+                .map(|r| MeasuredBead {
+                    wire_feed: r[0],
+                    travel_speed: r[1],
+                    width: r[2],
+                    height: r[3],
+                })
+                .collect();
+            check_beads(&beads, per_ratio, reporter);
+            Law::Surface(fitted(file, &beads, reporter)?)
+        }
+    })
+}
+
+/// The quadratic surface through measured beads; warns where it explains them badly.
+fn fitted(file: &str, beads: &[MeasuredBead], reporter: &Reporter) -> Result<Surface, DataError> {
+    let (surface, width, height) = Surface::fit(beads).ok_or_else(|| DataError::Value {
+        file: file.to_owned(),
+        what: "number of beads".to_owned(),
+        value: beads.len() as f64,
+        must: "a quadratic surface needs six beads or more at settings that span it",
+    })?;
+    for (what, quality) in [("width", width), ("height", height)] {
+        if quality.r_squared < 0.9 {
+            reporter.warn(
+                "process-map-fit",
+                format!(
+                    "{file}: the quadratic surface of the {what} explains {:.0} % of its variance",
+                    100.0 * quality.r_squared
+                ),
+                "look for wrong rows, or use the measurements as a grid",
+            );
+        }
+    }
+    Ok(surface)
+}
+
 impl ProcessMap {
     /// Reads a process map file, for the section of `wire`; warns through `reporter` of measured beads whose metal
     /// does not balance.
@@ -157,58 +231,7 @@ impl ProcessMap {
             response.check(file)?;
         }
         let per_ratio = map.efficiency.value * map.feed_factor.value * wire.section();
-        let missing = |table: &str| DataError::Syntax {
-            file: file.to_owned(),
-            message: format!("this kind of map needs a table [{table}]"),
-        };
-        let law = match map.kind {
-            Kind::PowerLaw => {
-                let w = map.width.ok_or_else(|| missing("width"))?;
-                Law::PowerLaw {
-                    coefficient: positive(file, "width.coefficient", w.coefficient.value)?,
-                    feed_exponent: w.feed_exponent.value,
-                    travel_exponent: w.travel_exponent.value,
-                }
-            }
-            Kind::Grid => {
-                let g = map.grid.ok_or_else(|| missing("grid"))?;
-                let beads = grid_beads(&g);
-                check_beads(&beads, per_ratio, reporter);
-                let (width, height) = (g.width.concat(), g.height.concat());
-                Law::Grid(Grid::new(file, g.wire_feed, g.travel_speed, width, height)?)
-            }
-            Kind::Surface => {
-                let b = map.beads.ok_or_else(|| missing("beads"))?;
-                let beads: Vec<MeasuredBead> = b
-                    .rows
-                    .iter()
-                    .map(|r| MeasuredBead {
-                        wire_feed: r[0],
-                        travel_speed: r[1],
-                        width: r[2],
-                        height: r[3],
-                    })
-                    .collect();
-                check_beads(&beads, per_ratio, reporter);
-                let (surface, width, height) =
-                    Surface::fit(&beads).ok_or_else(|| DataError::Value {
-                        file: file.to_owned(),
-                        what: "number of beads".to_owned(),
-                        value: beads.len() as f64,
-                        must: "a quadratic surface needs six beads or more at settings that span it",
-                    })?;
-                for (what, quality) in [("width", width), ("height", height)] {
-                    if quality.r_squared < 0.9 {
-                        reporter.warn(
-                            "process-map-fit",
-                            format!("{file}: the quadratic surface of the {what} explains {:.0} % of its variance", 100.0 * quality.r_squared),
-                            "look for wrong rows, or use the measurements as a grid",
-                        );
-                    }
-                }
-                Law::Surface(surface)
-            }
-        };
+        let law = law(file, &map, per_ratio, reporter)?;
         Ok(ProcessMap {
             id: map.id,
             wire: map.wire,

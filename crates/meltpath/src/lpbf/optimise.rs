@@ -6,6 +6,7 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Fact, Measure, Observer, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::series::csv::CsvWriter;
@@ -16,7 +17,6 @@ use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::result::MODES;
@@ -62,7 +62,7 @@ pub(super) fn run(
         recipe,
         job: &job,
         fill: &|job| match &work {
-            Work::Plate(plate) => FillRate::new(job, plate, spot, judged),
+            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, judged),
             Work::Layers(_) => FillRate::of_layers(job, &[0], surface(job), spot, judged),
         },
         whole: &whole,

@@ -126,7 +126,7 @@ pub(super) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fa
         if settings.fill_rate.is_none() {
             facts.push(Fact::new(
                 &format!("fill-{number}"),
-                &super::run::fill_title(r),
+                &r.fill_title(),
                 Measure::exact(100.0 * r.fill[2], "%"),
                 "",
             ));

@@ -2,6 +2,7 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::job::LayerSpan;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
@@ -10,7 +11,6 @@ use meltpath_scan_head::measures::energy::EnergyAlong;
 use meltpath_scan_head::measures::fill_rate::FillMode;
 
 use super::heat::RecipeHeat;
-use super::work::LayerSpan;
 
 /// The modes in which fill rates are told.
 pub(super) const MODES: [FillMode; 3] = [
@@ -40,6 +40,13 @@ pub(super) struct RecipeResult<'a> {
     pub(super) path: Path2d,
     /// What the first square or layer melts, where the job asks for it.
     pub(super) heat: Option<RecipeHeat>,
+}
+
+impl RecipeResult<'_> {
+    /// What its fill rate is called.
+    pub(super) fn fill_title(&self) -> String {
+        format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())
+    }
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.

@@ -7,6 +7,7 @@ use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
+use meltpath_scan_head::head::job::Prepared;
 use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
@@ -21,7 +22,7 @@ use meltpath_toolpath::MotionSink;
 use super::heat::{self, BeamRecord};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
-use super::work::{Prepared, Work};
+use super::work::Work;
 use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
@@ -236,7 +237,7 @@ impl<'a> Run<'a> {
             Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
         };
         let fill = match &self.settings.work {
-            Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
+            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, &MODES),
             Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
         let last = self.last_shown();
@@ -399,7 +400,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         checks.extend(settings.fill_rate.map(|limit| {
             Check::judge(
                 &format!("fill-{number}"),
-                &fill_title(r),
+                &r.fill_title(),
                 Measure::exact(100.0 * r.fill[2], "%"),
                 Limit::AtLeast(100.0 * limit),
             )
@@ -420,11 +421,6 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         ));
     }
     checks
-}
-
-/// What the fill rate of a recipe is called.
-pub(super) fn fill_title(r: &RecipeResult<'_>) -> String {
-    format!("{}: fill rate, {}", r.recipe.name, MODES[2].words())
 }
 
 /// What the job leaves to defaults: every resolved value with its origin.

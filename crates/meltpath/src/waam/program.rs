@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
+use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
@@ -273,14 +274,7 @@ pub fn commands(
                     ExecutedKind::Linear => Kind::Line,
                     ExecutedKind::Circular { via } => Kind::Arc { via },
                 };
-                let length = match kind {
-                    Kind::Arc { via } => {
-                        meltpath_geometry::arc::Arc::through(here.position, via, m.target.position)
-                            .map(|a| a.length())
-                    }
-                    _ => None,
-                }
-                .unwrap_or_else(|| here.position.distance(m.target.position));
+                let length = length(kind, here.position, m.target.position);
                 let speed = match m.speed {
                     ExecutedSpeed::Path(v) => v,
                     ExecutedSpeed::Joint(share) => share * joint_speed,
@@ -308,18 +302,7 @@ pub fn commands(
     if arc_length <= 0.0 {
         return Err(ProgramStageError::NoArc(name.to_owned()));
     }
-    let told = commands.iter().zip(&layers).all(|(c, l)| {
-        l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. })
-    });
-    let known = if told {
-        layers
-    } else {
-        layers_by_height(&commands)
-            .0
-            .into_iter()
-            .map(|l| (l > 0).then_some(l))
-            .collect()
-    };
+    let known = told_or_by_height(layers, &commands);
     let layer_of_command = carried(&known);
     Ok(Commands {
         start: start.unwrap_or(here),
@@ -327,6 +310,28 @@ pub fn commands(
         layer_of_command,
         arc_length,
     })
+}
+
+/// Length of a move, mm.
+fn length(kind: Kind, from: DVec3, to: DVec3) -> f64 {
+    let arc = match kind {
+        Kind::Arc { via } => Arc::through(from, via, to),
+        _ => None,
+    };
+    arc.map_or_else(|| from.distance(to), |a| a.length())
+}
+
+/// The layer of each command as comments tell it; by height where they leave one out that lays metal.
+fn told_or_by_height(layers: Vec<Option<u32>>, commands: &[Command]) -> Vec<Option<u32>> {
+    let told = commands.iter().zip(&layers).all(|(c, l)| {
+        l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. })
+    });
+    if told {
+        return layers;
+    }
+    let (by_height, _) = layers_by_height(commands);
+    let some = |l: u32| (l > 0).then_some(l);
+    by_height.into_iter().map(some).collect()
 }
 
 /// Travels and waits belong to the layer that was worked on last, those before the first bead to its layer: an arc that

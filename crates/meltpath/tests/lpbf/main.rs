@@ -11,11 +11,12 @@ use meltpath::job::Job;
 use meltpath::{chain, lpbf};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_programs::cli::{self, Form};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
+use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::vector::VectorKind;
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Channel, Layer, PassHead, Role};
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
@@ -86,8 +87,8 @@ fn squares(plate: &SquarePlate, layers: u32, shift: DVec2) -> Vec<Layer> {
             };
             layer.polyline(head, ring.map(|p| p.extend(0.0)));
             head.role = Role::Fill;
-            for (a, b) in plate.hatch_lines(part) {
-                layer.polyline(head, [a, b].map(|p| (p + shift).extend(0.0)));
+            for line in plate.hatch_lines(part) {
+                layer.polyline(head, line.map(|p| (p + shift).extend(0.0)));
             }
         }
         layer
@@ -111,8 +112,12 @@ fn small() -> SquarePlate {
     SquarePlate {
         columns: 2,
         rows: 1,
+        column_pitch: head.plate.column_pitch,
+        row_pitch: head.plate.row_pitch,
         side: 2.0,
-        ..head.plate
+        contour_distance: head.plate.contour_distance,
+        hatch: head.plate.hatch,
+        inset: head.plate.inset,
     }
 }
 
@@ -172,7 +177,8 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
     let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
-    let job = small().job(&recipe).unwrap();
+    let path = small().toolpath().unwrap();
+    let job = prepare(&path.layers, &recipe).unwrap().job;
     let mut layer = Layer::new(7, 0.21);
     let mut at = job.start;
     for v in &job.vectors {

@@ -5,7 +5,7 @@ use std::io::{self, BufRead, Write};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Layer;
 
-use super::{CliError, Direction, Filling, Item, header_error};
+use super::contents::{CliError, Direction, Filling, Item, header_error};
 
 /// The commands of a text, one after the other.
 #[derive(Debug)]
@@ -74,7 +74,7 @@ impl<R: BufRead> Commands<R> {
 
     /// The next command, if there is any.
     pub(super) fn next(&mut self) -> io::Result<Option<Command>> {
-        let ends = |piece: &[u8]| piece.iter().filter(|b| **b == b'\n').count();
+        let ends = |piece: &[u8]| piece.split(|b| *b == b'\n').count() - 1;
         if !self.begun {
             self.begun = true;
             self.read()?;

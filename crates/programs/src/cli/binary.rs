@@ -5,7 +5,7 @@ use std::io::{BufRead, ErrorKind, Write};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Layer;
 
-use super::{CliError, Direction, Filling, Item};
+use super::contents::{CliError, Direction, Filling, Item};
 
 const LAYER_LONG: u16 = 127;
 const LAYER_SHORT: u16 = 128;

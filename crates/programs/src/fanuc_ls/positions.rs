@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::parse::ParseError;
+use super::error::ParseError;
 use super::scan::{bracket, number, numbered, strip_prefix, tidy};
 use crate::program::{Axis, Coordinates, Group, Position};
 

@@ -1,0 +1,66 @@
+//! The direction of parallel lines: given, or the one with the fewest lines and cells.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use meltpath_geometry::Region;
+
+use crate::fill::lines::{Rim, cells, spans};
+use crate::fill::outline::{edges, turned};
+use crate::fill::settings::{FillSettings, LineAngle};
+
+/// A new cell costs an arc start or a link: as much as this many lines.
+const CELL_IN_LINES: f64 = 4.0;
+
+/// The angle of the lines on a layer, rad, for the possible centres of beads.
+pub(crate) fn angle(
+    wanted: LineAngle,
+    centres: &[Region],
+    layer: u32,
+    settings: &FillSettings,
+) -> f64 {
+    match wanted {
+        LineAngle::Turning { first, step } => {
+            (first + step * f64::from(layer.saturating_sub(1))).rem_euclid(PI)
+        }
+        LineAngle::Best => best(centres, settings),
+    }
+}
+
+fn best(centres: &[Region], settings: &FillSettings) -> f64 {
+    // directions of edges, by their length, in steps of 3°; each with the exact angle of its longest edge
+    let mut lengths = BTreeMap::<u32, (f64, f64, f64)>::new();
+    for (a, b) in centres.iter().flat_map(Region::rings).flat_map(edges) {
+        let e = b - a;
+        let length = e.length();
+        let angle = (e.to_angle() + 1e-9).rem_euclid(PI) - 1e-9;
+        let entry = lengths
+            .entry((angle.max(0.0) * 60.0 / PI).round() as u32 % 60)
+            .or_default();
+        entry.0 += length;
+        if length > entry.1 {
+            (entry.1, entry.2) = (length, angle);
+        }
+    }
+    let mut common: Vec<_> = lengths.into_values().collect();
+    common.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.total_cmp(&b.2)));
+    let candidates = common.iter().take(6).map(|&(_, _, angle)| angle).chain([
+        0.0,
+        0.25 * PI,
+        0.5 * PI,
+        0.75 * PI,
+    ]);
+    let mut best = (f64::INFINITY, 0.0);
+    for angle in candidates {
+        let lines = spans(&turned(centres, -angle), Rim::Boundary, settings);
+        let count: usize = lines.iter().map(Vec::len).sum();
+        if count == 0 {
+            continue;
+        }
+        let cost = count as f64 + CELL_IN_LINES * cells(&lines).len() as f64;
+        if cost < best.0 - 1e-9 {
+            best = (cost, angle);
+        }
+    }
+    best.1
+}

@@ -1,0 +1,191 @@
+//! What the beads of a region leave without metal: between the last line and a round rim, beside a hole, where nested
+//! contours part. Each bead feeds a band one stepover wide; what lies in no band and has room for metal gets a bead on
+//! its own centre line, which goes on from the end of a bead nearby where there is one.
+
+use meltpath_geometry::Region;
+use meltpath_geometry::boolean::{PlanarError, difference};
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::medial::medial_axis;
+use meltpath_geometry::offset::{inset, outset, stroke};
+use meltpath_toolpath::Role;
+
+use crate::fill::bead::Bead;
+use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
+use crate::fill::outline::{contains, length, ray, way_inside};
+use crate::fill::settings::{FillSettings, Spacing};
+use crate::fill::thin::LARGEST_TURN;
+
+/// Gaps narrower than this share of a stepover close as the beads beside them level out.
+const NARROWEST: f64 = 0.4;
+/// Shortest way that prolongs a bead into a gap, bead widths.
+const SHORTEST_TAIL: f64 = 0.4;
+/// Gaps wider than a bead takes need another one beside the first.
+const ROUNDS: usize = 3;
+
+/// Fills the gaps that `beads` leave in `region`.
+pub(crate) fn close(
+    region: &Region,
+    beads: &mut Vec<Bead>,
+    settings: &FillSettings,
+) -> Result<(), PlanarError> {
+    if settings.spacing == Spacing::Exact || beads.is_empty() {
+        return Ok(());
+    }
+    let whole = std::slice::from_ref(region);
+    let (width, stepover, join) = (settings.width, settings.stepover, settings.join());
+    // a free edge is fed by the bead half a width inside it
+    let fed_to = inset(whole, 0.5 * (width - stepover), join)?;
+    let links = inset(whole, 0.48 * width, join)?;
+    let radius = 0.5 * NARROWEST * stepover;
+    for _ in 0..ROUNDS {
+        let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
+        let fed = stroke(&lines, 0.5 * stepover, 2e-3 * width)?;
+        let dry = difference(&fed_to, &fed)?;
+        let places = outset(&inset(&dry, radius, join)?, radius, join)?;
+        let mut found: Vec<Vec<DVec2>> = Vec::new();
+        for place in &places {
+            found.extend(middle(place, &links, settings));
+        }
+        let before = beads.len();
+        let mut tails = 0;
+        // the longest first: it has the best claim to a bead's open end
+        found.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        let mut alone = Vec::new();
+        for line in found {
+            match prolong(line, beads, &links, settings) {
+                None => tails += 1,
+                Some(line) => alone.push(line),
+            }
+        }
+        alone.retain(|line| length(line) + 1e-9 >= settings.shortest_bead);
+        lay_in_order(alone, beads, settings);
+        if beads.len() == before && tails == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The bead that fills a gap, if its metal has room there.
+fn middle(place: &Region, links: &[Region], settings: &FillSettings) -> Option<Vec<DVec2>> {
+    let stepover = settings.stepover;
+    let axis = medial_axis(place, 0.125 * settings.width).ok()?;
+    let skeleton = Skeleton::new(axis);
+    let chains = skeleton.chains(0.5 * NARROWEST * stepover, f64::INFINITY, &|_| true);
+    let line = joined(chains, 0.5 * stepover, LARGEST_TURN)
+        .iter()
+        .map(|chain| to_the_ends(chain, place, links, settings))
+        .max_by(|a, b| length(a).total_cmp(&length(b)))?;
+    let long = length(&line);
+    let room = place.area() / (stepover * long.max(1e-9));
+    let inside = line
+        .windows(2)
+        .all(|w| way_inside(links, w[0], w[1], 0.25 * settings.width));
+    (inside && long > SHORTEST_TAIL * settings.width && room >= settings.least_share())
+        .then_some(line)
+}
+
+/// The line of a chain, prolonged to where the gap ends: half a stepover before the beads there.
+fn to_the_ends(
+    chain: &Chain,
+    place: &Region,
+    links: &[Region],
+    settings: &FillSettings,
+) -> Vec<DVec2> {
+    let mut line: Vec<DVec2> = chain.nodes.iter().map(|n| n.position).collect();
+    for end in [1, 0] {
+        let (tip, direction) = outward(chain, end, 0.25 * settings.width);
+        let longest = match chain.ends[end] {
+            End::Dead => ray(place, tip, direction).unwrap_or(0.0),
+            End::Junction | End::Narrow | End::Wide => 0.0,
+        };
+        let longest = longest.min(settings.stepover);
+        // the last point on the first turn, the first one on the second
+        line.reverse();
+        let shares = [1.0, 0.75, 0.5, 0.25];
+        let further = shares.map(|share| tip + direction * (share * longest));
+        if let Some(&p) = further.iter().find(|&&p| p != tip && contains(links, p)) {
+            line.insert(0, p);
+        }
+    }
+    line
+}
+
+/// Puts `line` at an open end of a bead that a link reaches; gives it back where there is none.
+fn prolong(
+    line: Vec<DVec2>,
+    beads: &mut [Bead],
+    links: &[Region],
+    settings: &FillSettings,
+) -> Option<Vec<DVec2>> {
+    let (Some(&a), Some(&b)) = (line.first(), line.last()) else {
+        return None;
+    };
+    let mut best: Option<(f64, usize, bool, bool)> = None;
+    for (i, bead) in beads.iter().enumerate() {
+        let (Some(&first), Some(&last)) = (bead.points.first(), bead.points.last()) else {
+            continue;
+        };
+        if first == last {
+            continue;
+        }
+        for (at_end, open) in [(true, last), (false, first)] {
+            for (turned, near) in [(false, a), (true, b)] {
+                let away = open.distance(near);
+                if away <= settings.longest_link.min(1.5 * settings.width)
+                    && best.is_none_or(|b| away < b.0)
+                    && way_inside(links, open, near, 0.2 * settings.width)
+                {
+                    best = Some((away, i, at_end, turned));
+                }
+            }
+        }
+    }
+    let Some((_, i, at_end, turned)) = best else {
+        return Some(line);
+    };
+    let mut line = line;
+    // the line leads away from the open end
+    if turned {
+        line.reverse();
+    }
+    let bead = &mut beads[i];
+    bead.tolerance = bead.tolerance.max(settings.facet());
+    if at_end {
+        bead.points.extend(line);
+    } else {
+        line.reverse();
+        line.append(&mut bead.points);
+        bead.points = line;
+    }
+    None
+}
+
+/// Lines as beads of their own, each next to the end of the one before.
+fn lay_in_order(mut lines: Vec<Vec<DVec2>>, beads: &mut Vec<Bead>, settings: &FillSettings) {
+    while !lines.is_empty() {
+        let at = beads.last().and_then(|b| b.points.last().copied());
+        let away = |line: &Vec<DVec2>, end: fn(&[DVec2]) -> Option<&DVec2>| match (at, end(line)) {
+            (Some(p), Some(q)) => p.distance(*q),
+            _ => 0.0,
+        };
+        let ways = lines.iter().enumerate().flat_map(|(i, line)| {
+            [
+                (away(line, <[DVec2]>::first), i, false),
+                (away(line, <[DVec2]>::last), i, true),
+            ]
+        });
+        let Some((_, i, turned)) = ways.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return;
+        };
+        let mut points = lines.swap_remove(i);
+        if turned {
+            points.reverse();
+        }
+        beads.push(Bead {
+            points,
+            role: Role::Fill,
+            tolerance: settings.facet(),
+        });
+    }
+}

@@ -1,0 +1,159 @@
+//! Zigzag: parallel beads joined at alternate ends along the boundary, cell by cell where holes break the lines.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::{Region, Ring};
+
+use crate::fill::lines::{Crossing, Rim, Span, cells, spans};
+use crate::fill::outline::{length, turned, way_inside};
+use crate::fill::settings::FillSettings;
+
+/// Longest link along the boundary between two lines of a cell, in stepovers.
+const LONGEST_EDGE_LINK: f64 = 10.0;
+
+/// The beads of a zigzag at `angle` over the possible centres of beads. `links` is where links may run; `entry` picks
+/// the first cell's corner: bit 0 right instead of left, bit 1 top instead of bottom.
+pub(crate) fn zigzag(
+    centres: &[Region],
+    links: &[Region],
+    angle: f64,
+    rim: Rim,
+    entry: u32,
+    settings: &FillSettings,
+) -> Vec<Vec<DVec2>> {
+    let flat = turned(centres, -angle);
+    let links = turned(links, -angle);
+    let rings: Vec<&Ring> = flat.iter().flat_map(Region::rings).collect();
+    let mut left: Vec<Vec<Span>> = cells(&spans(&flat, rim, settings));
+    let mut beads: Vec<Vec<DVec2>> = Vec::new();
+    let mut first = true;
+    while !left.is_empty() {
+        // the cell and the corner of it nearest to the end of the last bead
+        let end = beads.last().and_then(|b| b.last().copied());
+        let mut choice = (f64::INFINITY, 0, entry);
+        for (i, cell) in left.iter().enumerate() {
+            for corner in 0..4 {
+                let start = corner_of(cell, corner);
+                let away = match end {
+                    Some(end) => end.distance(start),
+                    // the first cell: the one that reaches farthest into the entry corner
+                    None if corner == entry => {
+                        let s = |bit: u32| if entry & bit == 0 { 1.0 } else { -1.0 };
+                        start.x * s(1) + start.y * s(2)
+                    }
+                    None => continue,
+                };
+                if away < choice.0 {
+                    choice = (away, i, corner);
+                }
+            }
+        }
+        let (away, index, corner) = choice;
+        let cell = left.swap_remove(index);
+        let mut pieces = run(&cell, corner, &rings, &links, settings).into_iter();
+        let next = pieces.next().unwrap_or_default();
+        match (beads.last_mut(), end) {
+            (Some(last), Some(end))
+                if !first
+                    && away <= settings.longest_link
+                    && next
+                        .first()
+                        .is_some_and(|&p| way_inside(&links, end, p, 0.2 * settings.width)) =>
+            {
+                last.extend(next);
+            }
+            _ => beads.push(next),
+        }
+        beads.extend(pieces);
+        first = false;
+    }
+    let back = DVec2::from_angle(angle);
+    beads.retain(|b| length(b) + 1e-9 >= settings.shortest_bead);
+    for p in beads.iter_mut().flatten() {
+        *p = back.rotate(*p);
+    }
+    beads
+}
+
+fn corner_of(cell: &[Span], corner: u32) -> DVec2 {
+    let span = if corner & 2 == 0 {
+        cell.first()
+    } else {
+        cell.last()
+    };
+    span.map_or(DVec2::ZERO, |s| s.point((corner & 1) as usize))
+}
+
+/// The zigzag through one cell from a corner; several beads where a link would be too long.
+fn run(
+    cell: &[Span],
+    corner: u32,
+    rings: &[&Ring],
+    links: &[Region],
+    settings: &FillSettings,
+) -> Vec<Vec<DVec2>> {
+    let mut from = (corner & 1) as usize;
+    let order: Vec<&Span> = if corner & 2 == 0 {
+        cell.iter().collect()
+    } else {
+        cell.iter().rev().collect()
+    };
+    let mut beads: Vec<Vec<DVec2>> = vec![Vec::new()];
+    let mut before: Option<(&Span, usize)> = None;
+    for span in order {
+        if let Some((last, end)) = before {
+            match link((last, end), (span, from), rings, links, settings) {
+                Some(way) => beads.last_mut().into_iter().for_each(|b| b.extend(&way)),
+                None => beads.push(Vec::new()),
+            }
+        }
+        if let Some(bead) = beads.last_mut() {
+            bead.push(span.point(from));
+            bead.push(span.point(1 - from));
+        }
+        before = Some((span, 1 - from));
+        from = 1 - from;
+    }
+    beads
+}
+
+/// The points between the end of one line and the start of the next: along the boundary where that is short, straight
+/// where that stays inside; `None` where neither will do.
+fn link(
+    from: (&Span, usize),
+    to: (&Span, usize),
+    rings: &[&Ring],
+    links: &[Region],
+    settings: &FillSettings,
+) -> Option<Vec<DVec2>> {
+    let (a, b) = (from.0.point(from.1), to.0.point(to.1));
+    let (ca, cb) = (from.0.ends[from.1], to.0.ends[to.1]);
+    let straight = a.distance(b);
+    let longest = settings.longest_link.max(2.0 * (b.y - a.y).abs());
+    // along the boundary the link is a bead in its place: round ends of a region need long ones
+    let longest_along = longest.max(LONGEST_EDGE_LINK * settings.stepover);
+    if ca.ring == cb.ring {
+        let ring = rings[ca.ring];
+        let ways = [along(ring, ca, cb), {
+            let mut back = along(ring, cb, ca);
+            back.reverse();
+            back
+        }];
+        let shortest = ways
+            .into_iter()
+            .map(|way| (length(&[&[a], way.as_slice(), &[b]].concat()), way))
+            .min_by(|p, q| p.0.total_cmp(&q.0));
+        if let Some((long, way)) = shortest
+            && long <= longest_along
+        {
+            return Some(way);
+        }
+    }
+    (straight <= longest && way_inside(links, a, b, 0.2 * settings.width)).then(Vec::new)
+}
+
+/// The vertices of a ring between two crossings, in the ring's sense.
+fn along(ring: &Ring, from: Crossing, to: Crossing) -> Vec<DVec2> {
+    let n = ring.len();
+    let count = (to.edge + n - from.edge) % n;
+    (1..=count).map(|k| ring[(from.edge + k) % n]).collect()
+}

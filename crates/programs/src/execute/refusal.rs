@@ -1,0 +1,104 @@
+//! Why programs cannot be executed here, and what to do.
+
+/// Why programs cannot be executed here.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{program}, line {line}: {why}; {}", .why.remedy())]
+pub struct ProgramError {
+    /// Program.
+    pub program: String,
+    /// Instruction number, from 1.
+    pub line: u32,
+    /// What is wrong.
+    pub why: Refusal,
+}
+
+/// What is wrong with an instruction.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// There is nothing to execute.
+    #[error("there is no program")]
+    NoProgram,
+    /// A program goes back, or calls itself.
+    #[error("the program has a loop ({0})")]
+    Loop(String),
+    /// What comes next depends on a value.
+    #[error("what comes next depends on a condition ({0})")]
+    Condition(String),
+    /// A jump to nowhere.
+    #[error("there is no LBL[{0}]")]
+    Label(u32),
+    /// A call to an unknown program.
+    #[error("program {0} is called, but was not given")]
+    Call(String),
+    /// No frame selected.
+    #[error("a move comes before any {0}")]
+    NoFrame(&'static str),
+    /// A position of another frame.
+    #[error("P[{index}] was taught in {what} {taught}, but {selected} is selected")]
+    OtherFrame {
+        /// Position.
+        index: u32,
+        /// `user frame` or `tool frame`.
+        what: &'static str,
+        /// The position's.
+        taught: u32,
+        /// The selected one.
+        selected: u32,
+    },
+    /// No such position.
+    #[error("P[{0}] is not in /POS")]
+    NoPosition(u32),
+    /// A position that is not one of the tool in a frame.
+    #[error("P[{0}] is given by joints or not taught")]
+    JointPosition(u32),
+    /// A position only the controller knows.
+    #[error("the position {0} is known to the controller only")]
+    Unresolved(String),
+    /// A register that nothing set.
+    #[error("the content of {0} is not known")]
+    Register(String),
+    /// A speed that has no meaning for this move.
+    #[error("the speed is not one of this kind of move")]
+    Speed,
+    /// The arc is switched on twice.
+    #[error("the arc starts, but it is on already")]
+    ArcOn,
+    /// The arc is switched off twice.
+    #[error("the arc ends, but it is off")]
+    ArcOff,
+    /// A joint move with arc.
+    #[error("a joint move with the arc on")]
+    ArcInJointMove,
+    /// The arc is still on at the end.
+    #[error("the program ends with the arc on")]
+    ArcLeftOn,
+}
+
+impl Refusal {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Refusal::NoProgram => "give at least one",
+            Refusal::Loop(_) | Refusal::Condition(_) => {
+                "write the moves out, or export the path without the surrounding logic"
+            }
+            Refusal::Label(_) => "correct the jump or add the label",
+            Refusal::Call(_) => {
+                "give its file too, or name it among the programs that do not move the tool"
+            }
+            Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
+            Refusal::OtherFrame { .. } => "select the frame the position was taught in",
+            Refusal::NoPosition(_) => "export the program with its positions",
+            Refusal::JointPosition(_) | Refusal::Unresolved(_) => {
+                "give it as X, Y, Z, W, P, R: the robot's kinematics and registers are not known here"
+            }
+            Refusal::Register(_) => "set it in the program, or give its value",
+            Refusal::Speed => {
+                "use mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
+            }
+            Refusal::ArcOn | Refusal::ArcOff | Refusal::ArcInJointMove | Refusal::ArcLeftOn => {
+                "pair each Arc Start with one Arc End, and travel with the arc off"
+            }
+        }
+    }
+}
