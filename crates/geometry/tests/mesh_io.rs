@@ -350,8 +350,21 @@ fn production_paths_lead_to_other_model_parts() {
     assert_eq!(meshes.unwrap()[0].mesh.triangles.len(), 4);
 }
 
+/// What builds the first object.
+const ITEM: &str = r#"<item objectid="1"/>"#;
+
+/// A tetrahedron as the first object.
+fn tetra() -> String {
+    format!(r#"<object id="1">{TETRA}</object>"#)
+}
+
+fn model_error(bytes: &[u8], word: &str) {
+    let error = threemf_error(bytes).to_string();
+    assert!(error.contains(word), "`{error}` does not speak of `{word}`");
+}
+
 #[test]
-fn broken_threemf_files_are_refused_by_name_and_place() {
+fn broken_packages_are_refused_by_name() {
     assert!(matches!(threemf_error(b""), ThreeMfError::Empty));
     assert!(matches!(
         threemf_error(b"PK is not enough"),
@@ -369,19 +382,27 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     assert!(
         matches!(threemf_error(&no_part), ThreeMfError::MissingPart { part, .. } if part == "3D/part.model")
     );
-    let tetra = format!(r#"<object id="1">{TETRA}</object>"#);
-    let item = r#"<item objectid="1"/>"#;
-    let whole = model("", &tetra, item);
+    let relation = r#"<Relationship Target="/3D/b.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    let two = packed(&[(
+        "_rels/.rels",
+        &RELATIONS.replace("</Relationships>", relation),
+    )]);
+    assert!(matches!(
+        threemf_error(&two),
+        ThreeMfError::TwoModels { .. }
+    ));
+    let whole = model("", &tetra(), ITEM);
     for end in (1..whole.len()).step_by(37) {
         assert!(
             read(&whole[..end], MeshFormat::ThreeMf).0.is_err(),
             "cut at {end}"
         );
     }
-    let model_error = |bytes: &[u8], word: &str| {
-        let error = threemf_error(bytes).to_string();
-        assert!(error.contains(word), "`{error}` does not speak of `{word}`");
-    };
+}
+
+#[test]
+fn what_breaks_the_model_is_told_with_its_place() {
+    let (tetra, item) = (tetra(), ITEM);
     model_error(
         &model("", &tetra.replace(r#"v1="1""#, r#"v1="4""#), item),
         "names vertex 4",
@@ -428,6 +449,11 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
         ),
         "contains itself",
     );
+}
+
+#[test]
+fn objects_that_cannot_be_built_are_refused() {
+    let (tetra, item) = (tetra(), ITEM);
     let ring = r#"<object id="1"><components><component objectid="2"/></components></object><object id="2"><components><component objectid="1"/></components></object>"#;
     assert!(matches!(
         threemf_error(&model("", ring, item)),
@@ -443,6 +469,21 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     ));
     let other = tetra.replace(r#"id="1""#, r#"id="1" type="other""#);
     model_error(&model("", &other, item), "must not be built");
+    let support = tetra.replace(r#"id="1""#, r#"id="1" type="support""#);
+    let two = format!(r#"{support}<object id="2">{TETRA}</object>"#);
+    let (meshes, warnings) = read(
+        &model("", &two, r#"<item objectid="1"/><item objectid="2"/>"#),
+        MeshFormat::ThreeMf,
+    );
+    assert_eq!(
+        (meshes.unwrap().len(), warnings),
+        (1, vec!["3mf-support-skipped".to_owned()])
+    );
+}
+
+#[test]
+fn required_extensions_that_change_shapes_are_refused() {
+    let (tetra, item) = (tetra(), ITEM);
     let beams = r#"requiredextensions="b" xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02""#;
     assert!(
         matches!(threemf_error(&model(beams, &tetra, item)), ThreeMfError::Extension { name, .. } if name.contains("beam lattice"))
@@ -467,25 +508,6 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     assert_eq!(sliced("").1, ["3mf-slices-ignored"]);
     assert!(sliced(r#"s:meshresolution="lowres""#).0.is_err());
     model_error(&model("", &format!("<q:x/>{tetra}"), item), "not declared");
-    let relation = r#"<Relationship Target="/3D/b.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
-    let two = packed(&[(
-        "_rels/.rels",
-        &RELATIONS.replace("</Relationships>", relation),
-    )]);
-    assert!(matches!(
-        threemf_error(&two),
-        ThreeMfError::TwoModels { .. }
-    ));
-    let support = tetra.replace(r#"id="1""#, r#"id="1" type="support""#);
-    let two = format!(r#"{support}<object id="2">{TETRA}</object>"#);
-    let (meshes, warnings) = read(
-        &model("", &two, r#"<item objectid="1"/><item objectid="2"/>"#),
-        MeshFormat::ThreeMf,
-    );
-    assert_eq!(
-        (meshes.unwrap().len(), warnings),
-        (1, vec!["3mf-support-skipped".to_owned()])
-    );
 }
 
 #[test]
