@@ -23,4 +23,4 @@ pub mod settings;
 pub mod simulate;
 
 pub use error::EbmError;
-pub use run::{doctor, run};
+pub use run::{examine, run};

@@ -5,7 +5,7 @@ pub mod search;
 
 use std::time::Duration;
 
-use meltpath_base::{Length, Provenance, Reporter, Time};
+use meltpath_base::{Length, Provenance, Reporter};
 use meltpath_geometry::Region;
 use meltpath_gun::Gun;
 use meltpath_gun::focus::FocusError;
@@ -54,17 +54,6 @@ pub struct Optimise {
     pub step: f64,
 }
 
-fn kebab(value: &impl std::fmt::Debug) -> String {
-    let mut out = String::new();
-    for c in format!("{value:?}").chars() {
-        if c.is_uppercase() && !out.is_empty() {
-            out.push('-');
-        }
-        out.extend(c.to_lowercase());
-    }
-    out
-}
-
 impl Optimise {
     /// From the job's table; `hatch` and `region` where a hatch draws.
     ///
@@ -76,87 +65,36 @@ impl Optimise {
         region: &Region,
         r: &mut Provenance,
     ) -> Result<Self, HatchError> {
-        for (name, value) in [
-            ("optimise.method", kebab(&table.method)),
-            ("optimise.change", kebab(&table.change)),
-            ("optimise.solver", kebab(&table.solver)),
-            ("optimise.controller", kebab(&table.controller)),
-        ] {
-            r.written_or(name, Some(value), String::new(), "");
-        }
-        let reference = table.solver == OptimiseSolver::Reference;
-        let rounds = if table.method == OptimiseMethod::Predictive {
-            r.written_or("optimise.rounds", table.rounds, 0, "prediction alone")
-        } else {
-            r.written_or(
-                "optimise.rounds",
-                table.rounds,
-                12,
-                "the share hardly grows after them",
-            )
+        let rounds = match *table.method {
+            OptimiseMethod::Predictive => 0,
+            _ => 12,
         };
-        let bounds = table.speeds.map(|s| s.map(|r| r.0.0));
-        let bounds = r.written_or(
-            "optimise.speeds",
-            bounds,
-            [0.6, 3.0],
-            "what a deflection follows easily",
-        );
-        let planes = r.written_or(
-            "optimise.planes",
-            table.planes.as_ref().map(|p| *p.get_ref()),
-            1,
-            "a plane a layer",
-        );
-        let cell = table.cell.map(|c| c.0);
-        let cell = r
-            .written_or(
-                "optimise.cell",
-                cell,
-                Length(0.0625),
-                "half the thesis' distance of lines",
-            )
-            .0;
-        let step = table.step.map(|s| s.0);
-        let step = r
-            .written_or(
-                "optimise.step",
-                step,
-                Time(8e-6),
-                "half of it moves shares by less than a point",
-            )
-            .0;
-        let default = if reference { cell } else { 0.25 };
-        let piece = r
-            .written_or(
-                "optimise.piece",
-                table.piece.map(|p| p.0),
-                Length(default),
-                "a cell of the reference solver; four voxels of the charts",
-            )
-            .0;
+        let piece = match *table.solver {
+            OptimiseSolver::Reference => *table.cell,
+            OptimiseSolver::Charts => Length(0.25),
+        };
         let mut others = Vec::new();
         if let Some(hatch) = hatch {
             let wanted = table.strategies.iter().copied();
             for strategy in wanted.filter(|s| pattern(*s) != hatch.plan.pattern) {
                 let other = hatch.with(strategy);
                 let path = other.path(std::slice::from_ref(region), 1, &Reporter::new())?;
-                others.push((kebab(&strategy), path));
+                others.push((strategy.word().to_owned(), path));
             }
         }
         Ok(Optimise {
-            method: table.method,
-            change: table.change,
-            solver: table.solver,
-            controller: table.controller,
+            method: *table.method,
+            change: *table.change,
+            solver: *table.solver,
+            controller: *table.controller,
             others,
-            orders: table.orders.clone(),
-            rounds: rounds.min(200),
-            bounds,
-            piece,
-            cell,
-            planes,
-            step,
+            orders: table.orders.value.clone(),
+            rounds: table.rounds.or_computed(r, rounds),
+            bounds: table.speeds.map(|s| s.0),
+            piece: table.piece.or_computed(r, piece).0,
+            cell: table.cell.0,
+            planes: *table.planes,
+            step: table.step.0,
         })
     }
 
@@ -175,7 +113,7 @@ impl Optimise {
             };
             // links between lines are shorter than two voxels
             let path = reorder(given, order, 0.15)?;
-            found.push((kebab(choice), path));
+            found.push((choice.word().to_owned(), path));
         }
         Ok(found)
     }

@@ -23,8 +23,8 @@ use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use super::{cost, present};
-use crate::job::{EbmJob, JobError};
-use crate::outcome::{self, RunError};
+use crate::job::{EbmJob, JobError, Written};
+use crate::outcome::{self, Examined, RunError};
 
 /// The run's error: cancellation is told apart.
 pub(crate) fn told(error: EbmError) -> RunError {
@@ -41,7 +41,7 @@ pub(crate) fn told(error: EbmError) -> RunError {
 
 fn resolved(
     job_file: &Path,
-    job: &EbmJob,
+    job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Settings, RunError> {
@@ -49,13 +49,7 @@ fn resolved(
     resolve(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
         Err(cancelled) => RunError::Cancelled(cancelled),
-        Ok(()) => RunError::Job(JobError::Text {
-            path: job_file.to_path_buf(),
-            text: text.to_owned(),
-            span: e.span,
-            message: e.message,
-            help: e.help,
-        }),
+        Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
     })
 }
 
@@ -65,7 +59,7 @@ fn resolved(
 /// [`RunError`]; nothing is written then.
 pub fn run(
     job_file: &Path,
-    job: &EbmJob,
+    job: &Written<EbmJob>,
     text: &str,
     out: Option<&Path>,
     runs: &Path,
@@ -325,17 +319,24 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
         ))
 }
 
-/// What is defaulted or missing in a job.
+/// What is resolved in a job, what it costs, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
-    let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
-    let mut lines = outcome::parameter_lines(&settings.provenance);
+/// [`RunError`] for whatever a run refuses before it computes.
+pub fn examine(
+    job_file: &Path,
+    job: &Written<EbmJob>,
+    text: &str,
+    observer: &dyn Observer,
+) -> Result<Examined, RunError> {
+    let settings = resolved(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    lines.extend(cost::lines(&settings, &reporter).map_err(told)?);
-    let found = reporter.warnings();
-    let notes = settings.warnings.iter().chain(&found);
-    lines.extend(notes.map(outcome::warning_line));
-    Ok(lines)
+    let notes = cost::lines(&settings, &reporter).map_err(told)?;
+    let mut warnings = settings.warnings;
+    warnings.extend(reporter.warnings());
+    Ok(Examined {
+        provenance: settings.provenance,
+        notes,
+        warnings,
+    })
 }
