@@ -344,6 +344,11 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 #[cfg(test)]
+#[expect(
+    unreachable_pub,
+    dead_code,
+    reason = "tables are declared public, and tests use a part of them"
+)]
 mod tests {
     use crate::settings::{listing, read, rounded};
     use crate::{Length, Ratio, choice, table};
