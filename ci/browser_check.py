@@ -175,6 +175,8 @@ def open_and_look(browser, path, folder, failures, requests, messages):
                 wait_for_view(page)
                 settle(page)
         if folder:
+            if page.locator("#view .stage").count():
+                page.locator("#view .stage").screenshot(path=folder / f"{name}-view.png")
             page.screenshot(path=folder / f"{name}.png", full_page=True)
             if (scheme, width) == ("light", 1400):
                 page.pdf(path=folder / f"{name}.pdf", format="A4", prefer_css_page_size=True)

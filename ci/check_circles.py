@@ -23,7 +23,7 @@ ARROWS = {
     "toolpath": ["geometry"],
     "planning": ["geometry", "toolpath"],
     "control": ["numerics"],
-    "robot": ["geometry", "toolpath", "control"],
+    "robot": ["geometry", "toolpath", "control", "numerics"],
     "scan-head": ["geometry", "toolpath", "control", "numerics"],
     "gun": ["geometry", "toolpath"],
     "deposition": ["geometry", "toolpath", "numerics", "data"],  # wires, gases and maps are called for by name

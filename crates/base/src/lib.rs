@@ -3,6 +3,7 @@
 //! parallel work with the same bits on any thread count. Imports no other room.
 
 pub mod container;
+pub mod number;
 pub mod observer;
 pub mod output;
 pub mod parallel;
@@ -21,4 +22,4 @@ pub use quantity::{
 };
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};
-pub use verdict::{Check, Limit, Measure, Status, Verdict};
+pub use verdict::{Check, Fact, Limit, Measure, Status, Verdict};

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::job::JobError;
-use meltpath::outcome::RunError;
+use meltpath::outcome::{Outcome, RunError};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
-use meltpath_base::{Reporter, Status, Verdict};
+use meltpath_base::{Place, Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
-use crate::exit_code::{INPUT_WRONG, INTERRUPTED, PART_FAILS};
+use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, INTERRUPTED, PART_FAILS};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 
@@ -123,20 +123,22 @@ fn show_timers(progress: &Progress) {
     line_to_stderr(&format!("  {:28} {total:8.2} s", "total"));
 }
 
-/// The verdict in words: every check on its line, the worst last.
+/// The verdict in words: what fails first, facts apart from checks.
 fn show_verdict(verdict: &Verdict) {
+    let placed = |place: &Option<Place>| {
+        let place = place.as_ref().map(ToString::to_string);
+        place
+            .filter(|p| !p.is_empty())
+            .map_or(String::new(), |p| format!(" ({p})"))
+    };
     line("");
-    for check in &verdict.checks {
-        let place = check
-            .place
-            .as_ref()
-            .map(|p| format!(" ({p})"))
-            .unwrap_or_default();
+    for check in verdict.in_reading_order() {
         line(&format!(
-            "{:>12}  {}: {}{place}",
+            "{:>12}  {}: {}{}",
             check.status.words(),
             check.title,
-            check.reason
+            check.line(),
+            placed(&check.place)
         ));
         if let Some(remedy) = &check.remedy {
             line(&format!("{:>12}  → {remedy}", ""));
@@ -145,46 +147,63 @@ fn show_verdict(verdict: &Verdict) {
     for warning in &verdict.warnings {
         line(&format!("{:>12}  {}", "note", warning.message));
     }
+    for fact in &verdict.facts {
+        let said = fact.line();
+        line(&format!(
+            "{:>12}  {}: {said}{}",
+            "fact",
+            fact.title,
+            placed(&fact.place)
+        ));
+    }
     line("");
-    line(&format!("verdict: {}", verdict.status().words()));
+    line(&format!(
+        "verdict: {}. {}",
+        verdict.status().words(),
+        verdict.sentence()
+    ));
 }
 
 fn verdict_code(verdict: &Verdict) -> u8 {
-    if verdict.status() == Status::Fail {
-        PART_FAILS
-    } else {
-        0
+    match verdict.status() {
+        Status::Fail => PART_FAILS,
+        Status::CannotSay => CANNOT_SAY,
+        Status::Pass | Status::Warn | Status::NotChecked => 0,
     }
+}
+
+/// Tells what was judged, and where the report is; the exit code that says it.
+fn judged(progress: &Progress, outcome: &Outcome) -> u8 {
+    show_timers(progress);
+    show_verdict(&outcome.verdict);
+    show_report(&outcome.folder);
+    verdict_code(&outcome.verdict)
+}
+
+fn show_report(folder: &Path) {
+    line(&format!(
+        "report:  {}",
+        folder.join("report.html").display()
+    ));
 }
 
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
     let outcome = chain::run(job, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(judged(&progress, &outcome))
 }
 
 fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let progress = Progress::new();
     let runs = beside(file, "-runs");
     let outcome = tune::tune(file, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
+    let code = judged(&progress, &outcome);
     line(&format!(
         "controllers for whole jobs:  {}",
         outcome.folder.join("controllers.json").display()
     ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(code)
 }
 
 fn plan(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
@@ -209,13 +228,7 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
     let progress = Progress::new();
     let runs = beside(program, "-runs");
     let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
-    show_timers(&progress);
-    show_verdict(&outcome.verdict);
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
-    Ok(verdict_code(&outcome.verdict))
+    Ok(judged(&progress, &outcome))
 }
 
 fn inspect_file(file: &Path) -> Result<u8, RunError> {
@@ -299,10 +312,7 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }
-    line(&format!(
-        "report:  {}",
-        found.folder.join("report.html").display()
-    ));
+    show_report(&found.folder);
     Ok(0)
 }
 
@@ -318,10 +328,7 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }
-    line(&format!(
-        "report:  {}",
-        found.folder.join("report.html").display()
-    ));
+    show_report(&found.folder);
     Ok(0)
 }
 
@@ -356,7 +363,7 @@ fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
     line(&format!(
         "{}: {} (test {})",
         subject.name(),
-        health::words(outcome.rating),
+        outcome.rating.words(),
         outcome.tests
     ));
     line(&format!(
@@ -379,4 +386,29 @@ fn doctor(job: &Path) -> Result<u8, RunError> {
         line(&finding);
     }
     Ok(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_base::Check;
+
+    use super::*;
+
+    #[test]
+    fn what_fails_outweighs_what_cannot_be_said() {
+        let code = |statuses: &[Status]| {
+            let check = |status: &Status| Check {
+                status: *status,
+                ..Check::not_checked("a", "A", "")
+            };
+            verdict_code(&Verdict {
+                checks: statuses.iter().map(check).collect(),
+                ..Verdict::default()
+            })
+        };
+        assert_eq!(code(&[]), 0);
+        assert_eq!(code(&[Status::Pass, Status::Warn, Status::NotChecked]), 0);
+        assert_eq!(code(&[Status::CannotSay, Status::Warn]), 4);
+        assert_eq!(code(&[Status::CannotSay, Status::Fail]), 1);
+    }
 }

@@ -237,7 +237,7 @@ mod tests {
             .to_state_space()
             .unwrap();
         let s = discretise(&g, 0.1, Hold::Impulse).unwrap();
-        let mut input = vec![0.0; 5];
+        let mut input = [0.0; 5];
         input[0] = 1.0;
         let y = simulate(&s, &Matrix::from_fn(5, 1, |i, _| input[i])).unwrap();
         for k in 0..5 {

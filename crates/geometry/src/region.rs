@@ -22,6 +22,26 @@ impl Region {
         signed_area(&self.outer) + self.holes.iter().map(|h| signed_area(h)).sum::<f64>()
     }
 
+    /// Whether a point lies inside the outer ring and outside the holes.
+    ///
+    /// ```
+    /// use meltpath_geometry::Region;
+    /// use meltpath_geometry::math::DVec2;
+    /// let triangle = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]].map(DVec2::from_array);
+    /// let region = Region { outer: triangle.to_vec(), holes: Vec::new() };
+    /// assert!(region.contains(DVec2::new(0.5, 0.5)) && !region.contains(DVec2::new(1.5, 1.5)));
+    /// ```
+    pub fn contains(&self, p: DVec2) -> bool {
+        let crossed = |ring: &Ring| {
+            let ends = ring.iter().zip(ring.iter().cycle().skip(1));
+            ends.filter(|(a, b)| {
+                (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+            })
+            .count()
+        };
+        self.rings().map(crossed).sum::<usize>() % 2 == 1
+    }
+
     /// The outer ring, then the holes.
     pub fn rings(&self) -> impl Iterator<Item = &Ring> {
         std::iter::once(&self.outer).chain(&self.holes)

@@ -4,7 +4,6 @@
 //! overhang; a volume field (sparse voxels) answers the same [`Workpiece`] questions where that matters.
 
 mod height_map;
-mod height_map_mesh;
 
 pub use height_map::{HeightMap, MAX_CELLS, WorkpieceError};
 

@@ -7,6 +7,8 @@
     reason = "a test that fails says so by panicking"
 )]
 
+mod solids;
+
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::{
     Mesh, Plane,
@@ -18,6 +20,7 @@ use meltpath_geometry::{
     shapes,
 };
 use proptest::prelude::*;
+use solids::{cube, joined, shifted};
 
 /// Shift between layers that is accepted, as a share of the bead's width.
 const FRACTION: f64 = 0.25;
@@ -28,26 +31,6 @@ fn examine(mesh: &Mesh) -> Diagnosis {
 
 fn mend(mesh: &mut Mesh) -> Vec<RepairAction> {
     repair(mesh, &RepairOptions::default(), &Reporter::new(), &Silent).unwrap()
-}
-
-fn shifted(mesh: &Mesh, by: DVec3) -> Mesh {
-    Mesh {
-        vertices: mesh.vertices.iter().map(|&p| p + by).collect(),
-        triangles: mesh.triangles.clone(),
-    }
-}
-
-fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let shift = a.vertices.len() as u32;
-    let mut mesh = a.clone();
-    mesh.vertices.extend(&b.vertices);
-    mesh.triangles
-        .extend(b.triangles.iter().map(|t| t.map(|v| v + shift)));
-    mesh
-}
-
-fn cube(at: DVec3, side: f64) -> Mesh {
-    shifted(&shapes::extrude(&[shapes::plate(side, side)], side), at)
 }
 
 fn flange() -> Mesh {

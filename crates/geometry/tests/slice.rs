@@ -7,6 +7,8 @@
     reason = "a test that fails says so by panicking"
 )]
 
+mod solids;
+
 use std::f64::consts::PI;
 
 use meltpath_base::{Cancelled, Observer, Reporter, Silent};
@@ -18,6 +20,7 @@ use meltpath_geometry::{
     shapes,
 };
 use proptest::prelude::*;
+use solids::{cube, joined};
 
 fn cut(mesh: &Mesh, heights: &[f64]) -> (Vec<Slice>, Vec<String>) {
     let reporter = Reporter::new();
@@ -38,22 +41,6 @@ fn moved(mesh: &Mesh, by: DAffine3) -> Mesh {
             .collect(),
         triangles: mesh.triangles.clone(),
     }
-}
-
-fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let shift = a.vertices.len() as u32;
-    let mut mesh = a.clone();
-    mesh.vertices.extend(&b.vertices);
-    mesh.triangles
-        .extend(b.triangles.iter().map(|t| t.map(|v| v + shift)));
-    mesh
-}
-
-fn cube(at: DVec3, side: f64) -> Mesh {
-    moved(
-        &shapes::extrude(&[shapes::plate(side, side)], side),
-        DAffine3::from_translation(at),
-    )
 }
 
 /// Outer rings counter-clockwise, holes clockwise, no repeated points.

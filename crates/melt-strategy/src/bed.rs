@@ -7,7 +7,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::solver::run::{RunError, draw};
+use meltpath_thermal::solver::run::draw;
 use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver, SolverError, State};
 
@@ -97,20 +97,20 @@ impl Body<'_> {
     /// A bed with room for `around`, on which `lower` layers are drawn, each on fresh powder from the start temperature.
     ///
     /// # Errors
-    /// [`RunError`].
+    /// [`SolverError`].
     pub fn bed(
         &self,
         around: &[&BeamPath],
         lower: &[BeamPath],
         resolution: &Resolution,
         observer: &dyn Observer,
-    ) -> Result<Bed, RunError> {
+    ) -> Result<Bed, SolverError> {
         let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
         let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
         let paths = around.iter().copied().chain(lower);
         for w in paths
             .flat_map(|p| p.points().windows(2))
-            .filter(|w| w[0].on)
+            .filter(|w| w[0].is_on())
         {
             for p in w {
                 low = low.min(DVec3::new(p.x, p.y, 0.0));
@@ -122,8 +122,7 @@ impl Body<'_> {
         // whole layers, so that the powder of the first one ends on a plane of cells
         let depth = ((MARGIN / self.layer - 1e-6).ceil() * self.layer).max(self.layer);
         let edge = DVec3::new(resolution.cell, resolution.cell, height);
-        let mut grid = Grid::covering((low - margin).with_z(-depth), high + margin, edge)
-            .map_err(SolverError::from)?;
+        let mut grid = Grid::covering((low - margin).with_z(-depth), high + margin, edge)?;
         grid.heights = planes(self.layer, height, depth);
         let start = self.material.start;
         let faces = Faces {
@@ -143,7 +142,7 @@ impl Body<'_> {
         });
         let beam = Beam {
             efficiency: self.beam.efficiency * resolution.power,
-            ..self.beam.clone()
+            ..*self.beam
         };
         let step = resolution.step.min(solver.stable_step());
         solver.let_rows_sleep(TOLERANCE);

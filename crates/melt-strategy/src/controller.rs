@@ -123,7 +123,7 @@ pub fn control(
     while now < path.end() {
         observer.check().map_err(ChartSimulationError::from)?;
         let look = dt * every as f64;
-        let factor = if path.at(now).on {
+        let factor = if path.at(now).is_on() {
             controller.factor(simulation.hottest_under_beam(), look)
         } else {
             1.0

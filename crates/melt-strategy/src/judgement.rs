@@ -11,7 +11,8 @@ use crate::bed::{Body, MARGIN, Resolution};
 use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::grid::{Field, Grid};
-use meltpath_thermal::solver::run::{RunError, Sink, draw};
+use meltpath_thermal::solver::SolverError;
+use meltpath_thermal::solver::run::{Sink, draw};
 use meltpath_thermal::solver::watch::{Freezing, Watch, Watched, Watcher};
 
 /// Largest change of a share that is called converged.
@@ -179,21 +180,21 @@ fn awake_area(path: &BeamPath) -> f64 {
 /// are awake then.
 ///
 /// # Errors
-/// [`RunError`].
+/// [`SolverError`].
 pub fn judge(
     body: &Body<'_>,
     lower: &[BeamPath],
     path: &BeamPath,
     resolution: &Resolution,
     observer: &dyn Observer,
-) -> Result<Drawn, RunError> {
+) -> Result<Drawn, SolverError> {
     watched(body, lower, path, resolution, None, observer)
 }
 
 /// The same, and what `watch` asks for.
 ///
 /// # Errors
-/// [`RunError`].
+/// [`SolverError`].
 pub fn watched(
     body: &Body<'_>,
     lower: &[BeamPath],
@@ -201,7 +202,7 @@ pub fn watched(
     resolution: &Resolution,
     watch: Option<&Watch>,
     observer: &dyn Observer,
-) -> Result<Drawn, RunError> {
+) -> Result<Drawn, SolverError> {
     let others: Vec<BeamPath> = lower.iter().filter_map(|p| turned(p).ok()).collect();
     let areas = |lower: &[BeamPath], path: &BeamPath| {
         lower.iter().map(awake_area).sum::<f64>() + awake_area(path)
@@ -243,7 +244,7 @@ fn draw_rows(
     resolution: &Resolution,
     watch: Option<&Watch>,
     observer: &dyn Observer,
-) -> Result<Drawn, RunError> {
+) -> Result<Drawn, SolverError> {
     let mut bed = body.bed(&[path], lower, resolution, observer)?;
     let solver = &mut bed.solver;
     let mut watcher = watch.map(|w| Watcher::new(w, solver));
@@ -316,10 +317,8 @@ mod tests {
             time: 0.0,
             x: 0.0,
             y: 0.0,
-            voltage: 60e3,
-            current: 5e-3,
-            focus: 0.0,
-            on: true,
+            power: 300.0,
+            spot: 0.4,
         };
         let corners: Vec<[f64; 2]> = (0..80)
             .flat_map(|n| {

@@ -151,13 +151,13 @@ impl Pieces {
         for (from, to, _) in profile.intervals() {
             let (begun, midway) = (path.at(from), path.at(0.5 * (from + to)));
             let way = [midway.x - begun.x, midway.y - begun.y];
-            let moves = begun.on && way != [0.0, 0.0];
+            let moves = begun.is_on() && way != [0.0, 0.0];
             let goes_on = end.is_some_and(|e| (e[0] - begun.x).hypot(e[1] - begun.y) < 1e-6);
             if !(moves && goes_on) {
                 run += 1;
             }
             end = moves.then(|| [midway.x + way[0], midway.y + way[1]]);
-            pieces.on.push(begun.on);
+            pieces.on.push(begun.is_on());
             pieces.middles.push([midway.x, midway.y]);
             pieces.runs.push(lever.acts(path, from, to).then_some(run));
         }
@@ -254,10 +254,8 @@ mod tests {
             time,
             x,
             y: 0.0,
-            voltage: 60e3,
-            current: 5e-3,
-            focus: 4e-3,
-            on,
+            power: if on { 300.0 } else { 0.0 },
+            spot: 0.4,
         };
         let path = BeamPath::new(vec![
             at(0.0, 0.0, true),
@@ -279,8 +277,8 @@ mod tests {
         };
         assert_eq!(of(&Lever::Speed, 1.5), [0, 1]);
         assert_eq!(of(&Lever::Speed, 2.5), [0, 1]);
-        assert_eq!(of(&Lever::Current, 3.5), [3, 4]);
-        assert_eq!(of(&Lever::Current, 5.5), [5]);
+        assert_eq!(of(&Lever::Power, 3.5), [3, 4]);
+        assert_eq!(of(&Lever::Power, 5.5), [5]);
         assert_eq!(of(&Lever::Dwell, 6.5), [6]);
         assert!(of(&Lever::Dwell, 3.5).is_empty());
         let pieces = Pieces::new(&Lever::Speed, &profile, &path);

@@ -1,42 +1,41 @@
-//! What is changed along a path so that it heats more or less: speed, time on spots, current or width of the beam.
+//! What is changed along a path so that it heats more or less: speed, time on spots, power or spot of the beam.
 //!
-//! One number says how: a factor above 1 heats less. It multiplies the speed, divides the time on a spot or the current, or
-//! multiplies the diameter.
+//! One number says how: a factor above 1 heats less. It multiplies the speed, divides the time on a spot or the power, or
+//! multiplies the diameter of the beam's spot.
 
 use crate::error::StrategyError;
 use crate::speed::SpeedProfile;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
-use meltpath_thermal::focus::FocusCalibration;
 
 /// What is changed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lever {
     /// The speed, times the factor; where the beam rests its time, divided by it.
     Speed,
     /// The time on each spot, divided by the factor; what moves keeps its speed.
     Dwell,
-    /// The beam current, divided by the factor.
-    Current,
-    /// The beam's diameter, times the factor, by the focus current within the branch of the calibration where it lies.
-    Diameter(FocusCalibration),
+    /// The power, divided by the factor.
+    Power,
+    /// The diameter of the spot, times the factor, between the least and the greatest that the machine gives, mm.
+    Spot([f64; 2]),
 }
 
 impl Lever {
     /// The path with these factors.
     ///
     /// # Errors
-    /// [`StrategyError`]: factors not above zero, a focus without calibration or with one diameter for all.
+    /// [`StrategyError`]: factors not above zero.
     ///
     /// ```
     /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
     /// use meltpath_melt_strategy::{lever::Lever, speed::SpeedProfile};
-    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on: true };
+    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
     /// let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 1000.0, start).unwrap();
     /// let mut factors = SpeedProfile::of(&path, 1.0);
     /// factors.factors_mut()[1] = 2.0;
-    /// let weaker = Lever::Current.apply(&factors, &path).unwrap();
+    /// let weaker = Lever::Power.apply(&factors, &path).unwrap();
     /// assert_eq!(weaker.end(), path.end());
-    /// assert_eq!(weaker.at(0.0015).current, 2.5e-3);
+    /// assert_eq!(weaker.at(0.0015).power, 150.0);
     /// let faster = Lever::Speed.apply(&factors, &path).unwrap();
     /// assert!((faster.end() - 0.0025).abs() < 1e-12);
     /// ```
@@ -45,22 +44,21 @@ impl Lever {
         factors: &SpeedProfile,
         path: &BeamPath,
     ) -> Result<BeamPath, StrategyError> {
-        let change: Box<dyn Fn(BeamPoint, f64) -> Result<BeamPoint, StrategyError> + '_> =
-            match self {
-                Lever::Speed | Lever::Dwell => return Ok(self.held(factors, path).apply(path)?),
-                Lever::Current => Box::new(|p, factor| {
-                    Ok(BeamPoint {
-                        current: p.current / factor,
-                        ..p
-                    })
-                }),
-                Lever::Diameter(calibration) => Box::new(|p, factor| {
-                    Ok(BeamPoint {
-                        focus: wider(calibration, p.focus, factor)?,
-                        ..p
-                    })
-                }),
-            };
+        let change = |p: BeamPoint, factor: f64| match *self {
+            _ if !p.is_on() => p,
+            Lever::Speed | Lever::Dwell => p,
+            Lever::Power => BeamPoint {
+                power: p.power / factor,
+                ..p
+            },
+            Lever::Spot([least, greatest]) => BeamPoint {
+                spot: (factor * p.spot).clamp(least, greatest),
+                ..p
+            },
+        };
+        if matches!(self, Lever::Speed | Lever::Dwell) {
+            return Ok(self.held(factors, path).apply(path)?);
+        }
         let mut points = Vec::with_capacity(path.points().len() + 2 * factors.factors().len());
         let mut put = |p: BeamPoint| {
             if points.last() != Some(&p) {
@@ -75,14 +73,9 @@ impl Lever {
                     put(*p);
                 }
             }
-            let begun = path.at(from);
-            put(if begun.on {
-                change(begun, factor)?
-            } else {
-                begun
-            });
+            put(change(path.at(from), factor));
             while let Some(p) = next.next_if(|p| p.time < to) {
-                put(if p.on { change(*p, factor)? } else { *p });
+                put(change(*p, factor));
             }
         }
         for p in next {
@@ -95,7 +88,7 @@ impl Lever {
     pub(crate) fn acts(&self, path: &BeamPath, from: f64, to: f64) -> bool {
         match self {
             Lever::Dwell => path.rests_over(from, to),
-            Lever::Speed | Lever::Current | Lever::Diameter(_) => path.at(from).on,
+            Lever::Speed | Lever::Power | Lever::Spot(_) => path.at(from).is_on(),
         }
     }
 
@@ -117,7 +110,7 @@ impl Lever {
         for (from, to, factor) in self.held(factors, path).intervals() {
             time += match self {
                 Lever::Speed | Lever::Dwell => (to - from) / factor,
-                Lever::Current | Lever::Diameter(_) => to - from,
+                Lever::Power | Lever::Spot(_) => to - from,
             };
             times.push(time);
         }
@@ -133,48 +126,27 @@ impl Lever {
     }
 }
 
-/// The focus current (A) at which the beam is `factor` times as wide as at `focus`, as far as its branch reaches.
-fn wider(calibration: &FocusCalibration, focus: f64, factor: f64) -> Result<f64, StrategyError> {
-    let diameter = calibration.diameter(focus)?;
-    let branch = calibration
-        .pieces()
-        .iter()
-        .find(|p| (p.range[0]..=p.range[1]).contains(&focus));
-    match branch {
-        Some(piece) if piece.slope != 0.0 => {
-            let wanted = (factor * diameter - piece.intercept) / piece.slope;
-            Ok(wanted.clamp(piece.range[0], piece.range[1]))
-        }
-        _ => Err(StrategyError::FixedFocus { diameter }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meltpath_thermal::focus::FocusPiece;
 
     #[test]
-    fn focus_follows_its_branch_and_stays_in_it() {
-        let piece = |range: [f64; 2], intercept, slope| FocusPiece {
-            range,
-            intercept,
-            slope,
+    fn spots_stay_within_what_the_machine_gives() {
+        let start = BeamPoint {
+            time: 0.0,
+            x: 0.0,
+            y: 0.0,
+            power: 300.0,
+            spot: 0.4,
         };
-        let thesis = FocusCalibration::new(vec![
-            piece([-3e-3, 7.15e-3], 0.551_67, -34.5),
-            piece([7.15e-3, 30e-3], 0.132_15, 24.21),
-        ])
-        .unwrap();
-        let found = wider(&thesis, 4e-3, 1.1).unwrap();
-        let ratio = thesis.diameter(found).unwrap() / thesis.diameter(4e-3).unwrap();
-        assert!((ratio - 1.1).abs() < 1e-12 && found < 4e-3);
-        assert_eq!(wider(&thesis, 4e-3, 0.1).unwrap(), 7.15e-3);
-        let fixed = FocusCalibration::constant(0.4);
-        assert!(matches!(
-            wider(&fixed, 4e-3, 1.1),
-            Err(StrategyError::FixedFocus { .. })
-        ));
+        let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 1000.0, start).unwrap();
+        let mut factors = SpeedProfile::of(&path, 1.0);
+        factors.factors_mut().copy_from_slice(&[1.1, 2.0, 0.1]);
+        let wider = Lever::Spot([0.3, 0.65]).apply(&factors, &path).unwrap();
+        let found = [0.5e-3, 1.5e-3, 2.5e-3].map(|t| wider.at(t));
+        assert!((found[0].spot - 0.44).abs() < 1e-12);
+        assert_eq!([found[1].spot, found[2].spot], [0.65, 0.3]);
+        assert!(found.iter().all(|p| p.power == 300.0));
     }
 
     /// Two spots and a line between them: the time on spots changes, the line does not.
@@ -184,10 +156,8 @@ mod tests {
             time,
             x,
             y: 0.0,
-            voltage: 60e3,
-            current: 5e-3,
-            focus: 4e-3,
-            on: true,
+            power: 300.0,
+            spot: 0.4,
         };
         let points = [(0.0, 0.0), (1e-3, 0.0), (2e-3, 1.0), (4e-3, 1.0)];
         let path = BeamPath::new(points.map(|(t, x)| at(t, x)).to_vec()).unwrap();
@@ -214,10 +184,8 @@ mod tests {
             time,
             x,
             y: 0.0,
-            voltage: 60e3,
-            current: 5e-3,
-            focus: 4e-3,
-            on,
+            power: if on { 300.0 } else { 0.0 },
+            spot: 0.4,
         };
         let path = BeamPath::new(vec![
             at(0.0, 0.0, true),
@@ -230,14 +198,14 @@ mod tests {
         .unwrap();
         let mut factors = SpeedProfile::of(&path, 0.3);
         factors.factors_mut().iter_mut().for_each(|f| *f = 1.25);
-        let weaker = Lever::Current.apply(&factors, &path).unwrap();
+        let weaker = Lever::Power.apply(&factors, &path).unwrap();
         for n in 0..400 {
             let t = 1e-5 * f64::from(n) + 5e-6;
             let (a, b) = (path.at(t), weaker.at(t));
-            assert!((a.x - b.x).abs() < 1e-9 && a.on == b.on, "{t}: {a:?} {b:?}");
-            if a.on {
-                assert!((b.current - 4e-3).abs() < 1e-12);
-            }
+            assert!(
+                (a.x - b.x).abs() < 1e-9 && a.power.min(240.0) == b.power,
+                "{t}: {a:?} {b:?}"
+            );
         }
     }
 }

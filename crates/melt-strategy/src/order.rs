@@ -23,7 +23,7 @@ type Run = (usize, usize);
 /// Spots, and straight runs of at least `shortest` mm. Shorter ones, such as the links between the lines of a zigzag, are left out.
 fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
     let step = |n: usize| [points[n + 1].x - points[n].x, points[n + 1].y - points[n].y];
-    let heats = |n: usize| points[n].on && points[n + 1].time > points[n].time;
+    let heats = |n: usize| points[n].is_on() && points[n + 1].time > points[n].time;
     let mut found: Vec<Run> = Vec::new();
     let mut n = 0;
     while n + 1 < points.len() {
@@ -64,7 +64,7 @@ fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
 /// ```
 /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
 /// use meltpath_melt_strategy::order::{Order, reorder};
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on: true };
+/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
 /// let corners: Vec<[f64; 2]> = (0..4).flat_map(|n| {
 ///     let y = 0.125 * f64::from(n);
 ///     if n % 2 == 0 { [[0.0, y], [2.0, y]] } else { [[2.0, y], [0.0, y]] }
@@ -92,12 +92,11 @@ pub fn reorder(path: &BeamPath, order: Order, shortest: f64) -> Result<BeamPath,
         let begun = points[first].time;
         out.extend(points[first..=last].iter().map(|p| BeamPoint {
             time: time + (p.time - begun),
-            on: true,
             ..*p
         }));
         time += points[last].time - begun;
         if let Some(end) = out.last_mut() {
-            end.on = false;
+            *end = end.off();
         }
     }
     BeamPath::new(out)
@@ -116,10 +115,8 @@ mod tests {
                 time: 0.1 * f64::from(n) + rest,
                 x: 0.05 * f64::from(n),
                 y: 0.0,
-                voltage: 60e3,
-                current: 5e-3,
-                focus: 4e-3,
-                on: true,
+                power: 300.0,
+                spot: 0.4,
             })
         });
         let path = BeamPath::new(points.collect()).unwrap();
@@ -135,7 +132,7 @@ mod tests {
         /// Every order draws the same lines for the same time.
         #[test]
         fn orders_keep_lines(lines in 1..30_u32, every in 1..7_usize) {
-            let start = BeamPoint { time: 0.5, x: 0.0, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on: true };
+            let start = BeamPoint { time: 0.5, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
             let corners: Vec<[f64; 2]> = (0..lines).flat_map(|n| {
                 let y = 0.1 * f64::from(n);
                 if n % 2 == 0 { [[0.0, y], [3.0, y]] } else { [[3.0, y], [0.0, y]] }
@@ -146,7 +143,7 @@ mod tests {
                 prop_assert!((other.end() - 0.5 - 0.003 * f64::from(lines)).abs() < 1e-9);
                 let mut heights: Vec<i64> = (0..lines)
                     .map(|n| other.at(0.5 + 0.003 * (f64::from(n) + 0.5)))
-                    .map(|p| { assert!(p.on); (p.y * 10.0).round() as i64 })
+                    .map(|p| { assert!(p.is_on()); (p.y * 10.0).round() as i64 })
                     .collect();
                 heights.sort_unstable();
                 prop_assert_eq!(heights, (0..i64::from(lines)).collect::<Vec<_>>());

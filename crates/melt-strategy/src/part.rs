@@ -57,7 +57,7 @@ impl Rectangle {
 /// ```
 /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
 /// use meltpath_melt_strategy::part::{Rectangle, within};
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on: true };
+/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
 /// let path = BeamPath::along(&[[0.0, 0.0], [9.0, 0.0]], 1000.0, start).unwrap();
 /// let middle = within(&path, &Rectangle { low: [2.0, -1.0], high: [4.0, 1.0] }).unwrap().unwrap();
 /// assert!((middle.begin() - 0.002).abs() < 1e-12 && (middle.end() - 0.004).abs() < 1e-12);
@@ -70,11 +70,11 @@ pub fn within(path: &BeamPath, rectangle: &Rectangle) -> Result<Option<BeamPath>
             time: a.time + share * (b.time - a.time),
             x: a.x + share * (b.x - a.x),
             y: a.y + share * (b.y - a.y),
-            on,
+            power: if on { a.power } else { 0.0 },
             ..a
         };
         let inside = rectangle.stretch([a.x, a.y], [b.x, b.y]);
-        match inside.filter(|_| a.on && b.time > a.time) {
+        match inside.filter(|_| a.is_on() && b.time > a.time) {
             Some([from, to]) => {
                 if from > 0.0 {
                     points.push(at(0.0, false));
@@ -87,9 +87,9 @@ pub fn within(path: &BeamPath, rectangle: &Rectangle) -> Result<Option<BeamPath>
             None => points.push(at(0.0, false)),
         }
     }
-    points.extend(path.points().last().map(|p| BeamPoint { on: false, ..*p }));
-    let first = points.iter().position(|p| p.on);
-    let last = points.iter().rposition(|p| p.on);
+    points.extend(path.points().last().map(|p| p.off()));
+    let first = points.iter().position(BeamPoint::is_on);
+    let last = points.iter().rposition(BeamPoint::is_on);
     match (first, last) {
         (Some(first), Some(last)) => {
             BeamPath::new(points[first..(last + 2).min(points.len())].to_vec()).map(Some)
@@ -111,7 +111,7 @@ mod tests {
             size in (0.5..2.0_f64, 0.5..2.0_f64), share in 0.0..1.0_f64,
         ) {
             let points = corners.iter().enumerate().map(|(n, &(x, y, on))| BeamPoint {
-                time: n as f64, x, y, voltage: 60e3, current: 5e-3, focus: 0.0, on,
+                time: n as f64, x, y, power: if on { 300.0 } else { 0.0 }, spot: 0.4,
             }).collect();
             let path = BeamPath::new(points).unwrap();
             let rectangle = Rectangle { low: [-size.0, -size.1], high: [size.0, size.1] };
@@ -120,11 +120,11 @@ mod tests {
             let whole = path.at(time);
             // a place within rounding of the border may fall on either side
             prop_assume!(rectangle.depth([whole.x, whole.y]).abs() > 1e-9);
-            let wanted = whole.on && rectangle.depth([whole.x, whole.y]) > 0.0;
+            let wanted = whole.is_on() && rectangle.depth([whole.x, whole.y]) > 0.0;
             match part {
                 Some(part) => {
                     let here = part.at(time);
-                    prop_assert_eq!(here.on, wanted, "at {} of {:?}", time, part);
+                    prop_assert_eq!(here.is_on(), wanted, "at {} of {:?}", time, part);
                     if wanted {
                         prop_assert!((here.x - whole.x).hypot(here.y - whole.y) < 1e-9);
                     }

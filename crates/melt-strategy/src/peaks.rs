@@ -34,7 +34,7 @@ const LOOK: f64 = 2e-5;
 pub fn crossed(grid: &Grid, path: &BeamPath) -> Vec<bool> {
     let [nx, ny] = grid.cells;
     let mut found = vec![false; nx * ny];
-    let heats = |w: &&[BeamPoint]| w[0].on && w[1].time > w[0].time;
+    let heats = |w: &&[BeamPoint]| w[0].is_on() && w[1].time > w[0].time;
     for pair in path.points().windows(2).filter(heats) {
         let (from, to) = ([pair[0].x, pair[0].y], [pair[1].x, pair[1].y]);
         let way = (to[0] - from[0]).hypot(to[1] - from[1]);

@@ -21,7 +21,7 @@ impl SpeedProfile {
                 continue;
             }
             let way = (b.x - a.x).hypot(b.y - a.y);
-            let pieces = if a.on {
+            let pieces = if a.is_on() {
                 (way / length).ceil().max(1.0)
             } else {
                 1.0
@@ -66,7 +66,8 @@ impl SpeedProfile {
         let mut next = path.points().iter().peekable();
         let mut time = path.begin();
         let mut put = |p: BeamPoint| {
-            let same = |a: &BeamPoint| (a.x, a.y, a.on) == (p.x, p.y, p.on) && a.time == p.time;
+            let same =
+                |a: &BeamPoint| (a.x, a.y, a.is_on()) == (p.x, p.y, p.is_on()) && a.time == p.time;
             if !out.last().is_some_and(same) {
                 out.push(p);
             }
@@ -154,10 +155,8 @@ mod tests {
             time: 0.0,
             x: 0.0,
             y: 0.0,
-            voltage: 60e3,
-            current: 5e-3,
-            focus: 4e-3,
-            on: true,
+            power: 300.0,
+            spot: 0.4,
         };
         BeamPath::along(
             &[[0.0, 0.0], [3.0, 0.0], [3.0, 0.1], [0.0, 0.1]],
@@ -191,7 +190,7 @@ mod tests {
         for n in 0..100 {
             let t = path.end() * f64::from(n) / 100.0;
             let (a, b) = (path.at(t), same.at(t));
-            assert!((a.x - b.x).hypot(a.y - b.y) < 1e-9 && a.on == b.on);
+            assert!((a.x - b.x).hypot(a.y - b.y) < 1e-9 && a.power == b.power);
         }
     }
 }

@@ -27,7 +27,7 @@ fn hatch(lines: u32, length: f64) -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, 980.0, settings(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
 }
 
 /// Highest temperature on the last line: in its middle and over its last 0.3 mm, °C.
@@ -55,7 +55,7 @@ fn last_line(field: &Field, lines: u32, length: f64) -> [f64; 2] {
 
 fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
     let material = titanium();
-    let beam = beam(0.413_67);
+    let beam = beam();
     let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell,
@@ -69,7 +69,7 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
 }
 
 fn on_charts(path: &BeamPath, stop: f64, cell: f64, batch: usize) -> Field {
-    let set = compute_charts(5e-3, 4e-3, 0.413_67, stop);
+    let set = compute_charts(300.0, 0.413_67, stop);
     let mut high = DVec3::ZERO;
     for p in path.points() {
         high = high.max(DVec3::new(p.x, p.y, 0.0));

@@ -1,5 +1,5 @@
 //! A strategy that holds when planes, steps and power change (case ebm Q4): lines one way 0.031 mm apart that
-//! overrun the contour by 0.2 mm, their current learned on cells of 62.5 µm and again on cells of 31 µm with planes of 25 µm;
+//! overrun the contour by 0.2 mm, their power learned on cells of 62.5 µm and again on cells of 31 µm with planes of 25 µm;
 //! on the last 2 mm of the thesis' triangle and on an L that nothing was chosen on. A place of the last layer has the mean of its
 //! highest temperatures over the layer's thickness, so that it does not depend on the height of the planes.
 #![allow(
@@ -98,15 +98,14 @@ impl Shape {
             if right - left < 0.02 {
                 continue;
             }
-            for (x, on) in [(left, true), (right, false)] {
+            for (x, power) in [(left, 300.0), (right, 0.0)] {
                 points.push(BeamPoint {
                     time,
                     x,
                     y,
-                    on,
-                    ..settings(5e-3, 4e-3)
+                    ..settings(power, 0.413_67)
                 });
-                if on {
+                if power > 0.0 {
                     time += (right - left) / speed;
                 }
             }
@@ -132,7 +131,7 @@ impl Shape {
         rounds: u32,
         first: Option<SpeedProfile>,
     ) -> Learned {
-        let (material, beam) = (titanium(), beam(0.413_67));
+        let (material, beam) = (titanium(), beam());
         let path = self.path();
         let bed = on_metal(&material, &beam)
             .bed(&[&path], &[], &at, &Silent)
@@ -143,7 +142,7 @@ impl Shape {
             gain: 0.5,
             bounds: [0.25, 4.0],
             length: 0.0625,
-            lever: Lever::Current,
+            lever: Lever::Power,
             levels: Vec::new(),
             freedom: Freedom::Continuous,
         };
@@ -163,7 +162,7 @@ impl Shape {
 }
 
 fn highest(path: &BeamPath, at: Resolution) -> Field {
-    let (material, beam) = (titanium(), beam(0.413_67));
+    let (material, beam) = (titanium(), beam());
     judge(&on_metal(&material, &beam), &[], path, &at, &Silent)
         .unwrap()
         .highest

@@ -27,12 +27,12 @@ const CELL: f64 = 0.06;
 /// Cold half a millimetre below the build plane, as the reference solver's domain is.
 const GROUND: Memory = Memory::Ground(medium::Body::Cooled { thickness: 0.5 });
 
-/// Lines between `ends` (x of left and right ends at y), to and fro, with one speed and current.
+/// Lines between `ends` (x of left and right ends at y), to and fro, with one speed and power.
 fn lines(
     rows: impl Iterator<Item = (f64, [f64; 2])>,
     speed: f64,
-    current: f64,
-    focus: f64,
+    power: f64,
+    spot: f64,
 ) -> BeamPath {
     let corners: Vec<[f64; 2]> = rows
         .enumerate()
@@ -41,12 +41,12 @@ fn lines(
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, speed, settings(current, focus)).unwrap()
+    BeamPath::along(&corners, speed, settings(power, spot)).unwrap()
 }
 
 fn hatch(count: u32, length: f64, spacing: f64) -> BeamPath {
     let rows = (0..count).map(|n| (spacing * f64::from(n), [0.0, length]));
-    lines(rows, 980.0, 5e-3, 4e-3)
+    lines(rows, 980.0, 300.0, 0.413_67)
 }
 
 /// The last 2 mm of the thesis' triangle: lines that grow shorter up to the apex.
@@ -56,7 +56,7 @@ fn apex() -> BeamPath {
         let half = 8.75 * (1.0 - y / 7.5);
         (y, [-half, half])
     });
-    lines(rows, 980.0, 5e-3, 4e-3)
+    lines(rows, 980.0, 300.0, 0.413_67)
 }
 
 fn box_of(path: &BeamPath) -> [DVec3; 2] {
@@ -68,9 +68,9 @@ fn box_of(path: &BeamPath) -> [DVec3; 2] {
     ends
 }
 
-fn on_solver(path: &BeamPath, diameter: f64) -> Field {
+fn on_solver(path: &BeamPath) -> Field {
     let material = titanium();
-    let beam = beam(diameter);
+    let beam = beam();
     let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell: CELL,
@@ -144,8 +144,8 @@ fn beside(charts: &Field, solver: &Field, path: &BeamPath) -> Beside {
     }
 }
 
-fn told(name: &str, path: &BeamPath, set: &ChartSet, diameter: f64) -> [Beside; 2] {
-    let solver = on_solver(path, diameter);
+fn told(name: &str, path: &BeamPath, set: &ChartSet) -> [Beside; 2] {
+    let solver = on_solver(path);
     [("none", Memory::None), ("ground", GROUND)].map(|(memory, how)| {
         let begun = Instant::now();
         let charts = on_charts(path, &solver.grid, set, how);
@@ -168,10 +168,10 @@ fn told(name: &str, path: &BeamPath, set: &ChartSet, diameter: f64) -> [Beside; 
 #[test]
 #[ignore = "half a minute of computing"]
 fn ebm_e10_charts_remember_earlier_lines() {
-    let sets = [3700.0, 4200.0].map(|stop| compute_warm_charts(5e-3, 4e-3, 0.413_67, stop));
+    let sets = [3700.0, 4200.0].map(|stop| compute_warm_charts(300.0, 0.413_67, stop));
     for count in [1, 2, 3, 7] {
         let path = hatch(count, 3.0, 0.125);
-        let solver = on_solver(&path, 0.413_67);
+        let solver = on_solver(&path);
         let top = solver.grid.planes() - 1;
         let middle = |field: &Field, plane: usize| {
             let y = 0.125 * f64::from(count - 1);
@@ -206,8 +206,8 @@ fn ebm_e10_charts_remember_earlier_lines() {
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_e10_memory_ranks_places_as_the_solver_does() {
-    let fast = compute_warm_charts(5e-3, 4e-3, 0.413_67, 3700.0);
-    let slow = compute_warm_charts(2e-3, 0.0, 0.551_67, 2800.0);
+    let fast = compute_warm_charts(300.0, 0.413_67, 3700.0);
+    let slow = compute_warm_charts(120.0, 0.551_67, 2800.0);
     let wide = (0..5).map(|n| (0.3 * f64::from(n), [0.0, 3.0]));
     let cases = [
         (
@@ -223,12 +223,12 @@ fn ebm_e10_memory_ranks_places_as_the_solver_does() {
         ("last 2 mm of the triangle", apex(), &fast),
         (
             "5 lines of 3 mm every 0.3 mm, 120 W, 400 mm/s",
-            lines(wide, 400.0, 2e-3, 0.0),
+            lines(wide, 400.0, 120.0, 0.551_67),
             &slow,
         ),
     ];
     for (name, path, set) in &cases {
-        let [none, ground] = told(name, path, set, set.settings.diameter);
+        let [none, ground] = told(name, path, set);
         assert!(ground.correlation > 0.93, "{name}: {ground:?}");
         assert!(ground.spread < 0.75 * none.spread, "{name}: {ground:?}");
         assert!(

@@ -18,7 +18,6 @@ use meltpath_melt_strategy::prediction::{Prediction, Reference, predict};
 use meltpath_melt_strategy::speed::SpeedProfile;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::criteria::{Class, Classes, Tally};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::Solver;
@@ -46,15 +45,14 @@ fn one_way(spacing: f64) -> BeamPath {
     for n in 0..lines {
         let y = 5.5 + (n as f64 + 0.5) * spacing;
         let half = side(y);
-        for (x, on) in [(-half, true), (half, false)] {
+        for (x, power) in [(-half, 300.0), (half, 0.0)] {
             points.push(BeamPoint {
                 time,
                 x,
                 y,
-                on,
-                ..settings(5e-3, 4e-3)
+                ..settings(power, 0.413_67)
             });
-            if on {
+            if power > 0.0 {
                 time += 2.0 * half / speed;
             }
         }
@@ -71,7 +69,7 @@ fn serpentine() -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, SPEED, settings(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, SPEED, settings(300.0, 0.413_67)).unwrap()
 }
 
 /// Cells, longest step and power of a solver.
@@ -95,7 +93,6 @@ impl Resolution {
         Beam {
             efficiency: 0.9 * self.power,
             depth: Depth::Falling { penetration: 0.1 },
-            focus: FocusCalibration::constant(0.413_67),
         }
     }
 
@@ -199,7 +196,7 @@ fn judged(what: &str, at: Resolution, path: &BeamPath, fixed: &Classes) -> [f64;
     [old, new]
 }
 
-/// Lines to and fro, speed changed, against lines in one direction, current changed.
+/// Lines to and fro, speed changed, against lines in one direction, power changed.
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_q04_levers_on_the_reference_solver() {
@@ -208,8 +205,8 @@ fn ebm_q04_levers_on_the_reference_solver() {
     let fro = learned(COARSE, &serpentine(), Lever::Speed, 16, &classes, None);
     println!("to and fro, 0.125 mm, speed: {:.3?}", fro.scores);
     let path = one_way(0.0625);
-    let narrow = learned(COARSE, &path, Lever::Current, 12, &classes, None);
-    println!("one way, 0.0625 mm, current: {:.3?}", narrow.scores);
+    let narrow = learned(COARSE, &path, Lever::Power, 12, &classes, None);
+    println!("one way, 0.0625 mm, power: {:.3?}", narrow.scores);
     let best = |l: &Learned| l.scores.iter().copied().fold(0.0, f64::max);
     assert!(best(&narrow) > 0.9, "{:?}", narrow.scores);
     assert!(best(&narrow) > best(&fro) + 0.2);
@@ -227,20 +224,20 @@ fn ebm_q04_levers_on_the_reference_solver() {
     }
 }
 
-/// Other levers and orders of the same lines do as well as the current on lines in their order; lines twice as far apart do not.
+/// Other levers and orders of the same lines do as well as the power on lines in their order; lines twice as far apart do not.
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_q04_other_levers_and_orders() {
     let classes = COARSE.window();
     let best = |l: &Learned| l.scores.iter().copied().fold(0.0, f64::max);
-    let wide = learned(COARSE, &one_way(HATCH), Lever::Current, 8, &classes, None);
-    println!("one way, 0.125 mm, current: {:.3?}", wide.scores);
+    let wide = learned(COARSE, &one_way(HATCH), Lever::Power, 8, &classes, None);
+    println!("one way, 0.125 mm, power: {:.3?}", wide.scores);
     let path = one_way(0.0625);
     let speed = learned(COARSE, &path, Lever::Speed, 12, &classes, None);
     println!("one way, 0.0625 mm, speed: {:.3?}", speed.scores);
     let found = [Order::Every(2), Order::Backwards].map(|order| {
         let other = reorder(&path, order, 0.15).unwrap();
-        let found = learned(COARSE, &other, Lever::Current, 8, &classes, None);
+        let found = learned(COARSE, &other, Lever::Power, 8, &classes, None);
         println!("{order:?}: {:.3?}", found.scores);
         best(&found)
     });
@@ -262,7 +259,7 @@ fn ebm_q04_prediction_on_the_reference_solver() {
         bounds: [0.25, 4.0],
         length: 0.125,
         ahead: 1e-4,
-        lever: Lever::Current,
+        lever: Lever::Power,
         levels: Vec::new(),
     };
     let mut engine = Reference {
@@ -275,27 +272,20 @@ fn ebm_q04_prediction_on_the_reference_solver() {
     println!("prediction: {} to {}", percent(before), percent(found));
     assert!(found > 2.0 * before, "{before} {found}");
     // drawn for itself the path does what was predicted
-    let again = Lever::Current.apply(&profile, &path).unwrap();
+    let again = Lever::Power.apply(&profile, &path).unwrap();
     let again = share(&COARSE.highest(&again), &classes);
     assert!((again - found).abs() < 0.05, "{again} {found}");
 }
 
 /// Learned with coarse cells first and half the cells then.
 fn twice(path: &BeamPath, spacing: f64) -> f64 {
-    let coarse = learned(COARSE, path, Lever::Current, 10, &COARSE.window(), None);
+    let coarse = learned(COARSE, path, Lever::Power, 10, &COARSE.window(), None);
     let fine = Resolution {
         cell: 0.031_25,
         ..COARSE
     };
     let classes = fine.window();
-    let found = learned(
-        fine,
-        path,
-        Lever::Current,
-        6,
-        &classes,
-        Some(coarse.profile),
-    );
+    let found = learned(fine, path, Lever::Power, 6, &classes, Some(coarse.profile));
     println!(
         "{spacing} mm: coarse {:.3?}, then fine {:.3?}",
         coarse.scores, found.scores
@@ -363,7 +353,7 @@ fn ebm_q12_parts_far_apart_do_not_feel_each_other() {
             .collect();
         let start = BeamPoint {
             time,
-            ..settings(5e-3, 4e-3)
+            ..settings(300.0, 0.413_67)
         };
         BeamPath::along(&corners, SPEED, start).unwrap()
     };
@@ -419,7 +409,7 @@ fn ebm_q03_the_disc_cools_towards_its_rim() {
             [radius * a.cos(), radius * a.sin()]
         }));
     }
-    let path = BeamPath::along(&corners, 4000.0, settings(5e-3, 4e-3)).unwrap();
+    let path = BeamPath::along(&corners, 4000.0, settings(300.0, 0.413_67)).unwrap();
     let at = Resolution {
         cell: 0.125,
         step: 1.5e-5,

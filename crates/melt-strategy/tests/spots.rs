@@ -1,4 +1,4 @@
-//! Spots on the reference solver: each gets its energy whatever the step, and their times or currents are learned and predicted.
+//! Spots on the reference solver: each gets its energy whatever the step, and their times or powers are learned and predicted.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -39,7 +39,7 @@ fn square(dwell: f64) -> BeamPath {
                     time,
                     x: SPACING * (f64::from(i) + 0.5),
                     y: SPACING * (f64::from(j) + 0.5),
-                    ..settings(5e-3, 4e-3)
+                    ..settings(300.0, 0.413_67)
                 };
                 points.extend([spot(time), spot(time + dwell)]);
                 time += dwell;
@@ -55,7 +55,7 @@ fn inside([x, y]: [f64; 2], depth: f64) -> bool {
 }
 
 fn bed(path: &BeamPath, step: f64) -> Bed {
-    let (material, beam) = (titanium(), beam(0.413_67));
+    let (material, beam) = (titanium(), beam());
     let resolution = Resolution {
         cell: 0.0625,
         planes: 1,
@@ -123,13 +123,13 @@ fn a_spot_gets_its_energy_whatever_the_step() {
     assert!((middle[0] - middle[1]).abs() < 15.0, "{middle:?}");
 }
 
-/// Predicted spot by spot in one drawing, then learned: times and currents both bring most of the square into the window.
+/// Predicted spot by spot in one drawing, then learned: times and powers both bring most of the square into the window.
 #[test]
-fn spots_learn_their_time_and_their_current() {
+fn spots_learn_their_time_and_their_power() {
     let path = square(1.3e-4);
     let bed = bed(&path, 8e-6);
     let given = learned(&bed, &path, Lever::Dwell, None);
-    for lever in [Lever::Dwell, Lever::Current] {
+    for lever in [Lever::Dwell, Lever::Power] {
         let prediction = Prediction {
             aim: AIM,
             bounds: [0.3, 3.0],
@@ -160,6 +160,6 @@ fn spots_learn_their_time_and_their_current() {
         assert!(after.share(Class::Good) >= predicted.share(Class::Good));
         assert!(predicted.deviation < 60.0, "{}", predicted.deviation);
         let kept = (found.path.end() - path.end()).abs() < 1e-9;
-        assert_eq!(kept, lever == Lever::Current);
+        assert_eq!(kept, lever == Lever::Power);
     }
 }

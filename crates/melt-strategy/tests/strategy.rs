@@ -39,7 +39,7 @@ fn serpentine(low: f64, high: f64, half: impl Fn(f64) -> f64) -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, 980.0, settings(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
 }
 
 /// Half the width of the thesis' triangle at height `y`, mm.
@@ -48,7 +48,7 @@ fn side(y: f64) -> f64 {
 }
 
 fn ready(path: &BeamPath) -> ChartSimulation {
-    let set = FAST.get_or_init(|| compute_charts(5e-3, 4e-3, 0.413_67, 3700.0));
+    let set = FAST.get_or_init(|| compute_charts(300.0, 0.413_67, 3700.0));
     let margin = DVec3::new(0.5, 0.5, 0.0);
     let (mut low, mut high) = (DVec3::ZERO.with_x(9.0).with_y(9.0), DVec3::ZERO);
     for p in path.points() {
@@ -259,8 +259,8 @@ fn ebm_q07_another_aim() {
 
 /// Charts of the outer and the inner circle of a strut.
 fn strut_charts() -> [ChartSet; 2] {
-    [(2e-3, &SLOW), (2.4e-3, &INNER)].map(|(current, slot)| {
-        let set = slot.get_or_init(|| compute_charts(current, 0.0, 0.551_67, 2800.0));
+    [(120.0, &SLOW), (144.0, &INNER)].map(|(power, slot)| {
+        let set = slot.get_or_init(|| compute_charts(power, 0.551_67, 2800.0));
         set.clone()
     })
 }
@@ -281,13 +281,14 @@ fn strut_diameter(sets: &[ChartSet; 2], outer: f64) -> Result<f64, ChartSimulati
         if layer > 0 {
             simulation.add_layer();
         }
-        for (radius, current) in [(outer, 2e-3), (outer - 0.1, 2.4e-3)] {
+        for (radius, power) in [(outer, 120.0), (outer - 0.1, 144.0)] {
             let turn = std::f64::consts::TAU + 0.4 / radius;
             let corners: Vec<[f64; 2]> = (0..=90)
                 .map(|n| turn * f64::from(n) / 90.0)
                 .map(|a| [radius * a.cos(), radius * a.sin()])
                 .collect();
-            let path = BeamPath::along(&corners, 470.0, settings(current, 0.0)).unwrap();
+            let path =
+                BeamPath::along(&corners, 470.0, settings(power, sets[0].settings.spot)).unwrap();
             simulation.draw(&path, &[], &mut |_, _| (), &Silent)?;
         }
     }
@@ -316,10 +317,10 @@ fn ebm_q08_the_contour_of_a_strut_of_one_millimetre() {
 #[ignore = "two minutes of computing"]
 fn struts_that_were_built_correct_efficiency_and_beam() {
     let charts = |p: &[f64]| {
-        [2e-3, 2.4e-3].map(|current| {
+        [120.0, 144.0].map(|power| {
             let settings = ChartSettings {
                 efficiency: p[0],
-                ..ChartSettings::of_thesis(60e3, current, 0.0, p[1])
+                ..ChartSettings::of_thesis(power, p[1])
             };
             compute(&settings, &titanium(), &Silent).unwrap()
         })

@@ -12,9 +12,9 @@ use support::{beam, on_metal, settings, titanium};
 
 /// Lines to and fro, and what is seen at three places.
 fn drawn(corners: &[[f64; 2]], places: Vec<[f64; 3]>) -> Drawn {
-    let (material, beam) = (titanium(), beam(0.413_67));
+    let (material, beam) = (titanium(), beam());
     let body = on_metal(&material, &beam);
-    let path = BeamPath::along(corners, 400.0, settings(2e-3, 4e-3)).unwrap();
+    let path = BeamPath::along(corners, 400.0, settings(120.0, 0.413_67)).unwrap();
     let resolution = Resolution {
         cell: 0.1,
         planes: 1,

@@ -18,9 +18,6 @@ use meltpath_thermal::solver::Solver;
 use meltpath_thermal::solver::run::draw;
 use support::{beam, faces, fresh_layer, on_metal, settings, titanium};
 
-/// Of the beam, mm.
-const DIAMETER: f64 = 0.413_67;
-
 fn solver(low: DVec3, high: DVec3, edge: f64) -> Solver<f32> {
     let material = titanium();
     let faces = faces(&material);
@@ -40,7 +37,7 @@ fn lines(length: f64) -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, 980.0, settings(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
 }
 
 #[test]
@@ -53,7 +50,7 @@ fn sleeping_rows_change_temperatures_by_less_than_a_stated_bound() {
     let tolerance = 2.0;
     window.let_rows_sleep(tolerance);
     for s in [&mut whole, &mut window] {
-        draw(s, &path, &beam(DIAMETER), 4e-6, &mut [], &Silent).unwrap();
+        draw(s, &path, &beam(), 4e-6, &mut [], &Silent).unwrap();
     }
     let (a, b) = (whole.highest_temperature(), window.highest_temperature());
     let liquidus = titanium().liquidus as f32;
@@ -91,7 +88,7 @@ fn sleeping_rows_change_temperatures_by_less_than_a_stated_bound() {
 #[ignore = "half a minute of computing"]
 fn a_long_track_costs_where_it_is_hot() {
     let material = titanium();
-    let beam = beam(DIAMETER);
+    let beam = beam();
     let body = on_metal(&material, &beam);
     let resolution = Resolution {
         cell: 0.0625,
@@ -100,8 +97,12 @@ fn a_long_track_costs_where_it_is_hot() {
         power: 1.0,
     };
     let cost = |length: f64| {
-        let path =
-            BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 200.0, settings(1e-3, 4e-3)).unwrap();
+        let path = BeamPath::along(
+            &[[0.0, 0.0], [length, 0.0]],
+            200.0,
+            settings(60.0, 0.413_67),
+        )
+        .unwrap();
         let drawn = judge(&body, &[], &path, &resolution, &Silent).unwrap();
         let most = drawn.highest.largest().0 - CELSIUS;
         println!(
@@ -130,9 +131,9 @@ fn the_bits_with_a_window_do_not_depend_on_threads() {
             let (low, high) = (DVec3::new(-0.5, -0.5, -0.3), DVec3::new(2.5, 2.5, 0.0));
             let mut s = solver(low, high, 0.1);
             s.let_rows_sleep(2.0);
-            let path =
-                BeamPath::along(&[[0.0, 0.0], [2.0, 2.0]], 980.0, settings(5e-3, 4e-3)).unwrap();
-            draw(&mut s, &path, &beam(DIAMETER), 4e-6, &mut [], &Silent).unwrap();
+            let path = BeamPath::along(&[[0.0, 0.0], [2.0, 2.0]], 980.0, settings(300.0, 0.413_67))
+                .unwrap();
+            draw(&mut s, &path, &beam(), 4e-6, &mut [], &Silent).unwrap();
             (s.highest_temperature(), s.ledger().radiated.to_bits())
         })
     };

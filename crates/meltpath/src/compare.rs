@@ -8,9 +8,9 @@ pub mod samples;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::calibration::comparison::{Apart, Pair, apart};
+use meltpath_thermal::calibration::comparison::{Apart, Pair, apart, relative};
 
 use crate::ebm::present_voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::outcome::RunError;
@@ -136,7 +136,8 @@ pub fn compare(
     }
     let parts = figures(&name, found.parts, &reporter)?;
     let verdict = Verdict {
-        checks: parts.iter().map(told).collect(),
+        checks: Vec::new(),
+        facts: parts.iter().flat_map(told).collect(),
         warnings: reporter.warnings(),
     };
     observer.stage("write results", 0);
@@ -233,26 +234,37 @@ fn figures(
     }
 }
 
-/// The mean difference as a line of the verdict.
-fn told(part: &Compared) -> Check {
-    let shown = part.quantity.shown();
-    let id = format!("difference{}", part.quantity.suffix());
-    Check {
-        value: Some(Measure::new(
-            shown.difference(part.apart.bias),
-            shown.difference(part.apart.deviation),
-            shown.difference,
-        )),
-        ..Check::not_checked(
-            &id,
-            &format!(
-                "mean difference of {} samples of the {}, table less other",
-                part.apart.pairs,
-                part.quantity.words()
-            ),
-            "told, not judged: how much is too much depends on the use",
-        )
+/// The differences of one quantity: how much is too much depends on the use, so that nothing is judged.
+fn told(part: &Compared) -> Vec<Fact> {
+    let (shown, suffix) = (part.quantity.shown(), part.quantity.suffix());
+    let of = |value: f64, sigma: Option<f64>| Measure {
+        value: shown.difference(value),
+        sigma: sigma.map(|s| shown.difference(s)),
+        unit: shown.difference.to_owned(),
+    };
+    let title = format!("mean difference of the {}", part.quantity.words());
+    let samples = format!("{} samples, table less other", part.apart.pairs);
+    let mut facts = vec![Fact::new(
+        &format!("difference{suffix}"),
+        &title,
+        of(part.apart.bias, Some(part.apart.deviation)),
+        &samples,
+    )];
+    if part.quantity.is_in_time() {
+        facts.push(Fact::new(
+            &format!("difference-without-sign{suffix}"),
+            "mean difference without sign",
+            of(part.apart.mean, None),
+            &format!("{:.2} % of the temperature", 100.0 * relative(&part.pairs)),
+        ));
+        facts.push(Fact::new(
+            &format!("difference-95{suffix}"),
+            "difference that 95 % stay below",
+            of(part.apart.percentiles[2], None),
+            "",
+        ));
     }
+    facts
 }
 
 /// Edge of a map's cell for places without a grid: eighty across, mm.

@@ -6,7 +6,7 @@ pub mod present;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Check, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
 use meltpath_thermal::calibration::fit::solve_radius;
@@ -15,7 +15,6 @@ use meltpath_thermal::calibration::fit::{
 };
 use meltpath_thermal::material::file::Readings;
 
-use crate::ebm::focus::{self, FocusFileError};
 use crate::material::{MaterialFileError, load};
 use crate::outcome::RunError;
 
@@ -37,9 +36,6 @@ pub enum FitCommandError {
     /// The material.
     #[error(transparent)]
     Material(#[from] MaterialFileError),
-    /// The focus calibration.
-    #[error(transparent)]
-    Focus(#[from] FocusFileError),
     /// A simulation.
     #[error(transparent)]
     Coupon(#[from] CouponError),
@@ -129,19 +125,19 @@ pub fn fit(
         let unit = "%";
         Measure::new(100.0 * fitted.values[n], 100.0 * fitted.sigmas[n], unit)
     });
-    let told = |id: &str, title: &str, value: Measure| Check {
-        value: Some(value),
-        ..Check::not_checked(id, title, "fitted, not judged")
-    };
+    let mut facts = vec![
+        Fact::new(
+            "efficiency",
+            "share of the power that becomes heat",
+            efficiency,
+            "",
+        ),
+        Fact::new("width", "beam diameter, of the calibrated one", width, ""),
+    ];
+    facts.extend(prediction.as_ref().and_then(present::to_build));
     let verdict = Verdict {
-        checks: vec![
-            told(
-                "efficiency",
-                "share of the power that becomes heat",
-                efficiency,
-            ),
-            told("width", "beam diameter, of the calibrated one", width),
-        ],
+        checks: Vec::new(),
+        facts,
         warnings: reporter.warnings(),
     };
     let mut found = Found {
@@ -196,8 +192,7 @@ fn search(
     let loaded = load(&measured.material, Readings::default(), folder)?;
     loaded.tell(provenance);
     let material = loaded.material;
-    let (calibration, source) = focus::builtin(&measured.focus)?;
-    provenance.model("focus calibration", &source);
+    provenance.model("focus calibration", &measured.calibrated);
     provenance.model(
         "bodies",
         "chart simulation of every layer; struts by least-squares cylinder, walls by their mean thickness, pores by what stays powder",
@@ -208,7 +203,6 @@ fn search(
     );
     let bench = Bench {
         material: &material,
-        focus: &calibration,
         layer: measured.layer,
         layers: measured.layers,
         spacing: measured.spacing,

@@ -298,12 +298,14 @@ pub fn test(
     }
     let verdict = Verdict {
         checks: checks(&drifts),
+        facts: Vec::new(),
         warnings: reporter.digest(3),
     };
     let entry = Entry::new(record, circumstances.accept, rating, &drifts);
     let report = OutputFolder::create_numbered(&folder.join("reports"))?;
     let told = present::Told {
-        subject,
+        name: &subject.name(),
+        provenance: &provenance(subject),
         first: &first,
         history: &history,
         entry: &entry,
@@ -423,15 +425,6 @@ fn changed(axis: &Axis, changes: &[String]) -> Result<Axis, HealthError> {
     Ok(axis)
 }
 
-/// The words of a rating.
-pub fn words(rating: Rating) -> &'static str {
-    match rating {
-        Rating::Good => "good",
-        Rating::Watch => "to be watched",
-        Rating::Intervene => "intervention needed",
-    }
-}
-
 fn checks(drifts: &[Drift]) -> Vec<Check> {
     if drifts.is_empty() {
         return vec![Check::not_checked(
@@ -451,7 +444,7 @@ fn checks(drifts: &[Drift]) -> Vec<Check> {
         };
         check.reason = format!(
             "{}: {:+.1} % ({:.4e} → {:.4e}); good below {:.0} %, intervention from {:.0} % on",
-            words(d.rating),
+            d.rating.words(),
             100.0 * d.change,
             d.reference,
             d.now,

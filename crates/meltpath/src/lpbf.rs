@@ -8,6 +8,7 @@ mod optimise;
 mod present;
 mod present_heat;
 mod refuse;
+mod result;
 pub mod run;
 pub mod settings;
 pub mod work;

@@ -6,118 +6,26 @@
 mod bode;
 pub mod choose;
 mod design;
+mod error;
 mod export;
 pub mod file;
 mod present;
 mod refinement;
 pub mod settings;
 mod tables;
+mod trial;
 
 use std::path::Path;
 
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Cancelled, Check, Limit, Measure, Observer, Reporter, Status, Verdict};
-use meltpath_control::export::ExportError;
-use meltpath_numerics::swarm::SwarmError;
-use meltpath_perception::RecordError;
-use meltpath_scan_head::axis::error::AxisError;
-use meltpath_scan_head::servo::compare::ScatterError;
-use meltpath_scan_head::servo::h_infinity::HinfError;
-use meltpath_scan_head::servo::refine::RefineError;
-use meltpath_scan_head::servo::robust::RobustError;
-use meltpath_scan_head::servo::synthesis::ServoError;
+use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
 use crate::job::JobError;
 use crate::outcome::{Outcome, RunError};
 use crate::waam::settings::in_file;
 use design::AxisResult;
+pub use error::{StepError, TuneError};
 use settings::Settings;
-
-/// Why an axis is not tuned.
-#[derive(Debug, thiserror::Error)]
-pub enum TuneError {
-    /// One of its steps.
-    #[error("{axis} axis, {step}: {source}")]
-    Step {
-        /// Which axis.
-        axis: char,
-        /// Which step.
-        step: &'static str,
-        /// Why.
-        source: StepError,
-    },
-    /// The record of a refinement.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// A record that was sampled otherwise than the head.
-    #[error(
-        "the record is sampled every {found:.4} µs, the head every {wanted:.4} µs: refine on a record at the head's rate"
-    )]
-    Sampling {
-        /// The record's, µs.
-        found: f64,
-        /// The head's, µs.
-        wanted: f64,
-    },
-    /// Stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
-/// Why a step of the tuning fails.
-#[derive(Debug, thiserror::Error)]
-pub enum StepError {
-    /// The cascade.
-    #[error(transparent)]
-    Servo(#[from] ServoError),
-    /// The refinement.
-    #[error(transparent)]
-    Refine(#[from] RefineError),
-    /// The H-infinity controller.
-    #[error(transparent)]
-    Hinf(#[from] HinfError),
-    /// The search for a spread of motors.
-    #[error(transparent)]
-    Robust(#[from] RobustError),
-    /// The comparison.
-    #[error(transparent)]
-    Axis(#[from] AxisError),
-    /// The scattered motors.
-    #[error(transparent)]
-    Scatter(#[from] ScatterError),
-    /// The export.
-    #[error(transparent)]
-    Export(#[from] ExportError),
-    /// A linear system.
-    #[error(transparent)]
-    System(#[from] meltpath_control::SystemError),
-}
-
-impl StepError {
-    /// Whether the person stopped it.
-    fn cancelled(&self) -> Option<Cancelled> {
-        match self {
-            StepError::Refine(RefineError::Swarm(SwarmError::Cancelled(c)))
-            | StepError::Robust(RobustError::Swarm(SwarmError::Cancelled(c)))
-            | StepError::Scatter(ScatterError::Cancelled(c)) => Some(*c),
-            _ => None,
-        }
-    }
-}
-
-/// The error of a step of an axis.
-pub(crate) fn step<E: Into<StepError>>(
-    axis: char,
-    step: &'static str,
-) -> impl FnOnce(E) -> TuneError {
-    move |source| {
-        let source = source.into();
-        match source.cancelled() {
-            Some(c) => TuneError::Cancelled(c),
-            None => TuneError::Step { axis, step, source },
-        }
-    }
-}
 
 impl From<TuneError> for RunError {
     fn from(error: TuneError) -> Self {
@@ -169,6 +77,7 @@ pub fn tune(
     }
     let verdict = Verdict {
         checks: results.iter().flat_map(|r| checks(r, &settings)).collect(),
+        facts: results.iter().flat_map(present::facts).collect(),
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
@@ -243,8 +152,8 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
             .remedy("export.controller = \"robust\", or a lower bandwidth"),
         );
     }
-    match &result.as_exported {
-        Some(exported) => checks.push(
+    if let Some(exported) = &result.as_exported {
+        checks.push(
             Check::judge(
                 &format!("{letter}-export"),
                 &format!("{upper}: error as exported over error as designed"),
@@ -252,15 +161,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 Limit::AtMost(1.05),
             )
             .remedy("a longer word, sections instead of state space, or a higher output limit"),
-        ),
-        None => checks.push(Check {
-            status: Status::Pass,
-            ..Check::not_checked(
-                &format!("{letter}-export"),
-                &format!("{upper}: exported"),
-                "the cascade leaves as gains: nothing is rounded",
-            )
-        }),
+        );
     }
     checks
 }

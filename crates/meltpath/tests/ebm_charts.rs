@@ -37,8 +37,8 @@ fn job(folder: &Path, name: &str, charts: &str) -> PathBuf {
 
 /// Hottest place on the charts, °C.
 fn hottest(outcome: &meltpath::outcome::Outcome) -> f64 {
-    let check = outcome.verdict.checks.iter().find(|c| c.id == "hottest");
-    check.unwrap().value.as_ref().unwrap().value
+    let fact = outcome.verdict.facts.iter().find(|f| f.id == "hottest");
+    fact.unwrap().value.as_ref().unwrap().value
 }
 
 /// Charts written without memory serve a job with memory: what is missing is computed, and kept.
@@ -94,14 +94,14 @@ fn charts_that_cannot_be_used_are_refused_by_a_run() {
         assert!(!out.exists());
         error.to_string()
     };
-    let name = b"meltpath-chart/2";
+    let name = b"meltpath-chart/3";
     let at = bytes.windows(name.len()).position(|w| w == name).unwrap();
     let mut older = bytes.clone();
     older[at + name.len() - 1] = b'1';
     let told = refused(&older);
     assert!(
         told.contains("a.melt")
-            && told.contains("holds meltpath-chart/1, this meltpath reads meltpath-chart/2"),
+            && told.contains("holds meltpath-chart/1, this meltpath reads meltpath-chart/3"),
         "{told}"
     );
     assert!(
@@ -175,7 +175,7 @@ fn charts_serve_what_they_were_computed_for() {
     let doctor = |file: &Path| chain::doctor(file).unwrap().join("\n");
     let lines = doctor(&with_current("asked", 5e-3, both, ""));
     assert!(
-        lines.contains("focus 4.00 mA: between") && lines.contains("cost: "),
+        lines.contains("on 413.7 µm: between") && lines.contains("cost: "),
         "{lines}"
     );
     let lines = doctor(&with_current("plain", 5e-3, "", ""));
@@ -288,7 +288,7 @@ fn charts_serve_a_current_that_changes_all_the_time() {
     let told = warnings.iter().find(|w| w.code == "charts-in-steps");
     let told = &told.unwrap().message;
     assert!(
-        told.contains("12 beam currents from 4.500 to 5.500 mA") && told.contains("for 2 of them"),
+        told.contains("12 beam powers from 270.0 to 330.0 W") && told.contains("for 2 of them"),
         "{told}"
     );
     let table = of_many.join("series/voxels.csv");

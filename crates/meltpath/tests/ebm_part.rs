@@ -100,7 +100,7 @@ fn ebm_q11_roughness_knows_nothing_of_the_beam() {
         let settings = resolve(&read, dir.path(), &Silent).unwrap();
         (
             settings.material.roughness.unwrap(),
-            settings.path.points()[0].current,
+            settings.gun.current(settings.path.points()[0].power),
         )
     };
     let (slow, fast) = (

@@ -66,10 +66,8 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
         meltpath_thermal::material::file::Readings::default(),
     )
     .unwrap();
-    let focus = meltpath::ebm::focus::builtin(&measured.focus).unwrap().0;
     let bench = Bench {
         material: &material,
-        focus: &focus,
         layer: 0.05,
         layers: 3,
         spacing: 0.05,

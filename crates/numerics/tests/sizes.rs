@@ -34,7 +34,7 @@ fn systems_are_solved() {
             "{size}"
         );
         // rows and columns in units 24 decades apart: the solution keeps its digits, column by column
-        let units = |k: usize| 10f64.powi(k as i32 % 25 - 12);
+        let units = |k: usize| 10f64.powf((k % 25) as f64 - 12.0);
         let scaled = Matrix::from_fn(size, size, |i, j| units(i) * a[(i, j)] * units(j + 7));
         let right = Matrix::from_fn(size, 3, |i, j| units(i) * b[(i, j)]);
         let y = solve(&scaled, &right).unwrap();

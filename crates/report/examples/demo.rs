@@ -33,9 +33,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     folder.write("paraview/travels.vtp", |w| {
         vtk::write_lines(w, &travels).map_err(|e| other(&e))
     })?;
-    folder.write("paraview/part.vtp", |w| {
-        vtk::write_surface(w, &demo::part()).map_err(|e| other(&e))
-    })?;
     let grid = demo::grid(1.0);
     let mut steps = Vec::new();
     for layer in 1..=demo::LAYERS {

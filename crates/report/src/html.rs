@@ -44,25 +44,6 @@ pub enum ReportError {
     Io(#[from] io::Error),
 }
 
-/// A figure of merit that stands at the top, such as the wire mass.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fact {
-    /// What it is.
-    pub label: String,
-    /// Its value with the unit.
-    pub value: String,
-}
-
-impl Fact {
-    /// A fact.
-    pub fn new(label: &str, value: &str) -> Self {
-        Fact {
-            label: label.to_owned(),
-            value: value.to_owned(),
-        }
-    }
-}
-
 /// A chapter of plots and tables.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Section {
@@ -83,10 +64,8 @@ pub struct Report {
     pub title: String,
     /// Part, process, wire: one line.
     pub subtitle: String,
-    /// Checks and warnings.
+    /// Checks, facts and warnings.
     pub verdict: Verdict,
-    /// Figures of merit.
-    pub facts: Vec<Fact>,
     /// The 3D view.
     pub scene: Option<Scene>,
     /// Plots and tables.
@@ -186,19 +165,12 @@ fn verdict(out: &mut dyn Write, report: &Report) -> io::Result<()> {
         "<section class=\"card\" aria-label=\"Verdict\">{}",
         verdict_html::headline(&report.verdict)
     )?;
-    if !report.facts.is_empty() {
-        out.write_all(b"<dl class=\"facts\">")?;
-        for fact in &report.facts {
-            write!(
-                out,
-                "<div><dt>{}</dt><dd>{}</dd></div>",
-                escape(&fact.label),
-                escape(&fact.value)
-            )?;
-        }
-        out.write_all(b"</dl>")?;
-    }
-    write!(out, "{}</section>", verdict_html::checks(&report.verdict))
+    write!(
+        out,
+        "{}{}</section>",
+        verdict_html::checks(&report.verdict),
+        verdict_html::facts(&report.verdict.facts)
+    )
 }
 
 fn view(out: &mut dyn Write, data: &SceneData) -> io::Result<()> {

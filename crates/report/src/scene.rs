@@ -6,8 +6,10 @@ mod item;
 
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
+pub use meltpath_geometry::raster::Grid;
 
-pub use heights::{Grid, HeightLayers};
+pub use heights::HeightLayers;
+
 pub use item::{MAX_LAYER, Scalar, SceneError, Visibility};
 use item::{check_points, check_scalars};
 

@@ -2,22 +2,13 @@
 
 use std::fmt::Write as _;
 
-use meltpath_base::{Check, Limit, Status, Verdict, Warning};
+use meltpath_base::{Check, Fact, Limit, Measure, Status, Verdict, Warning};
 
 use crate::escape::escape;
-use crate::number::{significant, with_uncertainty};
+use crate::number::{duration, significant, with_uncertainty};
 
 /// Warnings of one code that are listed one by one; the rest is counted.
 const LISTED: usize = 20;
-
-/// Worst first: what a person must act on stands at the top.
-const ORDER: [Status; 5] = [
-    Status::Fail,
-    Status::CannotSay,
-    Status::Warn,
-    Status::NotChecked,
-    Status::Pass,
-];
 
 fn class(status: Status) -> &'static str {
     match status {
@@ -50,70 +41,6 @@ fn icon(status: Status) -> &'static str {
     }
 }
 
-/// The sentence that stands first: what the checks say together.
-///
-/// ```
-/// use meltpath_base::{Check, Verdict};
-/// let verdict = Verdict { checks: vec![Check::not_checked("reach", "Reach", "no cell model")], warnings: vec![] };
-/// assert_eq!(
-///     meltpath_report::verdict_html::sentence(&verdict),
-///     "Nothing fails, but 1 of 1 check was not made."
-/// );
-/// ```
-pub fn sentence(verdict: &Verdict) -> String {
-    let total = verdict.checks.len();
-    let count = |status| verdict.checks.iter().filter(|c| c.status == status).count();
-    let (fail, unsure, warn, unchecked) = (
-        count(Status::Fail),
-        count(Status::CannotSay),
-        count(Status::Warn),
-        count(Status::NotChecked),
-    );
-    let checks = if total == 1 { "check" } else { "checks" };
-    let verb = |n: usize, one: &str, many: &str| {
-        if n == 1 {
-            one.to_owned()
-        } else {
-            many.to_owned()
-        }
-    };
-    if total == 0 {
-        return "Nothing was checked.".to_owned();
-    }
-    if fail > 0 {
-        let more = if unsure > 0 {
-            format!(" {unsure} more cannot be decided.")
-        } else {
-            String::new()
-        };
-        return format!(
-            "{fail} of {total} {checks} {}: what was asked is not met.{more}",
-            verb(fail, "fails", "fail")
-        );
-    }
-    if unsure > 0 {
-        return format!(
-            "Nothing fails, but {unsure} of {total} {checks} cannot be decided: the uncertainty is larger than the limit."
-        );
-    }
-    if warn > 0 {
-        return format!(
-            "Nothing fails, but {warn} of {total} {checks} {} to be looked at.",
-            verb(warn, "asks", "ask")
-        );
-    }
-    if unchecked > 0 {
-        return format!(
-            "Nothing fails, but {unchecked} of {total} {checks} {} not made.",
-            verb(unchecked, "was", "were")
-        );
-    }
-    if total == 1 {
-        return "The check passes.".to_owned();
-    }
-    format!("All {total} checks pass.")
-}
-
 /// The badge and the sentence.
 pub fn headline(verdict: &Verdict) -> String {
     let status = verdict.status();
@@ -122,37 +49,76 @@ pub fn headline(verdict: &Verdict) -> String {
         class(status),
         icon(status),
         status.words(),
-        sentence(verdict),
+        verdict.sentence(),
     )
 }
 
-/// Every check, worst first, otherwise in the order given.
+/// Every check in reading order; nothing where nothing was judged.
 pub fn checks(verdict: &Verdict) -> String {
+    if verdict.checks.is_empty() {
+        return String::new();
+    }
     let mut html = String::from(
         "<div class=\"scroll\"><table class=\"checks\"><thead><tr><th scope=\"col\">Outcome</th><th scope=\"col\">Check</th>\
-         <th scope=\"col\" class=\"n\">Found</th><th scope=\"col\" class=\"n\">Asked</th><th scope=\"col\">Why, where, and what to do</th></tr></thead><tbody>",
+         <th scope=\"col\" class=\"n\">Found</th><th scope=\"col\" class=\"n\">Limit</th><th scope=\"col\">Why, where, and what to do</th></tr></thead><tbody>",
     );
-    for status in ORDER {
-        for check in verdict.checks.iter().filter(|c| c.status == status) {
-            row(&mut html, check);
-        }
+    for check in verdict.in_reading_order() {
+        row(&mut html, check);
     }
     html.push_str("</tbody></table></div>");
     html
 }
 
+/// What is told without a limit: one tile each.
+pub fn facts(facts: &[Fact]) -> String {
+    if facts.is_empty() {
+        return String::new();
+    }
+    let mut html = String::from("<h3>Told, without a limit</h3><dl class=\"facts\">");
+    for fact in facts {
+        // writing to a String cannot fail
+        let _ = write!(
+            html,
+            "<div data-fact=\"{}\"><dt>{}</dt>",
+            escape(&fact.id),
+            escape(&fact.title)
+        );
+        if let Some(value) = &fact.value {
+            let _ = write!(html, "<dd>{}</dd>", shown(value));
+        }
+        if !fact.reason.is_empty() {
+            let _ = write!(html, "<dd class=\"why\">{}</dd>", escape(&fact.reason));
+        }
+        if let Some(place) = &fact.place {
+            let _ = write!(
+                html,
+                "<dd class=\"why\">at {}</dd>",
+                escape(&place.to_string())
+            );
+        }
+        html.push_str("</div>");
+    }
+    html.push_str("</dl>");
+    html
+}
+
+/// A value with its uncertainty and unit; minutes as hours and minutes.
+fn shown(measure: &Measure) -> String {
+    let sigma = measure.sigma.unwrap_or(0.0);
+    if measure.unit == "min" && sigma <= 0.0 {
+        return duration(60.0 * measure.value);
+    }
+    let number = with_uncertainty(measure.value, sigma);
+    if measure.unit.is_empty() {
+        return number;
+    }
+    format!("{number} {}", escape(&measure.unit))
+}
+
 fn row(html: &mut String, check: &Check) {
-    let found = check.value.as_ref().map_or_else(
-        || "–".to_owned(),
-        |m| {
-            let number = m
-                .sigma
-                .map_or_else(|| significant(m.value, 4), |s| with_uncertainty(m.value, s));
-            format!("{number} {}", escape(&m.unit))
-        },
-    );
+    let found = check.value.as_ref().map_or_else(|| "–".to_owned(), shown);
     let unit = check.value.as_ref().map_or("", |m| m.unit.as_str());
-    let asked = match check.limit {
+    let limit = match check.limit {
         Some(Limit::AtMost(bound)) => format!("≤ {} {}", significant(bound, 4), escape(unit)),
         Some(Limit::AtLeast(bound)) => format!("≥ {} {}", significant(bound, 4), escape(unit)),
         None => "–".to_owned(),
@@ -161,7 +127,7 @@ fn row(html: &mut String, check: &Check) {
     let _ = write!(
         html,
         "<tr class=\"{}\" data-check=\"{}\"><td class=\"outcome\">{}{}</td><th scope=\"row\">{}</th>\
-         <td class=\"n\" data-label=\"Found\">{found}</td><td class=\"n\" data-label=\"Asked\">{asked}</td><td>{}",
+         <td class=\"n\" data-label=\"Found\">{found}</td><td class=\"n\" data-label=\"Limit\">{limit}</td><td>{}",
         class(check.status),
         escape(&check.id),
         icon(check.status),
@@ -244,7 +210,7 @@ mod tests {
                 judge("lack", 0.4, 2.0, Limit::AtMost(0.5)),
                 judge("height", 0.95, 0.1, Limit::AtMost(1.0)),
             ],
-            warnings: vec![],
+            ..Verdict::default()
         }
     }
 
@@ -254,28 +220,26 @@ mod tests {
     }
 
     #[test]
-    fn the_sentence_follows_the_worst_outcome() {
-        let mut v = verdict();
-        assert_eq!(
-            sentence(&v),
-            "1 of 5 checks fails: what was asked is not met. 1 more cannot be decided."
+    fn facts_are_tiles_apart_from_checks() {
+        let fact = Fact::new(
+            "time-total",
+            "time in all",
+            Measure::exact(123.9, "min"),
+            "",
         );
-        v.checks.remove(2);
-        assert!(sentence(&v).contains("1 of 4 checks cannot be decided"));
-        v.checks.remove(2);
-        assert_eq!(
-            sentence(&v),
-            "Nothing fails, but 1 of 3 checks asks to be looked at."
-        );
-        v.checks.remove(2);
-        assert_eq!(
-            sentence(&v),
-            "Nothing fails, but 1 of 2 checks was not made."
-        );
-        v.checks.remove(1);
-        assert_eq!(sentence(&v), "The check passes.");
-        v.checks.clear();
-        assert_eq!(sentence(&v), "Nothing was checked.");
+        let bare = Fact::new(
+            "coverage",
+            "area that no bead covers",
+            Measure::new(0.06, 0.0, "%"),
+            "largest place 1.5 mm²",
+        )
+        .at(Place::layer(3));
+        let html = facts(&[fact, bare]);
+        assert!(html.contains("<dt>time in all</dt><dd>2 h 04 min</dd></div>"));
+        assert!(html.contains(
+            "<dd>0.06 %</dd><dd class=\"why\">largest place 1.5 mm²</dd><dd class=\"why\">at layer 3</dd>"
+        ));
+        assert!(facts(&[]).is_empty());
     }
 
     #[test]

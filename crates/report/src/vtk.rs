@@ -1,4 +1,4 @@
-//! Files for ParaView: lines and surfaces (`.vtp`), height maps and volumes (`.vti`), and collections over layers (`.pvd`).
+//! Files for ParaView: lines (`.vtp`), height maps and volumes (`.vti`), and collections over layers (`.pvd`).
 //!
 //! XML with raw appended binary, little-endian, 64-bit headers, uncompressed.
 //! Source: VTK file formats, <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
@@ -11,7 +11,7 @@ mod polydata;
 pub use appended::Values;
 pub use collection::write_collection;
 pub use image::{Field, Volume, write_height_image, write_volume};
-pub use polydata::{write_lines, write_surface};
+pub use polydata::write_lines;
 
 /// Why a ParaView file could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -4,8 +4,8 @@
 
 mod demo;
 
-use meltpath_base::{Check, Place, Warning};
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_base::{Check, Fact, Place, Warning};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::scene::SceneError;
 use meltpath_report::table::{Cell, Table};
@@ -68,7 +68,7 @@ fn hostile_names_stay_text() {
     let mut report = demo::report(5.0);
     report.title = evil.to_owned();
     report.subtitle = evil.to_owned();
-    report.facts = vec![Fact::new(evil, evil)];
+    report.verdict.facts = vec![Fact::words(evil, evil, evil)];
     report
         .verdict
         .checks

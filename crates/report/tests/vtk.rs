@@ -4,12 +4,9 @@
 
 mod demo;
 
-use meltpath_geometry::Mesh;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_report::scene::{Grid, LineSet, Polyline, Scalar, Stroke, Surface, Visibility};
-use meltpath_report::vtk::{
-    Field, Values, VtkError, write_height_image, write_lines, write_surface,
-};
+use meltpath_report::scene::{Grid, LineSet, Polyline, Scalar, Stroke, Visibility};
+use meltpath_report::vtk::{Field, Values, VtkError, write_height_image, write_lines};
 
 /// The XML before the appended bytes, and those bytes.
 fn split(file: &[u8]) -> (String, &[u8]) {
@@ -73,7 +70,7 @@ fn lines_keep_their_structure() {
 #[test]
 fn offsets_point_at_the_arrays() {
     let mut out = Vec::new();
-    write_surface(&mut out, &demo::part()).unwrap();
+    write_lines(&mut out, &demo::lines(1.0)[0]).unwrap();
     let (xml, bytes) = split(&out);
     let mut expected = 0;
     let mut found = Vec::new();
@@ -125,16 +122,6 @@ fn what_does_not_fit_is_refused_before_a_byte_is_written() {
         unit: "mm",
         values: Values::Float64(&[0.0; 5]),
     };
-    let surface = Surface {
-        name: "s".to_owned(),
-        mesh: Mesh {
-            vertices: vec![],
-            triangles: vec![[0, 1, 2]],
-        },
-        scalars: vec![],
-        opacity: 1.0,
-        visibility: Visibility::Shown,
-    };
     let mut out = Vec::new();
     let refused = [
         write_lines(&mut out, &lines),
@@ -148,7 +135,6 @@ fn what_does_not_fit_is_refused_before_a_byte_is_written() {
             0.0,
             &[],
         ),
-        write_surface(&mut out, &surface),
     ];
     for result in refused {
         assert!(matches!(result, Err(VtkError::Scene(_))));

@@ -9,13 +9,14 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::chain::AxisRecord;
 use meltpath_scan_head::files::{self, HeadData};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::optics::correction::{Border, CorrectionTable};
-use meltpath_scan_head::plate::SquarePlate;
 
 fn data() -> HeadData {
     files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).expect("the head reads")
@@ -25,12 +26,20 @@ fn data() -> HeadData {
 fn job() -> ScanJob {
     let recipe =
         files::parse_recipe(meltpath_data::recipes::INDUSTRIAL.text).expect("the recipe reads");
+    let stated = data().plate;
     let one = SquarePlate {
         columns: 1,
         rows: 1,
-        ..data().plate
+        column_pitch: stated.column_pitch,
+        row_pitch: stated.row_pitch,
+        side: stated.side,
+        contour_distance: stated.contour_distance,
+        hatch: stated.hatch,
+        inset: stated.inset,
     };
-    one.job(&recipe).expect("the job is sound")
+    let path = one.toolpath().expect("the plate is sound");
+    let prepared = prepare(&path.layers, &recipe).expect("the job is sound");
+    prepared.job
 }
 
 struct Count(u64);

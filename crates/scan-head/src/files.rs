@@ -10,6 +10,6 @@ mod motor;
 mod recipe;
 
 pub use figure::{Figure, HeadFileError};
-pub use head::{HeadData, parse_head};
+pub use head::{HeadData, Plate, parse_head};
 pub use motor::parse_motor;
 pub use recipe::parse_recipe;

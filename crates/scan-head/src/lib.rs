@@ -24,6 +24,5 @@ pub mod health;
 pub mod identification;
 pub mod measures;
 pub mod optics;
-pub mod plate;
 pub mod search;
 pub mod servo;

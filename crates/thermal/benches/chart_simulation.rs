@@ -25,19 +25,17 @@ fn titanium() -> Material {
 fn fast() -> ChartSettings {
     ChartSettings {
         stop: 3700.0 + CELSIUS,
-        ..ChartSettings::of_thesis(60e3, 5e-3, 4e-3, 0.413_67)
+        ..ChartSettings::of_thesis(300.0, 0.413_67)
     }
 }
 
-fn start(current: f64, focus: f64) -> BeamPoint {
+fn start(power: f64, spot: f64) -> BeamPoint {
     BeamPoint {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: 60e3,
-        current,
-        focus,
-        on: true,
+        power,
+        spot,
     }
 }
 
@@ -75,7 +73,7 @@ fn triangle() -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, 980.0, start(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, 980.0, start(300.0, 0.413_67)).unwrap()
 }
 
 fn benches(c: &mut Criterion) {
@@ -83,12 +81,12 @@ fn benches(c: &mut Criterion) {
     let mut group = c.benchmark_group("chart_simulation_f32");
     group.sample_size(10);
     let slow = compute(
-        &ChartSettings::of_thesis(60e3, 2e-3, 0.0, 0.551_67),
+        &ChartSettings::of_thesis(120.0, 0.551_67),
         &material,
         &Silent,
     )
     .unwrap();
-    let line = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, start(2e-3, 0.0)).unwrap();
+    let line = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, start(120.0, 0.551_67)).unwrap();
     let low = DVec3::new(-0.25, -0.25, -0.35);
     let ready = simulation(&slow, low, DVec3::new(3.25, 0.25, 0.0), 0.048, Memory::None);
     group.throughput(Throughput::Elements(ready.grid().len() as u64 * 3000));
@@ -98,7 +96,8 @@ fn benches(c: &mut Criterion) {
     // the disc of the heated zone: 1.4 beam diameters across, seven planes
     let radius = 0.7 * 0.551_67_f64;
     for (length, edge) in [(3.0, 0.096), (3.0, 0.048), (6.0, 0.048)] {
-        let line = BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 400.0, start(2e-3, 0.0)).unwrap();
+        let line =
+            BeamPath::along(&[[0.0, 0.0], [length, 0.0]], 400.0, start(120.0, 0.551_67)).unwrap();
         let low = DVec3::new(-0.5, -0.5, -0.35);
         let high = DVec3::new(length + 0.5, 0.5, 0.0);
         let ready = simulation(&slow, low, high, edge, Memory::None);

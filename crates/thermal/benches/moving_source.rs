@@ -4,7 +4,6 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::pool::history::Memory;
 use meltpath_thermal::pool::moving_source::MovingSource;
@@ -29,10 +28,8 @@ fn raster(length: f64, line: f64) -> BeamPath {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: 60e3,
-        current: 5e-3,
-        focus: 0.0,
-        on: true,
+        power: 300.0,
+        spot: 0.4137,
     };
     BeamPath::along(&corners, SPEED, start).unwrap()
 }
@@ -48,7 +45,6 @@ fn pools(path: &BeamPath, body: Body) -> f64 {
     let beam = Beam {
         efficiency: 0.9,
         depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(0.4137),
     };
     let mut engine = MovingSource::new(medium, path.clone(), beam, Memory::Folded).unwrap();
     let samples = (path.end() * SPEED / 0.1) as usize;

@@ -1,12 +1,12 @@
-//! The beam in time: where it is, with which voltage, current and focus.
+//! The beam in time: where it is, with how much power and how wide. A place in time can be asked for anywhere, which a stream of
+//! motion does not give.
 
-use std::fmt::Write as _;
-use std::io::BufRead;
+use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::{MotionBlock, Times};
 
-use crate::focus::{FocusCalibration, FocusError};
 use crate::solver::source::{Depth, Spot};
 
-/// The beam from one instant on: it moves in a straight line to the next point, with these settings.
+/// The beam from one instant on: it moves in a straight line to the next point, with this power and spot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamPoint {
     /// When, s.
@@ -15,17 +15,26 @@ pub struct BeamPoint {
     pub x: f64,
     /// Where, mm.
     pub y: f64,
-    /// Accelerating voltage, V.
-    pub voltage: f64,
-    /// Beam current, A.
-    pub current: f64,
-    /// Current of the focus coil, A.
-    pub focus: f64,
-    /// Whether the beam is on.
-    pub on: bool,
+    /// Power of the beam, W; 0 where it is off.
+    pub power: f64,
+    /// Diameter φ of the spot where the intensity has fallen to 1/e², mm.
+    pub spot: f64,
 }
 
-/// Why a beam path or a focus was refused.
+impl BeamPoint {
+    /// Whether the beam is on.
+    pub fn is_on(&self) -> bool {
+        self.power > 0.0
+    }
+
+    /// The same with the beam off.
+    #[must_use]
+    pub fn off(self) -> Self {
+        BeamPoint { power: 0.0, ..self }
+    }
+}
+
+/// Why a beam path was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum BeamError {
     /// Time runs backwards or a value is not finite.
@@ -38,21 +47,15 @@ pub enum BeamError {
         /// What is wrong.
         what: &'static str,
     },
-    /// A line of a file that does not read.
-    #[error("line {line} of the beam path: {what}; the columns are {}", COLUMNS)]
-    Line {
-        /// Which, from 1.
-        line: usize,
-        /// What is wrong.
-        what: String,
+    /// Motion with power that does not say how wide the beam is.
+    #[error("the motion carries {power} W at {time} s and no spot: give its column `spot`, mm")]
+    NoSpot {
+        /// When, s.
+        time: f64,
+        /// The power, W.
+        power: f64,
     },
-    /// The file cannot be read.
-    #[error("the beam path cannot be read: {0}")]
-    Read(#[from] std::io::Error),
 }
-
-/// Heads of the columns of a beam-path file; `on` is 0 or 1.
-pub const COLUMNS: &str = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on";
 
 /// A beam from its first point's time to its last.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,14 +78,17 @@ impl BeamPath {
                     what,
                 })
             };
-            let values = [p.time, p.x, p.y, p.voltage, p.current, p.focus];
+            let values = [p.time, p.x, p.y, p.power, p.spot];
             if !values.iter().all(|v| v.is_finite()) {
                 return fail("a value is not finite");
+            }
+            if p.is_on() && p.spot <= 0.0 {
+                return fail("the spot has no width");
             }
             if p.time < before {
                 return fail("time runs backwards");
             }
-            if p.voltage * p.current < 0.0 {
+            if p.power < 0.0 {
                 return fail("the power is negative");
             }
             before = p.time;
@@ -97,7 +103,7 @@ impl BeamPath {
     ///
     /// ```
     /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
-    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on: true };
+    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
     /// let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, start).unwrap();
     /// assert!((path.end() - 0.0075).abs() < 1e-12);
     /// assert!((path.at(0.005).x - 2.0).abs() < 1e-12);
@@ -112,6 +118,67 @@ impl BeamPath {
             points.push(BeamPoint { time, x, y, ..like });
         }
         Self::new(points)
+    }
+
+    /// The path that a motion takes, block after block.
+    ///
+    /// # Errors
+    /// [`BeamError`]: power without a spot, or what [`BeamPath::new`] refuses.
+    ///
+    /// ```
+    /// use meltpath_geometry::math::DVec3;
+    /// use meltpath_thermal::beam::BeamPath;
+    /// use meltpath_toolpath::{MotionBlock, Times};
+    /// let line = MotionBlock {
+    ///     times: Times::Each(vec![0.0, 0.01]),
+    ///     position: vec![DVec3::ZERO, DVec3::X * 9.8],
+    ///     power: vec![0.0, 300.0],
+    ///     spot: vec![0.4, 0.4],
+    ///     ..MotionBlock::default()
+    /// };
+    /// let path = BeamPath::of(&[line]).unwrap();
+    /// assert_eq!(path.at(0.005).power, 300.0);
+    /// ```
+    pub fn of(motion: &[MotionBlock]) -> Result<Self, BeamError> {
+        let mut points: Vec<BeamPoint> = Vec::new();
+        for block in motion {
+            for (i, at) in block.position.iter().enumerate() {
+                let time = block.time(i);
+                let power = block.power.get(i).copied().unwrap_or_default();
+                let spot = block.spot.get(i).copied();
+                if power > 0.0 && spot.is_none() {
+                    return Err(BeamError::NoSpot { time, power });
+                }
+                // what a sample says holds over the stretch that ends there: it belongs to the point before
+                if let Some(before) = points.last_mut() {
+                    before.power = power;
+                    before.spot = spot.unwrap_or(before.spot);
+                }
+                points.push(BeamPoint {
+                    time,
+                    x: at.x,
+                    y: at.y,
+                    power: 0.0,
+                    spot: spot.unwrap_or_default(),
+                });
+            }
+        }
+        Self::new(points)
+    }
+
+    /// The motion of this path, on the build plane; [`BeamPath::of`] gives it back but for what the last point says.
+    pub fn motion(&self) -> MotionBlock {
+        let points = &self.points;
+        let before = |n: usize| points[n.saturating_sub(1)];
+        MotionBlock {
+            times: Times::Each(points.iter().map(|p| p.time).collect()),
+            position: points.iter().map(|p| DVec3::new(p.x, p.y, 0.0)).collect(),
+            power: (0..points.len())
+                .map(|n| if n == 0 { 0.0 } else { before(n).power })
+                .collect(),
+            spot: (0..points.len()).map(|n| before(n).spot).collect(),
+            ..MotionBlock::default()
+        }
     }
 
     /// The points.
@@ -145,22 +212,20 @@ impl BeamPath {
             }
             (Some(i), None) => BeamPoint {
                 time,
-                on: false,
+                power: 0.0,
                 ..self.points[i]
             },
             (None, Some(first)) => BeamPoint {
                 time,
-                on: false,
+                power: 0.0,
                 ..*first
             },
             (None, None) => BeamPoint {
                 time,
                 x: 0.0,
                 y: 0.0,
-                voltage: 0.0,
-                current: 0.0,
-                focus: 0.0,
-                on: false,
+                power: 0.0,
+                spot: 0.0,
             },
         }
     }
@@ -170,8 +235,8 @@ impl BeamPath {
     ///
     /// ```
     /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
-    /// let at = |time: f64, x: f64, on: bool| BeamPoint { time, x, y: 0.0, voltage: 60e3, current: 5e-3, focus: 4e-3, on };
-    /// let spots = BeamPath::new(vec![at(0.0, 0.0, true), at(1.0, 0.0, true), at(1.0, 9.0, true), at(2.0, 9.0, false)]).unwrap();
+    /// let at = |time: f64, x: f64, power: f64| BeamPoint { time, x, y: 0.0, power, spot: 0.4 };
+    /// let spots = BeamPath::new(vec![at(0.0, 0.0, 300.0), at(1.0, 0.0, 300.0), at(1.0, 9.0, 300.0), at(2.0, 9.0, 0.0)]).unwrap();
     /// let both = spots.stretches(0.25, 1.25);
     /// assert_eq!(both.iter().map(|(share, p)| (*share, p.x)).collect::<Vec<_>>(), [(0.75, 0.0), (0.25, 9.0)]);
     /// ```
@@ -188,7 +253,7 @@ impl BeamPath {
             // before the first point and from the last one on the beam is off
             let cut = before.is_none_or(|b| {
                 let jumps = b.time == here.time && (b.x, b.y) != (here.x, here.y);
-                let switches = b.on != here.on || (n + 1 == points.len() && here.on);
+                let switches = b.is_on() != here.is_on() || (n + 1 == points.len() && here.is_on());
                 jumps || switches
             });
             if cut && ends.last().is_some_and(|e| *e < here.time) {
@@ -205,14 +270,16 @@ impl BeamPath {
     pub fn rests(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         self.points
             .windows(2)
-            .filter(|w| w[0].on && w[1].time > w[0].time && (w[0].x, w[0].y) == (w[1].x, w[1].y))
+            .filter(|w| {
+                w[0].is_on() && w[1].time > w[0].time && (w[0].x, w[0].y) == (w[1].x, w[1].y)
+            })
             .map(|w| [w[0].time, w[1].time])
     }
 
     /// Whether the beam is on and rests from one time to another, between two points of the path.
     pub fn rests_over(&self, from: f64, to: f64) -> bool {
         let (begun, midway) = (self.at(from), self.at(0.5 * (from + to)));
-        begun.on && (begun.x, begun.y) == (midway.x, midway.y)
+        begun.is_on() && (begun.x, begun.y) == (midway.x, midway.y)
     }
 
     /// The path from one time to another, s.
@@ -224,113 +291,32 @@ impl BeamPath {
         points.extend(self.points.iter().filter(inside));
         if points.last().is_some_and(|p| p.time < to) {
             points.push(BeamPoint {
-                on: points[points.len() - 1].on,
+                power: points[points.len() - 1].power,
                 ..self.at(to)
             });
         }
         BeamPath { points }
     }
-
-    /// Reads a path from CSV with the columns of [`COLUMNS`] and that line at its head; lines that begin with `#` are comments.
-    ///
-    /// # Errors
-    /// [`BeamError`] with the line.
-    pub fn from_csv(reader: impl BufRead) -> Result<Self, BeamError> {
-        let mut points = Vec::new();
-        let mut head = false;
-        for (n, text) in reader.lines().enumerate() {
-            let text = text?;
-            let text = text.trim();
-            if text.is_empty() || text.starts_with('#') {
-                continue;
-            }
-            let fail = |what: String| BeamError::Line { line: n + 1, what };
-            if !head {
-                if text != COLUMNS {
-                    return Err(fail(format!("the head is \"{text}\"")));
-                }
-                head = true;
-                continue;
-            }
-            let mut values = [0.0; 7];
-            let mut cells = text.split(',');
-            for value in &mut values {
-                let cell = cells
-                    .next()
-                    .ok_or_else(|| fail("a column is missing".to_owned()))?;
-                *value = cell
-                    .trim()
-                    .parse()
-                    .map_err(|_| fail(format!("\"{cell}\" is not a number")))?;
-            }
-            if cells.next().is_some() {
-                return Err(fail("there is a column too many".to_owned()));
-            }
-            let [time, x, y, voltage, current, focus, on] = values;
-            if on != 0.0 && on != 1.0 {
-                return Err(fail(format!("`on` is {on}: write 0 or 1")));
-            }
-            points.push(BeamPoint {
-                time,
-                x,
-                y,
-                voltage,
-                current,
-                focus,
-                on: on == 1.0,
-            });
-        }
-        Self::new(points)
-    }
-
-    /// The path as CSV; reads back to the same bits.
-    pub fn to_csv(&self) -> String {
-        let mut out = format!("{COLUMNS}\n");
-        for p in &self.points {
-            // writing to a String cannot fail
-            let _ = writeln!(
-                out,
-                "{:?},{:?},{:?},{:?},{:?},{:?},{}",
-                p.time,
-                p.x,
-                p.y,
-                p.voltage,
-                p.current,
-                p.focus,
-                u8::from(p.on)
-            );
-        }
-        out
-    }
 }
 
-/// What turns machine settings into heat.
-#[derive(Debug, Clone, PartialEq)]
+/// How a beam becomes heat.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Share of the beam power that becomes heat, η.
     pub efficiency: f64,
     /// How the heat is spread below the surface.
     pub depth: Depth,
-    /// Diameter against focus current.
-    pub focus: FocusCalibration,
 }
 
 impl Beam {
     /// The heat source of a beam that is at `point`; power 0 where it is off.
-    ///
-    /// # Errors
-    /// [`FocusError`] outside the calibrated currents.
-    pub fn spot(&self, point: &BeamPoint) -> Result<Spot, FocusError> {
-        Ok(Spot {
+    pub fn spot(&self, point: &BeamPoint) -> Spot {
+        Spot {
             centre: [point.x, point.y],
-            diameter: self.focus.diameter(point.focus)?,
-            power: if point.on {
-                self.efficiency * point.voltage * point.current
-            } else {
-                0.0
-            },
+            diameter: point.spot,
+            power: self.efficiency * point.power,
             depth: self.depth,
-        })
+        }
     }
 }
 
@@ -340,25 +326,22 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// At any moment the motion's path is the path.
         #[test]
-        fn paths_come_back_from_csv(values in prop::collection::vec((0.0..1.0_f64, -9.0..9.0_f64, prop::bool::ANY), 0..20)) {
+        fn paths_come_back_from_their_motion(
+            steps in prop::collection::vec((0.0..1.0_f64, -9.0..9.0_f64, 0.0..400.0_f64, prop::bool::ANY), 2..20), share in 0.0..1.0_f64,
+        ) {
             let mut time = 0.0;
-            let points = values.iter().map(|&(dt, x, on)| {
+            let points = steps.iter().map(|&(dt, x, power, on)| {
                 time += dt;
-                BeamPoint { time, x, y: x * 0.3, voltage: 60e3, current: 5e-3 * dt, focus: 0.0, on }
+                BeamPoint { time, x, y: 0.3 * x, power: if on { power } else { 0.0 }, spot: 0.4 }
             }).collect();
             let path = BeamPath::new(points).unwrap();
-            prop_assert_eq!(BeamPath::from_csv(path.to_csv().as_bytes()).unwrap(), path);
+            let motion = path.motion();
+            motion.sanity_check().unwrap();
+            let back = BeamPath::of(&[motion]).unwrap();
+            let time = path.begin() + share * (path.end() - path.begin());
+            prop_assert_eq!(back.at(time), path.at(time));
         }
-    }
-
-    #[test]
-    fn a_bad_line_is_named() {
-        let text = format!("{COLUMNS}\n0,0,0,60000,0.005,0,1\n0.1,zero,0,60000,0.005,0,1\n");
-        let error = BeamPath::from_csv(text.as_bytes()).unwrap_err().to_string();
-        assert!(
-            error.starts_with("line 3 of the beam path: \"zero\" is not a number"),
-            "{error}"
-        );
     }
 }

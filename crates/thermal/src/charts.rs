@@ -25,14 +25,10 @@ pub(crate) const COOLING_POINTS: usize = 513;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChartSettings {
-    /// Accelerating voltage, V.
-    pub voltage: f64,
-    /// Beam current, A.
-    pub current: f64,
-    /// Current of the focus coil, A.
-    pub focus: f64,
-    /// Beam diameter φ at that focus, mm.
-    pub diameter: f64,
+    /// Power of the beam, W.
+    pub power: f64,
+    /// Diameter φ of its spot, mm.
+    pub spot: f64,
     /// Share of the beam power that becomes heat.
     pub efficiency: f64,
     /// How the heat is spread below the surface.
@@ -57,23 +53,21 @@ pub struct ChartSettings {
 }
 
 impl ChartSettings {
-    /// The thesis' choices for a beam setting: heated zone of 1.4 φ across and 3.5 times the penetration of 0.1 mm deep,
+    /// The thesis' choices for a beam of `power` W on a spot of `spot` mm: heated zone of 1.4 φ across and 3.5 times the penetration of 0.1 mm deep,
     /// layers of 50 µm, spacing 25 µm, shield at 300 °C, heating up to 2800 °C, cooling from there down to 800 °C. Fast
     /// tracks at 300 W pass 3300 °C, and a chart cannot tell what lies above its end (erratum E10): raise `stop` for them.
     ///
     /// ```
     /// use meltpath_thermal::charts::ChartSettings;
-    /// let settings = ChartSettings::of_thesis(60e3, 5e-3, 4e-3, 0.41367);
-    /// assert!((settings.power() - 270.0).abs() < 1e-9);
+    /// let settings = ChartSettings::of_thesis(300.0, 0.41367);
+    /// assert!((settings.heat() - 270.0).abs() < 1e-9);
     /// assert!((settings.radius - 0.2896).abs() < 1e-4);
     /// ```
-    pub fn of_thesis(voltage: f64, current: f64, focus: f64, diameter: f64) -> Self {
+    pub fn of_thesis(power: f64, spot: f64) -> Self {
         let penetration = 0.1;
         ChartSettings {
-            voltage,
-            current,
-            focus,
-            diameter,
+            power,
+            spot,
             efficiency: 0.9,
             depth: Depth::Falling { penetration },
             layer: 0.05,
@@ -81,21 +75,21 @@ impl ChartSettings {
             cooling_from: 2800.0 + crate::material::CELSIUS,
             cold: 800.0 + crate::material::CELSIUS,
             cell: 0.025,
-            radius: 0.7 * diameter,
+            radius: 0.7 * spot,
             reach: 3.5 * penetration,
             surroundings: 300.0 + crate::material::CELSIUS,
         }
     }
 
     /// Heat that enters the metal, W.
-    pub fn power(&self) -> f64 {
-        self.efficiency * self.voltage * self.current
+    pub fn heat(&self) -> f64 {
+        self.efficiency * self.power
     }
 
-    /// Whether a beam at these settings is the one the charts are for, to a millionth.
-    pub fn serves(&self, voltage: f64, current: f64, focus: f64) -> bool {
+    /// Whether a beam of `power` W on a spot of `spot` mm is the one the charts are for, to a millionth.
+    pub fn serves(&self, power: f64, spot: f64) -> bool {
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-6 * a.abs().max(b.abs());
-        same(self.voltage, voltage) && same(self.current, current) && same(self.focus, focus)
+        same(self.power, power) && same(self.spot, spot)
     }
 }
 
@@ -226,15 +220,13 @@ impl ChartSet {
 pub enum ChartError {
     /// No set for a setting on the path.
     #[error(
-        "there is no chart for {:.1} kV, {:.2} mA, focus {:.2} mA at {time:.6} s of the path (there are: {known}): compute one, it takes about a minute", voltage / 1e3, current * 1e3, focus * 1e3
+        "there is no chart for {power:.1} W on {:.1} µm at {time:.6} s of the path (there are: {known}): compute one, it takes about a minute", spot * 1e3
     )]
     Missing {
-        /// Voltage, V.
-        voltage: f64,
-        /// Current, A.
-        current: f64,
-        /// Focus current, A.
-        focus: f64,
+        /// Power, W.
+        power: f64,
+        /// Diameter of the spot, mm.
+        spot: f64,
         /// When the path asks for it, s.
         time: f64,
         /// The settings there are charts for.

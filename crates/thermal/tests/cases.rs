@@ -63,7 +63,7 @@ fn single_bead(readings: Readings, edge: DVec3) -> (MeltPool, f64) {
             State::Dense
         }
     });
-    let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(2e-3, 0.0)).unwrap();
+    let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(120.0, 0.4)).unwrap();
     let mut largest = Largest {
         liquidus,
         pool: MeltPool::default(),
@@ -72,7 +72,7 @@ fn single_bead(readings: Readings, edge: DVec3) -> (MeltPool, f64) {
     draw(
         &mut solver,
         &path,
-        &beam(0.4),
+        &beam(),
         step,
         &mut [&mut largest],
         &Silent,
@@ -159,8 +159,8 @@ fn fixed_beam(state: impl Fn(DVec3) -> State) -> Solver<f32> {
 }
 
 /// Heats under a beam at rest until the hottest cell reaches `celsius`; returns the time, s.
-fn heat_to(solver: &mut Solver<f32>, current: f64, diameter: f64, celsius: f64, dt: f64) -> f64 {
-    let spot = beam(diameter).spot(&settings(current, 0.0)).unwrap();
+fn heat_to(solver: &mut Solver<f32>, power: f64, spot: f64, celsius: f64, dt: f64) -> f64 {
+    let spot = beam().spot(&settings(power, spot));
     let before = solver.time();
     while solver.hottest() < celsius + CELSIUS {
         solver.step(dt, &[spot]).unwrap();
@@ -185,10 +185,10 @@ const STEP: f64 = 2e-6;
 #[test]
 fn ebm_t06_cooling_of_a_fixed_spot() {
     let mut solver = fixed_beam(fresh_layer);
-    heat_to(&mut solver, 2e-3, 0.551_67, 2750.0, STEP);
+    heat_to(&mut solver, 120.0, 0.551_67, 2750.0, STEP);
     let slow = cool_to(&mut solver, 800.0, STEP);
     let mut solver = fixed_beam(fresh_layer);
-    heat_to(&mut solver, 5e-3, 0.413_67, 2800.0, STEP);
+    heat_to(&mut solver, 300.0, 0.413_67, 2800.0, STEP);
     let fast = cool_to(&mut solver, 800.0, STEP);
     println!(
         "T6: 2750 to 800 °C in {:.2} ms at 2 mA; 2800 to 800 °C in {:.2} ms at 5 mA",
@@ -204,7 +204,7 @@ fn ebm_t06_cooling_of_a_fixed_spot() {
 fn ebm_t07_a_hotter_pool_freezes_longer() {
     let cool = |top: f64| {
         let mut solver = fixed_beam(fresh_layer);
-        heat_to(&mut solver, 2e-3, 0.551_67, top, STEP);
+        heat_to(&mut solver, 120.0, 0.551_67, top, STEP);
         cool_to(&mut solver, 1665.0, STEP);
         let plateau = cool_to(&mut solver, 1605.0, STEP);
         let tail = cool_to(&mut solver, 800.0, STEP);
@@ -244,14 +244,14 @@ fn strut(outer: f64, inner: f64, layers: usize) -> Vec<f64> {
             solver.add_layer(0.05).unwrap();
             solver.freeze_below(0.6);
         }
-        for (radius, current) in [(outer, 2e-3), (inner, 2.4e-3)] {
+        for (radius, power) in [(outer, 120.0), (inner, 144.0)] {
             let turn = std::f64::consts::TAU + 0.4 / radius;
             let corners: Vec<[f64; 2]> = (0..=90)
                 .map(|n| turn * f64::from(n) / 90.0)
                 .map(|a| [radius * a.cos(), radius * a.sin()])
                 .collect();
-            let path = BeamPath::along(&corners, 470.0, settings(current, 0.0)).unwrap();
-            draw(&mut solver, &path, &beam(0.551_67), STEP, &mut [], &Silent).unwrap();
+            let path = BeamPath::along(&corners, 470.0, settings(power, 0.551_67)).unwrap();
+            draw(&mut solver, &path, &beam(), STEP, &mut [], &Silent).unwrap();
         }
     }
     let dense = solver.relative_density();
@@ -303,7 +303,7 @@ fn ebm_t09_strut_with_the_optimised_contour() {
 #[test]
 fn ebm_t10_a_layer_starts_at_the_consolidation_temperature() {
     let mut solver = fixed_beam(fresh_layer);
-    heat_to(&mut solver, 2e-3, 0.551_67, 2750.0, STEP);
+    heat_to(&mut solver, 120.0, 0.551_67, 2750.0, STEP);
     let end = solver.time() + 18.0;
     let mut dt: f64 = 20e-6;
     while solver.time() < end {
@@ -331,7 +331,7 @@ fn ebm_t10_a_layer_starts_at_the_consolidation_temperature() {
 fn ebm_t11_powder_heats_faster() {
     let curve = |state: fn(DVec3) -> State| {
         let mut solver = fixed_beam(state);
-        let spot = beam(0.551_67).spot(&settings(2e-3, 0.0)).unwrap();
+        let spot = beam().spot(&settings(120.0, 0.551_67));
         let mut hottest = vec![solver.hottest()];
         while solver.hottest() < 2800.0 + CELSIUS {
             // the check's steps of 2.5 µs, in halves
@@ -372,7 +372,7 @@ fn ebm_t11_powder_heats_faster() {
 #[test]
 fn ebm_t12_influence_of_depth_and_distance() {
     let mut solver = fixed_beam(fresh_layer);
-    let time = heat_to(&mut solver, 2e-3, 0.551_67, 2800.0, STEP);
+    let time = heat_to(&mut solver, 120.0, 0.551_67, 2800.0, STEP);
     let field = solver.temperature();
     let top = field.grid.planes() - 1;
     let at = |i: usize, k: usize| field.at(i, 20, k) - CELSIUS;
@@ -420,7 +420,8 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
         };
         let mut solver = Solver::<f32>::new(grid, material.clone(), faces).unwrap();
         solver.set_state(fresh_layer);
-        let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 980.0, settings(5e-3, 0.0)).unwrap();
+        let path =
+            BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 980.0, settings(300.0, 0.413_67)).unwrap();
         let mut largest = Largest {
             liquidus,
             pool: MeltPool::default(),
@@ -428,7 +429,7 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
         draw(
             &mut solver,
             &path,
-            &beam(0.413_67),
+            &beam(),
             STEP,
             &mut [&mut largest],
             &Silent,
@@ -452,7 +453,7 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
 }
 
 /// Walls of single tracks, `layers` high: mean width of the molten metal in the upper half, mm.
-fn wall(current: f64, speed: f64, diameter: f64, layers: usize) -> f64 {
+fn wall(power: f64, speed: f64, spot: f64, layers: usize) -> f64 {
     let material = titanium();
     let grid = Grid::covering(
         DVec3::new(-0.5, -0.6, -0.4),
@@ -471,9 +472,9 @@ fn wall(current: f64, speed: f64, diameter: f64, layers: usize) -> f64 {
             solver.freeze_below(0.5);
         }
         let path =
-            BeamPath::along(&[[0.0, 0.0], [2.0, 0.0]], speed, settings(current, 0.0)).unwrap();
+            BeamPath::along(&[[0.0, 0.0], [2.0, 0.0]], speed, settings(power, spot)).unwrap();
         let step = solver.stable_step().min(STEP);
-        draw(&mut solver, &path, &beam(diameter), step, &mut [], &Silent).unwrap();
+        draw(&mut solver, &path, &beam(), step, &mut [], &Silent).unwrap();
     }
     let dense = solver.relative_density();
     let (mut cells, mut rows) = (0, 0);
@@ -492,7 +493,7 @@ fn wall(current: f64, speed: f64, diameter: f64, layers: usize) -> f64 {
 #[test]
 #[ignore = "minutes of computing"]
 fn ebm_t03_t04_walls_against_beam_diameter() {
-    let widths = [0.3, 0.5, 0.8].map(|diameter| wall(5e-3, 1400.0, diameter, 6));
+    let widths = [0.3, 0.5, 0.8].map(|spot| wall(300.0, 1400.0, spot, 6));
     println!(
         "T3, T4: {:.0?} µm at 300, 500, 800 µm",
         widths.map(|w| 1e3 * w)
@@ -510,11 +511,11 @@ fn ebm_t03_t04_walls_against_beam_diameter() {
 #[ignore = "minutes of computing"]
 fn ebm_t05_walls_of_the_validation() {
     let cases = [
-        (3e-3, 800.0, 0.471_09, 0.4435),
-        (7e-3, 1400.0, 0.310_17, 0.3635),
-        (3e-3, 1400.0, 0.310_17, 0.2825),
+        (180.0, 800.0, 0.471_09, 0.4435),
+        (420.0, 1400.0, 0.310_17, 0.3635),
+        (180.0, 1400.0, 0.310_17, 0.2825),
     ];
-    let widths = cases.map(|(current, speed, diameter, _)| wall(current, speed, diameter, 6));
+    let widths = cases.map(|(power, speed, spot, _)| wall(power, speed, spot, 6));
     println!("T5: {:.0?} µm", widths.map(|w| 1e3 * w));
     for (width, (.., thesis)) in widths.iter().zip(cases) {
         assert!((width / thesis - 1.0).abs() < 0.25, "{width} {thesis}");

@@ -1,4 +1,4 @@
-//! Charts interpolated between two currents beside charts computed for the current.
+//! Charts interpolated between two powers beside charts computed for the power.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -18,11 +18,10 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 use support::{fresh_layer, settings, titanium};
 
-/// A beam: current, focus current (A), diameter (mm), stop of its charts (°C), speed (mm/s).
+/// A beam: power (W), spot (mm), stop of its charts (°C), speed (mm/s).
 struct Case {
-    current: f64,
-    focus: f64,
-    diameter: f64,
+    power: f64,
+    spot: f64,
     stop: f64,
     speed: f64,
 }
@@ -30,28 +29,26 @@ struct Case {
 /// The hatch of the thesis' prisms, and its slow line.
 const CASES: [Case; 2] = [
     Case {
-        current: 5e-3,
-        focus: 4e-3,
-        diameter: 0.413_67,
+        power: 300.0,
+        spot: 0.413_67,
         stop: 3700.0,
         speed: 980.0,
     },
     Case {
-        current: 2e-3,
-        focus: 0.0,
-        diameter: 0.551_67,
+        power: 120.0,
+        spot: 0.551_67,
         stop: 2800.0,
         speed: 400.0,
     },
 ];
 
 impl Case {
-    /// Charts for a current, A; coarse, since only their differences count.
-    fn charts(&self, current: f64) -> ChartSet {
+    /// Charts for a power, W; coarse, since only their differences count.
+    fn charts(&self, power: f64) -> ChartSet {
         let settings = ChartSettings {
             stop: self.stop + CELSIUS,
             cell: 0.05,
-            ..ChartSettings::of_thesis(60e3, current, self.focus, self.diameter)
+            ..ChartSettings::of_thesis(power, self.spot)
         };
         compute(&settings, &titanium(), &Silent).unwrap()
     }
@@ -73,7 +70,7 @@ impl Case {
             [0.0, 0.25],
             [3.0, 0.25],
         ];
-        let start = settings(set.settings.current, self.focus);
+        let start = settings(set.settings.power, self.spot);
         let path = BeamPath::along(&corners, self.speed, start).unwrap();
         simulation
             .draw(&path, &[], &mut |_, _| (), &Silent)
@@ -96,15 +93,15 @@ fn apart(a: &Field, b: &Field) -> [f64; 3] {
 }
 
 #[test]
-fn charts_between_two_currents_are_those_of_their_own() {
+fn charts_between_two_powers_are_those_of_their_own() {
     for case in CASES {
-        let current = case.current;
-        let own = case.charts(current);
+        let power = case.power;
+        let own = case.charts(power);
         let truth = case.drawn(&own);
         // both ends as far away as the ratio allows, evenly on the logarithm
         let half = WIDEST.sqrt();
-        let (low, high) = (case.charts(current / half), case.charts(current * half));
-        let mixed = between(&high, &low, current).unwrap();
+        let (low, high) = (case.charts(power / half), case.charts(power * half));
+        let mixed = between(&high, &low, power).unwrap();
         let [mean, nearly, most] = apart(&case.drawn(&mixed), &truth);
         let as_own = ChartSet {
             settings: own.settings,
@@ -112,10 +109,10 @@ fn charts_between_two_currents_are_those_of_their_own() {
         };
         let [nearest, ..] = apart(&case.drawn(&as_own), &truth);
         println!(
-            "{:.0} mA between {:.2} and {:.2} mA: {mean:.1} K in the mean, 95 % within {nearly:.1} K, {most:.1} K at most; the nearest chart instead {nearest:.0} K",
-            1e3 * current,
-            1e3 * current / half,
-            1e3 * current * half
+            "{:.0} W between {:.1} and {:.1} W: {mean:.1} K in the mean, 95 % within {nearly:.1} K, {most:.1} K at most; the nearest chart instead {nearest:.0} K",
+            power,
+            power / half,
+            power * half
         );
         // recorded: 38 and 125 K at most, in single voxels
         assert!(mean < 10.0 && most < 150.0, "{mean} {most}");
@@ -125,19 +122,19 @@ fn charts_between_two_currents_are_those_of_their_own() {
 
 /// Beyond the validity, outside the two, or of another beam: nothing.
 #[test]
-fn charts_that_do_not_enclose_a_current_are_not_mixed() {
+fn charts_that_do_not_enclose_a_power_are_not_mixed() {
     let half = WIDEST.sqrt();
-    let low = CASES[0].charts(5e-3 / half);
+    let low = CASES[0].charts(300.0 / half);
     let with = |change: fn(&mut ChartSettings, f64)| {
         let mut set = low.clone();
-        change(&mut set.settings, 5e-3 * half);
+        change(&mut set.settings, 300.0 * half);
         set
     };
-    let high = with(|s, current| s.current = current);
-    assert!(between(&low, &high, 5e-3).is_some());
-    assert!(between(&low, &high, 6e-3).is_none());
-    let wide = with(|s, current| s.current = 1.01 * current);
-    assert!(between(&low, &wide, 5e-3).is_none());
-    let other = with(|s, current| (s.current, s.efficiency) = (current, 0.8));
-    assert!(between(&low, &other, 5e-3).is_none());
+    let high = with(|s, power| s.power = power);
+    assert!(between(&low, &high, 300.0).is_some());
+    assert!(between(&low, &high, 360.0).is_none());
+    let wide = with(|s, power| s.power = 1.01 * power);
+    assert!(between(&low, &wide, 300.0).is_none());
+    let other = with(|s, power| (s.power, s.efficiency) = (power, 0.8));
+    assert!(between(&low, &other, 300.0).is_none());
 }

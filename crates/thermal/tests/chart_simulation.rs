@@ -43,7 +43,7 @@ fn steps_of_thickness(c: DVec3) -> State {
 }
 
 fn overhang_line() -> BeamPath {
-    BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(2e-3, 0.0)).unwrap()
+    BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, settings(120.0, 0.551_67)).unwrap()
 }
 
 /// Where the histories are compared: every 0.1 ms from 2 ms on.
@@ -85,7 +85,7 @@ fn reference() -> (Vec<Vec<f64>>, Vec<f64>) {
     let faces = faces(&material);
     let mut solver = Solver::<f32>::new(grid, material, faces).unwrap();
     solver.set_state(steps_of_thickness);
-    let beam = beam(0.551_67);
+    let beam = beam();
     let mut histories = Axis(Vec::new());
     let path = overhang_line();
     draw(
@@ -104,9 +104,9 @@ fn reference() -> (Vec<Vec<f64>>, Vec<f64>) {
 fn with_charts(options: Settings) -> (Vec<Vec<f64>>, Vec<f64>) {
     let grid = Grid::covering(LOW, HIGH, DVec3::splat(0.05)).unwrap();
     let set = match options.memory {
-        Memory::None => charts(2e-3, 0.0, 0.551_67, 2800.0),
+        Memory::None => charts(120.0, 0.551_67, 2800.0),
         Memory::Ground(_) => WARM.get_or_init(|| {
-            let mut set = charts(2e-3, 0.0, 0.551_67, 2800.0).clone();
+            let mut set = charts(120.0, 0.551_67, 2800.0).clone();
             with_warm_ground(&mut set);
             set
         }),
@@ -207,7 +207,7 @@ fn batches_do_not_show() {
 
 #[test]
 fn the_bits_do_not_depend_on_threads() {
-    let _ = charts(2e-3, 0.0, 0.551_67, 2800.0);
+    let _ = charts(120.0, 0.551_67, 2800.0);
     let run = |threads, options| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -229,8 +229,8 @@ fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
         DVec3::new(0.04, 0.04, 0.05),
     )
     .unwrap();
-    let sets = [(2e-3, &SLOW), (2.4e-3, &INNER)].map(|(current, slot)| {
-        let set = slot.get_or_init(|| compute_charts(current, 0.0, 0.551_67, 2800.0));
+    let sets = [(120.0, &SLOW), (144.0, &INNER)].map(|(power, slot)| {
+        let set = slot.get_or_init(|| compute_charts(power, 0.551_67, 2800.0));
         let mut set = set.clone();
         if options.memory != Memory::None {
             with_warm_ground(&mut set);
@@ -243,13 +243,13 @@ fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
         if layer > 0 {
             simulation.add_layer();
         }
-        for (radius, current) in [(outer, 2e-3), (outer - 0.1, 2.4e-3)] {
+        for (radius, power) in [(outer, 120.0), (outer - 0.1, 144.0)] {
             let turn = std::f64::consts::TAU + 0.4 / radius;
             let corners: Vec<[f64; 2]> = (0..=90)
                 .map(|n| turn * f64::from(n) / 90.0)
                 .map(|a| [radius * a.cos(), radius * a.sin()])
                 .collect();
-            let path = BeamPath::along(&corners, 470.0, settings(current, 0.0)).unwrap();
+            let path = BeamPath::along(&corners, 470.0, settings(power, 0.551_67)).unwrap();
             simulation
                 .draw(&path, &[], &mut |_, _| (), &Silent)
                 .unwrap();
@@ -286,7 +286,7 @@ fn ebm_b03_strut_with_memory() {
 
 #[test]
 fn the_line_of_the_thesis_is_soon_drawn() {
-    let set = charts(2e-3, 0.0, 0.551_67, 2800.0).clone();
+    let set = charts(120.0, 0.551_67, 2800.0).clone();
     let grid = Grid::covering(
         DVec3::new(-0.25, -0.25, -0.35),
         DVec3::new(3.25, 0.25, 0.0),
@@ -319,14 +319,14 @@ fn triangle() -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    BeamPath::along(&corners, 980.0, settings(5e-3, 4e-3)).unwrap()
+    BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
 }
 
 /// Q2, and the size of the thesis' case: 297,000 voxels, 0.54 s of process, 34.7 h there.
 #[test]
 fn ebm_q02_a_triangle_overheats_towards_its_apex() {
     let set = FAST
-        .get_or_init(|| compute_charts(5e-3, 4e-3, 0.413_67, 3700.0))
+        .get_or_init(|| compute_charts(300.0, 0.413_67, 3700.0))
         .clone();
     let edge = 0.057;
     let grid = Grid::covering(

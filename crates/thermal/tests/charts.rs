@@ -17,7 +17,7 @@ use support::{charts, with_warm_ground};
 #[test]
 fn ebm_b06_a_set_is_small_and_soon_there() {
     let begun = Instant::now();
-    let set = charts(2e-3, 0.0, 0.551_67, 2800.0);
+    let set = charts(120.0, 0.551_67, 2800.0);
     let mut bytes = Vec::new();
     write(set, &mut bytes).unwrap();
     println!(
@@ -40,7 +40,7 @@ fn ebm_b06_a_set_is_small_and_soon_there() {
 /// Histories over warm ground are kept too.
 #[test]
 fn warm_ground_comes_back_from_a_file() {
-    let mut set = charts(2e-3, 0.0, 0.551_67, 2800.0).clone();
+    let mut set = charts(120.0, 0.551_67, 2800.0).clone();
     with_warm_ground(&mut set);
     let mut bytes = Vec::new();
     write(&set, &mut bytes).unwrap();
@@ -56,7 +56,7 @@ fn warm_ground_comes_back_from_a_file() {
 #[test]
 fn a_damaged_or_foreign_chart_is_refused() {
     let mut bytes = Vec::new();
-    write(charts(2e-3, 0.0, 0.551_67, 2800.0), &mut bytes).unwrap();
+    write(charts(120.0, 0.551_67, 2800.0), &mut bytes).unwrap();
     let cut = read(&mut &bytes[..bytes.len() - 5]).unwrap_err();
     assert!(
         matches!(cut, ChartFileError::Container(ContainerError::Damaged(_))),

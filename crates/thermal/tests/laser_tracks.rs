@@ -8,7 +8,6 @@
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::Material;
 use meltpath_thermal::material::file::{Readings, read};
@@ -37,23 +36,20 @@ fn alloy() -> Material {
     read(text, Readings::default()).unwrap()
 }
 
-fn beam(diameter: f64) -> Beam {
+fn beam() -> Beam {
     Beam {
         efficiency: alloy().absorptivity.unwrap(),
         depth: Depth::Surface,
-        focus: FocusCalibration::constant(diameter),
     }
 }
 
-fn line(length: f64, speed: f64, power: f64) -> BeamPath {
+fn line(length: f64, speed: f64, [power, spot]: [f64; 2]) -> BeamPath {
     let start = BeamPoint {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: power,
-        current: 1.0,
-        focus: 0.0,
-        on: true,
+        power,
+        spot,
     };
     BeamPath::along(&[[0.0, 0.0], [length, 0.0]], speed, start).unwrap()
 }
@@ -63,8 +59,7 @@ fn by_solver(track: &Track, cell: f64) -> MeltPool {
     let [power, speed, spot] = track.beam;
     let alloy = alloy();
     let solver = drawn(
-        &line(1.4, speed, power),
-        spot,
+        &line(1.4, speed, [power, spot]),
         [[-0.15, 1.6], [-0.15, 0.15]],
         cell,
     );
@@ -72,7 +67,7 @@ fn by_solver(track: &Track, cell: f64) -> MeltPool {
 }
 
 /// The solver after a path.
-fn drawn(path: &BeamPath, spot: f64, [x, y]: [[f64; 2]; 2], cell: f64) -> Solver<f32> {
+fn drawn(path: &BeamPath, [x, y]: [[f64; 2]; 2], cell: f64) -> Solver<f32> {
     let grid = Grid::covering(
         DVec3::new(x[0], y[0], -0.15),
         DVec3::new(x[1], y[1], 0.0),
@@ -86,20 +81,20 @@ fn drawn(path: &BeamPath, spot: f64, [x, y]: [[f64; 2]; 2], cell: f64) -> Solver
     };
     let mut solver: Solver<f32> = Solver::new(grid, alloy(), faces).unwrap();
     let step = 0.9 * solver.stable_step();
-    draw(&mut solver, path, &beam(spot), step, &mut [], &Silent).unwrap();
+    draw(&mut solver, path, &beam(), step, &mut [], &Silent).unwrap();
     solver
 }
 
-fn engine(path: BeamPath, spot: f64) -> MovingSource {
+fn engine(path: BeamPath) -> MovingSource {
     let medium = Medium::effective(&alloy(), PREHEAT, Body::HalfSpace).unwrap();
-    MovingSource::new(medium, path, beam(spot), Memory::Folded).unwrap()
+    MovingSource::new(medium, path, beam(), Memory::Folded).unwrap()
 }
 
 fn by_engine(track: &Track) -> MeltPool {
     let [power, speed, spot] = track.beam;
-    let path = line(1.8, speed, power);
+    let path = line(1.8, speed, [power, spot]);
     let end = path.end();
-    let mut engine = engine(path, spot);
+    let mut engine = engine(path);
     engine.advance(end).unwrap();
     engine.measure(alloy().liquidus).unwrap().pool
 }
@@ -184,10 +179,10 @@ fn what_melts_through_is_what_the_reference_solver_melts_through() {
         [0.0, 0.28],
         [0.8, 0.28],
     ];
-    let start = line(1.0, 800.0, 179.2).points()[0];
+    let start = line(1.0, 800.0, [179.2, 0.17]).points()[0];
     let path = BeamPath::along(&corners, 800.0, start).unwrap();
-    let (spot, depth, cell) = (0.17, 0.02, 0.01);
-    let solver = drawn(&path, spot, [[-0.2, 1.0], [-0.2, 0.48]], cell);
+    let (depth, cell) = (0.02, 0.01);
+    let solver = drawn(&path, [[-0.2, 1.0], [-0.2, 0.48]], cell);
     let field = solver.highest_temperature();
     let grid = &field.grid;
     let liquidus = alloy().liquidus;
@@ -201,14 +196,7 @@ fn what_melts_through_is_what_the_reference_solver_melts_through() {
         step: 0.04,
         per_pool: 4,
     };
-    let trace = follow(
-        &mut engine(path, spot),
-        liquidus,
-        &mut map,
-        following,
-        &Silent,
-    )
-    .unwrap();
+    let trace = follow(&mut engine(path), liquidus, &mut map, following, &Silent).unwrap();
     assert!(trace.iter().all(|p| p.pool.hottest > liquidus));
     // the plane lies on a face between cells: the mean of the two planes
     let top = grid.planes();
@@ -241,7 +229,7 @@ fn lines_too_far_apart_leave_powder_between_them() {
                     }
                 })
                 .collect();
-            let start = line(1.0, 800.0, 179.2).points()[0];
+            let start = line(1.0, 800.0, [179.2, 0.17]).points()[0];
             let path = BeamPath::along(&corners, 800.0, start).unwrap();
             // the inner lines
             let mut map =
@@ -251,14 +239,7 @@ fn lines_too_far_apart_leave_powder_between_them() {
                 step: 0.05,
                 per_pool: 4,
             };
-            follow(
-                &mut engine(path, 0.17),
-                liquidus,
-                &mut map,
-                following,
-                &Silent,
-            )
-            .unwrap();
+            follow(&mut engine(path), liquidus, &mut map, following, &Silent).unwrap();
             map.hotter(liquidus).filter(|m| *m).count() as f64 / map.highest.len() as f64
         })
         .collect();

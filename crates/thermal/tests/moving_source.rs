@@ -7,7 +7,6 @@
 
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::pool::closed_form::{eagar_tsai, rosenthal};
 use meltpath_thermal::pool::history::Memory;
@@ -24,23 +23,20 @@ fn medium(body: Body) -> Medium {
     }
 }
 
-fn beam(diameter: f64) -> Beam {
+fn beam() -> Beam {
     Beam {
         efficiency: 0.9,
         depth: Depth::Surface,
-        focus: FocusCalibration::constant(diameter),
     }
 }
 
-fn path(corners: &[[f64; 2]], speed: f64) -> BeamPath {
+fn path(corners: &[[f64; 2]], speed: f64, spot: f64) -> BeamPath {
     let start = BeamPoint {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: 60e3,
-        current: 5e-3,
-        focus: 0.0,
-        on: true,
+        power: 300.0,
+        spot,
     };
     BeamPath::along(corners, speed, start).unwrap()
 }
@@ -65,8 +61,8 @@ fn a_straight_track_is_that_of_eagar_and_tsai() {
     for memory in [Memory::Full, Memory::Folded] {
         let mut engine = MovingSource::new(
             medium,
-            path(&[[0.0, 0.0], [20.0, 0.0]], 980.0),
-            beam(0.4137),
+            path(&[[0.0, 0.0], [20.0, 0.0]], 980.0, 0.4137),
+            beam(),
             memory,
         )
         .unwrap();
@@ -96,8 +92,8 @@ fn a_narrow_beam_is_that_of_rosenthal() {
     let medium = medium(Body::HalfSpace);
     let mut engine = MovingSource::new(
         medium,
-        path(&[[0.0, 0.0], [60.0, 0.0]], 200.0),
-        beam(0.02),
+        path(&[[0.0, 0.0], [60.0, 0.0]], 200.0, 0.02),
+        beam(),
         Memory::Folded,
     )
     .unwrap();
@@ -126,10 +122,8 @@ fn a_thin_plate_warms_evenly_by_all_the_heat() {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: 60e3,
-        current: 5e-3,
-        focus: 0.0,
-        on: true,
+        power: 300.0,
+        spot: 0.4,
     };
     let rest = BeamPath::new(vec![
         start,
@@ -139,7 +133,7 @@ fn a_thin_plate_warms_evenly_by_all_the_heat() {
         },
     ])
     .unwrap();
-    let mut engine = MovingSource::new(medium, rest, beam(0.4), Memory::Folded).unwrap();
+    let mut engine = MovingSource::new(medium, rest, beam(), Memory::Folded).unwrap();
     engine.advance(0.5).unwrap();
     let mut sum = 0.0;
     let edge = 0.5;
@@ -160,10 +154,10 @@ fn pools_of_rasters_are_those_of_the_full_history() {
     let liquidus = 1938.0;
     for (length, line) in [(42.0, 5.0), (255.0, 10.0), (1010.0, 10.0)] {
         let corners = raster(length, line, 0.125);
-        let path = path(&corners, 980.0);
+        let path = path(&corners, 980.0, 0.4137);
         let total = path.end() * 980.0;
         assert!((total / length - 1.0).abs() < 0.06, "{total}");
-        let make = |memory| MovingSource::new(medium, path.clone(), beam(0.4137), memory).unwrap();
+        let make = |memory| MovingSource::new(medium, path.clone(), beam(), memory).unwrap();
         let (mut folded, mut full) = (make(Memory::Folded), make(Memory::Full));
         let (mut worst, mut worst_kelvin, mut doubt) = (0.0_f64, 0.0_f64, 0.0_f64);
         let samples = 60;

@@ -1,5 +1,7 @@
 //! Height map: one z per square cell over a plate. Memory is proportional to plan area.
 
+mod mesh;
+
 use std::ops::Range;
 
 use meltpath_base::parallel;

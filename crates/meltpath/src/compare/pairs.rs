@@ -1,8 +1,6 @@
 //! Pairs of a comparison: samples of a table, and what a run or another table says there.
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter};
@@ -18,7 +16,7 @@ use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::{Settings, resolve};
-use crate::ebm::{EbmError, simulate};
+use crate::ebm::{EbmError, path_file, simulate};
 use crate::job::ebm::{EbmTable, WindowTable};
 use crate::job::{self, EbmJob, Job, JobError};
 use crate::outcome::RunError;
@@ -177,16 +175,18 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
         })
     })?;
     // of a job that hatches its region the last layer too is the one in the folder
-    let path = File::open(folder.join("path.csv"))
-        .map_err(|e| e.to_string())
-        .and_then(|f| BeamPath::from_csv(BufReader::new(f)).map_err(|e| e.to_string()));
-    settings.path = path.map_err(|e| wrong(format!("its path.csv does not read: {e}")))?;
+    let unreadable = |e: &dyn std::fmt::Display| wrong(format!("its path.csv does not read: {e}"));
+    let record = path_file::read(&folder.join("path.csv")).map_err(|e| unreadable(&e))?;
+    let motion = record
+        .motion(&settings.gun.focus)
+        .map_err(|e| unreadable(&e))?;
+    settings.path = BeamPath::of(&[motion]).map_err(|e| unreadable(&e))?;
     let drawn = settings.lower.iter().chain([&settings.path]);
-    let focuses: BTreeSet<u64> = beam_settings(drawn)
+    let spots: BTreeSet<u64> = beam_settings(drawn)
         .iter()
-        .map(|s| s[2].to_bits())
+        .map(|s| s[1].to_bits())
         .collect();
-    if focuses.len() > settings.chart_files.len() {
+    if spots.len() > settings.chart_files.len() {
         let what = "its path changes the focus along the way, which charts do not draw; compare the tables in its folder `series`";
         return Err(wrong(what.to_owned()).into());
     }

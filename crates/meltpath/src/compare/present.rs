@@ -7,7 +7,7 @@ use meltpath_base::Provenance;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::colour::ColourMap;
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Axis, Map as PlotMap, Mark, Plot, histogram};
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
 use meltpath_report::series::csv::write_columns;
@@ -374,31 +374,12 @@ fn section(comparison: &Comparison, part: &Compared, viewed: bool) -> Section {
 /// The report.
 pub fn report(comparison: &Comparison, provenance: &Provenance) -> Report {
     let samples: usize = comparison.parts.iter().map(|p| p.pairs.len()).sum();
-    let mut facts = Vec::new();
-    for part in &comparison.parts {
-        let (shown, a) = (part.quantity.shown(), &part.apart);
-        let told = |value: f64| {
-            let digits = digits(part.quantity);
-            format!("{:.digits$} {}", shown.difference(value), shown.difference)
-        };
-        facts.push(Fact::new(
-            part.quantity.words(),
-            &format!("{} ± {}", told(a.bias), told(a.deviation)),
-        ));
-        if part.quantity.is_in_time() {
-            let share = 100.0 * relative(&part.pairs);
-            let mean = format!("{}, {share:.2} %", told(a.mean));
-            facts.push(Fact::new("mean without sign", &mean));
-            facts.push(Fact::new("95 % stay below", &told(a.percentiles[2])));
-        }
-    }
     let viewed = viewed(comparison);
     let sections = comparison.parts.iter().enumerate();
     Report {
         title: format!("{} compared", comparison.name),
         subtitle: format!("with {} · {samples} samples", comparison.against),
         verdict: comparison.verdict.clone(),
-        facts,
         scene: comparison
             .parts
             .get(viewed)

@@ -23,16 +23,16 @@ use super::settings::Settings;
 const SETTINGS: usize = 64;
 /// Sets of charts that a simulation tells apart.
 const SETS: usize = 256;
-/// Currents of one voltage and focus beyond which charts are computed for some and taken between them for the others.
+/// Powers on one spot beyond which charts are computed for some and taken between them for the others.
 const MANY: usize = 8;
-/// Step of the current between such charts, as a share: the nearest then lies half a step away.
+/// Step of the power between such charts, as a share: the nearest then lies half a step away.
 const STEP: f64 = 0.01;
 
-/// Settings of the beam on paths, each once: voltage, current, focus.
-pub(crate) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 3]> {
+/// Settings of the beam on paths, each once: power (W) and spot (mm).
+pub(crate) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Vec<[f64; 2]> {
     let mut seen = HashSet::new();
-    let on = paths.flat_map(BeamPath::points).filter(|p| p.on);
-    on.map(|p| [p.voltage, p.current, p.focus])
+    let on = paths.flat_map(BeamPath::points).filter(|p| p.is_on());
+    on.map(|p| [p.power, p.spot])
         .filter(|setting| seen.insert(setting.map(f64::to_bits)))
         .collect()
 }
@@ -41,7 +41,7 @@ pub(crate) fn beam_settings<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> Ve
 pub(super) enum Source {
     /// A file.
     File(PathBuf, Box<ChartSet>),
-    /// Two files whose currents enclose it.
+    /// Two files whose powers enclose it.
     Between([PathBuf; 2], Box<ChartSet>),
     /// They are computed.
     Computed(Box<ChartSettings>),
@@ -53,14 +53,14 @@ pub(super) struct Sources {
     pub(super) own: Vec<Source>,
     /// What is taken between two of them, by their places there.
     steps: Vec<Step>,
-    /// How far a current may lie from that of its charts, as a share.
+    /// How far a power may lie from that of its charts, as a share.
     nearest: f64,
 }
 
 /// Charts between two others.
 struct Step {
     between: [usize; 2],
-    current: f64,
+    power: f64,
 }
 
 /// Charts for every beam setting of paths.
@@ -68,7 +68,7 @@ struct Step {
 pub(super) struct Charts {
     /// From files or computed.
     pub(super) own: Vec<ChartSet>,
-    /// Between those, where a path has many currents.
+    /// Between those, where a path has many powers.
     steps: Vec<ChartSet>,
     nearest: f64,
 }
@@ -94,17 +94,17 @@ impl Charts {
     /// Whether they serve a path.
     pub(super) fn serve(&self, path: &BeamPath) -> bool {
         let all = beam_settings(std::iter::once(path));
-        all.into_iter().all(|[voltage, current, focus]| {
+        all.into_iter().all(|[power, spot]| {
             self.own.iter().chain(&self.steps).any(|s| {
-                let near = (s.settings.current / current).ln().abs() <= self.nearest;
-                let there = if near { s.settings.current } else { current };
-                s.settings.serves(voltage, there, focus)
+                let near = (s.settings.power / power).ln().abs() <= self.nearest;
+                let there = if near { s.settings.power } else { power };
+                s.settings.serves(there, spot)
             })
         })
     }
 }
 
-/// Currents for which charts are computed where a path has many, and those between them; in even steps of their logarithm.
+/// Powers for which charts are computed where a path has many, and those between them; in even steps of their logarithm.
 struct Ladder {
     low: f64,
     high: f64,
@@ -115,9 +115,9 @@ struct Ladder {
 }
 
 impl Ladder {
-    fn over(currents: &[f64]) -> Self {
-        let low = currents.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = currents.iter().copied().fold(0.0, f64::max);
+    fn over(powers: &[f64]) -> Self {
+        let low = powers.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = powers.iter().copied().fold(0.0, f64::max);
         let span = (high / low).ln();
         let pairs = (span / WIDEST.ln()).ceil().clamp(1.0, SETTINGS as f64);
         let steps = (span / pairs / STEP).ceil();
@@ -131,8 +131,8 @@ impl Ladder {
         }
     }
 
-    /// The current of a rung, counted in steps.
-    fn current(&self, rung: usize) -> f64 {
+    /// The power of a rung, counted in steps.
+    fn power(&self, rung: usize) -> f64 {
         let all = self.pairs * self.steps;
         match rung {
             0 => self.low,
@@ -148,12 +148,8 @@ impl Ladder {
 }
 
 /// What the charts of a setting must be.
-fn wanted(
-    settings: &Settings,
-    [voltage, current, focus]: [f64; 3],
-) -> Result<ChartSettings, EbmError> {
-    let diameter = settings.beam.focus.diameter(focus)?;
-    Ok(ChartSettings {
+fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
+    ChartSettings {
         efficiency: settings.beam.efficiency,
         depth: settings.beam.depth,
         layer: settings.layer,
@@ -161,8 +157,8 @@ fn wanted(
         cooling_from: settings.chart_cooling_from,
         cell: settings.chart_spacing,
         reach: 3.5 * settings.penetration,
-        ..ChartSettings::of_thesis(voltage, current, focus, diameter)
-    })
+        ..ChartSettings::of_thesis(power, spot)
+    }
 }
 
 fn same(a: f64, b: f64) -> bool {
@@ -173,7 +169,6 @@ fn same(a: f64, b: f64) -> bool {
 fn other_physics(found: &ChartSettings, wanted: &ChartSettings) -> Option<String> {
     let values = [
         ("efficiency", found.efficiency, wanted.efficiency, 1.0, ""),
-        ("beam diameter", found.diameter, wanted.diameter, 1e3, " µm"),
         ("layer", found.layer, wanted.layer, 1e3, " µm"),
         (
             "depth of the heated zone",
@@ -225,7 +220,7 @@ fn other_accuracy(found: &ChartSettings, wanted: &ChartSettings) -> Option<Strin
 /// Where the charts of each beam setting of `paths` come from; the files are read and checked, nothing is computed.
 ///
 /// # Errors
-/// [`EbmError`]: a file that cannot be used, a focus outside its calibration, too many settings.
+/// [`EbmError`]: a file that cannot be used, too many settings.
 pub(super) fn sources(
     settings: &Settings,
     paths: &[&BeamPath],
@@ -250,12 +245,11 @@ pub(super) fn sources(
         }
         known.push((file.clone(), set));
     }
-    let mut groups: Vec<([f64; 2], Vec<f64>)> = Vec::new();
-    for [voltage, current, focus] in beam_settings(paths.iter().copied()) {
-        let beam = [voltage, focus];
-        match groups.iter_mut().find(|(b, _)| *b == beam) {
-            Some((_, currents)) => currents.push(current),
-            None => groups.push((beam, vec![current])),
+    let mut groups: Vec<(f64, Vec<f64>)> = Vec::new();
+    for [power, spot] in beam_settings(paths.iter().copied()) {
+        match groups.iter_mut().find(|(s, _)| *s == spot) {
+            Some((_, powers)) => powers.push(power),
+            None => groups.push((spot, vec![power])),
         }
     }
     let mut sources = Sources {
@@ -263,15 +257,15 @@ pub(super) fn sources(
         steps: Vec::new(),
         nearest: 0.0,
     };
-    for ([voltage, focus], currents) in groups {
-        let mut one = |current: f64| source(settings, [voltage, current, focus], &known, reporter);
-        if currents.len() <= MANY {
-            for current in currents {
-                sources.own.push(one(current)?);
+    for (spot, powers) in groups {
+        let mut one = |power: f64| source(settings, [power, spot], &known, reporter);
+        if powers.len() <= MANY {
+            for power in powers {
+                sources.own.push(one(power)?);
             }
         } else {
-            let ladder = Ladder::over(&currents);
-            tell_ladder(&ladder, currents.len(), reporter);
+            let ladder = Ladder::over(&powers);
+            tell_ladder(&ladder, powers.len(), reporter);
             climb(&ladder, &mut sources, &mut one)?;
         }
     }
@@ -294,25 +288,25 @@ fn climb(
     sources.own.push(one(ladder.low)?);
     for pair in 0..ladder.pairs {
         let from = pair * ladder.steps;
-        sources.own.push(one(ladder.current(from + ladder.steps))?);
+        sources.own.push(one(ladder.power(from + ladder.steps))?);
         let upper = sources.own.len() - 1;
         let between = [upper - 1, upper];
-        let rungs = (from + 1..from + ladder.steps).map(|n| ladder.current(n));
+        let rungs = (from + 1..from + ladder.steps).map(|n| ladder.power(n));
         sources
             .steps
-            .extend(rungs.map(|current| Step { between, current }));
+            .extend(rungs.map(|power| Step { between, power }));
     }
     sources.nearest = sources.nearest.max(0.5 * ladder.step() + 1e-6);
     Ok(())
 }
 
-fn tell_ladder(ladder: &Ladder, currents: usize, reporter: &Reporter) {
+fn tell_ladder(ladder: &Ladder, powers: usize, reporter: &Reporter) {
     reporter.warn(
         "charts-in-steps",
         format!(
-            "the path has {currents} beam currents from {:.3} to {:.3} mA: charts are made for {} of them, and taken between those in steps of {:.2} %",
-            1e3 * ladder.low,
-            1e3 * ladder.high,
+            "the path has {powers} beam powers from {:.1} to {:.1} W: charts are made for {} of them, and taken between those in steps of {:.2} %",
+            ladder.low,
+            ladder.high,
             ladder.pairs + 1,
             100.0 * ladder.step()
         ),
@@ -322,12 +316,12 @@ fn tell_ladder(ladder: &Ladder, currents: usize, reporter: &Reporter) {
 
 fn source(
     settings: &Settings,
-    setting: [f64; 3],
+    setting: [f64; 2],
     known: &[(PathBuf, ChartSet)],
     reporter: &Reporter,
 ) -> Result<Source, EbmError> {
-    let wanted = wanted(settings, setting)?;
-    let [voltage, current, focus] = setting;
+    let wanted = wanted(settings, setting);
+    let [power, spot] = setting;
     let usable = |(path, set): &(PathBuf, ChartSet)| match other_physics(&set.settings, &wanted) {
         Some(message) => Err(EbmError::Charts {
             path: path.clone(),
@@ -347,9 +341,7 @@ fn source(
             );
         }
     };
-    let serving = known
-        .iter()
-        .find(|(_, s)| s.settings.serves(voltage, current, focus));
+    let serving = known.iter().find(|(_, s)| s.settings.serves(power, spot));
     if let Some(found) = serving {
         usable(found)?;
         let (path, set) = found;
@@ -357,10 +349,9 @@ fn source(
         return Ok(Source::File(path.clone(), Box::new(set.clone())));
     }
     for (n, a) in known.iter().enumerate() {
-        let beside =
-            |(_, s): &&(PathBuf, ChartSet)| s.settings.serves(voltage, s.settings.current, focus);
+        let beside = |(_, s): &&(PathBuf, ChartSet)| s.settings.serves(s.settings.power, spot);
         for b in known[n + 1..].iter().filter(beside) {
-            let Some(set) = between(&a.1, &b.1, current).filter(|_| beside(&a)) else {
+            let Some(set) = between(&a.1, &b.1, power).filter(|_| beside(&a)) else {
                 continue;
             };
             usable(a)?;
@@ -368,10 +359,10 @@ fn source(
             reporter.warn(
                 "charts-between",
                 format!(
-                    "charts for {:.3} mA are taken between those for {:.3} and {:.3} mA",
-                    1e3 * current,
-                    1e3 * a.1.settings.current,
-                    1e3 * b.1.settings.current
+                    "charts for {:.1} W are taken between those for {:.1} and {:.1} W",
+                    power,
+                    a.1.settings.power,
+                    b.1.settings.power
                 ),
                 "highest temperatures then differ by some 10 K in the mean, in single voxels by up to 125 K; leave one of the two out of charts.files, and the run computes them",
             );
@@ -409,12 +400,12 @@ pub(super) fn charts_of(
     let mut steps = Vec::new();
     for Step {
         between: [a, b],
-        current,
+        power,
     } in sources.steps
     {
-        let set = between(&own[a], &own[b], current);
+        let set = between(&own[a], &own[b], power);
         steps.push(set.ok_or(EbmError::UnlikeCharts {
-            currents: [a, b].map(|n| own[n].settings.current),
+            powers: [a, b].map(|n| own[n].settings.power),
         })?);
     }
     Ok(Charts {

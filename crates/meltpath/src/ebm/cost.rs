@@ -40,7 +40,7 @@ impl Cost {
     /// Of the drawings that a job needs, without those of optimisers and judges.
     ///
     /// # Errors
-    /// [`EbmError::Large`] beyond 64 GB; a focus outside its calibration.
+    /// [`EbmError::Large`] beyond 64 GB.
     pub(super) fn of(settings: &Settings) -> Result<Self, EbmError> {
         let own = settings.lower.iter().chain([&settings.path]);
         let [low, high] = extent(settings, own);
@@ -50,8 +50,8 @@ impl Cost {
         let step = settings.simulation.step;
         let mut updates = 0.0;
         for path in settings.drawn() {
-            for w in path.points().windows(2).filter(|w| w[0].on) {
-                let radius = 0.7 * settings.beam.focus.diameter(w[0].focus)?;
+            for w in path.points().windows(2).filter(|w| w[0].is_on()) {
+                let radius = 0.7 * w[0].spot;
                 let area = std::f64::consts::PI * radius * radius;
                 let heated = area / settings.voxel.powi(2) * planes;
                 updates += heated * (w[1].time - w[0].time) / step;
@@ -132,10 +132,9 @@ pub(super) fn lines(settings: &Settings, reporter: &Reporter) -> Result<Vec<Stri
             }
         };
         lines.push(format!(
-            "charts of {:.1} kV, {:.3} mA, focus {:.2} mA: {from}",
-            1e-3 * s.voltage,
-            1e3 * s.current,
-            1e3 * s.focus
+            "charts of {:.1} W on {:.1} µm: {from}",
+            s.power,
+            1e3 * s.spot
         ));
     }
     lines.push(format!("cost: {}", cost.words()));

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Observer, Provenance, Ratio, Reporter};
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec3;
+use meltpath_gun::Gun;
+use meltpath_gun::focus::FocusCalibration;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::material::Material;
 
-use super::hatch::{Hatch, HatchError, Modulated};
+use super::hatch::{Hatch, HatchError, modulated};
 use super::region::{Below, Contour};
 use super::section::{Cut, SectionError, Sections, sections};
 use super::settings::{at, beam_path};
@@ -43,6 +45,8 @@ pub(super) struct Drawing {
     /// What the last layer fills.
     pub contour: Contour,
     pub hatch: Option<Hatch>,
+    /// The gun, at the settings of the hatch or of the file.
+    pub gun: Gun,
     pub below: Below,
     pub part: Option<DrawnPart>,
 }
@@ -64,20 +68,20 @@ impl Drawing {
     pub(super) fn of(
         job: &EbmJob,
         folder: &Path,
-        material: &Material,
+        (material, focus): (&Material, &FocusCalibration),
         [layers, thickness]: [f64; 2],
         (reporter, observer): (&Reporter, &dyn Observer),
         r: &mut Provenance,
     ) -> Result<Self, TextError> {
         if let Some(file) = &job.path {
-            return Self::of_file(job, folder, file, layers as usize);
+            return Self::of_file(job, folder, file, focus, layers as usize);
         }
         let hatched = |regions: &[Vec<Region>], below: Below, r: &mut Provenance| {
-            let hatch = hatch(job, thickness, &below, r);
+            let hatch = hatch(job, thickness, focus, &below, r)?;
             let paths = regions
                 .iter()
                 .zip(1..)
-                .map(|(regions, number)| hatch.path_over(regions, number, reporter))
+                .map(|(regions, number)| hatch.path(regions, number, reporter))
                 .collect::<Result<Vec<_>, HatchError>>()
                 .map_err(|e| plain(format!("[hatch]: {e}")))?;
             Ok((paths, hatch, below))
@@ -90,6 +94,7 @@ impl Drawing {
                 path_file: None,
                 paths,
                 contour,
+                gun: hatch.gun.clone(),
                 hatch: Some(hatch),
                 below,
                 part: None,
@@ -147,6 +152,7 @@ impl Drawing {
                 scaling: cut.scaling,
             }),
             contour,
+            gun: hatch.gun.clone(),
             hatch: Some(hatch),
             below,
         })
@@ -156,9 +162,10 @@ impl Drawing {
         job: &EbmJob,
         folder: &Path,
         file: &toml::Spanned<String>,
+        focus: &FocusCalibration,
         layers: usize,
     ) -> Result<Self, TextError> {
-        let (path_file, path) = beam_path(folder, file)?;
+        let (path_file, path, gun) = beam_path(folder, file, focus)?;
         let contour = if job.region.contour.is_empty() {
             let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
             Contour::hull(&on)
@@ -170,6 +177,7 @@ impl Drawing {
             paths: vec![path; layers],
             contour,
             hatch: None,
+            gun,
             below: ground(job),
             part: None,
         })
@@ -192,16 +200,22 @@ fn ground(job: &EbmJob) -> Below {
     }
 }
 
-fn hatch(job: &EbmJob, thickness: f64, below: &Below, r: &mut Provenance) -> Hatch {
+fn hatch(
+    job: &EbmJob,
+    thickness: f64,
+    focus: &FocusCalibration,
+    below: &Below,
+    r: &mut Provenance,
+) -> Result<Hatch, TextError> {
     let table = job.hatch.clone().unwrap_or_default();
-    let mut hatch = Hatch::resolve(&table, thickness, r);
-    let modulated = table.strategy == HatchStrategy::Modulated;
+    let mut hatch = Hatch::resolve(&table, thickness, focus, r)
+        .map_err(|e| plain(format!("hatch.focus: {e}")))?;
+    let follows = table.strategy == HatchStrategy::Modulated;
     let law = job.modulation.clone();
-    if let Some(law) = law.or(modulated.then(ModulationTable::default)) {
-        let law = Modulated::resolve(&law, hatch.energy(), below.clone(), r);
-        hatch.modulation = Some(law);
+    if let Some(law) = law.or(follows.then(ModulationTable::default)) {
+        hatch.plan.modulation = Some(modulated(&law, hatch.plan.energy(), below, r));
     }
-    hatch
+    Ok(hatch)
 }
 
 fn cut(job: &EbmJob, material: &Material, [layers, layer]: [f64; 2], r: &mut Provenance) -> Cut {

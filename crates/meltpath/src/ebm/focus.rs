@@ -3,7 +3,7 @@
 use meltpath_base::quantity::QuantityError;
 use meltpath_base::{Length, quantity};
 use meltpath_data::{find, focus, names};
-use meltpath_thermal::focus::{FocusCalibration, FocusError, FocusPiece};
+use meltpath_gun::focus::{FocusCalibration, FocusError, FocusPiece};
 use serde::Deserialize;
 
 /// Why a calibration cannot be used.

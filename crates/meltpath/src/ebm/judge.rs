@@ -11,7 +11,6 @@ use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::State;
-use meltpath_thermal::solver::run::RunError;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
 use super::region::{Below, Contour};
@@ -360,12 +359,4 @@ pub(super) fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, repo
         ),
         "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
     );
-}
-
-/// Whether an error is a cancellation.
-pub(super) fn cancelled(error: &RunError) -> Option<meltpath_base::Cancelled> {
-    match error {
-        RunError::Solver(meltpath_thermal::solver::SolverError::Cancelled(c)) => Some(*c),
-        _ => None,
-    }
 }

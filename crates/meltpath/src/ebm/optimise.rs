@@ -1,4 +1,4 @@
-//! Better paths: orders and strategies tried, speed, time on spots, current or focus changed along the path, on charts or on the reference
+//! Better paths: orders and strategies tried, speed, time on spots, power or spot changed along the path, on charts or on the reference
 //! solver.
 
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::Solver;
 use meltpath_thermal::solver::run::draw as draw_path;
 
-use super::hatch::{Hatch, HatchError};
+use super::hatch::{Hatch, HatchError, pattern};
 use super::judge::{body, centre, ground, middle};
 use super::run::EbmError;
 use super::settings::{Settings, Window};
@@ -143,12 +143,10 @@ impl Optimise {
             .0;
         let mut others = Vec::new();
         if let Some(hatch) = hatch {
-            for &strategy in table.strategies.iter().filter(|s| **s != hatch.strategy) {
-                let path = Hatch {
-                    strategy,
-                    ..hatch.clone()
-                }
-                .path(region, 1, &Reporter::new())?;
+            let wanted = table.strategies.iter().copied();
+            for strategy in wanted.filter(|s| pattern(*s) != hatch.plan.pattern) {
+                let other = hatch.with(strategy);
+                let path = other.path(std::slice::from_ref(region), 1, &Reporter::new())?;
                 others.push((kebab(&strategy), path));
             }
         }
@@ -212,13 +210,13 @@ impl Optimise {
         self.piece.max(0.125)
     }
 
-    fn lever(&self, settings: &Settings) -> Lever {
-        match self.change {
+    fn lever(&self, settings: &Settings) -> Result<Lever, EbmError> {
+        Ok(match self.change {
             Change::Speed => Lever::Speed,
             Change::Dwell => Lever::Dwell,
-            Change::Current => Lever::Current,
-            Change::Focus => Lever::Diameter(settings.beam.focus.clone()),
-        }
+            Change::Current => Lever::Power,
+            Change::Focus => Lever::Spot(settings.gun.spots()?),
+        })
     }
 
     fn freedom(&self) -> Freedom {
@@ -306,7 +304,7 @@ impl Search<'_> {
             gain: self.gain,
             bounds: self.how.bounds,
             length: self.how.piece,
-            lever: self.how.lever(self.settings),
+            lever: self.how.lever(self.settings)?,
             levels: Vec::new(),
             freedom: self.how.freedom(),
         };
@@ -363,16 +361,16 @@ impl Search<'_> {
         Ok((path, profile, trials))
     }
 
-    fn prediction(&self) -> Prediction {
+    fn prediction(&self) -> Result<Prediction, EbmError> {
         let speed = fastest(&self.settings.path).0;
-        Prediction {
+        Ok(Prediction {
             aim: self.aim(),
             bounds: self.how.bounds,
             length: self.how.predicted_piece(),
             ahead: AHEAD / speed.max(1.0),
-            lever: self.how.lever(self.settings),
+            lever: self.how.lever(self.settings)?,
             levels: Vec::new(),
-        }
+        })
     }
 }
 
@@ -401,7 +399,13 @@ pub fn on_charts(
         OptimiseMethod::Predictive => {
             let material = &settings.material;
             let mut engine = ready.clone();
-            let found = predict(&mut engine, material, &path, &search.prediction(), observer)?;
+            let found = predict(
+                &mut engine,
+                material,
+                &path,
+                &search.prediction()?,
+                observer,
+            )?;
             Some(found)
         }
         OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
@@ -449,8 +453,7 @@ fn online(
             how.bounds,
         )));
     }
-    let (speed, focus) = fastest(path);
-    let diameter = settings.beam.focus.diameter(focus)?;
+    let (speed, diameter) = fastest(path);
     let look = settings.simulation.step * LOOK as f64;
     Ok(Box::new(Accelerator::of_thesis(aim, diameter, speed, look)))
 }
@@ -522,7 +525,7 @@ pub fn on_reference(
             &mut engine,
             material,
             &path,
-            &search.prediction(),
+            &search.prediction()?,
             observer,
         )?)
     } else {
@@ -584,14 +587,14 @@ impl Observer for Told<'_> {
     }
 }
 
-/// The fastest speed of a path with the beam on, mm/s, and the focus there.
+/// The fastest speed of a path with the beam on, mm/s, and the spot there, mm.
 fn fastest(path: &BeamPath) -> (f64, f64) {
     path.points()
         .windows(2)
-        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .filter(|w| w[0].is_on() && w[1].time > w[0].time)
         .map(|w| {
             let way = (w[1].x - w[0].x).hypot(w[1].y - w[0].y);
-            (way / (w[1].time - w[0].time), w[0].focus)
+            (way / (w[1].time - w[0].time), w[0].spot)
         })
         .fold((0.0, 0.0), |best, s| if s.0 > best.0 { s } else { best })
 }

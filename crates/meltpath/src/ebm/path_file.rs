@@ -1,14 +1,14 @@
-//! Beam paths in files: CSV, or the same columns as Parquet.
+//! Beam paths in files, as the gun records them: CSV, or the same columns as Parquet.
 
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use meltpath_perception::RecordError;
+use meltpath_gun::record::{COLUMNS, Record, RecordError, Row};
+use meltpath_perception::RecordError as TableError;
 use meltpath_perception::table;
 use meltpath_report::series::parquet::ParquetWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
-use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint, COLUMNS};
 
 /// Why a file is no beam path.
 #[derive(Debug, thiserror::Error)]
@@ -18,10 +18,10 @@ pub enum PathFileError {
     Io(#[from] io::Error),
     /// What it says is no path.
     #[error(transparent)]
-    Beam(#[from] BeamError),
+    Record(#[from] RecordError),
     /// It is no table.
     #[error(transparent)]
-    Table(#[from] RecordError),
+    Table(#[from] TableError),
     /// A column that is not there.
     #[error("there is no column `{name}`; a beam path has the columns {COLUMNS}")]
     Column {
@@ -42,12 +42,12 @@ pub enum PathFileError {
 ///
 /// # Errors
 /// [`PathFileError`].
-pub fn read(file: &Path) -> Result<BeamPath, PathFileError> {
+pub fn read(file: &Path) -> Result<Record, PathFileError> {
     let parquet = file
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("parquet") || e.eq_ignore_ascii_case("pq"));
     if !parquet {
-        return Ok(BeamPath::from_csv(BufReader::new(File::open(file)?))?);
+        return Ok(Record::from_csv(BufReader::new(File::open(file)?))?);
     }
     let table = table::read(file)?;
     let column = |name: &str| {
@@ -67,9 +67,9 @@ pub fn read(file: &Path) -> Result<BeamPath, PathFileError> {
         column("I_f_A")?,
         column("on")?,
     ];
-    let points = (0..table.rows())
+    let rows = (0..table.rows())
         .map(|n| {
-            let point = BeamPoint {
+            let row = Row {
                 time: time[n],
                 x: x[n],
                 y: y[n],
@@ -79,7 +79,7 @@ pub fn read(file: &Path) -> Result<BeamPath, PathFileError> {
                 on: on[n] == 1.0,
             };
             if on[n] == 0.0 || on[n] == 1.0 {
-                Ok(point)
+                Ok(row)
             } else {
                 Err(PathFileError::Switch {
                     row: n + 1,
@@ -88,16 +88,16 @@ pub fn read(file: &Path) -> Result<BeamPath, PathFileError> {
             }
         })
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(BeamPath::new(points)?)
+    Ok(Record::new(rows)?)
 }
 
 /// Writes a beam path as Parquet; reads back to the same bits.
 ///
 /// # Errors
 /// What the writer says.
-pub fn write_parquet(path: &BeamPath, out: &mut dyn io::Write) -> io::Result<()> {
-    let points = path.points();
-    let pick = |of: fn(&BeamPoint) -> f64| points.iter().map(of).collect::<Vec<f64>>();
+pub fn write_parquet(record: &Record, out: &mut dyn io::Write) -> io::Result<()> {
+    let rows = record.rows();
+    let pick = |of: fn(&Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
     let columns: [Vec<f64>; 7] = [
         pick(|p| p.time),
         pick(|p| p.x),
@@ -126,16 +126,21 @@ mod tests {
 
     #[test]
     fn a_path_comes_back_from_parquet_and_a_bad_one_is_named() {
-        let start = BeamPoint {
-            time: 0.1,
-            x: 0.0,
-            y: 0.0,
+        let row = |time: f64, x: f64, y: f64, on: bool| Row {
+            time,
+            x,
+            y,
             voltage: 60e3,
             current: 1.0 / 300.0,
             focus: 4e-3,
-            on: true,
+            on,
         };
-        let path = BeamPath::along(&[[0.1, 0.2], [3.0, 0.7], [0.0, 1.0]], 980.0, start).unwrap();
+        let rows = vec![
+            row(0.1, 0.1, 0.2, true),
+            row(1.0 / 3.0, 3.0, 0.7, true),
+            row(0.7, 0.0, 1.0, false),
+        ];
+        let path = Record::new(rows).unwrap();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("path.parquet");
         let mut bytes = Vec::new();

@@ -5,7 +5,8 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec3;
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_gun::record::Record;
+use meltpath_report::html::{Report, Section};
 use meltpath_report::scene::{
     HeightLayers, LineSet, Polyline, Scalar, Scene, SceneError, Stroke, Visibility,
 };
@@ -51,7 +52,7 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
     for w in path
         .points()
         .windows(2)
-        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .filter(|w| w[0].is_on() && w[1].time > w[0].time)
     {
         let (a, b) = (DVec3::new(w[0].x, w[0].y, z), DVec3::new(w[1].x, w[1].y, z));
         let time = w[0].time - path.begin();
@@ -258,20 +259,6 @@ pub fn report(
             outcome.given.simulation.grid().len()
         ),
         verdict: verdict.clone(),
-        facts: vec![
-            Fact::new(
-                "time of the path",
-                &format!("{:.3} s", shown.path.end() - shown.path.begin()),
-            ),
-            Fact::new(
-                "in the window, on charts",
-                &format!("{:.1} %", 100.0 * shown.tally.share(Class::Good)),
-            ),
-            Fact::new(
-                "hottest, on charts",
-                &format!("{:.0} °C", shown.tally.hottest.0 - CELSIUS),
-            ),
-        ],
         scene,
         sections,
         sheet: None,
@@ -314,8 +301,9 @@ pub fn write_files(
     }
     folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
     let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
-    folder.write("path.csv", |w| w.write_all(path.to_csv().as_bytes()))?;
-    folder.write("path.parquet", |w| write_parquet(path, w))?;
+    let record = || Record::of(&path.motion(), &settings.gun).map_err(as_io);
+    folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
+    folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
     present_sections::write_volumes(folder, outcome)?;
     present_voxels::write(folder, settings, shown, outcome)
 }

@@ -126,8 +126,12 @@ fn along_the_path(path: &BeamPath, change: Change, settings: &Settings) -> Plot 
     };
     let (axis, of): (Axis, Quantity<'_>) = match change {
         Change::Speed | Change::Dwell => (Axis::new("speed", "mm/s"), &|_, speed| speed),
-        Change::Current => (Axis::new("beam current", "mA"), &|p, _| 1e3 * p.current),
-        Change::Focus => (Axis::new("focus current", "mA"), &|p, _| 1e3 * p.focus),
+        Change::Current => (Axis::new("beam current", "mA"), &|p, _| {
+            1e3 * settings.gun.current(p.power)
+        }),
+        Change::Focus => (Axis::new("focus current", "mA"), &|p, _| {
+            1e3 * settings.gun.coil(p.spot)
+        }),
     };
     if !spots {
         return along_lines(path, &format!("{what} along lines"), axis, of);
@@ -180,7 +184,7 @@ fn line_at(path: &BeamPath, time: f64, of: Quantity<'_>) -> Vec<DVec2> {
     let moves: Vec<Stretch> = path
         .points()
         .windows(2)
-        .filter(|w| w[0].on && w[1].time > w[0].time)
+        .filter(|w| w[0].is_on() && w[1].time > w[0].time)
         .map(|w| {
             let ends = [DVec2::new(w[0].x, w[0].y), DVec2::new(w[1].x, w[1].y)];
             let speed = ends[0].distance(ends[1]) / (w[1].time - w[0].time);

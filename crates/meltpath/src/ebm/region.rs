@@ -27,6 +27,14 @@ impl Below {
             Below::Areas(areas) => areas.iter().any(|a| a.depth(point) > 0.0),
         }
     }
+
+    /// Where metal lies; `None` where it lies everywhere.
+    pub fn regions(&self) -> Option<Vec<Region>> {
+        match self {
+            Below::Metal => None,
+            Below::Areas(areas) => Some(areas.iter().map(Contour::region).collect()),
+        }
+    }
 }
 
 /// A closed contour with holes, mm.

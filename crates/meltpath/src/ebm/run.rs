@@ -6,19 +6,20 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
-    Cancelled, Check, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
+    Cancelled, Check, Fact, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
 };
+use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::file as chart_file;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
-use meltpath_thermal::criteria::Class;
-use meltpath_thermal::focus::FocusError;
+use meltpath_thermal::criteria::{Class, Tally};
+use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::SolverError;
 
-use super::judge::{self, JudgedPath};
+use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use super::{cost, present};
@@ -52,7 +53,7 @@ pub enum EbmError {
     Focus(#[from] FocusError),
     /// The reference solver.
     #[error("the judge: {0}")]
-    Reference(#[from] meltpath_thermal::solver::run::RunError),
+    Reference(#[from] SolverError),
     /// A part to judge that the beam does not enter.
     #[error(
         "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
@@ -65,7 +66,7 @@ pub enum EbmError {
     },
     /// More beam settings than charts can be made for.
     #[error(
-        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round voltage and focus to fewer values (of currents there may be any number)"
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round the focus to fewer values (of powers there may be any number)"
     )]
     ManySettings {
         /// Settings on the path.
@@ -75,12 +76,12 @@ pub enum EbmError {
     },
     /// Charts from files that nothing can be taken between.
     #[error(
-        "the charts for {:.3} and {:.3} mA differ in more than the current, so that those of the currents between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
-        1e3 * currents[0], 1e3 * currents[1]
+        "the charts for {:.1} and {:.1} W differ in more than the power, so that those of the powers between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
+        powers[0], powers[1]
     )]
     UnlikeCharts {
-        /// Their currents, A.
-        currents: [f64; 2],
+        /// Their powers, W.
+        powers: [f64; 2],
     },
     /// More voxels than fit.
     #[error(
@@ -105,13 +106,9 @@ pub enum EbmError {
 impl EbmError {
     /// The run's error: cancellation is told apart.
     pub(crate) fn told(self) -> RunError {
-        if let EbmError::Reference(e) = &self
-            && let Some(c) = judge::cancelled(e)
-        {
-            return RunError::Cancelled(c);
-        }
         match self {
-            EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
+            EbmError::Reference(SolverError::Cancelled(c))
+            | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
             | EbmError::Simulation(ChartSimulationError::Cancelled(c))
             | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
                 RunError::Cancelled(c)
@@ -163,6 +160,7 @@ pub fn run(
     let outcome = simulate(&settings, &reporter, observer).map_err(EbmError::told)?;
     let verdict = Verdict {
         checks: checks(&settings, &outcome),
+        facts: facts(&outcome),
         warnings: reporter.warnings(),
     };
     let mut provenance = settings.provenance.clone();
@@ -257,18 +255,7 @@ pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), Run
 
 /// What is judged: of the path with better speeds where there is one.
 fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
-    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
-    let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
-    let (highest, tally) = there.map_or((&drawn.highest, &drawn.tally), |r| {
-        (&r.better.0, &r.better.1)
-    });
-    let (hottest, [i, j, k]) = tally.hottest;
-    let grid = &highest.grid;
-    let place = if hottest.is_finite() {
-        Place::at(grid.centre(i, j, k).to_array())
-    } else {
-        Place::default()
-    };
+    let (_, tally) = last(outcome);
     let percent = |share: f64| Measure::exact(100.0 * share, "%");
     let remedy =
         "change speed, power, distance or order of lines; or let [optimise] change the speeds";
@@ -297,18 +284,6 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
                 title,
             )
             .remedy(remedy),
-            Check {
-                value: Some(percent(on_charts)),
-                ..Check::not_checked(
-                    "in-window-charts",
-                    if there.is_some() {
-                        "the same share where the path was looked for, whole region"
-                    } else {
-                        "the same share on the charts, whole region"
-                    },
-                    "told, not judged: the reference solver judges",
-                )
-            },
         ],
     };
     let unmelted = Check::judge(
@@ -318,21 +293,64 @@ fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         Limit::AtMost(100.0 * settings.unmelted),
     )
     .remedy("more power, slower lines, or lines closer together");
-    let hottest = Check {
-        value: Some(Measure::exact(
-            hottest - meltpath_thermal::material::CELSIUS,
-            "°C",
-        )),
-        ..Check::not_checked(
+    let mut checks = in_window;
+    checks.push(unmelted);
+    checks
+}
+
+/// Highest temperatures and classes of the last drawing: on the reference solver where the path was looked for there.
+fn last(outcome: &Outcome) -> (&Field, &Tally) {
+    let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
+    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
+    there.map_or((&drawn.highest, &drawn.tally), |r| {
+        (&r.better.0, &r.better.1)
+    })
+}
+
+/// What is told beside the checks.
+fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let path = &outcome.better.as_ref().unwrap_or(&outcome.given).path;
+    let (highest, tally) = last(outcome);
+    let (hottest, [i, j, k]) = tally.hottest;
+    let on_solver = outcome
+        .found
+        .as_ref()
+        .is_some_and(|f| f.reference.is_some());
+    let place = if hottest.is_finite() {
+        Place::at(highest.grid.centre(i, j, k).to_array())
+    } else {
+        Place::default()
+    };
+    let celsius = hottest - meltpath_thermal::material::CELSIUS;
+    let mut facts = vec![
+        Fact::new(
+            "time-path",
+            "time of the path",
+            Measure::exact(path.end() - path.begin(), "s"),
+            "",
+        ),
+        Fact::new(
             "hottest",
             "hottest place of the region",
-            "told, not judged: its share beyond the window counts above",
+            Measure::exact(celsius, "°C"),
+            if on_solver {
+                "on the reference solver"
+            } else {
+                "on charts"
+            },
         )
+        .at(place),
+    ];
+    if outcome.judged.is_some() {
+        let share = Measure::exact(100.0 * tally.share(Class::Good), "%");
+        let title = if on_solver {
+            "share in the window where the path was looked for, whole region"
+        } else {
+            "share in the window on the charts, whole region"
+        };
+        facts.push(Fact::new("in-window-charts", title, share, ""));
     }
-    .at(place);
-    let mut checks = in_window;
-    checks.extend([unmelted, hottest]);
-    checks
+    facts
 }
 
 /// The share on the reference solver; one that is not converged never passes without a remark.
@@ -367,24 +385,23 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
     } else {
         "NOT CONVERGED: it moves by more than 5 points"
     };
-    Check {
+    let check = Check {
         status: if share.converged() {
             check.status
         } else {
             check.status.max(Status::Warn)
         },
-        reason: format!(
-            "{}; the mean is {:.0} °C, the window {:.0} to {:.0} °C; cells of {:.1} µm, steps of {:.2} µs; {marked} ({})",
-            check.reason,
+        ..check
+    };
+    check.because(&format!(
+            "the mean is {:.0} °C, the window {:.0} to {:.0} °C; cells of {:.1} µm, steps of {:.2} µs; {marked} ({})",
             celsius(judged.runs[0].tally.mean),
             celsius(window[0]),
             celsius(window[1]),
             1e3 * run.cell,
             1e6 * run.step,
             changes.join("; ")
-        ),
-        ..check
-    }
+        ))
 }
 
 /// What is defaulted or missing in a job.

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
+use meltpath_gun::Gun;
+use meltpath_gun::focus::FocusCalibration;
 use meltpath_melt_strategy::bed::Resolution;
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation;
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -76,6 +77,8 @@ pub struct Settings {
     pub material: Material,
     /// Its file, where it is not one that ships.
     pub material_file: Option<PathBuf>,
+    /// The gun.
+    pub gun: Gun,
     /// Beam to heat.
     pub beam: Beam,
     /// Penetration of the beam, mm.
@@ -153,22 +156,30 @@ fn named(value: &impl std::fmt::Debug) -> String {
     format!("{value:?}").to_lowercase()
 }
 
-/// Reads a beam path.
+/// Reads a beam path and the gun that drew it: its file, the path, the gun at the settings with which the beam first is on.
 pub(super) fn beam_path(
     folder: &Path,
     name: &toml::Spanned<String>,
-) -> Result<(PathBuf, BeamPath), TextError> {
+    focus: &FocusCalibration,
+) -> Result<(PathBuf, BeamPath, Gun), TextError> {
     let file = folder.join(name.get_ref());
     let shown = |what: String| at(name.span(), &format!("{}: {what}", file.display()));
-    let path = path_file::read(&file).map_err(|e| shown(e.to_string()))?;
-    let heats = path
-        .points()
-        .windows(2)
-        .any(|w| w[0].on && w[1].time > w[0].time);
-    if !heats {
+    let record = path_file::read(&file).map_err(|e| shown(e.to_string()))?;
+    let heats = record.rows().windows(2).find(|w| {
+        let power = w[0].voltage * w[0].current;
+        w[0].on && power > 0.0 && w[1].time > w[0].time
+    });
+    let Some(first) = heats.map(|w| w[0]) else {
         return Err(shown("the beam is never on".to_owned()));
-    }
-    Ok((file, path))
+    };
+    let motion = record.motion(focus).map_err(|e| shown(e.to_string()))?;
+    let path = BeamPath::of(&[motion]).map_err(|e| shown(e.to_string()))?;
+    let gun = Gun {
+        voltage: first.voltage,
+        focus: focus.clone(),
+        coil: first.focus,
+    };
+    Ok((file, path, gun))
 }
 
 /// Resolves a job whose file lies in `folder`.
@@ -181,7 +192,7 @@ pub fn resolve(
     observer: &dyn Observer,
 ) -> Result<Settings, TextError> {
     let mut r = Provenance::new();
-    let (loaded, beam, penetration) = process(job, folder, &mut r)?;
+    let (loaded, (beam, focus), penetration) = process(job, folder, &mut r)?;
     let Loaded {
         material,
         file: material_file,
@@ -266,7 +277,7 @@ pub fn resolve(
     let drawn = Drawing::of(
         job,
         folder,
-        &material,
+        (&material, &focus),
         [f64::from(layers), layer],
         (&reporter, observer),
         &mut r,
@@ -274,13 +285,14 @@ pub fn resolve(
     if let (Some(file), Some(path)) = (&drawn.path_file, drawn.paths.last()) {
         check_inside(path, file, &drawn.contour, job)?;
     }
-    let window = window(job, folder, drawn.hatch.as_ref(), &mut r)?;
+    let window = window(job, folder, (drawn.hatch.as_ref(), &focus), &mut r)?;
     warn_of_window(job, &window, &material, &reporter);
     let Drawing {
         path_file,
         mut paths,
         contour,
         hatch: drawn_hatch,
+        gun,
         below,
         part,
     } = drawn;
@@ -364,6 +376,7 @@ pub fn resolve(
         unmelted,
         material,
         material_file,
+        gun,
         beam,
         provenance: r,
     })
@@ -376,7 +389,7 @@ fn check_inside(
     contour: &Contour,
     job: &EbmJob,
 ) -> Result<(), TextError> {
-    let lit = || path.points().windows(2).filter(|w| w[0].on);
+    let lit = || path.points().windows(2).filter(|w| w[0].is_on());
     // a line may cross the region between two rows
     let meets = |w: &[BeamPoint]| {
         (0..=STRETCHES).any(|n| {
@@ -502,12 +515,12 @@ fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
     })
 }
 
-/// Material, beam and its penetration.
+/// Material, beam with its focus, and its penetration.
 fn process(
     job: &EbmJob,
     folder: &Path,
     r: &mut Provenance,
-) -> Result<(Loaded, Beam, f64), TextError> {
+) -> Result<(Loaded, (Beam, FocusCalibration), f64), TextError> {
     let ebm = &job.ebm;
     let name = ebm.material.as_ref().map(|m| m.get_ref().clone());
     let name = r.written_or(
@@ -568,24 +581,23 @@ fn process(
     let beam = Beam {
         efficiency: efficiency.0,
         depth: Depth::Falling { penetration },
-        focus,
     };
-    Ok((loaded, beam, penetration))
+    Ok((loaded, (beam, focus), penetration))
 }
 
 fn window(
     job: &EbmJob,
     folder: &Path,
-    hatch: Option<&Hatch>,
+    (hatch, focus): (Option<&Hatch>, &FocusCalibration),
     r: &mut Provenance,
 ) -> Result<Window, TextError> {
     let w = &job.window;
     let good = match (&w.good, &w.body, hatch) {
-        (Some(file), _, _) => Some((file.get_ref().clone(), beam_path(folder, file)?.1)),
+        (Some(file), _, _) => Some((file.get_ref().clone(), beam_path(folder, file, focus)?.1)),
         (None, Some(body), Some(hatch)) => {
             let size = body.map(|edge| edge.0.0);
             let region = Contour::rectangle(size).region();
-            let path = hatch.of_lines().path(&region, 1, &Reporter::new());
+            let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
             let path = path.map_err(|e| TextError {
                 span: None,
                 message: format!("window.body: {e}"),

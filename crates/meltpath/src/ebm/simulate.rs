@@ -249,10 +249,10 @@ pub fn simulate(
             (Some(drawn), Vec::new())
         }
         (Some(found), Some((how, _))) if how.change == Change::Current => {
-            let (drawn, sets) = other_currents(settings, found, &classes, reporter, observer)?;
+            let (drawn, sets) = other_powers(settings, found, &classes, reporter, observer)?;
             (Some(drawn), sets)
         }
-        // charts know nothing of other focus currents
+        // charts know nothing of other spots
         _ => (None, Vec::new()),
     };
     let judged = match &settings.judge {
@@ -285,8 +285,8 @@ pub fn simulate(
     })
 }
 
-/// Draws a found path whose currents need charts of their own, which come back too.
-fn other_currents(
+/// Draws a found path whose powers need charts of their own, which come back too.
+fn other_powers(
     settings: &Settings,
     found: &Found,
     classes: &Classes,

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::{NotNegative, Positive, QuantityError, Unit, parse};
 use meltpath_base::{Length, Ratio, Speed};
+use meltpath_gun::focus::{FocusCalibration, FocusError, stuck_grains};
 use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
-use meltpath_thermal::focus::stuck_grains;
 use serde::Deserialize;
+
+use crate::ebm::focus;
 
 const CURRENT: &[Unit] = &[scaled("mA", 1e-3), scaled("A", 1.0)];
 const VOLTAGE: &[Unit] = &[scaled("kV", 1e3), scaled("V", 1.0)];
@@ -140,8 +142,8 @@ pub struct Measurement {
 pub struct Measurements {
     /// Name of the material.
     pub material: String,
-    /// Name of the focus calibration.
-    pub focus: String,
+    /// Where the focus calibration comes from.
+    pub calibrated: String,
     /// Thickness of a layer, mm.
     pub layer: f64,
     /// Layers drawn of each body.
@@ -158,11 +160,23 @@ pub struct Measurements {
     pub wanted: Option<f64>,
 }
 
-fn beam(voltage: &str, current: &str, focus: &str) -> Result<BeamSetting, QuantityError> {
+#[derive(Debug, thiserror::Error)]
+enum BeamValueError {
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+    #[error(transparent)]
+    Focus(#[from] FocusError),
+}
+
+fn beam(
+    calibration: &FocusCalibration,
+    [voltage, current, focus]: [&str; 3],
+) -> Result<BeamSetting, BeamValueError> {
+    let power = parse(voltage, "voltage", VOLTAGE)? * parse(current, "current", CURRENT)?;
+    let coil = parse(focus, "focus current", CURRENT)?;
     Ok(BeamSetting {
-        voltage: parse(voltage, "voltage", VOLTAGE)?,
-        current: parse(current, "current", CURRENT)?,
-        focus: parse(focus, "focus current", CURRENT)?,
+        power,
+        spot: calibration.diameter(coil)?,
     })
 }
 
@@ -184,6 +198,9 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
         what: what.to_owned(),
         message,
     };
+    let focus = file.focus.as_deref().unwrap_or("a1-beraud-2016");
+    let (calibration, calibrated) =
+        focus::builtin(focus).map_err(|e| wrong("focus", e.to_string()))?;
     let mut all = Vec::new();
     for (n, s) in file.strut.iter().enumerate() {
         let name = format!("strut {}", n + 1);
@@ -199,8 +216,8 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
             .radii
             .iter()
             .zip(&s.currents)
-            .map(|(r, c)| Ok((r.0.0, beam(&s.voltage, c, &s.focus)?)))
-            .collect::<Result<Vec<_>, QuantityError>>()
+            .map(|(r, c)| Ok((r.0.0, beam(&calibration, [&s.voltage, c, &s.focus])?)))
+            .collect::<Result<Vec<_>, BeamValueError>>()
             .map_err(|e| wrong(&name, e.to_string()))?;
         all.push(Measurement {
             name,
@@ -225,7 +242,7 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
         }
         all.push(Measurement {
             coupon: Coupon::Wall {
-                beam: beam(&w.voltage, &w.current, &w.focus)
+                beam: beam(&calibration, [&w.voltage, &w.current, &w.focus])
                     .map_err(|e| wrong(&name, e.to_string()))?,
                 speed: w.speed.0.0,
             },
@@ -238,7 +255,7 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
         let name = format!("porosity {}", n + 1);
         all.push(Measurement {
             coupon: Coupon::Block {
-                beam: beam(&p.voltage, &p.current, &p.focus)
+                beam: beam(&calibration, [&p.voltage, &p.current, &p.focus])
                     .map_err(|e| wrong(&name, e.to_string()))?,
                 speed: p.speed.0.0,
                 spacing: p.spacing.0.0,
@@ -261,7 +278,7 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
     let share = |v: Option<Positive<Ratio>>, default: f64| v.map_or(default, |v| v.0.0);
     Ok(Measurements {
         material: file.material.unwrap_or_else(|| "ti6al4v-ebm".to_owned()),
-        focus: file.focus.unwrap_or_else(|| "a1-beraud-2016".to_owned()),
+        calibrated,
         layer: file.layer.map_or(0.05, |l| l.0.0),
         layers: file.layers.unwrap_or(5).clamp(1, 100),
         spacing: file.spacing.map_or(0.025, |s| s.0.0),

@@ -1,9 +1,9 @@
 //! What a fit looks like: parameters, measurements before and after, contours for the wanted diameter.
 
-use meltpath_base::Provenance;
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Fact, Measure, Provenance};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::calibration::coupon::Coupon;
@@ -140,17 +140,6 @@ pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
         plots: Vec::new(),
         tables: vec![parameters(found), bodies(found)],
     }];
-    let percent = |n: usize| {
-        format!(
-            "{:.1} ± {:.1} %",
-            100.0 * found.fitted.values[n],
-            100.0 * found.fitted.sigmas[n]
-        )
-    };
-    let mut facts = vec![
-        Fact::new("efficiency", &percent(0)),
-        Fact::new("diameter, of the calibrated one", &percent(1)),
-    ];
     if let Some(p) = &found.prediction {
         sections.push(Section {
             title: "What to build".to_owned(),
@@ -158,23 +147,24 @@ pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
             plots: vec![curve_plot(found, p)],
             tables: vec![contours(p)],
         });
-        if let Some((n, radius)) = p.build.and_then(|n| Some((n, p.candidates[n].radius?))) {
-            facts.push(Fact::new(
-                &format!("contour to build ({})", NAMES[n]),
-                &format!("{radius:.3} mm"),
-            ));
-        }
     }
     Report {
         title: "Beam fitted to measurements".to_owned(),
         subtitle: format!("{file} · {} measurements", found.measurements.all.len()),
         verdict: found.verdict.clone(),
-        facts,
         scene: None,
         sections,
         sheet: None,
         provenance: provenance.clone(),
     }
+}
+
+/// The contour that is better built of the two, mm.
+pub(super) fn to_build(p: &Prediction) -> Option<Fact> {
+    let (n, radius) = p.build.and_then(|n| Some((n, p.candidates[n].radius?)))?;
+    let title = format!("contour to build ({})", NAMES[n]);
+    let radius = Measure::exact(radius, "mm");
+    Some(Fact::new("contour-to-build", &title, radius, ""))
 }
 
 /// What a terminal shows.

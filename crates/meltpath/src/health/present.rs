@@ -2,24 +2,25 @@
 
 use std::io;
 
-use meltpath_base::Verdict;
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
 use meltpath_scan_head::health::rating::{Drift, Km0Record, rate};
 
 use super::history::{Entry, History};
-use super::{Subject, provenance, words};
 
 /// Quantities drawn in the trend, at most.
 const DRAWN: usize = 6;
 
 /// What is told.
 pub(super) struct Told<'a> {
-    pub(super) subject: &'a Subject,
+    /// Machine, head and axis.
+    pub(super) name: &'a str,
+    pub(super) provenance: &'a Provenance,
     pub(super) first: &'a Km0Stage1,
     /// The tests before this one.
     pub(super) history: &'a History,
@@ -31,22 +32,18 @@ pub(super) struct Told<'a> {
 pub(super) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), OutputError> {
     let record = &told.entry.record;
     let report = Report {
-        title: format!("Health of {}", told.subject.name()),
+        title: format!("Health of {}", told.name),
         subtitle: format!(
             "{} · test {} · {}",
             record.time,
             told.history.entries().len() + 1,
-            words(told.entry.rating)
+            told.entry.rating.words()
         ),
         verdict: told.verdict.clone(),
-        facts: vec![
-            Fact::new("rating", words(told.entry.rating)),
-            Fact::new("tests", &format!("{}", told.history.entries().len() + 1)),
-        ],
         scene: None,
         sections: vec![drift(told), curves(told), steps(record), ramps(record)],
         sheet: None,
-        provenance: provenance(told.subject),
+        provenance: told.provenance.clone(),
     };
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
@@ -82,7 +79,7 @@ fn drift(told: &Told<'_>) -> Section {
             Cell::Number(d.reference),
             Cell::Number(d.now),
             Cell::Fixed(100.0 * d.change, 1),
-            Cell::text(words(d.rating)),
+            Cell::text(d.rating.words()),
             Cell::text(fault),
             Cell::text(action),
         ]);
@@ -137,7 +134,7 @@ fn drift(told: &Told<'_>) -> Section {
             e.record
                 .temperature
                 .map_or(Cell::Empty, |t| Cell::Fixed(t, 1)),
-            Cell::text(words(e.rating)),
+            Cell::text(e.rating.words()),
             Cell::text(&e.reasons.join(", ")),
         ]);
     }

@@ -6,7 +6,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
 
-use super::run::{MODES, RecipeResult};
+use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
 use super::work::Work;
 

@@ -4,14 +4,15 @@
 //! A layer is joined to the one below where the metal was liquid at its lower face. What the commanded path melts there and
 //! the marked one does not is the machine's doing; what neither melts, the recipe's.
 
+mod beam;
+mod judge;
+mod surface;
+
 use std::path::Path;
 
-use meltpath_base::{
-    Check, Limit, Measure, Observer, Origin, Place, Provenance, Reporter, Resolved, Status,
-};
+use meltpath_base::{Observer, Origin, Provenance, Resolved};
 use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
-use meltpath_thermal::focus::{FocusCalibration, FocusError};
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::{Body, Medium};
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -21,22 +22,27 @@ use meltpath_thermal::pool::fusion::{
 use meltpath_thermal::pool::history::Memory;
 use meltpath_thermal::pool::moving_source::{MovingSource, MovingSourceError};
 use meltpath_thermal::solver::source::Depth;
-use meltpath_toolpath::{MotionBlock, MotionSink};
 
 use crate::job::TextError;
 use crate::job::lpbf::HeatTable;
 use crate::material::load;
+use beam::commanded;
+use surface::closed;
+
+pub use beam::BeamRecord;
+pub use judge::check;
 
 /// Distance along the path from look to look, in spot diameters.
 const LOOK: f64 = 0.7;
+
 /// Looks from one measured pool to the next.
 const PER_POOL: usize = 4;
+
 /// Room round the marks, mm.
 const MARGIN: f64 = 0.3;
+
 /// How much less is absorbed in the third drawing: what is not known of absorptivity.
 const LESS: f64 = 0.9;
-/// Boiling number from which vapour deepens the pool noticeably, and from which a keyhole forms.
-const BOILING: [f64; 2] = [0.5, 1.0];
 
 /// Resolved `[heat]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,9 +77,6 @@ pub enum HeatError {
     /// The pool's medium.
     #[error(transparent)]
     Engine(#[from] MovingSourceError),
-    /// The spot.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
 }
 
 /// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm.
@@ -181,97 +184,6 @@ pub fn resolve(
     Ok(settings)
 }
 
-/// The beam of the marked path: motion with power, as far as it is wanted.
-#[derive(Debug, Clone)]
-pub struct BeamRecord {
-    points: Vec<BeamPoint>,
-    last: u32,
-    longest: f64,
-    lit: f64,
-    /// Whether the path goes on after what was kept.
-    pub cut: bool,
-}
-
-impl BeamRecord {
-    /// Keeps the path up to the end of vector `last`, or until `longest` mm were lit.
-    pub fn new(last: u32, longest: f64) -> Self {
-        BeamRecord {
-            points: Vec::new(),
-            last,
-            longest,
-            lit: 0.0,
-            cut: false,
-        }
-    }
-}
-
-impl MotionSink for BeamRecord {
-    fn block(&mut self, block: &MotionBlock) {
-        for (k, at) in block.position.iter().enumerate() {
-            if block.command[k] > self.last || self.cut {
-                return;
-            }
-            if self.lit > self.longest {
-                self.cut = true;
-                return;
-            }
-            let power = block.power[k];
-            let point = BeamPoint {
-                time: block.time(k),
-                x: at.x,
-                y: at.y,
-                voltage: 0.0,
-                current: 1.0,
-                focus: 0.0,
-                on: false,
-            };
-            // power is that of the period that ends here: it belongs to the row before
-            if let Some(before) = self.points.last_mut() {
-                before.voltage = power;
-                before.on = power > 0.0;
-                if before.on {
-                    self.lit += (at.x - before.x).hypot(at.y - before.y);
-                }
-            }
-            let dark = self.points.iter().rev().take(2).filter(|p| !p.on).count() == 2;
-            match self.points.last_mut() {
-                Some(last) if dark => *last = point,
-                _ => self.points.push(point),
-            }
-        }
-    }
-}
-
-/// The beam as commanded: marks at their speeds with light from end to end, and the recipe's waits.
-fn commanded(job: &ScanJob, last: u32, longest: f64) -> Result<BeamPath, BeamError> {
-    let mut points: Vec<BeamPoint> = Vec::new();
-    let (mut time, mut lit) = (0.0, 0.0);
-    for (i, v) in job.vectors.iter().enumerate().take(last as usize + 1) {
-        if lit > longest {
-            break;
-        }
-        let (from, length) = (job.start_of(i), job.length_of(i));
-        let row = |time: f64, at: meltpath_geometry::math::DVec3, on: bool| BeamPoint {
-            time,
-            x: at.x,
-            y: at.y,
-            voltage: if on { v.power } else { 0.0 },
-            current: 1.0,
-            focus: 0.0,
-            on,
-        };
-        let on = v.kind.is_mark();
-        points.push(row(time, from, on));
-        time += if v.speed > 0.0 { length / v.speed } else { 0.0 };
-        points.push(row(time, v.end, false));
-        time += v.wait;
-        if on {
-            lit += length;
-        }
-    }
-    BeamPath::new(points)
-}
-
 /// What one drawing melted.
 #[derive(Debug, Clone)]
 pub struct Melted {
@@ -336,11 +248,11 @@ pub fn melt(
     hatch: f64,
     observer: &dyn Observer,
 ) -> Result<RecipeHeat, HeatError> {
-    let asked = commanded(job, record.last, settings.marks)?;
+    let asked = commanded(job, record.last, settings.marks, settings.spot)?;
     let (last, cut) = (record.last, record.cut);
     let marked = BeamPath::new(record.points)?;
     let marks = |axis: fn(&BeamPoint) -> f64| {
-        let all = asked.points().iter().filter(|p| p.on).map(axis);
+        let all = asked.points().iter().filter(|p| p.is_on()).map(axis);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
             [low.min(v), high.max(v)]
         })
@@ -357,7 +269,6 @@ pub fn melt(
         let beam = Beam {
             efficiency: share * settings.absorptivity,
             depth: Depth::Surface,
-            focus: FocusCalibration::constant(settings.spot),
         };
         let mut engine = MovingSource::new(settings.medium, path.clone(), beam, Memory::Folded)?;
         let mut map = plain.clone();
@@ -412,36 +323,6 @@ pub fn melt(
     })
 }
 
-/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
-fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
-    let reach = reach.ceil().max(0.0) as usize;
-    let grown = |cells: &[bool], wanted: bool| {
-        let rows = spread(cells, nx, wanted, reach);
-        let columns = spread(&turned(&rows, nx), ny, wanted, reach);
-        turned(&columns, ny)
-    };
-    grown(&grown(cells, true), false)
-}
-
-/// Rows of `width` in which the wanted cells have spread by `reach` cells to either side.
-fn spread(cells: &[bool], width: usize, wanted: bool, reach: usize) -> Vec<bool> {
-    let mut out = vec![!wanted; cells.len()];
-    for (row, to) in cells.chunks(width).zip(out.chunks_mut(width)) {
-        for (i, _) in row.iter().enumerate().filter(|(_, c)| **c == wanted) {
-            to[i.saturating_sub(reach)..(i + reach + 1).min(width)].fill(wanted);
-        }
-    }
-    out
-}
-
-/// Rows of `width` as columns.
-fn turned(cells: &[bool], width: usize) -> Vec<bool> {
-    let height = cells.len() / width.max(1);
-    (0..cells.len())
-        .map(|n| cells[(n % height) * width + n / height])
-        .collect()
-}
-
 /// Squares in which the marked path leaves powder on the surface, from below to above.
 fn cold(map: &FusionMap, surface: &[bool], marked: &[bool]) -> Vec<Cold> {
     let wide = (Cold::SIDE / map.cell).round().max(1.0) as usize;
@@ -492,165 +373,4 @@ fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
                 .map(|number| Boiling { kind, number })
         })
         .collect()
-}
-
-/// Judges a recipe, and warns of what the model does not hold. Where the surface is near boiling, pools are deeper than the model
-/// tells: what it does not melt through may be melted all the same, and nothing is said against it.
-pub fn check(
-    settings: &HeatSettings,
-    number: usize,
-    recipe: &str,
-    heat: &RecipeHeat,
-    reporter: &Reporter,
-) -> Check {
-    let worst = heat
-        .boiling
-        .iter()
-        .map(|b| b.number)
-        .max_by(f64::total_cmp)
-        .filter(|number| *number > BOILING[0]);
-    if let Some(worst) = worst {
-        let what = if worst > BOILING[1] {
-            "the surface boils and vapour digs a keyhole"
-        } else {
-            "the surface is near boiling and vapour deepens the pool"
-        };
-        reporter.warn(
-            "keyhole",
-            format!(
-                "{recipe}: {what} (boiling number {worst:.1}; a keyhole from 1 on); true pools are deeper than those told, and absorb more"
-            ),
-            "take the share melted through as a lower bound; against keyhole pores: less power, faster marks or a wider spot",
-        );
-    }
-    if heat.cut {
-        reporter.warn(
-            "heat-cut",
-            format!(
-                "{recipe}: only the first {:.2} m of marks were followed by the heat engine",
-                1e-3 * settings.marks
-            ),
-            "raise heat.marks; a metre takes some ten seconds",
-        );
-    }
-    let [asked, marked, less] = &heat.drawings;
-    let id = format!("fusion-{number}");
-    let depth = 1e3 * settings.layer;
-    if asked.area == 0.0 {
-        let title = format!("{recipe}: melted through {depth:.0} µm");
-        let reason = "the commanded path itself melts through nowhere";
-        return match worst {
-            Some(_) => unsaid(Check::not_checked(&id, &title, ""), reason),
-            None => Check {
-                status: Status::Fail,
-                ..Check::not_checked(&id, &title, reason)
-            },
-        }
-        .remedy("more power, slower marks or thinner layers");
-    }
-    let value = Measure::new(
-        100.0 * marked.share,
-        100.0 * (marked.share - less.share).abs(),
-        "%",
-    );
-    let remedy = if asked.share < settings.share {
-        "the path is too thin as commanded: a closer hatch, more power, slower marks or thinner layers"
-    } else {
-        "the machine loses it: other laser delays, slower marks or a controller that lags less"
-    };
-    let check = Check::judge(
-        &id,
-        &format!("{recipe}: share of the surface melted through {depth:.0} µm"),
-        value,
-        Limit::AtLeast(100.0 * settings.share),
-    )
-    .remedy(remedy);
-    let check = match (worst, check.status) {
-        (Some(_), Status::Fail | Status::Warn) => {
-            let found = check.reason.clone();
-            unsaid(check, &found)
-        }
-        _ => check,
-    };
-    match heat.cold.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
-        Some(worst) => check.at(Place::at([worst.place[0], worst.place[1], 0.0])),
-        None => check,
-    }
-}
-
-/// The check where the model only bounds from below.
-fn unsaid(check: Check, found: &str) -> Check {
-    Check {
-        status: Status::CannotSay,
-        reason: format!(
-            "{found}; by conduction alone, a lower bound here: vapour deepens these pools"
-        ),
-        ..check
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use meltpath_geometry::math::DVec3;
-    use meltpath_toolpath::Times;
-
-    #[test]
-    fn power_belongs_to_the_way_that_it_lit() {
-        let mut record = BeamRecord::new(1, 1e9);
-        // dark, dark, dark, lit, lit, dark; the third vector is not wanted any more
-        let block = MotionBlock {
-            times: Times::Uniform { t0: 0.0, dt: 1e-3 },
-            position: (0..7).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)).collect(),
-            power: vec![0.0, 0.0, 0.0, 100.0, 80.0, 0.0, 0.0],
-            command: vec![0, 0, 0, 1, 1, 1, 2],
-            ..MotionBlock::default()
-        };
-        record.block(&block);
-        let rows: Vec<_> = record
-            .points
-            .iter()
-            .map(|p| (p.x, p.voltage * p.current, p.on))
-            .collect();
-        assert_eq!(
-            rows,
-            [
-                (0.0, 0.0, false),
-                (2.0, 100.0, true),
-                (3.0, 80.0, true),
-                (4.0, 0.0, false),
-                (5.0, 0.0, false)
-            ]
-        );
-        assert_eq!(record.lit, 2.0);
-    }
-
-    #[test]
-    fn gaps_are_filled_and_borders_stay() {
-        let lines = |x: usize, y: usize| {
-            (3..17).contains(&y) && (4..26).contains(&x) && y.is_multiple_of(3)
-        };
-        let cells: Vec<bool> = (0..600).map(|n| lines(n % 30, n / 30)).collect();
-        let filled = closed(&cells, [30, 20], 2.0);
-        let all = |x: usize, y: usize| (3..16).contains(&y) && (4..26).contains(&x);
-        for (n, c) in filled.iter().enumerate() {
-            assert_eq!(*c, all(n % 30, n / 30), "{} {}", n % 30, n / 30);
-        }
-    }
-
-    #[test]
-    fn a_record_ends_where_it_is_long_enough() {
-        let mut record = BeamRecord::new(9, 3.5);
-        let block = MotionBlock {
-            times: Times::Uniform { t0: 0.0, dt: 1e-3 },
-            position: (0..20)
-                .map(|k| DVec3::new(f64::from(k), 0.0, 0.0))
-                .collect(),
-            power: vec![50.0; 20],
-            command: vec![0; 20],
-            ..MotionBlock::default()
-        };
-        record.block(&block);
-        assert!(record.cut && record.points.len() == 5);
-    }
 }

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Measure, Observer, Status};
+use meltpath_base::{Check, Fact, Measure, Observer, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::series::csv::CsvWriter;
@@ -16,10 +17,9 @@ use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
-use super::run::MODES;
+use super::result::MODES;
 use super::settings::Settings;
 use super::work::Work;
 
@@ -62,7 +62,7 @@ pub(super) fn run(
         recipe,
         job: &job,
         fill: &|job| match &work {
-            Work::Plate(plate) => FillRate::new(job, plate, spot, judged),
+            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, judged),
             Work::Layers(_) => FillRate::of_layers(job, &[0], surface(job), spot, judged),
         },
         whole: &whole,
@@ -70,40 +70,40 @@ pub(super) fn run(
     search(&problem, bounds, observer)
 }
 
-/// What the search found, for the verdict.
-pub(super) fn check(found: &Found) -> Check {
-    let title = "a faster recipe within the bounds";
-    let saving = |c: &Candidate| 100.0 * (1.0 - c.duration / found.start.duration);
-    let check = |words: &str| Check::not_checked("optimise", title, words);
-    if found.best.as_ref() == Some(&found.start) {
-        return check("no faster recipe keeps the bounds: the first one is the fastest tried");
-    }
-    if let Some(best) = &found.best {
-        return Check {
-            status: Status::Pass,
-            value: Some(Measure::exact(saving(best), "%")),
-            ..check(&format!(
-                "{:.1} % of the time saved: contours at {:.0} mm/s, fills at {:.0} mm/s, {:.2} ms after marks{}",
-                saving(best),
-                best.recipe.contour_speed,
-                best.recipe.fill_speed,
-                1e3 * best.recipe.mark_wait,
-                filter_words(best)
-            ))
+/// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
+pub(super) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
+    const ID: &str = "optimise";
+    const TITLE: &str = "time saved by the fastest recipe within the bounds";
+    let Some(best) = &found.best else {
+        let near = found.nearest();
+        let reason = format!(
+            "none of {} recipes keeps the bounds; the nearest has {:.1} % of its contour points and {:.1} % of its fill within them, the bounds are {:.1} and {:.1} %",
+            found.tried.len(),
+            100.0 * near.contour_share,
+            100.0 * near.fill_rate,
+            100.0 * found.bounds.contour_share,
+            100.0 * found.bounds.fill_rate
+        );
+        let check = Check {
+            status: Status::Warn,
+            ..Check::not_checked(ID, "a recipe within the bounds", &reason)
         };
-    }
-    let near = found.nearest();
-    check(&format!(
-        "none of {} recipes keeps the bounds; the nearest has {:.1} % of its contour points and {:.1} % of its fill within them, asked are {:.1} and {:.1} %",
-        found.tried.len(),
-        100.0 * near.contour_share,
-        100.0 * near.fill_rate,
-        100.0 * found.bounds.contour_share,
-        100.0 * found.bounds.fill_rate
-    ))
-    .remedy(
-        "ask for less in [checks], or give [optimise] slower speeds, longer waits or other filters",
-    )
+        checks.push(check.remedy("lower the limits in [checks], or give [optimise] slower speeds, longer waits or other filters"));
+        return;
+    };
+    let saved = 100.0 * (1.0 - best.duration / found.start.duration);
+    let words = if *best == found.start {
+        "the first recipe is the fastest tried".to_owned()
+    } else {
+        format!(
+            "contours at {:.0} mm/s, fills at {:.0} mm/s, {:.2} ms after marks{}",
+            best.recipe.contour_speed,
+            best.recipe.fill_speed,
+            1e3 * best.recipe.mark_wait,
+            filter_words(best)
+        )
+    };
+    facts.push(Fact::new(ID, TITLE, Measure::exact(saved, "%"), &words));
 }
 
 fn filter_words(c: &Candidate) -> String {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Provenance, Verdict};
+use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
@@ -15,7 +15,7 @@ use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
 use super::comparison::Comparison;
-use super::run::{MODES, RecipeResult};
+use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
 use super::work::Work;
 use super::{optimise, present_heat};
@@ -58,7 +58,6 @@ pub(super) fn write(
         title: title.to_owned(),
         subtitle: format!("{} · {}", settings.data.head.name, settings.work.words()),
         verdict: verdict.clone(),
-        facts: facts(results),
         scene: (!results.is_empty()).then(|| scene(results)),
         sections: {
             let mut all = sections(settings, results);
@@ -113,16 +112,33 @@ pub(super) fn write(
     Ok(())
 }
 
-fn facts(results: &[RecipeResult<'_>]) -> Vec<Fact> {
-    let mut facts: Vec<Fact> = results
-        .iter()
-        .map(|r| Fact::new(&r.recipe.name, &format!("{:.3} s", r.duration)))
-        .collect();
+/// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
+pub(super) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    for (k, r) in results.iter().enumerate() {
+        let number = k + 1;
+        facts.push(Fact::new(
+            &format!("time-{number}"),
+            &format!("{}: time of the job", r.recipe.name),
+            Measure::exact(r.duration, "s"),
+            "",
+        ));
+        if settings.fill_rate.is_none() {
+            facts.push(Fact::new(
+                &format!("fill-{number}"),
+                &r.fill_title(),
+                Measure::exact(100.0 * r.fill[2], "%"),
+                "",
+            ));
+        }
+    }
     if let [first, second, ..] = results {
         let saving = 100.0 * (1.0 - second.duration / first.duration);
         facts.push(Fact::new(
-            "time saved by the second",
-            &format!("{saving:.1} %"),
+            "time-saved",
+            "time saved by the second recipe",
+            Measure::exact(saving, "%"),
+            "",
         ));
     }
     facts

@@ -12,7 +12,7 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
 use super::heat::{Cold, HeatSettings, RecipeHeat};
-use super::run::RecipeResult;
+use super::result::RecipeResult;
 
 /// Bars of histograms.
 const BARS: usize = 40;

@@ -3,89 +3,38 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Status, Verdict};
-use meltpath_geometry::math::DVec2;
+use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
+use meltpath_scan_head::head::job::Prepared;
 use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::run::RunSummary;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
-use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate, hatch_distance};
+use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
-use super::heat::{self, BeamRecord, RecipeHeat};
+use super::heat::{self, BeamRecord};
+use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
-use super::work::{LayerSpan, Prepared, Work};
+use super::work::Work;
 use super::{motion, optimise, present, refuse};
 use crate::job::LpbfJob;
 use crate::outcome::{Outcome, RunError};
 use crate::tune::choose::ready_for;
 use crate::waam::settings::in_file;
 
-/// The modes in which fill rates are told.
-pub(super) const MODES: [FillMode; 3] = [
-    FillMode::SampledPoints { every: 1 },
-    FillMode::Segments,
-    FillMode::SweptSpot,
-];
 /// Lit points are compared with marks commanded at most this long before, s: longer than any lag and off-delay.
 const WINDOW: f64 = 4e-3;
 /// The longest delay tried by the tuning, s.
 const LONGEST_DELAY: f64 = 1.2e-3;
 /// Step of the delays that are paired in the table of trade-offs, s.
 const FRONT_STEP: f64 = 40e-6;
-/// Samples kept of the path of the first square, at most.
-const SHOWN: usize = 400_000;
-
-/// What one recipe did.
-pub(super) struct RecipeResult<'a> {
-    pub(super) recipe: &'a Recipe,
-    pub(super) job: &'a ScanJob,
-    pub(super) layers: &'a [LayerSpan],
-    pub(super) delays: LaserDelays,
-    pub(super) tuned: Option<Tuned>,
-    /// The pairs of delays that no other beats.
-    pub(super) front: Vec<DelayScore>,
-    pub(super) duration: f64,
-    pub(super) errors: PathErrors<'a>,
-    pub(super) energy: EnergyAlong<'a>,
-    /// Mean rate over the squares or layers, in each of [`MODES`].
-    pub(super) fill: Vec<f64>,
-    /// For each square or layer, its rates.
-    pub(super) rates: Vec<Vec<f64>>,
-    pub(super) path: Path2d,
-    /// What the first square or layer melts, where the job asks for it.
-    pub(super) heat: Option<RecipeHeat>,
-}
-
-/// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
-#[derive(Debug, Default)]
-pub(super) struct Path2d {
-    pub(super) hits: Vec<DVec2>,
-    pub(super) lit: Vec<bool>,
-    pub(super) vectors: Vec<u32>,
-    last: u32,
-}
-
-impl HeadSink for Path2d {
-    fn block(&mut self, block: &HeadBlock) {
-        for (k, &vector) in block.command.vector.iter().enumerate() {
-            if vector <= self.last && self.hits.len() < SHOWN {
-                self.hits.push(block.hit[k]);
-                self.lit.push(block.lit[k] >= 0.5);
-                self.vectors.push(vector);
-            }
-        }
-    }
-}
-
 /// The largest angles that the mirrors X and Y reach, rad.
 #[derive(Debug, Default)]
 struct Reach([f64; 2]);
@@ -168,9 +117,13 @@ pub fn run(
         });
     }
     let mut checks = checks(&settings, &results, &reporter);
-    checks.extend(found.as_ref().map(optimise::check));
+    let mut facts = present::facts(&settings, &results);
+    if let Some(found) = &found {
+        optimise::tell(found, &mut checks, &mut facts);
+    }
     let verdict = Verdict {
         checks,
+        facts,
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
@@ -284,12 +237,12 @@ impl<'a> Run<'a> {
             Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
         };
         let fill = match &self.settings.work {
-            Work::Plate(plate) => FillRate::new(job, plate, spot, &MODES),
+            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, &MODES),
             Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
         };
         let last = self.last_shown();
         let heat = self.settings.heat.as_ref();
-        let mut record = heat.map(|h| BeamRecord::new(last, h.marks));
+        let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
         let mut sinks = (
@@ -444,23 +397,15 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             ))
             .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
         });
-        let rate = 100.0 * r.fill[2];
-        let title = format!("{}: fill rate, {}", r.recipe.name, MODES[2].words());
-        let id = format!("fill-{number}");
-        checks.push(match settings.fill_rate {
-            Some(limit) => Check::judge(
-                &id,
-                &title,
-                Measure::exact(rate, "%"),
+        checks.extend(settings.fill_rate.map(|limit| {
+            Check::judge(
+                &format!("fill-{number}"),
+                &r.fill_title(),
+                Measure::exact(100.0 * r.fill[2], "%"),
                 Limit::AtLeast(100.0 * limit),
             )
-            .remedy("a closer hatch, or other laser delays"),
-            None => Check {
-                status: Status::Pass,
-                value: Some(Measure::exact(rate, "%")),
-                ..Check::not_checked(&id, &title, &format!("{rate:.1} %; no limit was asked for"))
-            },
-        });
+            .remedy("a closer hatch, or other laser delays")
+        }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {
         let (settings, heat) = (settings.heat.as_ref()?, r.heat.as_ref()?);

@@ -5,10 +5,10 @@ use std::path::Path;
 use meltpath_base::quantity::Positive;
 use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
 use meltpath_data::{File, find, names, recipes, scan_heads};
-use meltpath_scan_head::files::{self, HeadData, HeadFileError};
+use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_scan_head::files::{self, HeadData, HeadFileError, Plate};
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_scan_head::search::Bounds;
 use toml::Spanned;
 
@@ -361,13 +361,20 @@ fn bounds(
     }
 }
 
-/// The squares that the job asks for.
-fn plate(job: &LpbfJob, reference: SquarePlate) -> SquarePlate {
-    let mut plate = reference;
-    if job.plate.extent == PlateExtent::Block {
-        [plate.columns, plate.rows] = job.plate.block.unwrap_or([2, 2]);
+/// The squares that the job asks for, on the plate that the head's file states.
+fn plate(job: &LpbfJob, stated: Plate) -> SquarePlate {
+    let [columns, rows] = match job.plate.extent {
+        PlateExtent::Block => job.plate.block.unwrap_or([2, 2]),
+        PlateExtent::Whole => [stated.columns, stated.rows],
+    };
+    SquarePlate {
+        columns,
+        rows,
+        column_pitch: stated.column_pitch,
+        row_pitch: stated.row_pitch,
+        side: job.plate.side.map_or(stated.side, |s| s.0.0),
+        contour_distance: stated.contour_distance,
+        hatch: job.plate.hatch.map_or(stated.hatch, |h| h.0.0),
+        inset: stated.inset,
     }
-    plate.side = job.plate.side.map_or(plate.side, |s| s.0.0);
-    plate.hatch = job.plate.hatch.map_or(plate.hatch, |h| h.0.0);
-    plate
 }

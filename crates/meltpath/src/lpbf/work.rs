@@ -4,13 +4,13 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::{PlateError, SquarePlate};
 use meltpath_programs::{cli, vectors};
-use meltpath_scan_head::head::job::{Given, JobBuilder};
+use meltpath_scan_head::head::job::{Prepared, prepare};
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::{ScanJob, ScanJobError, VectorKind};
-use meltpath_scan_head::plate::SquarePlate;
-use meltpath_toolpath::{Layer, Role};
+use meltpath_toolpath::Layer;
 
 use crate::job::lpbf::LayersTable;
 
@@ -37,26 +37,6 @@ pub struct LayerSet {
     count: usize,
     /// Hatch distance, mm, where the job says it.
     pub hatch: Option<f64>,
-}
-
-/// A layer within a job.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LayerSpan {
-    /// Its first vector.
-    pub first: u32,
-    /// Its number in the file, from 1; 1 for a plate.
-    pub number: u32,
-    /// Its height, mm.
-    pub height: f64,
-}
-
-/// A job of one recipe with its layers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prepared {
-    /// The vectors.
-    pub job: ScanJob,
-    /// The layers, first executed first.
-    pub layers: Vec<LayerSpan>,
 }
 
 /// The layers of a file, one after the other; what is wrong in words.
@@ -143,33 +123,17 @@ impl LayerSet {
         let number = |layer: Option<&Layer>| layer.map_or(0, |l| l.number);
         (number(self.layers.first()), number(self.layers.last()))
     }
+}
 
-    /// The job of a recipe, in the plane of the field: the platform goes down, the focus stays.
-    fn job(&self, recipe: &Recipe) -> Result<Prepared, ScanJobError> {
-        let start = |layer: &Layer| {
-            let first = layer.passes().find(|p| p.move_count() > 0);
-            first.map_or(DVec3::ZERO, |p| p.points[0])
-        };
-        let begin = self.layers.first().map_or(DVec3::ZERO, start);
-        let mut builder = JobBuilder::new(recipe, begin);
-        let mut spans = Vec::with_capacity(self.layers.len());
-        for layer in &self.layers {
-            spans.push(LayerSpan {
-                first: builder.count() as u32,
-                number: layer.number,
-                height: layer.height,
-            });
-            // even where it stands there already: light never lasts from layer to layer
-            if spans.len() > 1 && !layer.has(Role::Jump) {
-                builder.vector(VectorKind::Jump, start(layer), Given::default());
-            }
-            builder.layer(layer);
-        }
-        Ok(Prepared {
-            job: builder.finish()?,
-            layers: spans,
-        })
-    }
+/// What a head makes of a plate.
+fn of_plate(plate: &SquarePlate, recipe: &Recipe) -> Result<Prepared, ScanJobError> {
+    let refused = |e: PlateError| ScanJobError::Value {
+        what: e.what,
+        value: e.value,
+        wanted: e.wanted,
+    };
+    let path = plate.toolpath().map_err(refused)?;
+    prepare(&path.layers, recipe)
 }
 
 impl Work {
@@ -179,15 +143,8 @@ impl Work {
     /// [`ScanJobError`].
     pub fn job(&self, recipe: &Recipe) -> Result<Prepared, ScanJobError> {
         match self {
-            Work::Plate(plate) => Ok(Prepared {
-                job: plate.job(recipe)?,
-                layers: vec![LayerSpan {
-                    first: 0,
-                    number: 1,
-                    height: 0.0,
-                }],
-            }),
-            Work::Layers(layers) => layers.job(recipe),
+            Work::Plate(plate) => of_plate(plate, recipe),
+            Work::Layers(set) => prepare(&set.layers, recipe),
         }
     }
 
@@ -197,14 +154,16 @@ impl Work {
     /// [`ScanJobError`].
     pub fn tuning_job(&self, recipe: &Recipe) -> Result<ScanJob, ScanJobError> {
         match self {
-            Work::Plate(plate) => SquarePlate {
-                columns: 2,
-                rows: 1,
-                ..*plate
+            Work::Plate(plate) => {
+                let two = SquarePlate {
+                    columns: 2,
+                    rows: 1,
+                    ..*plate
+                };
+                of_plate(&two, recipe).map(|p| p.job)
             }
-            .job(recipe),
-            Work::Layers(layers) => {
-                let prepared = layers.job(recipe)?;
+            Work::Layers(set) => {
+                let prepared = prepare(&set.layers, recipe)?;
                 let until = prepared
                     .layers
                     .get(1)

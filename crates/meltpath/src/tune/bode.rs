@@ -91,7 +91,7 @@ pub(super) fn synthesis(result: &AxisResult, which: Loop) -> Vec<Plot> {
         Loop::Speed => result.task.targets.speed,
         Loop::Position => result.task.targets.position,
     };
-    let name = loop_name(which);
+    let name = which.name();
     let at = target.crossover / TAU;
     let grid = grid(result, (0.01 * at).max(0.1), 30.0 * at);
     let mut gains = Plot::new(
@@ -131,15 +131,6 @@ pub(super) fn synthesis(result: &AxisResult, which: Loop) -> Vec<Plot> {
     vec![gains.with(zero), phases.with(margin)]
 }
 
-/// The name of a loop for people.
-pub(super) fn loop_name(which: Loop) -> &'static str {
-    match which {
-        Loop::Current => "Current",
-        Loop::Speed => "Speed",
-        Loop::Position => "Position",
-    }
-}
-
 /// Steps of the closed loops, each over its own time.
 pub(super) fn steps(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
     let targets = &result.task.targets;
@@ -153,7 +144,7 @@ pub(super) fn steps(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
         let count = 400;
         let period = STEPS_LONG * wanted / f64::from(count);
         let mut plot = Plot::new(
-            &format!("{} loop, closed: step", loop_name(which)),
+            &format!("{} loop, closed: step", which.name()),
             Axis::new("time", "ms"),
             Axis::new("response to a step of one", ""),
         );

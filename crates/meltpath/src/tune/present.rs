@@ -1,14 +1,15 @@
 //! What a person sees of a tuning.
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Provenance, Verdict};
-use meltpath_report::html::{Fact, Report, ReportError, Section, write_html};
+use meltpath_base::{Fact, Measure, Provenance, Verdict};
+use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_scan_head::servo::model::Loop;
 
 use super::design::AxisResult;
+use super::error::{TuneError, step};
 use super::refinement::words;
 use super::settings::Settings;
-use super::{TuneError, bode, step, tables};
+use super::{bode, tables};
 use crate::outcome::RunError;
 
 /// Writes the report, the verdict and the provenance.
@@ -50,7 +51,6 @@ pub(super) fn write(
             1e6 * settings.period
         ),
         verdict: verdict.clone(),
-        facts: facts(results),
         scene: None,
         sections: all,
         sheet: None,
@@ -75,23 +75,31 @@ fn upper(result: &AxisResult) -> char {
     result.task.name.letter().to_ascii_uppercase()
 }
 
-fn facts(results: &[AxisResult]) -> Vec<Fact> {
-    results
-        .iter()
-        .flat_map(|r| {
-            let chosen = r.chosen();
-            [
-                Fact::new(
-                    &format!("{}, exported", upper(r)),
-                    &format!("{}, order {}", chosen.name, order(r)),
-                ),
-                Fact::new(
-                    &format!("{}, error of the multi-step", upper(r)),
-                    &format!("{:.4}° rms", chosen.bare.error.rms().to_degrees()),
-                ),
-            ]
-        })
-        .collect()
+/// What is told of an axis beside the checks.
+pub(super) fn facts(result: &AxisResult) -> [Fact; 2] {
+    let (chosen, letter) = (result.chosen(), result.task.name.letter());
+    let exported = match &result.as_exported {
+        Some(_) => format!("{}, order {}", chosen.name, order(result)),
+        None => format!(
+            "{}, order {}; it leaves as gains: nothing is rounded",
+            chosen.name,
+            order(result)
+        ),
+    };
+    let error = Measure::exact(chosen.bare.error.rms().to_degrees(), "deg");
+    [
+        Fact::words(
+            &format!("{letter}-exported"),
+            &format!("{}: controller exported", upper(result)),
+            &exported,
+        ),
+        Fact::new(
+            &format!("{letter}-error"),
+            &format!("{}: error of the multi-step, rms", upper(result)),
+            error,
+            "",
+        ),
+    ]
 }
 
 fn order(result: &AxisResult) -> String {

@@ -9,11 +9,10 @@ use meltpath_scan_head::servo::compare::{Draw, monte_carlo, scattered};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::refine::{Bounds, Held, Refined, Signal, Trial, refine};
 
-use super::bode::loop_name;
-use super::design::{errors_kept, is_lost, short_signal, trial};
+use super::error::{StepError, TuneError, step};
 use super::file::RefineOn;
 use super::settings::{AxisTask, Settings};
-use super::{StepError, TuneError, step};
+use super::trial::{errors_kept, is_lost, short_signal, trial};
 
 /// Below this modulus margin refined gains are warned about.
 const THIN: f64 = 0.4;
@@ -283,7 +282,7 @@ fn held(by: &[Held]) -> String {
             }
             Held::Margin { which } => format!(
                 "the {} loop stands at its margin",
-                loop_name(*which).to_lowercase()
+                which.name().to_lowercase()
             ),
             Held::Bandwidth => "feedback alone has the least bandwidth allowed".to_owned(),
             Held::Disturbance => "the axis gives way to disturbances as far as allowed".to_owned(),

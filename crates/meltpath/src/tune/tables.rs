@@ -8,8 +8,8 @@ use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
 use meltpath_scan_head::servo::refine::Refined;
 use meltpath_scan_head::servo::synthesis::Stage;
 
-use super::bode::loop_name;
-use super::design::{AxisResult, Trial};
+use super::design::AxisResult;
+use super::trial::Trial;
 
 /// What the loops are called, with the unit.
 const PARAMETERS: [&str; 8] = [
@@ -116,7 +116,7 @@ pub(super) fn steps(result: &AxisResult) -> Table {
             (Stage::Gain, _) => "gain for the crossover",
         };
         table.rows.push(vec![
-            Cell::text(loop_name(s.which)),
+            Cell::text(s.which.name()),
             Cell::text(what),
             Cell::Number(gain),
             if time.is_finite() {
@@ -157,7 +157,7 @@ pub(super) fn loops(result: &AxisResult) -> Table {
             };
             table.rows.push(vec![
                 Cell::text(name),
-                Cell::text(loop_name(which)),
+                Cell::text(which.name()),
                 Cell::Fixed(f.crossover.omega, 0),
                 Cell::Fixed(f.crossover.value.to_degrees(), 1),
                 Cell::Fixed(f.margins.modulus.value, 3),

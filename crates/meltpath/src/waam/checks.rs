@@ -1,19 +1,18 @@
-//! Checks of the plan and of the program, and the values that a verdict tells without a limit.
+//! Checks of the plan and of the program, and the facts that a verdict tells beside them.
 
-use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_deposition::assembly::{AssemblyBead, growth};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::Fact;
 use meltpath_toolpath::Toolpath;
 
-use super::judge::{LayerOutcome, told};
+use super::judge::LayerOutcome;
 use super::plan::Plan;
 use super::program::{Commands, Programs};
 use super::settings::Settings;
 use super::simulate::Simulation;
 
-/// Coverage and overhang.
-pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
+/// How far layers hang over.
+pub(super) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
     let width = settings.bead.width.value;
     let worst = plan.overhangs.iter().max_by(|a, b| {
         a.shift
@@ -41,6 +40,16 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
             "a piece of the layer has nothing below it".clone_into(&mut overhang.reason);
         }
     }
+    overhang
+}
+
+/// What the plan tells: area without a bead, growth by a second opinion.
+pub(super) fn plan_facts(plan: &Plan, settings: &Settings) -> Vec<Fact> {
+    vec![coverage(plan), assembly(plan, settings)]
+}
+
+/// Area that no bead covers, and its largest place.
+fn coverage(plan: &Plan) -> Fact {
     let area: f64 = plan.coverage.iter().map(|(_, c)| c.area).sum();
     let lack = plan
         .coverage
@@ -52,25 +61,26 @@ pub(super) fn plan_checks(plan: &Plan, settings: &Settings) -> Vec<Check> {
         .flat_map(|(layer, c)| c.gaps.iter().map(move |g| (*layer, g)))
         .max_by(|a, b| a.1.area.total_cmp(&b.1.area));
     let uncovered = if area > 0.0 { 100.0 * lack / area } else { 0.0 };
-    let mut coverage = told(
+    let largest = gap.map_or(String::new(), |(_, gap)| {
+        format!("; largest place {:.1} mm²", gap.area)
+    });
+    let fact = Fact::new(
         "coverage",
         "area that no bead covers",
-        uncovered,
-        "%",
+        Measure::exact(uncovered, "%"),
         &format!(
-            "{uncovered:.2} % of the layers' area over {} regions; the metal that flows there is in the lack above",
+            "of the layers' area, over {} regions; the metal that flows there is in the lack{largest}",
             plan.coverage.len()
         ),
     );
-    if let Some((layer, gap)) = gap {
-        coverage.place = Some(Place {
+    match gap {
+        Some((layer, gap)) => fact.at(Place {
             position: Some(gap.place.to_array()),
             layer: Some(layer),
             ..Place::default()
-        });
-        coverage.reason = format!("{}; largest place {:.1} mm²", coverage.reason, gap.area);
+        }),
+        None => fact,
     }
-    vec![overhang, coverage, assembly(plan, settings)]
 }
 
 /// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
@@ -94,7 +104,7 @@ pub(super) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
 const ASSEMBLED: u32 = 5;
 
 /// Growth by the polynomial assembly of beads: a second opinion, independent of the simulated deposit.
-fn assembly(plan: &Plan, settings: &Settings) -> Check {
+fn assembly(plan: &Plan, settings: &Settings) -> Fact {
     const ID: &str = "assembly";
     const TITLE: &str = "growth of a layer by the assembly of sections";
     let bead = AssemblyBead {
@@ -117,13 +127,10 @@ fn assembly(plan: &Plan, settings: &Settings) -> Check {
             let refused = g.degenerate.map_or(String::new(), |n| {
                 format!("; the model degenerates from layer {n} on")
             });
-            let words = format!(
-                "{:.2} mm a layer for {what} ({planned:.2} mm planned){refused}",
-                g.layer
-            );
-            told(ID, TITLE, g.layer, "mm", &words)
+            let words = format!("for {what} ({planned:.2} mm planned){refused}");
+            Fact::new(ID, TITLE, Measure::exact(g.layer, "mm"), &words)
         }
-        Err(e) => Check::not_checked(ID, TITLE, &e.to_string()),
+        Err(e) => Fact::words(ID, TITLE, &e.to_string()),
     }
 }
 
@@ -153,8 +160,8 @@ pub(super) fn program_check(
     }
 }
 
-/// Values without limit.
-pub(super) fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<Check> {
+/// What the simulated build tells: size, wire, energy, times.
+pub(super) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
     let s = &simulation.summary;
     let mass = wire_mass(simulation, settings);
     let sigma = settings
@@ -162,63 +169,38 @@ pub(super) fn told_checks(simulation: &Simulation, settings: &Settings) -> Vec<C
         .feed_factor
         .uncertainty
         .map_or(0.0, |u| mass * u / settings.map.feed_factor.value);
-    let minutes = |t: f64| t / 60.0;
-    let mut wire = told(
-        "wire-mass",
-        "wire used",
-        mass,
-        "kg",
-        &format!(
-            "{mass:.3} ± {sigma:.3} kg, {:.1} m of {}",
-            simulation.deposit.wire / 1000.0,
-            settings.wire.name
-        ),
-    );
-    wire.value = Some(Measure::new(mass, sigma, "kg"));
+    let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
+    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
     vec![
-        told(
-            "arc-starts",
-            "arc starts",
-            simulation.arc_starts as f64,
-            "",
-            &format!("{} ignitions", simulation.arc_starts),
+        exact("layers", "layers", simulation.layers.len() as f64, ""),
+        exact(
+            "height-built",
+            "highest place",
+            simulation.deposit.map.maximum(),
+            "mm",
         ),
-        wire,
+        exact("arc-starts", "arc starts", simulation.arc_starts as f64, ""),
+        Fact::new(
+            "wire-mass",
+            "wire used",
+            Measure::new(mass, sigma, "kg"),
+            &format!(
+                "{:.1} m of {}",
+                simulation.deposit.wire / 1000.0,
+                settings.wire.name
+            ),
+        ),
         wire_feed(simulation, settings),
         energy(simulation, settings),
-        told(
-            "time-arc",
-            "time with arc",
-            minutes(s.arc_time),
-            "min",
-            &format!("{:.1} min", minutes(s.arc_time)),
-        ),
-        told(
-            "time-travel",
-            "time of travels",
-            minutes(s.travel_time),
-            "min",
-            &format!("{:.1} min", minutes(s.travel_time)),
-        ),
-        told(
-            "time-pause",
-            "time of pauses",
-            minutes(s.pause_time),
-            "min",
-            &format!("{:.1} min", minutes(s.pause_time)),
-        ),
-        told(
-            "time-total",
-            "time in all",
-            minutes(s.total_time),
-            "min",
-            &format!("{:.1} min", minutes(s.total_time)),
-        ),
+        minutes("time-arc", "time with arc", s.arc_time),
+        minutes("time-travel", "time of travels", s.travel_time),
+        minutes("time-pause", "time of pauses", s.pause_time),
+        minutes("time-total", "time in all", s.total_time),
     ]
 }
 
 /// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
-fn wire_feed(simulation: &Simulation, settings: &Settings) -> Check {
+fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
     const PER_MINUTE: f64 = 0.06;
     let feed = |l: &&LayerOutcome| PER_MINUTE * l.wire / l.arc_time;
     let fed = || simulation.layers.iter().filter(|l| l.arc_time > 0.0);
@@ -239,13 +221,12 @@ fn wire_feed(simulation: &Simulation, settings: &Settings) -> Check {
         ),
         None => "the same at any contact tube distance".to_owned(),
     };
-    told(
+    Fact::new(
         "wire-feed",
-        "wire feed delivered",
-        mean,
-        "m/min",
+        "wire feed delivered, mean",
+        Measure::exact(mean, "m/min"),
         &format!(
-            "{mean:.2} m/min in the mean, {least:.2} to {greatest:.2} over the layers, {:.2} programmed: {why}",
+            "{least:.2} to {greatest:.2} over the layers, {:.2} programmed: {why}",
             PER_MINUTE * settings.bead.wire_feed
         ),
     )
@@ -257,47 +238,16 @@ pub(super) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
 }
 
 /// Electric energy, from the energy per volume measured for the transfer mode.
-fn energy(simulation: &Simulation, settings: &Settings) -> Check {
+fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
+    const ID: &str = "energy";
+    const TITLE: &str = "electric energy of the arc";
     let Some(per_volume) = &settings.energy else {
-        return Check::not_checked(
-            "energy",
-            "electric energy of the arc",
-            "no energy per volume is known for this transfer mode",
-        );
+        let words = "not known: no energy per volume is measured for this transfer mode";
+        return Fact::words(ID, TITLE, words);
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;
     let (mean, sigma) = (megajoule(per_volume.mean), megajoule(per_volume.sigma));
-    let mut check = told(
-        "energy",
-        "electric energy of the arc",
-        mean,
-        "MJ",
-        &format!(
-            "{mean:.2} ± {sigma:.2} MJ at {} J/mm³ ({})",
-            per_volume.mean, per_volume.source
-        ),
-    );
-    check.value = Some(Measure::new(mean, sigma, "MJ"));
-    check
-}
-
-/// Figures that stand at the top of the report.
-pub(super) fn facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
-    let s = &simulation.summary;
-    let minutes = |t: f64| format!("{:.0} min", t / 60.0);
-    vec![
-        Fact::new("Layers", &simulation.layers.len().to_string()),
-        Fact::new(
-            "Height",
-            &format!("{:.1} mm", simulation.deposit.map.maximum()),
-        ),
-        Fact::new(
-            "Wire",
-            &format!("{:.2} kg", wire_mass(simulation, settings)),
-        ),
-        Fact::new("Arc time", &minutes(s.arc_time)),
-        Fact::new("Total time", &minutes(s.total_time)),
-        Fact::new("Arc starts", &simulation.arc_starts.to_string()),
-    ]
+    let words = format!("at {} J/mm³ ({})", per_volume.mean, per_volume.source);
+    Fact::new(ID, TITLE, Measure::new(mean, sigma, "MJ"), &words)
 }

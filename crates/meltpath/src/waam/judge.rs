@@ -1,6 +1,6 @@
 //! The verdict of a wire-arc build: predicted values against the job's limits, each with its uncertainty.
 
-use meltpath_base::{Check, Limit, Measure, Place, Status};
+use meltpath_base::{Check, Limit, Measure, Place};
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::DVec3;
 
@@ -232,23 +232,11 @@ fn ctwd_checks(layers: &[LayerOutcome], growth: &GrowthError, limits: &Limits) -
         .at(Place::layer(layer.layer))
         .remedy("leave layers.height to \"auto\": the layer height is not the growth of the wall");
         if let Some(critical) = layers.iter().find(|l| beyond * (l.ctwd_mean - bound) > 0.0) {
-            check.reason = format!(
-                "{}; critical from layer {} on",
-                check.reason, critical.layer
-            );
+            check = check.because(&format!("critical from layer {} on", critical.layer));
         }
         checks.push(check);
     }
     checks
-}
-
-/// A value that is told and has no limit.
-pub fn told(id: &str, title: &str, value: f64, unit: &str, words: &str) -> Check {
-    Check {
-        status: Status::Pass,
-        value: Some(Measure::exact(value, unit)),
-        ..Check::not_checked(id, title, words)
-    }
 }
 
 /// What this version cannot check.
@@ -274,6 +262,8 @@ pub fn not_checked() -> Vec<Check> {
 
 #[cfg(test)]
 mod tests {
+    use meltpath_base::Status;
+
     use super::*;
 
     const LIMITS: Limits = Limits {

@@ -10,7 +10,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{facts, plan_checks, plate_check, program_check, told_checks};
+use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::present;
@@ -146,13 +146,15 @@ pub fn run(
     };
     let mut checks = target_checks(&outcome, &settings.limits);
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
-    checks.extend(plan_checks(&plan, settings));
+    checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
-    checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
+    let mut facts = build_facts(&simulation, settings);
+    facts.extend(plan_facts(&plan, settings));
     let verdict = Verdict {
         checks,
+        facts,
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
@@ -242,7 +244,6 @@ fn write_common(
             settings.cell_name
         ),
         verdict: verdict.clone(),
-        facts: facts(shown.simulation, settings),
         scene: Some(present::scene(
             shown.simulation,
             layers,
@@ -404,10 +405,10 @@ pub fn simulate_program(
         ));
     }
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
-    checks.extend(told_checks(&simulation, settings));
     checks.extend(judge::not_checked());
     let verdict = Verdict {
         checks,
+        facts: build_facts(&simulation, settings),
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();

@@ -11,11 +11,12 @@ use meltpath::job::Job;
 use meltpath::{chain, lpbf};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_programs::cli::{self, Form};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
+use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::vector::VectorKind;
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_toolpath::{Channel, Layer, PassHead, Role};
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
@@ -51,16 +52,18 @@ fn figures(out: &Path, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// What the verdict says of the first recipe: share of contour points, fill rate.
-fn shares(out: &Path) -> Vec<f64> {
+/// A value of the verdict, of a check or of a fact.
+fn value(out: &Path, id: &str) -> f64 {
     let text = fs::read_to_string(out.join("verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
-    verdict["checks"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(|c| c["value"]["value"].as_f64())
-        .collect()
+    let [checks, facts] = ["checks", "facts"].map(|key| verdict[key].as_array().unwrap());
+    let found = checks.iter().chain(facts).find(|c| c["id"] == id).unwrap();
+    found["value"]["value"].as_f64().unwrap()
+}
+
+/// What the verdict says of the first recipe: share of contour points, fill rate.
+fn shares(out: &Path) -> [f64; 2] {
+    ["contour-1", "fill-1"].map(|id| value(out, id))
 }
 
 /// Small squares as layers of a CLI file, moved by `shift`.
@@ -84,8 +87,8 @@ fn squares(plate: &SquarePlate, layers: u32, shift: DVec2) -> Vec<Layer> {
             };
             layer.polyline(head, ring.map(|p| p.extend(0.0)));
             head.role = Role::Fill;
-            for (a, b) in plate.hatch_lines(part) {
-                layer.polyline(head, [a, b].map(|p| (p + shift).extend(0.0)));
+            for line in plate.hatch_lines(part) {
+                layer.polyline(head, line.map(|p| (p + shift).extend(0.0)));
             }
         }
         layer
@@ -109,8 +112,12 @@ fn small() -> SquarePlate {
     SquarePlate {
         columns: 2,
         rows: 1,
+        column_pitch: head.plate.column_pitch,
+        row_pitch: head.plate.row_pitch,
         side: 2.0,
-        ..head.plate
+        contour_distance: head.plate.contour_distance,
+        hatch: head.plate.hatch,
+        inset: head.plate.inset,
     }
 }
 
@@ -170,7 +177,8 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
 fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
     let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
-    let job = small().job(&recipe).unwrap();
+    let path = small().toolpath().unwrap();
+    let job = prepare(&path.layers, &recipe).unwrap().job;
     let mut layer = Layer::new(7, 0.21);
     let mut at = job.start;
     for v in &job.vectors {
@@ -269,15 +277,9 @@ fn a_faster_recipe_is_found_and_run() {
         [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
         [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
     let out = run(dir.path(), "best", text);
-    let verdict: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("verdict.json")).unwrap()).unwrap();
-    let check = |id: &str| {
-        let checks = verdict["checks"].as_array().unwrap();
-        checks.iter().find(|c| c["id"] == id).unwrap().clone()
-    };
-    let saved = check("optimise")["value"]["value"].as_f64().unwrap();
+    let saved = value(&out, "optimise");
     assert!(saved > 5.0, "{saved}");
-    let value = |id: &str| check(id)["value"]["value"].as_f64().unwrap();
+    let value = |id: &str| value(&out, id);
     assert!(value("contour-2") >= 80.0, "{}", value("contour-2"));
     assert!(
         value("fill-2") >= value("fill-1") - 2.0,

@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use meltpath_geometry::math::DVec2;
-
 use super::axes::axes;
 use super::frame::{Frame, HEIGHT, WIDTH, straightened};
 use super::line::{distinct, line_path, outline_path};
@@ -221,9 +219,11 @@ fn draw(out: &mut String, mark: &Mark, style: usize, frame: &Frame, y_axis: &Axi
 
 #[cfg(test)]
 mod tests {
+    use meltpath_geometry::math::DVec2;
+
     use super::*;
     use crate::colour::ColourMap;
-    use crate::plot::{Aspect, Bar, Map, Shot};
+    use crate::plot::{Aspect, Map, Shot};
 
     fn line(points: Vec<DVec2>) -> Plot {
         Plot::new("t", Axis::new("x", "mm"), Axis::new("y", "mm")).with(Mark::Line {

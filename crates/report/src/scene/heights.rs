@@ -1,21 +1,9 @@
 //! The predicted surface layer by layer, averaged as it comes so that the page stays small.
 
 use meltpath_geometry::math::DVec2;
+use meltpath_geometry::raster::Grid;
 
 use super::item::{MAX_LAYER, Scalar, SceneError, Visibility};
-
-/// A regular grid in plan, row-major from its first cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grid {
-    /// Centre of the first cell, mm.
-    pub origin: DVec2,
-    /// Cell size, mm.
-    pub cell: f64,
-    /// Cells along x.
-    pub nx: usize,
-    /// Cells along y.
-    pub ny: usize,
-}
 
 /// The predicted surface after chosen layers.
 ///

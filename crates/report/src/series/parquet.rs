@@ -1,62 +1,25 @@
-//! Apache Parquet, as much as a flat series needs: required columns of doubles, 64-bit integers and text, plain
-//! encoding, gzip pages, one row group per block. pandas, Polars, DuckDB and pyarrow read it.
-//!
-//! Source: Apache Parquet format 2.x, `parquet.thrift` and Encodings.md. Own writer: the `parquet` crate takes 50 s of
-//! build on two cores for the same bytes.
-
-#![expect(
-    clippy::cast_possible_wrap,
-    reason = "the format's sizes are signed; a page is checked to stay below 2 GiB and a file is far below 2^63"
-)]
+//! Apache Parquet, as much as a flat series needs: required columns of doubles, 64-bit integers and text, gzip pages, one row
+//! group per block. pandas, Polars, DuckDB and pyarrow read it. The `parquet` crate writes it, as it reads measured records.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
-use flate2::Compression;
-use flate2::write::GzEncoder;
-use rayon::prelude::*;
+use parquet::basic::{Compression, ConvertedType, GzipLevel, Repetition, Type as Physical};
+use parquet::column::writer::ColumnWriter;
+use parquet::data_type::ByteArray;
+use parquet::errors::ParquetError;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{Type, TypePtr};
 
-use super::thrift::{Struct, structure};
 use super::{Column, Kind, SeriesError, Values, check};
-
-const MAGIC: &[u8; 4] = b"PAR1";
-const INT64: i32 = 2;
-const DOUBLE: i32 = 5;
-const BYTE_ARRAY: i32 = 6;
-const PLAIN: i32 = 0;
-const RLE: i32 = 3;
-const GZIP: i32 = 2;
-const DATA_PAGE: i32 = 0;
-const REQUIRED: i32 = 0;
-const UTF8: i32 = 0;
-
-fn physical(kind: Kind) -> i32 {
-    match kind {
-        Kind::Float => DOUBLE,
-        Kind::Integer => INT64,
-        Kind::Text => BYTE_ARRAY,
-    }
-}
-
-/// One column of one row group as written.
-struct Chunk {
-    offset: u64,
-    rows: i64,
-    /// Page header and data, before and after compression.
-    plain: i64,
-    packed: i64,
-}
-
-struct RowGroup {
-    rows: i64,
-    chunks: Vec<Chunk>,
-}
 
 /// Writes a series as Parquet. Blocks of 10^4 to 10^6 rows are a good size.
 pub struct ParquetWriter<'w> {
     out: &'w mut dyn Write,
     columns: Vec<Column>,
-    groups: Vec<RowGroup>,
-    position: u64,
+    /// Holds at most the row group that is being written.
+    file: SerializedFileWriter<Vec<u8>>,
 }
 
 impl<'w> ParquetWriter<'w> {
@@ -65,12 +28,20 @@ impl<'w> ParquetWriter<'w> {
     /// # Errors
     /// [`SeriesError::Io`].
     pub fn new(out: &'w mut dyn Write, columns: Vec<Column>) -> Result<Self, SeriesError> {
-        out.write_all(MAGIC)?;
+        // the fastest level: halves a motion record
+        let level = GzipLevel::try_new(1).map_err(failed)?;
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::GZIP(level))
+            .set_dictionary_enabled(false)
+            .set_statistics_enabled(EnabledStatistics::None)
+            .set_created_by(concat!("meltpath version ", env!("CARGO_PKG_VERSION")).to_owned())
+            .build();
+        let schema = schema(&columns).map_err(failed)?;
+        let file = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties));
         Ok(ParquetWriter {
             out,
             columns,
-            groups: Vec::new(),
-            position: MAGIC.len() as u64,
+            file: file.map_err(failed)?,
         })
     }
 
@@ -79,37 +50,12 @@ impl<'w> ParquetWriter<'w> {
     /// # Errors
     /// A block that does not match the head, before anything of it is written; [`SeriesError::Io`].
     pub fn block(&mut self, block: &[Values<'_>]) -> Result<(), SeriesError> {
-        let rows = check(&self.columns, block)? as i64;
-        if rows == 0 {
+        if check(&self.columns, block)? == 0 {
             return Ok(());
         }
-        let pages: Vec<(usize, Vec<u8>)> = block.par_iter().map(page).collect::<io::Result<_>>()?;
-        let mut chunks = Vec::with_capacity(pages.len());
-        for (plain, packed) in pages {
-            let mut header = Vec::new();
-            structure(&mut header, |page| {
-                page.i32(1, DATA_PAGE);
-                page.i32(2, plain as i32);
-                page.i32(3, packed.len() as i32);
-                page.structure(5, |data| {
-                    data.i32(1, rows as i32);
-                    data.i32(2, PLAIN);
-                    data.i32(3, RLE);
-                    data.i32(4, RLE);
-                });
-            });
-            self.out.write_all(&header)?;
-            self.out.write_all(&packed)?;
-            chunks.push(Chunk {
-                offset: self.position,
-                rows,
-                plain: (header.len() + plain) as i64,
-                packed: (header.len() + packed.len()) as i64,
-            });
-            self.position += (header.len() + packed.len()) as u64;
-        }
-        self.groups.push(RowGroup { rows, chunks });
-        Ok(())
+        row_group(&mut self.file, block).map_err(failed)?;
+        self.file.flush()?;
+        Ok(self.out.write_all(&std::mem::take(self.file.inner_mut()))?)
     }
 
     /// Writes the footer, without which the file is none.
@@ -117,92 +63,73 @@ impl<'w> ParquetWriter<'w> {
     /// # Errors
     /// [`SeriesError::Io`].
     pub fn finish(self) -> Result<(), SeriesError> {
-        let mut footer = Vec::new();
-        structure(&mut footer, |file| self.metadata(file));
-        self.out.write_all(&footer)?;
-        self.out.write_all(&(footer.len() as u32).to_le_bytes())?;
-        self.out.write_all(MAGIC)?;
+        self.out
+            .write_all(&self.file.into_inner().map_err(failed)?)?;
         Ok(self.out.flush()?)
-    }
-
-    fn metadata(&self, file: &mut Struct<'_>) {
-        file.i32(1, 1);
-        // the root of the schema is an element of its own
-        let elements: Vec<Option<&Column>> = std::iter::once(None)
-            .chain(self.columns.iter().map(Some))
-            .collect();
-        file.structures(2, &elements, |element, column| match column {
-            None => {
-                element.string(4, "series");
-                element.i32(5, self.columns.len() as i32);
-            }
-            Some(column) => {
-                element.i32(1, physical(column.kind));
-                element.i32(3, REQUIRED);
-                element.string(4, &column.title());
-                if column.kind == Kind::Text {
-                    element.i32(6, UTF8);
-                }
-            }
-        });
-        file.i64(3, self.groups.iter().map(|g| g.rows).sum());
-        file.structures(4, &self.groups, |group, data| {
-            let described: Vec<(&Column, &Chunk)> = self.columns.iter().zip(&data.chunks).collect();
-            group.structures(1, &described, |chunk, &(column, written)| {
-                chunk.i64(2, written.offset as i64);
-                chunk.structure(3, |meta| {
-                    meta.i32(1, physical(column.kind));
-                    meta.enums(2, &[PLAIN, RLE]);
-                    meta.strings(3, &[&column.title()]);
-                    meta.i32(4, GZIP);
-                    meta.i64(5, written.rows);
-                    meta.i64(6, written.plain);
-                    meta.i64(7, written.packed);
-                    meta.i64(9, written.offset as i64);
-                });
-            });
-            group.i64(2, data.chunks.iter().map(|c| c.plain).sum());
-            group.i64(3, data.rows);
-        });
-        file.string(6, concat!("meltpath version ", env!("CARGO_PKG_VERSION")));
     }
 }
 
-/// Size of the plain values and the compressed page.
-fn page(values: &Values<'_>) -> io::Result<(usize, Vec<u8>)> {
-    let mut plain = Vec::with_capacity(8 * values.len());
-    match values {
-        Values::Float(v) => v
-            .iter()
-            .for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
-        Values::Integer(v) => v
-            .iter()
-            .for_each(|x| plain.extend_from_slice(&x.to_le_bytes())),
-        Values::Text(v) => {
-            for text in *v {
-                plain.extend_from_slice(&(text.len() as u32).to_le_bytes());
-                plain.extend_from_slice(text.as_bytes());
+fn failed(error: ParquetError) -> SeriesError {
+    SeriesError::Io(io::Error::other(error))
+}
+
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let field = |column: &Column| {
+        let (physical, converted) = match column.kind {
+            Kind::Float => (Physical::DOUBLE, ConvertedType::NONE),
+            Kind::Integer => (Physical::INT64, ConvertedType::NONE),
+            Kind::Text => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
+        };
+        let built = Type::primitive_type_builder(&column.title(), physical)
+            .with_repetition(Repetition::REQUIRED)
+            .with_converted_type(converted)
+            .build();
+        Ok(Arc::new(built?))
+    };
+    let fields = columns
+        .iter()
+        .map(field)
+        .collect::<Result<Vec<_>, ParquetError>>()?;
+    let root = Type::group_type_builder("series").with_fields(fields);
+    Ok(Arc::new(root.build()?))
+}
+
+fn row_group(
+    file: &mut SerializedFileWriter<Vec<u8>>,
+    block: &[Values<'_>],
+) -> Result<(), ParquetError> {
+    let mut group = file.next_row_group()?;
+    for values in block {
+        let Some(mut column) = group.next_column()? else {
+            break;
+        };
+        match (column.untyped(), values) {
+            (ColumnWriter::DoubleColumnWriter(c), Values::Float(v)) => {
+                c.write_batch(v, None, None)?
             }
-        }
+            (ColumnWriter::Int64ColumnWriter(c), Values::Integer(v)) => {
+                c.write_batch(v, None, None)?
+            }
+            (ColumnWriter::ByteArrayColumnWriter(c), Values::Text(v)) => {
+                let texts: Vec<ByteArray> = v.iter().map(|t| t.as_str().into()).collect();
+                c.write_batch(&texts, None, None)?
+            }
+            _ => return Err(ParquetError::General("a block unlike its head".to_owned())),
+        };
+        column.close()?;
     }
-    if plain.len() > i32::MAX as usize {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "a Parquet page holds at most 2 GiB: write smaller blocks",
-        ));
-    }
-    // the fastest level: halves a motion record at several hundred MB/s
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-    encoder.write_all(&plain)?;
-    Ok((plain.len(), encoder.finish()?))
+    group.close()?;
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
 
     #[test]
-    fn a_file_begins_and_ends_as_the_format_says() {
+    fn what_is_written_is_read_block_by_block() {
         let mut out = Vec::new();
         let head = vec![
             Column::new("time", "s", Kind::Float),
@@ -221,14 +148,33 @@ mod tests {
                 .unwrap();
         }
         writer.finish().unwrap();
-        assert_eq!(&out[..4], MAGIC);
-        assert_eq!(&out[out.len() - 4..], MAGIC);
-        let footer =
-            u32::from_le_bytes(out[out.len() - 8..out.len() - 4].try_into().unwrap()) as usize;
-        let metadata = &out[out.len() - 8 - footer..out.len() - 8];
-        // version 1, then the list of four schema elements
-        assert_eq!(&metadata[..4], [0x15, 2, 0x19, 0x4c]);
-        assert_eq!(metadata.last(), Some(&0));
+        let file = reader(&out);
+        assert_eq!(file.num_row_groups(), 3);
+        let rows: Vec<_> = file
+            .get_row_iter(None)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        let names: Vec<&String> = rows[0].get_column_iter().map(|c| c.0).collect();
+        assert_eq!(names, ["time [s]", "layer", "note"]);
+        let values: Vec<&Field> = rows[4].get_column_iter().map(|c| c.1).collect();
+        assert_eq!(
+            values,
+            [
+                &Field::Double(0.5),
+                &Field::Long(2),
+                &Field::Str("é".to_owned())
+            ]
+        );
+        let last: Vec<&Field> = rows[5].get_column_iter().map(|c| c.1).collect();
+        assert!(matches!(last[0], Field::Double(v) if v.is_nan()));
+        assert_eq!(last[1], &Field::Long(-1));
+    }
+
+    fn reader(bytes: &[u8]) -> SerializedFileReader<std::fs::File> {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(bytes).unwrap();
+        SerializedFileReader::new(file).unwrap()
     }
 
     #[test]
@@ -237,6 +183,8 @@ mod tests {
         let mut writer =
             ParquetWriter::new(&mut out, vec![Column::new("t", "s", Kind::Float)]).unwrap();
         assert!(writer.block(&[Values::Integer(&[1])]).is_err());
-        assert_eq!(writer.position, 4);
+        writer.block(&[Values::Float(&[])]).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(reader(&out).metadata().file_metadata().num_rows(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! Lines and surfaces as VTK polygonal data.
+//! Lines as VTK polygonal data.
 
 #![expect(
     clippy::cast_possible_wrap,
@@ -9,7 +9,7 @@ use std::io::Write;
 
 use super::VtkError;
 use super::appended::{Document, Values, titled};
-use crate::scene::{LineSet, Scalar, Surface};
+use crate::scene::{LineSet, Scalar};
 
 /// Writes polylines with their layer (cell data) and scalars (point data) as `.vtp`; mm.
 ///
@@ -41,34 +41,6 @@ pub fn write_lines(out: &mut dyn Write, set: &LineSet) -> Result<(), VtkError> {
     document.array("connectivity", Values::Int64(&connectivity));
     document.array("offsets", Values::Int64(&offsets));
     document.xml("</Lines>\n</Piece>");
-    Ok(document.write(out)?)
-}
-
-/// Writes a triangle mesh with its scalars (point data) as `.vtp`; mm.
-///
-/// # Errors
-/// [`VtkError::Scene`] before anything is written; [`VtkError::Io`] when the system refuses.
-pub fn write_surface(out: &mut dyn Write, surface: &Surface) -> Result<(), VtkError> {
-    surface.check()?;
-    let corners = surface.mesh.triangles.iter().flatten();
-    let connectivity: Vec<i64> = corners.map(|&v| i64::from(v)).collect();
-    let offsets: Vec<i64> = (1..=surface.mesh.triangles.len() as i64)
-        .map(|t| 3 * t)
-        .collect();
-    let mut document = Document::new("PolyData");
-    document.xml("<PolyData>");
-    document.xml(&format!(
-        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">",
-        surface.mesh.vertices.len(),
-        surface.mesh.triangles.len()
-    ));
-    point_data(&mut document, &surface.scalars);
-    document.xml("<Points>");
-    document.array("Points", Values::Points(&surface.mesh.vertices));
-    document.xml("</Points>\n<Polys>");
-    document.array("connectivity", Values::Int64(&connectivity));
-    document.array("offsets", Values::Int64(&offsets));
-    document.xml("</Polys>\n</Piece>");
     Ok(document.write(out)?)
 }
 

@@ -12,10 +12,12 @@
 
 use std::collections::BTreeMap;
 
-use meltpath_base::{Check, Limit, Measure, Origin, Place, Provenance, Resolved, Verdict, Warning};
+use meltpath_base::{
+    Check, Fact, Limit, Measure, Origin, Place, Provenance, Resolved, Verdict, Warning,
+};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_report::html::{Fact, Report, Section};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot, histogram};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility,
@@ -156,7 +158,7 @@ fn heights() -> HeightLayers {
 }
 
 /// The finished part: a box for the wall.
-pub(crate) fn part() -> Surface {
+fn part() -> Surface {
     let corner = |i: usize| {
         DVec3::new(
             [30.0, 180.0][i & 1],
@@ -206,6 +208,15 @@ fn verdict() -> Verdict {
             judge("arc-starts", "Arc starts on one place", Measure::exact(2.0, ""), Limit::AtMost(3.0)),
             Check::not_checked("reach", "Reach of the robot", "no kinematic model of the cell in this version"),
             Check::not_checked("collision", "Collision of torch and part", "no torch model in this version"),
+        ],
+        facts: vec![
+            Fact::new("wire", "Wire", Measure::new(0.98, 0.06, "kg"), "159 m of X90-IG"),
+            Fact::new("time-arc", "Arc on", Measure::exact(11.2, "min"), ""),
+            Fact::new("time-total", "Whole build", Measure::exact(37.667, "min"), ""),
+            Fact::new("energy", "Energy", Measure::exact(1.9, "MJ"), ""),
+            Fact::new("volume", "Deposited", Measure::exact(124.9, "cm³"), ""),
+            Fact::new("beads", "Beads", Measure::exact(50.0, ""), ""),
+            Fact::new("height", "Height", mm(41.3, 0.6), ""),
         ],
         warnings: vec![
             Warning {
@@ -471,20 +482,10 @@ pub(crate) fn scene(step: f64) -> Scene {
 
 /// The whole report.
 pub(crate) fn report(step: f64) -> Report {
-    let fact = Fact::new;
     Report {
         title: "Thin wall and ring".to_owned(),
         subtitle: "wall.step · wire-arc · X90-IG Ø 1.0 mm · M14 · CMT · 25 layers".to_owned(),
         verdict: verdict(),
-        facts: vec![
-            fact("Wire", "0.98 kg"),
-            fact("Arc on", "11 min 12 s"),
-            fact("Whole build", "37 min 40 s"),
-            fact("Energy", "1.9 MJ"),
-            fact("Deposited", "124.9 cm³"),
-            fact("Beads", "50"),
-            fact("Height", "41.3 mm"),
-        ],
         scene: Some(scene(step)),
         sections: sections(),
         sheet: Some(sheet()),

@@ -7,7 +7,11 @@ use crate::axis::control::{
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::Galvanometer;
 use crate::axis::prefilter::{Kernel, PreFilter};
-use crate::files::figure::*;
+use crate::files::figure::{
+    ANGLE, ANGULAR_SPEED, BACK_EMF, CURRENT, CURRENT_GAIN, Figure, HeadFileError, INDUCTANCE,
+    INERTIA, NONE, RATE, RESISTANCE, Reading, SPEED_GAIN, STIFFNESS, TIME, TORQUE, TORQUE_CONSTANT,
+    VISCOUS, VOLTAGE, read,
+};
 use crate::files::motor::{ModeTable, mode};
 use serde::Deserialize;
 

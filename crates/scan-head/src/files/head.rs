@@ -1,12 +1,11 @@
 //! A head's file.
 
 use crate::files::axis::{AxisTable, read_axis, tuning};
-use crate::files::figure::*;
+use crate::files::figure::{ANGLE, Figure, HERTZ, HeadFileError, LENGTH, NONE, Reading, read};
 use crate::head::scan_head::ScanHead;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::{FocusProjection, Lenses};
 use crate::optics::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
-use crate::plate::SquarePlate;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]
@@ -93,13 +92,34 @@ struct PlateTable {
     inset: Figure,
 }
 
+/// The plate of squares on which recipes are compared, as a head's file states it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plate {
+    /// Squares in a row.
+    pub columns: u32,
+    /// Rows.
+    pub rows: u32,
+    /// From square to square along a row, mm.
+    pub column_pitch: f64,
+    /// From row to row, mm.
+    pub row_pitch: f64,
+    /// Side of a square, mm.
+    pub side: f64,
+    /// From the outer to the inner contour, mm.
+    pub contour_distance: f64,
+    /// From hatch line to hatch line, mm.
+    pub hatch: f64,
+    /// From the outer contour to the ends of the hatch lines, mm.
+    pub inset: f64,
+}
+
 /// What a head's file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadData {
     /// The head.
     pub head: ScanHead,
     /// The plate on which recipes are compared on this head.
-    pub plate: SquarePlate,
+    pub plate: Plate,
     /// How fast the loops of X, Y and Z are tuned, where the file says so: times of the first maximum of current, speed and
     /// position, s.
     pub tuning: [Option<[f64; 3]>; 3],
@@ -147,7 +167,7 @@ pub fn parse_head(text: &str) -> Result<HeadData, HeadFileError> {
         },
     };
     let p = Reading { table: "plate" };
-    let plate = SquarePlate {
+    let plate = Plate {
         columns: read!(p, file.plate, columns, NONE).round() as u32,
         rows: read!(p, file.plate, rows, NONE).round() as u32,
         column_pitch: read!(p, file.plate, column_pitch, LENGTH),

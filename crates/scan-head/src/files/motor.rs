@@ -2,7 +2,10 @@
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, Mode};
-use crate::files::figure::*;
+use crate::files::figure::{
+    BACK_EMF, Figure, HERTZ, HeadFileError, INDUCTANCE, INERTIA, NONE, RESISTANCE, Reading, TORQUE,
+    TORQUE_CONSTANT, VISCOUS, read,
+};
 use meltpath_base::quantity::Unit;
 use serde::Deserialize;
 

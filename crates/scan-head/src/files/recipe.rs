@@ -1,6 +1,6 @@
 //! Recipes as data files.
 
-use crate::files::figure::*;
+use crate::files::figure::{Figure, HeadFileError, POWER, Reading, SPEED, TIME, read};
 use crate::head::power::PowerLaw;
 use crate::head::recipe::{LaserDelays, Recipe, SkyWriting};
 use serde::Deserialize;

@@ -1,4 +1,4 @@
-//! What the head is asked to do: mark and jump vectors with their speeds, powers and waits, and the recipe they follow.
+//! What a head makes of the layers of a toolpath: the speeds, powers, waits, jumps and sky-writing of a recipe, vector by vector.
 //!
 //! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: ours.
 
@@ -7,9 +7,66 @@ use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Layer, Pass, Role};
 
+/// A layer within a job.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerSpan {
+    /// Its first vector.
+    pub first: u32,
+    /// Its number.
+    pub number: u32,
+    /// Its height, mm.
+    pub height: f64,
+}
+
+/// Layers as a head executes them, in the plane of the field: the platform goes down, the focus stays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The vectors.
+    pub job: ScanJob,
+    /// The layers, first executed first.
+    pub layers: Vec<LayerSpan>,
+}
+
+/// Prepares layers for a head. A layer that says its jumps is executed as it says, from the values of its channels and, where they
+/// say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes of any other layer the
+/// recipe jumps, contours go by their role and everything else that melts as fill, and moves without length are left out.
+///
+/// # Errors
+/// [`ScanJobError`] where nothing is marked, or a vector or the recipe has no sense.
+pub fn prepare(layers: &[Layer], recipe: &Recipe) -> Result<Prepared, ScanJobError> {
+    let start = |layer: &Layer| {
+        let first = layer.passes().find(|p| p.move_count() > 0);
+        first.map_or(DVec3::ZERO, |p| p.points[0])
+    };
+    let begin = layers.first().map_or(DVec3::ZERO, start);
+    let mut builder = JobBuilder::new(recipe, begin);
+    let mut spans = Vec::with_capacity(layers.len());
+    for layer in layers {
+        spans.push(LayerSpan {
+            first: builder.job.vectors.len() as u32,
+            number: layer.number,
+            height: layer.height,
+        });
+        if layer.has(Role::Jump) {
+            builder.said(layer);
+            continue;
+        }
+        // even where it stands there already: light never lasts from layer to layer
+        if spans.len() > 1 {
+            builder.vector(VectorKind::Jump, start(layer), Given::default());
+        }
+        builder.planned(layer);
+    }
+    recipe.check()?;
+    builder.job.check()?;
+    Ok(Prepared {
+        job: builder.job,
+        layers: spans,
+    })
+}
+
 /// Builds a job move by move, with the waits and the sky-writing of a recipe.
-#[derive(Debug)]
-pub struct JobBuilder<'a> {
+struct JobBuilder<'a> {
     recipe: &'a Recipe,
     job: ScanJob,
     block: u32,
@@ -19,7 +76,7 @@ pub struct JobBuilder<'a> {
 
 impl<'a> JobBuilder<'a> {
     /// From rest at `start`, mm.
-    pub fn new(recipe: &'a Recipe, start: DVec3) -> Self {
+    fn new(recipe: &'a Recipe, start: DVec3) -> Self {
         JobBuilder {
             recipe,
             job: ScanJob {
@@ -31,19 +88,9 @@ impl<'a> JobBuilder<'a> {
         }
     }
 
-    /// Number of vectors so far.
-    pub fn count(&self) -> usize {
-        self.job.vectors.len()
-    }
-
     /// Where the head stands now, mm.
-    pub fn at(&self) -> DVec3 {
+    fn at(&self) -> DVec3 {
         self.job.vectors.last().map_or(self.job.start, |v| v.end)
-    }
-
-    /// The number that the next vectors bear.
-    pub fn block(&mut self, block: u32) {
-        self.block = block;
     }
 
     fn push(&mut self, kind: VectorKind, end: DVec3, speed: f64, power: f64) {
@@ -71,7 +118,7 @@ impl<'a> JobBuilder<'a> {
     }
 
     /// Jumps, laser off; nothing where it stands there already. `between_contours` chooses the jump's speed.
-    pub fn jump(&mut self, end: DVec3, jump: Jump) {
+    fn jump(&mut self, end: DVec3, jump: Jump) {
         if end != self.at() {
             let (kind, speed) = match jump {
                 Jump::BetweenContours => (VectorKind::Jump, self.recipe.contour_jump_speed),
@@ -82,18 +129,8 @@ impl<'a> JobBuilder<'a> {
         }
     }
 
-    /// Marks along a contour.
-    pub fn contour(&mut self, end: DVec3) {
-        self.push(
-            VectorKind::Contour,
-            end,
-            self.recipe.contour_speed,
-            self.recipe.contour_power,
-        );
-    }
-
     /// A vector as given; what is not given comes from the recipe.
-    pub fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
+    fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
         let r = self.recipe;
         let speed = given.speed.unwrap_or(match kind {
             VectorKind::Contour => r.contour_speed,
@@ -113,12 +150,6 @@ impl<'a> JobBuilder<'a> {
     }
 
     /// Marks a line of a fill from `start`, reached by a jump of the given kind, with sky-writing where the recipe has it.
-    pub fn line(&mut self, start: DVec3, end: DVec3, jump: Jump) {
-        let (speed, power) = (self.recipe.fill_speed, self.recipe.fill_power);
-        self.line_at(start, end, jump, speed, power);
-    }
-
-    /// The same at a speed and power of its own.
     fn line_at(&mut self, start: DVec3, end: DVec3, jump: Jump, speed: f64, power: f64) {
         let along = (end - start).normalize_or_zero() * speed;
         let Some(sky) = self.recipe.sky_writing else {
@@ -131,32 +162,22 @@ impl<'a> JobBuilder<'a> {
         self.push(VectorKind::Fill, end, speed, power);
         self.push(VectorKind::Run, end + along * sky.run_out, speed, 0.0);
     }
-
-    /// The job.
-    ///
-    /// # Errors
-    /// [`ScanJobError`] where it marks nothing or has a vector without sense.
-    pub fn finish(self) -> Result<ScanJob, ScanJobError> {
-        self.recipe.check()?;
-        self.job.check()?;
-        Ok(self.job)
-    }
 }
 
 /// Values of a vector that replace the recipe's.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Given {
+struct Given {
     /// Speed, mm/s.
-    pub speed: Option<f64>,
+    speed: Option<f64>,
     /// Power of a mark, W.
-    pub power: Option<f64>,
+    power: Option<f64>,
     /// Wait at its end, s.
-    pub wait: Option<f64>,
+    wait: Option<f64>,
 }
 
 /// Where a jump goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Jump {
+enum Jump {
     /// From contour to contour.
     BetweenContours,
     /// Between contour and fill, or from part to part.
@@ -182,21 +203,10 @@ fn ends(pass: &Pass<'_>, i: usize) -> impl Iterator<Item = DVec3> {
 }
 
 impl JobBuilder<'_> {
-    /// Adds the passes of a layer. A layer that says its jumps is executed as it says, from the values of its channels and, where
-    /// they say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes of any other
-    /// layer the recipe jumps.
-    pub fn layer(&mut self, layer: &Layer) {
-        if layer.has(Role::Jump) {
-            self.said(layer);
-        } else {
-            self.planned(layer);
-        }
-    }
-
     /// Adds the passes of a layer that says its jumps.
     fn said(&mut self, layer: &Layer) {
         for (number, pass) in layer.passes().enumerate() {
-            self.block(pass.head.part);
+            self.block = pass.head.part;
             let kind = match pass.head.role {
                 Role::Contour | Role::Skin => VectorKind::Contour,
                 Role::Fill | Role::Support => VectorKind::Fill,
@@ -205,7 +215,9 @@ impl JobBuilder<'_> {
                 Role::Run => VectorKind::Run,
             };
             // it stands there already
-            let stands = number == 0 && self.count() == 0 && pass.points.get(1) == Some(&self.at());
+            let stands = number == 0
+                && self.job.vectors.is_empty()
+                && pass.points.get(1) == Some(&self.at());
             for i in usize::from(stands)..pass.move_count() {
                 let given = Given {
                     speed: pass.value(Channel::Speed, i),
@@ -226,7 +238,7 @@ impl JobBuilder<'_> {
         let mut before: Option<(bool, u32)> = None;
         for pass in layer.passes().filter(marks) {
             let part = pass.head.part;
-            self.block(part);
+            self.block = part;
             let contour = pass.head.role == Role::Contour;
             let jump = match before {
                 Some((true, _)) if contour => Jump::BetweenContours,

@@ -18,6 +18,17 @@ pub enum Rating {
     Intervene,
 }
 
+impl Rating {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Rating::Good => "good",
+            Rating::Watch => "to be watched",
+            Rating::Intervene => "intervention needed",
+        }
+    }
+}
+
 /// What a test of an axis found, both stages.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Km0Record {

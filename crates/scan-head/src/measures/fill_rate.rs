@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::vector::{ScanJob, VectorKind};
-use crate::plate::SquarePlate;
 
 /// When a cell counts as reached.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -201,13 +200,13 @@ pub fn hatch_distance(job: &ScanJob) -> Option<f64> {
 /// What must be filled.
 #[derive(Debug, Clone)]
 enum Surface {
-    /// The squares of a plate, told by the vectors' blocks.
-    Squares(SquarePlate),
+    /// Rectangles, told by the vectors' blocks: their lowest and highest corners.
+    Rectangles(Vec<[DVec2; 2]>),
     /// What lies beside the fill lines of each layer: where layers begin, and the hatch distance.
     Layers(Vec<u32>, f64),
 }
 
-/// Fill rates of a plate's squares or of layers while a run streams; only light commanded for fills counts. One square or
+/// Fill rates of rectangles or of layers while a run streams; only light commanded for fills counts. One rectangle or
 /// layer is held at a time.
 #[derive(Debug)]
 pub struct FillRate<'a> {
@@ -225,9 +224,15 @@ pub struct FillRate<'a> {
 }
 
 impl<'a> FillRate<'a> {
-    /// For the squares of `plate` marked by `job` with a spot of diameter `spot` mm.
-    pub fn new(job: &'a ScanJob, plate: &SquarePlate, spot: f64, modes: &[FillMode]) -> Self {
-        Self::over(job, Surface::Squares(*plate), spot, modes)
+    /// For rectangles, one after the other, given by their lowest and highest corners, mm: `job` marks them as blocks 0, 1… with a spot
+    /// of diameter `spot` mm.
+    pub fn of_rectangles(
+        job: &'a ScanJob,
+        rectangles: Vec<[DVec2; 2]>,
+        spot: f64,
+        modes: &[FillMode],
+    ) -> Self {
+        Self::over(job, Surface::Rectangles(rectangles), spot, modes)
     }
 
     /// For layers that begin with the vectors `first`: the surface to fill lies within half of `hatch` mm beside their fill lines.
@@ -258,8 +263,8 @@ impl<'a> FillRate<'a> {
 
     fn enter(&mut self, area: u32) {
         let cells = match &self.surface {
-            Surface::Squares(plate) => {
-                let (low, high) = plate.fill_area(area);
+            Surface::Rectangles(all) => {
+                let [low, high] = all.get(area as usize).copied().unwrap_or_default();
                 Cells::new(low, high, self.spot)
             }
             Surface::Layers(first, hatch) => {
@@ -288,7 +293,7 @@ impl<'a> FillRate<'a> {
     /// The area that a vector belongs to.
     fn area_of(&self, vector: u32) -> u32 {
         match &self.surface {
-            Surface::Squares(_) => self.job.vectors[vector as usize].block,
+            Surface::Rectangles(_) => self.job.vectors[vector as usize].block,
             Surface::Layers(first, _) => {
                 let next = first.get(self.area as usize + 1);
                 self.area + u32::from(next.is_some_and(|&f| vector >= f))

@@ -23,6 +23,17 @@ pub enum Loop {
     Position,
 }
 
+impl Loop {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Loop::Current => "Current",
+            Loop::Speed => "Speed",
+            Loop::Position => "Position",
+        }
+    }
+}
+
 /// How much of the axis stands between set-point and angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Actions<'a> {

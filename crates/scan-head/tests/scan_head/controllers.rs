@@ -1,9 +1,9 @@
 //! H-infinity in whole jobs: controller and pre-filter two by two on one square of each head.
 
 use meltpath_base::Silent;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller};
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::files::HeadData;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
@@ -11,12 +11,11 @@ use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
 use meltpath_scan_head::measures::histogram::Histogram;
-use meltpath_scan_head::plate::SquarePlate;
 use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
 use meltpath_scan_head::servo::preview::Previews;
 
 use super::preview::ahead;
-use super::reference::{recipes, three_axis_data, two_axis_data};
+use super::reference::{HeadData, job_of, recipes, three_axis_data, two_axis_data};
 
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
 pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
@@ -108,7 +107,7 @@ fn told_with(
         rows: 1,
         ..*plate
     };
-    let job = two.job(&recipe).unwrap();
+    let job = job_of(&two, &recipe);
     let mut record = HitRecord::default();
     ready(&job)
         .run(&job, recipe.delays, 1, &Silent, &mut record)
@@ -122,12 +121,12 @@ fn told_with(
         rows: 1,
         ..*plate
     };
-    let job = one.job(&recipe).unwrap();
+    let job = job_of(&one, &recipe);
     let mut sinks = (
         PathErrors::new(&job, 2e-3, head.period),
-        FillRate::new(
+        FillRate::of_rectangles(
             &job,
-            &one,
+            one.fill_areas(),
             0.07,
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
         ),

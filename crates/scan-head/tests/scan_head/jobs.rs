@@ -2,6 +2,7 @@
 
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::block::HeadBlock;
 use meltpath_scan_head::head::error::HeadError;
@@ -13,9 +14,8 @@ use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_scan_head::measures::contour_error::{PathErrors, contour_errors};
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
-use meltpath_scan_head::plate::SquarePlate;
 
-use super::reference::{one, recipes, three_axis_data, two_axis_data};
+use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
 
 /// AC-37 (M): two shapes of known error; never more than the tracking error at the same instant.
 #[test]
@@ -48,7 +48,7 @@ fn lpbf_ac37_contour_error() {
 #[test]
 fn lpbf_ac39_job_times() {
     let time = |plate: SquarePlate, recipe: &Recipe, period: f64| {
-        let job = plate.job(recipe).unwrap();
+        let job = job_of(&plate, recipe);
         (sample_count(&job, period) - 1) as f64 * period
     };
     let [r1, r2, r3] = recipes();
@@ -81,7 +81,7 @@ fn lpbf_ac39_job_times() {
             "{ratio} against {printed}"
         );
     }
-    let job = one(three.plate).job(&r1).unwrap();
+    let job = job_of(&one(three.plate), &r1);
     assert!((job.length(VectorKind::Fill) - 910.0).abs() < 1.0);
     assert_eq!(
         job.vectors
@@ -97,10 +97,10 @@ fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec
     let mut recipe = recipes()[0].clone();
     recipe.fill_speed = speed;
     recipe.delays = LaserDelays::default();
-    let job = plate.job(&recipe).unwrap();
+    let job = job_of(&plate, &recipe);
     let mut path = Interpolator::new(&job, period, 0);
     let mut gate = Gate::new(&job, recipe.delays, period);
-    let mut rate = FillRate::new(&job, &plate, 0.07, modes);
+    let mut rate = FillRate::of_rectangles(&job, plate.fill_areas(), 0.07, modes);
     let mut command = CommandBlock::default();
     while path.fill(&mut command, 5000) {
         use meltpath_scan_head::head::block::HeadSink;
@@ -215,7 +215,7 @@ fn cells_of_a_segment_and_of_a_spot() {
 #[test]
 fn the_gate_lights_what_was_asked_for_as_long_as_asked() {
     let recipe = &recipes()[0];
-    let job = one(three_axis_data().plate).job(recipe).unwrap();
+    let job = job_of(&one(three_axis_data().plate), recipe);
     let period = 1.0 / 93_750.0;
     let lit = |delays| -> f64 {
         let mut gate = Gate::new(&job, delays, period);
@@ -243,13 +243,13 @@ fn the_gate_lights_what_was_asked_for_as_long_as_asked() {
 }
 
 fn run(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> (PathTold, Vec<Vec<f64>>) {
-    let job = plate.job(recipe).unwrap();
+    let job = job_of(plate, recipe);
     let ready = head.ready().unwrap();
     let mut sinks = (
         PathErrors::new(&job, 2e-3, head.period),
-        FillRate::new(
+        FillRate::of_rectangles(
             &job,
-            plate,
+            plate.fill_areas(),
             0.07,
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
         ),
@@ -292,7 +292,7 @@ fn tuned(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> LaserDelays {
         rows: 1,
         ..*plate
     };
-    let job = two.job(recipe).unwrap();
+    let job = job_of(&two, recipe);
     let mut record = HitRecord::default();
     head.ready()
         .unwrap()
@@ -315,7 +315,7 @@ fn lpbf_ac40_laser_delays() {
         rows: 1,
         ..data.plate
     };
-    let job = two.job(recipe).unwrap();
+    let job = job_of(&two, recipe);
     let mut record = HitRecord::default();
     data.head
         .ready()
@@ -444,8 +444,8 @@ fn lpbf_ac41_where_the_fill_goes() {
                     delays,
                     ..recipe.clone()
                 };
-                let job = plate.job(&recipe).unwrap();
-                let mut fill = FillRate::new(&job, &plate, 0.07, &modes);
+                let job = job_of(&plate, &recipe);
+                let mut fill = FillRate::of_rectangles(&job, plate.fill_areas(), 0.07, &modes);
                 let ready = head.ready().unwrap();
                 ready.run(&job, delays, 1, &Silent, &mut fill).unwrap();
                 100.0 * fill.finish()[0][0]
@@ -537,21 +537,21 @@ fn jobs_that_cannot_run_are_refused() {
         column_pitch: 345.0,
         ..data.plate
     };
-    let job = far.job(recipe).unwrap();
+    let job = job_of(&far, recipe);
     let error = ready
         .run(&job, recipe.delays, 1, &Silent, &mut Vec::new())
         .unwrap_err();
     assert!(matches!(error, HeadError::Field { .. }), "{error}");
     let mut wild = recipe.clone();
     wild.fill_speed = 2e6;
-    let job = one(data.plate).job(&wild).unwrap();
+    let job = job_of(&one(data.plate), &wild);
     let error = ready
         .run(&job, recipe.delays, 1, &Silent, &mut Vec::new())
         .unwrap_err();
     assert!(matches!(error, HeadError::Sampling { .. }), "{error}");
     let mut unstable = data.head.clone();
     unstable.mirrors[0].delay = 300e-6;
-    let job = one(data.plate).job(recipe).unwrap();
+    let job = job_of(&one(data.plate), recipe);
     let error = unstable
         .ready()
         .unwrap()
@@ -568,12 +568,11 @@ fn the_same_bits_on_any_number_of_threads() {
     let mut head = data.head;
     head.mirrors[0].encoder.noise = 1e-6;
     let recipe = &recipes()[1];
-    let job = SquarePlate {
+    let small = SquarePlate {
         side: 2.0,
         ..one(data.plate)
-    }
-    .job(recipe)
-    .unwrap();
+    };
+    let job = job_of(&small, recipe);
     let ready = head.ready().unwrap();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()

@@ -6,24 +6,28 @@ use meltpath_numerics::random::Random;
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::block::HeadBlock;
-use meltpath_scan_head::head::job::{JobBuilder, Jump};
+use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::servo::preview::{PreviewDesign, Previews, preview, synchronise};
+use meltpath_toolpath::{Layer, PassHead, Role};
 
 use super::controllers::{with_hinf, without_prefilter};
 use super::reference::{recipes, three_axis_data, two_axis_data};
 
-/// A closed path through points, marked at the contour speed.
+/// A closed path through points, marked at the contour speed after a jump from the centre of the field.
 fn path(recipe: &Recipe, points: &[DVec2]) -> ScanJob {
-    let mut builder = JobBuilder::new(recipe, DVec3::ZERO);
-    builder.jump(points[0].extend(0.0), Jump::ToFill);
-    for p in points.iter().skip(1).chain(points.first()) {
-        builder.contour(p.extend(0.0));
-    }
-    builder.finish().unwrap()
+    let closed = points.iter().chain(points.first()).map(|p| p.extend(0.0));
+    let mut layer = Layer::new(1, 0.0);
+    let head = |role| PassHead {
+        role,
+        ..PassHead::default()
+    };
+    layer.polyline(head(Role::Jump), [DVec3::ZERO, points[0].extend(0.0)]);
+    layer.polyline(head(Role::Contour), closed);
+    prepare(&[layer], recipe).unwrap().job
 }
 
 /// Diagonal of 14 mm, squares of 10 mm turned by 30° and along the axes, circle of 2 mm radius.

@@ -1,17 +1,51 @@
 //! The reference heads, plates and recipes, as they ship.
 
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::galvanometer::Galvanometer;
-use meltpath_scan_head::files::{self, HeadData};
+use meltpath_scan_head::files;
+use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
-use meltpath_scan_head::plate::SquarePlate;
+use meltpath_scan_head::head::vector::ScanJob;
+
+/// A head's file, its plate as one that is planned.
+pub(crate) struct HeadData {
+    pub(crate) head: ScanHead,
+    pub(crate) plate: SquarePlate,
+    pub(crate) tuning: [Option<[f64; 3]>; 3],
+}
+
+fn data(text: &str) -> HeadData {
+    let data = files::parse_head(text).unwrap();
+    let stated = data.plate;
+    HeadData {
+        head: data.head,
+        plate: SquarePlate {
+            columns: stated.columns,
+            rows: stated.rows,
+            column_pitch: stated.column_pitch,
+            row_pitch: stated.row_pitch,
+            side: stated.side,
+            contour_distance: stated.contour_distance,
+            hatch: stated.hatch,
+            inset: stated.inset,
+        },
+        tuning: data.tuning,
+    }
+}
 
 pub(crate) fn two_axis_data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap()
+    data(meltpath_data::scan_heads::TWO_AXIS_150.text)
 }
 
 pub(crate) fn three_axis_data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).unwrap()
+    data(meltpath_data::scan_heads::THREE_AXIS_350.text)
+}
+
+/// What a head makes of a plate.
+pub(crate) fn job_of(plate: &SquarePlate, recipe: &Recipe) -> ScanJob {
+    let path = plate.toolpath().unwrap();
+    prepare(&path.layers, recipe).unwrap().job
 }
 
 pub(crate) fn two_axis() -> ScanHead {

@@ -1,6 +1,7 @@
 //! AC-38: the simulator against a richer one.
 
 use meltpath_base::Silent;
+use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::axis::galvanometer::Mode;
@@ -8,9 +9,8 @@ use meltpath_scan_head::head::block::HeadBlock;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::measures::contour_error::contour_errors;
-use meltpath_scan_head::plate::SquarePlate;
 
-use super::reference::{one, recipes, three_axis_data, two_axis_data};
+use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
 
 /// What a richer head has more, one choice each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ struct Differences {
 
 impl Differences {
     fn of(plain: &ScanHead, rich: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> Self {
-        let job = plate.job(recipe).unwrap();
+        let job = job_of(plate, recipe);
         let record = |head: &ScanHead| {
             let mut blocks: Vec<HeadBlock> = Vec::new();
             head.ready()

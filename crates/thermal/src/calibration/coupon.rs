@@ -11,7 +11,6 @@ use crate::charts::build::{BuildError, compute};
 use crate::charts::simulation::{ChartSimulation, ChartSimulationError, Settings};
 use crate::charts::{ChartSet, ChartSettings};
 use crate::criteria::as_built::strut as cylinder;
-use crate::focus::{FocusCalibration, FocusError};
 use crate::grid::{Field, Grid};
 use crate::material::{CELSIUS, Material};
 use crate::solver::State;
@@ -23,15 +22,13 @@ const MARGIN: f64 = 0.7;
 /// Power from which charts must tell temperatures above 2800 °C apart, W.
 const STRONG: f64 = 200.0;
 
-/// Voltage, current and focus of a beam.
+/// A beam at its calibrated width.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamSetting {
-    /// Accelerating voltage, V.
-    pub voltage: f64,
-    /// Beam current, A.
-    pub current: f64,
-    /// Current of the focus coil, A.
-    pub focus: f64,
+    /// Power, W.
+    pub power: f64,
+    /// Diameter of the spot, mm.
+    pub spot: f64,
 }
 
 /// A body and how it is drawn.
@@ -69,8 +66,6 @@ pub enum Coupon {
 pub struct Bench<'a> {
     /// The material.
     pub material: &'a Material,
-    /// Beam diameter against focus.
-    pub focus: &'a FocusCalibration,
     /// Thickness of a layer, mm.
     pub layer: f64,
     /// Layers drawn.
@@ -100,9 +95,6 @@ pub enum CouponError {
     /// Its path.
     #[error(transparent)]
     Beam(#[from] BeamError),
-    /// Its focus.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
 }
 
 impl Coupon {
@@ -115,15 +107,13 @@ impl Coupon {
     }
 
     /// What is drawn in each layer, and half the extent of the voxels needed round it, mm.
-    fn paths(&self) -> Result<(Vec<BeamPath>, f64), BeamError> {
+    fn paths(&self, guess: BeamGuess) -> Result<(Vec<BeamPath>, f64), BeamError> {
         let start = |b: &BeamSetting| BeamPoint {
             time: 0.0,
             x: 0.0,
             y: 0.0,
-            voltage: b.voltage,
-            current: b.current,
-            focus: b.focus,
-            on: true,
+            power: b.power,
+            spot: guess.width * b.spot,
         };
         match self {
             Coupon::Strut {
@@ -183,7 +173,7 @@ impl Coupon {
         observer: &dyn Observer,
     ) -> Result<f64, CouponError> {
         let sets = charts.of(bench, &self.beams(), guess, observer)?;
-        let (paths, extent) = self.paths()?;
+        let (paths, extent) = self.paths(guess)?;
         let half = extent + MARGIN;
         let reach = sets.iter().map(|s| s.settings.reach).fold(0.0, f64::max);
         let grid = Grid::covering(
@@ -296,9 +286,8 @@ impl Charts {
                 sets.push(self.known[known].2.clone());
                 continue;
             }
-            let diameter = guess.width * bench.focus.diameter(beam.focus)?;
-            let thesis = ChartSettings::of_thesis(beam.voltage, beam.current, beam.focus, diameter);
-            let strong = beam.voltage * beam.current > STRONG;
+            let thesis = ChartSettings::of_thesis(beam.power, guess.width * beam.spot);
+            let strong = beam.power > STRONG;
             let settings = ChartSettings {
                 efficiency: guess.efficiency,
                 layer: bench.layer,

@@ -1,8 +1,8 @@
-//! Charts for a beam current between those of two sets that differ in it alone.
+//! Charts for a beam power between those of two sets that differ in it alone.
 //!
 //! A beam of twice the power takes a point to the same enthalpy in somewhat less than half the time, whatever the depth: the
 //! logarithm of each time is taken straight along the logarithm of the power. How far that lies from charts computed for
-//! the current is measured in `tests/chart_between.rs`.
+//! the power is measured in `tests/chart_between.rs`.
 
 use crate::charts::{Chart, ChartSet, ChartSettings, CoolingCurve, HeatingCurve, WarmGround};
 
@@ -10,17 +10,17 @@ use crate::charts::{Chart, ChartSet, ChartSettings, CoolingCurve, HeatingCurve, 
 /// mean, though single voxels differ by up to 125 K.
 pub const WIDEST: f64 = 1.25;
 
-/// Charts for `current` (A) between those of `a` and `b`, in either order. `None` where they differ in more than the current, do
+/// Charts for `power` (W) between those of `a` and `b`, in either order. `None` where they differ in more than the power, do
 /// not enclose it, or lie more than [`WIDEST`] apart.
-pub fn between(a: &ChartSet, b: &ChartSet, current: f64) -> Option<ChartSet> {
-    let (low, high) = if a.settings.current <= b.settings.current {
+pub fn between(a: &ChartSet, b: &ChartSet, power: f64) -> Option<ChartSet> {
+    let (low, high) = if a.settings.power <= b.settings.power {
         (a, b)
     } else {
         (b, a)
     };
-    let [from, to] = [low, high].map(|s| s.settings.current);
+    let [from, to] = [low, high].map(|s| s.settings.power);
     let alike = ChartSettings {
-        current: from,
+        power: from,
         ..high.settings.clone()
     } == low.settings;
     let shares = |s: &ChartSet| -> Vec<f64> { s.charts.iter().map(|c| c.powder_share).collect() };
@@ -31,11 +31,11 @@ pub fn between(a: &ChartSet, b: &ChartSet, current: f64) -> Option<ChartSet> {
         && low.distances == high.distances
         && shares(low) == shares(high)
         && grounds(low) == grounds(high);
-    let enclosed = from < current && current < to && to <= WIDEST * from * (1.0 + 1e-9);
+    let enclosed = from < power && power < to && to <= WIDEST * from * (1.0 + 1e-9);
     if !(fits && enclosed) {
         return None;
     }
-    let weight = (current / from).ln() / (to / from).ln();
+    let weight = (power / from).ln() / (to / from).ln();
     let mixed = |a: &[Chart], b: &[Chart]| -> Vec<Chart> {
         let pairs = a.iter().zip(b);
         pairs.map(|(a, b)| chart(a, b, weight)).collect()
@@ -43,7 +43,7 @@ pub fn between(a: &ChartSet, b: &ChartSet, current: f64) -> Option<ChartSet> {
     let warm = low.warm.iter().zip(&high.warm);
     Some(ChartSet {
         settings: ChartSettings {
-            current,
+            power,
             ..low.settings.clone()
         },
         charts: mixed(&low.charts, &high.charts),

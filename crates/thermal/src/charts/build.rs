@@ -59,9 +59,8 @@ pub enum BuildError {
 impl BuildError {
     fn check(settings: &ChartSettings, material: &Material) -> Result<(), Self> {
         let positive = [
-            ("the voltage", settings.voltage),
-            ("the current", settings.current),
-            ("the beam diameter", settings.diameter),
+            ("the power", settings.power),
+            ("the spot", settings.spot),
             ("the efficiency", settings.efficiency),
             ("the layer", settings.layer),
             ("the cell", settings.cell),
@@ -237,8 +236,8 @@ fn over(
     observer.stage(
         &format!(
             "charts of {:.0} W, beam {:.0} µm, ground at {:.0} °C",
-            settings.power(),
-            1e3 * settings.diameter,
+            settings.heat(),
+            1e3 * settings.spot,
             ground - CELSIUS
         ),
         PARTS * LAYOUTS.len() as u64,
@@ -276,8 +275,8 @@ fn one(
     let from = solver.curve().of(ground);
     let spot = Spot {
         centre: [0.0, 0.0],
-        diameter: settings.diameter,
-        power: settings.power(),
+        diameter: settings.spot,
+        power: settings.heat(),
         depth: settings.depth,
     };
     let dt = solver.stable_step().min(2.5e-6);
@@ -467,12 +466,12 @@ mod tests {
         let material = read(text, Readings::default()).unwrap();
         let settings = ChartSettings {
             cell: 0.05,
-            ..ChartSettings::of_thesis(60e3, 4e-3, 4e-3, 0.4)
+            ..ChartSettings::of_thesis(240.0, 0.4)
         };
         let spot = Spot {
             centre: [0.0, 0.0],
-            diameter: settings.diameter,
-            power: settings.power(),
+            diameter: settings.spot,
+            power: settings.heat(),
             depth: settings.depth,
         };
         let layout = Layout::FreshLayer;

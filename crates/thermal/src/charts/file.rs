@@ -11,7 +11,7 @@ use crate::charts::{
 };
 
 /// Schema and version of chart files.
-pub const CHART_SCHEMA: &str = "meltpath-chart/2";
+pub const CHART_SCHEMA: &str = "meltpath-chart/3";
 
 /// Why a chart file cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -54,7 +54,7 @@ pub struct Settings {
     pub timed: f64,
     /// What the ground keeps of earlier beam positions.
     pub memory: Memory,
-    /// How far a beam current may lie from that of the charts that serve it, as a share of it; 0 for those of the current alone.
+    /// How far a power may lie from that of the charts that serve it, as a share of it; 0 for those of the power alone.
     pub nearest: f64,
 }
 
@@ -159,16 +159,15 @@ impl ChartSimulation {
         let columns = grid.cells[0] * grid.cells[1];
         let between = rates.first().map(|r| r.between(0.0));
         let between = between.ok_or_else(|| ChartError::Missing {
-            voltage: 0.0,
-            current: 0.0,
-            focus: 0.0,
+            power: 0.0,
+            spot: 0.0,
             time: 0.0,
             known: "none".to_owned(),
         })?;
         let ground = match settings.memory {
             Memory::None => None,
             Memory::Ground(body) => {
-                let narrowest = sets.iter().map(|s| s.settings.diameter / 4.0);
+                let narrowest = sets.iter().map(|s| s.settings.spot / 4.0);
                 let variance = narrowest.fold(f64::INFINITY, f64::min).powi(2);
                 let depth = sets[0].settings.depth;
                 Some(Ground::new(&material, body, variance, depth, reach))
@@ -335,7 +334,7 @@ impl ChartSimulation {
         let mut steps = Vec::with_capacity(points.len());
         for (n, p) in points.iter().enumerate() {
             let time = start + n as f64 * dt;
-            if p.on && p.voltage * p.current > 0.0 {
+            if p.is_on() {
                 steps.push(Step {
                     time,
                     x: p.x,
@@ -351,10 +350,10 @@ impl ChartSimulation {
             for step in &steps {
                 let beam = &self.sets[usize::from(step.set)].settings;
                 ground.add(&Deposit {
-                    heat: beam.power() * dt,
+                    heat: beam.heat() * dt,
                     time: step.time + 0.5 * dt,
                     centre: [step.x, step.y],
-                    variance: (beam.diameter / 4.0).powi(2),
+                    variance: (beam.spot / 4.0).powi(2),
                 });
             }
         }
@@ -362,37 +361,28 @@ impl ChartSimulation {
     }
 
     fn set_for(&self, p: &BeamPoint, time: f64) -> Result<u8, ChartError> {
-        let serves = |s: &ChartSet| s.settings.serves(p.voltage, p.current, p.focus);
+        let serves = |s: &ChartSet| s.settings.serves(p.power, p.spot);
         let found = self.sets.iter().position(serves);
         let found = found.or_else(|| self.nearest(p));
         found.and_then(|n| u8::try_from(n).ok()).ok_or_else(|| {
-            let known: Vec<String> = self
-                .sets
-                .iter()
-                .map(|s| {
-                    let s = &s.settings;
-                    format!(
-                        "{:.1} kV, {:.2} mA, focus {:.2} mA",
-                        s.voltage / 1e3,
-                        s.current * 1e3,
-                        s.focus * 1e3
-                    )
-                })
-                .collect();
+            let told = |s: &ChartSet| {
+                let (power, spot) = (s.settings.power, s.settings.spot);
+                format!("{power:.1} W on {:.1} µm", spot * 1e3)
+            };
+            let known: Vec<String> = self.sets.iter().map(told).collect();
             ChartError::Missing {
-                voltage: p.voltage,
-                current: p.current,
-                focus: p.focus,
+                power: p.power,
+                spot: p.spot,
                 time,
                 known: known.join("; "),
             }
         })
     }
 
-    /// The charts whose current comes nearest, if one comes near enough.
+    /// The charts whose power comes nearest, if one comes near enough.
     fn nearest(&self, p: &BeamPoint) -> Option<usize> {
-        let away = |s: &ChartSet| (s.settings.current / p.current).ln().abs();
-        let alike = |s: &ChartSet| s.settings.serves(p.voltage, s.settings.current, p.focus);
+        let away = |s: &ChartSet| (s.settings.power / p.power).ln().abs();
+        let alike = |s: &ChartSet| s.settings.serves(s.settings.power, p.spot);
         let near = self.sets.iter().enumerate().filter(|(_, s)| alike(s));
         let (n, set) = near.min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
         (away(set) <= self.settings.nearest).then_some(n)

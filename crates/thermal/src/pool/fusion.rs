@@ -130,12 +130,11 @@ pub struct Following {
 /// The pool is looked for round the beam; what is liquid elsewhere was seen when the beam was there.
 ///
 /// # Errors
-/// [`FusionError`]: a body that melts throughout, a focus outside its calibration, cancellation.
+/// [`FusionError`]: a body that melts throughout, cancellation.
 ///
 /// ```
 /// use meltpath_base::Silent;
 /// use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
-/// use meltpath_thermal::focus::FocusCalibration;
 /// use meltpath_thermal::pool::fusion::{Following, FusionMap, follow};
 /// use meltpath_thermal::pool::history::Memory;
 /// use meltpath_thermal::material::medium::{Body, Medium};
@@ -144,9 +143,9 @@ pub struct Following {
 /// # let text = meltpath_data::materials::IN625_LASER.text;
 /// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
 /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, voltage: 195.0, current: 1.0, focus: 0.0, on: true };
+/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 195.0, spot: 0.1 };
 /// let path = BeamPath::along(&[[0.0, 0.0], [1.0, 0.0]], 800.0, start).unwrap();
-/// let beam = Beam { efficiency: 0.33, depth: Depth::Surface, focus: FocusCalibration::constant(0.1) };
+/// let beam = Beam { efficiency: 0.33, depth: Depth::Surface };
 /// let mut engine = MovingSource::new(medium, path, beam, Memory::Folded).unwrap();
 /// let mut map = FusionMap::covering([-0.1, -0.1], [1.1, 0.1], 0.01, 0.02, 293.15).unwrap();
 /// let following = Following { step: 0.04, per_pool: 4 };
@@ -237,7 +236,7 @@ fn looks(engine: &MovingSource, depth: f64, step: f64) -> Vec<Look> {
         let [a, b] = [pair[0], pair[1]];
         let (dx, dy) = (b.x - a.x, b.y - a.y);
         let length = dx.hypot(dy);
-        if !a.on {
+        if !a.is_on() {
             if looks.last().is_some_and(|l| l.lit) {
                 after(&mut looks, f64::INFINITY);
             }

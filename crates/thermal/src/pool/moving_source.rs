@@ -8,7 +8,6 @@
 use meltpath_geometry::math::DVec3;
 
 use crate::beam::{Beam, BeamPath};
-use crate::focus::FocusError;
 use crate::material::medium::{Medium, MediumError};
 use crate::numeric::vector::Level;
 use crate::pool::MeltPool;
@@ -22,9 +21,6 @@ pub enum MovingSourceError {
     /// The medium.
     #[error(transparent)]
     Medium(#[from] MediumError),
-    /// The focus of the beam.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
     /// The path runs backwards.
     #[error("the engine is at {now} s and cannot go back to {asked} s: make a new one")]
     Backwards {
@@ -103,8 +99,8 @@ impl MovingSource {
         medium.check()?;
         let mut diameter = f64::INFINITY;
         let mut speed = 0.0_f64;
-        for pair in path.points().windows(2).filter(|w| w[0].on) {
-            diameter = diameter.min(beam.focus.diameter(pair[0].focus)?);
+        for pair in path.points().windows(2).filter(|w| w[0].is_on()) {
+            diameter = diameter.min(pair[0].spot);
             let dt = pair[1].time - pair[0].time;
             if dt > 0.0 {
                 speed = speed.max((pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y) / dt);
@@ -152,7 +148,7 @@ impl MovingSource {
     /// Goes on to `time`, s.
     ///
     /// # Errors
-    /// [`MovingSourceError::Backwards`], [`MovingSourceError::Focus`].
+    /// [`MovingSourceError::Backwards`].
     pub fn advance(&mut self, time: f64) -> Result<(), MovingSourceError> {
         if time < self.now {
             return Err(MovingSourceError::Backwards {
@@ -170,7 +166,7 @@ impl MovingSource {
             }
             for (a, b) in self.pieces(from, to) {
                 let middle = 0.5 * (a + b);
-                let spot = self.beam.spot(&self.path.at(middle))?;
+                let spot = self.beam.spot(&self.path.at(middle));
                 if spot.power > 0.0 {
                     let sigma = spot.diameter / 4.0;
                     self.history.push(Lump::new(
@@ -188,7 +184,7 @@ impl MovingSource {
         }
         self.now = time;
         self.history.fold(time);
-        self.near = self.last_moments()?;
+        self.near = self.last_moments();
         Ok(())
     }
 
@@ -210,7 +206,7 @@ impl MovingSource {
             .collect()
     }
 
-    fn last_moments(&self) -> Result<Vec<Node>, MovingSourceError> {
+    fn last_moments(&self) -> Vec<Node> {
         let from = (self.path.begin() + self.fed as f64 * self.quantum).min(self.now);
         let depth = self.depth_variance();
         let whole = (self.now - from).sqrt();
@@ -225,7 +221,7 @@ impl MovingSource {
                     for x in [-x, x] {
                         let u = middle + half * x;
                         let age = u * u;
-                        let spot = self.beam.spot(&self.path.at(self.now - age))?;
+                        let spot = self.beam.spot(&self.path.at(self.now - age));
                         let spread = 2.0 * self.medium.diffusivity * age;
                         let variance = (spot.diameter / 4.0).powi(2) + spread;
                         nodes.push(Node {
@@ -238,7 +234,7 @@ impl MovingSource {
                 }
             }
         }
-        Ok(nodes)
+        nodes
     }
 
     fn node(&self, lump: &Lump, depth_variance: f64) -> Node {

@@ -3,7 +3,6 @@
 use meltpath_base::Observer;
 
 use crate::beam::{Beam, BeamPath};
-use crate::focus::FocusError;
 use crate::numeric::real::Real;
 use crate::solver::source::Spot;
 use crate::solver::{Solver, SolverError};
@@ -16,22 +15,11 @@ pub trait Sink<R: Real> {
     fn look(&mut self, solver: &Solver<R>);
 }
 
-/// Why a path could not be drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The solver.
-    #[error(transparent)]
-    Solver(#[from] SolverError),
-    /// The focus of the beam.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
-}
-
 /// Draws `path` with explicit steps of at most `step` seconds, each with the beam where it is midway, or midway of each stretch
 /// where it jumps or is switched within the step; `sinks` look on.
 ///
 /// # Errors
-/// [`RunError`]: a step that is not stable, a path outside the domain, a focus outside its calibration, cancellation.
+/// [`SolverError`]: a step that is not stable, a path outside the domain, cancellation.
 pub fn draw<R: Real>(
     solver: &mut Solver<R>,
     path: &BeamPath,
@@ -39,7 +27,7 @@ pub fn draw<R: Real>(
     step: f64,
     sinks: &mut [&mut dyn Sink<R>],
     observer: &dyn Observer,
-) -> Result<(), RunError> {
+) -> Result<(), SolverError> {
     let duration = path.end() - path.begin();
     let steps = (duration / step * (1.0 - 1e-12)).ceil().max(0.0) as u64;
     let dt = duration / steps.max(1) as f64;
@@ -48,14 +36,14 @@ pub fn draw<R: Real>(
     observer.stage("draw the beam path", steps);
     for n in 0..steps {
         if n % 64 == 0 {
-            observer.check().map_err(SolverError::from)?;
+            observer.check()?;
             observer.advance(if n == 0 { 0 } else { 64 });
         }
         // a jump or a switching within the step shares it out, so that every spot and line gets its own energy
         let from = path.begin() + n as f64 * dt;
         spots.clear();
         for (share, point) in path.stretches(from, from + dt) {
-            let spot = beam.spot(&point)?;
+            let spot = beam.spot(&point);
             spots.push(Spot {
                 power: share * spot.power,
                 ..spot

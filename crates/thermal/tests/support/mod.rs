@@ -9,7 +9,6 @@ use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
 use meltpath_thermal::charts::{ChartSet, ChartSettings};
 use meltpath_thermal::criteria::{Classes, Tally};
-use meltpath_thermal::focus::FocusCalibration;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -33,19 +32,19 @@ pub(crate) static SLOW: OnceLock<ChartSet> = OnceLock::new();
 pub(crate) static INNER: OnceLock<ChartSet> = OnceLock::new();
 pub(crate) static FAST: OnceLock<ChartSet> = OnceLock::new();
 
-/// Charts at 60 kV that heat to `stop` °C and cool from 2800 °C.
-pub(crate) fn compute_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
+/// Charts of a beam of `power` W on `spot` mm that heat to `stop` °C and cool from 2800 °C.
+pub(crate) fn compute_charts(power: f64, spot: f64, stop: f64) -> ChartSet {
     let settings = ChartSettings {
         stop: stop + CELSIUS,
         cooling_from: 2800.0 + CELSIUS,
-        ..ChartSettings::of_thesis(60e3, current, focus, diameter)
+        ..ChartSettings::of_thesis(power, spot)
     };
     compute(&settings, &titanium(), &Silent).unwrap()
 }
 
 /// The same, over warm ground too.
-pub(crate) fn compute_warm_charts(current: f64, focus: f64, diameter: f64, stop: f64) -> ChartSet {
-    let mut set = compute_charts(current, focus, diameter, stop);
+pub(crate) fn compute_warm_charts(power: f64, spot: f64, stop: f64) -> ChartSet {
+    let mut set = compute_charts(power, spot, stop);
     with_warm_ground(&mut set);
     set
 }
@@ -57,23 +56,21 @@ pub(crate) fn with_warm_ground(set: &mut ChartSet) {
 }
 
 /// The same, kept for the other tests of the file.
-pub(crate) fn charts(current: f64, focus: f64, diameter: f64, stop: f64) -> &'static ChartSet {
-    let slot = if current < 3e-3 { &SLOW } else { &FAST };
-    let set = slot.get_or_init(|| compute_charts(current, focus, diameter, stop));
-    assert!(set.settings.serves(60e3, current, focus));
+pub(crate) fn charts(power: f64, spot: f64, stop: f64) -> &'static ChartSet {
+    let slot = if power < 180.0 { &SLOW } else { &FAST };
+    let set = slot.get_or_init(|| compute_charts(power, spot, stop));
+    assert!(set.settings.serves(power, spot));
     set
 }
 
-/// A beam at the origin and time 0, on, at 60 kV.
-pub(crate) fn settings(current: f64, focus: f64) -> BeamPoint {
+/// A beam of `power` W on `spot` mm at the origin and time 0.
+pub(crate) fn settings(power: f64, spot: f64) -> BeamPoint {
     BeamPoint {
         time: 0.0,
         x: 0.0,
         y: 0.0,
-        voltage: 60e3,
-        current,
-        focus,
-        on: true,
+        power,
+        spot,
     }
 }
 
@@ -89,15 +86,14 @@ pub(crate) fn good_body() -> BeamPath {
     for n in 0..10 {
         let y = (f64::from(n) + 0.5) * HATCH;
         let ends = if n % 2 == 0 { [-2.0, 2.0] } else { [2.0, -2.0] };
-        for (x, on) in ends.into_iter().zip([true, false]) {
+        for (x, power) in ends.into_iter().zip([300.0, 0.0]) {
             points.push(BeamPoint {
                 time,
                 x,
                 y,
-                on,
-                ..settings(5e-3, 4e-3)
+                ..settings(power, 0.413_67)
             });
-            time += if on { 4.0 } else { 11.0 } / SPEED;
+            time += if power > 0.0 { 4.0 } else { 11.0 } / SPEED;
         }
     }
     BeamPath::new(points).unwrap()
@@ -123,12 +119,11 @@ pub(crate) fn faces(material: &Material) -> Faces {
     }
 }
 
-/// The thesis' beam with this diameter, mm.
-pub(crate) fn beam(diameter: f64) -> Beam {
+/// How the thesis' beam heats.
+pub(crate) fn beam() -> Beam {
     Beam {
         efficiency: 0.9,
         depth: Depth::Falling { penetration: 0.1 },
-        focus: FocusCalibration::constant(diameter),
     }
 }
 

@@ -48,15 +48,15 @@ pub enum ChartSimulationError {
     },
     /// Steps that would jump over the melting of a voxel.
     #[error(
-        "a time step of {step:.2e} s loses the phase change: under {voltage:.1} kV and {current:.2} mA a voxel melts in {melting:.2e} s; use at most {limit:.1e} s"
+        "a time step of {step:.2e} s loses the phase change: under {power:.1} W on {spot:.1} µm a voxel melts in {melting:.2e} s; use at most {limit:.1e} s"
     )]
     Step {
         /// The step, s.
         step: f64,
-        /// The setting, kV.
-        voltage: f64,
-        /// The setting, mA.
-        current: f64,
+        /// Power of the beam, W.
+        power: f64,
+        /// Its spot, µm.
+        spot: f64,
         /// How long the fastest voxel takes from solidus to liquidus, s.
         melting: f64,
         /// The longest step allowed, s.
@@ -93,8 +93,8 @@ pub(super) fn check_step(
         let s = &set.settings;
         return Err(ChartSimulationError::Step {
             step,
-            voltage: 1e-3 * s.voltage,
-            current: 1e3 * s.current,
+            power: s.power,
+            spot: 1e3 * s.spot,
             melting,
             limit,
         });

@@ -3,7 +3,6 @@
 
 pub mod csv;
 pub mod parquet;
-mod thrift;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

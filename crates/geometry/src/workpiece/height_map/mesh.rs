@@ -1,7 +1,7 @@
 //! From height map to closed triangle mesh: top surface, skirt and flat bottom.
 
-use super::Crop;
-use super::height_map::HeightMap;
+use super::HeightMap;
+use crate::workpiece::Crop;
 use crate::{Mesh, math::DVec3};
 
 /// Marks a cell centre that no kept quad uses.

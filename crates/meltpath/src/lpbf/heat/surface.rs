@@ -1,0 +1,49 @@
+//! The surface that lines melt together: cells with the gaps between them filled.
+
+/// Cells with the gaps between them filled: grown by `reach` cells and shrunk by as many, in squares.
+pub(super) fn closed(cells: &[bool], [nx, ny]: [usize; 2], reach: f64) -> Vec<bool> {
+    let reach = reach.ceil().max(0.0) as usize;
+    let grown = |cells: &[bool], wanted: bool| {
+        let rows = spread(cells, nx, wanted, reach);
+        let columns = spread(&turned(&rows, nx), ny, wanted, reach);
+        turned(&columns, ny)
+    };
+    grown(&grown(cells, true), false)
+}
+
+/// Rows of `width` in which the wanted cells have spread by `reach` cells to either side.
+fn spread(cells: &[bool], width: usize, wanted: bool, reach: usize) -> Vec<bool> {
+    let mut out = vec![!wanted; cells.len()];
+    for (row, to) in cells.chunks(width).zip(out.chunks_mut(width)) {
+        for (i, _) in row.iter().enumerate().filter(|(_, c)| **c == wanted) {
+            to[i.saturating_sub(reach)..(i + reach + 1).min(width)].fill(wanted);
+        }
+    }
+    out
+}
+
+/// Rows of `width` as columns.
+fn turned(cells: &[bool], width: usize) -> Vec<bool> {
+    let height = cells.len() / width.max(1);
+    (0..cells.len())
+        .map(|n| cells[(n % height) * width + n / height])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_filled_and_borders_stay() {
+        let lines = |x: usize, y: usize| {
+            (3..17).contains(&y) && (4..26).contains(&x) && y.is_multiple_of(3)
+        };
+        let cells: Vec<bool> = (0..600).map(|n| lines(n % 30, n / 30)).collect();
+        let filled = closed(&cells, [30, 20], 2.0);
+        let all = |x: usize, y: usize| (3..16).contains(&y) && (4..26).contains(&x);
+        for (n, c) in filled.iter().enumerate() {
+            assert_eq!(*c, all(n % 30, n / 30), "{} {}", n % 30, n / 30);
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! What one recipe did: errors, energy, fill rates, and the path as far as it is shown.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::job::LayerSpan;
+use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
+use meltpath_scan_head::head::vector::ScanJob;
+use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
+use meltpath_scan_head::measures::energy::EnergyAlong;
+use meltpath_scan_head::measures::fill_rate::FillMode;
+
+use super::heat::RecipeHeat;
+
+/// The modes in which fill rates are told.
+pub(super) const MODES: [FillMode; 3] = [
+    FillMode::SampledPoints { every: 1 },
+    FillMode::Segments,
+    FillMode::SweptSpot,
+];
+/// Samples kept of the path of the first square, at most.
+const SHOWN: usize = 400_000;
+
+/// What one recipe did.
+pub(super) struct RecipeResult<'a> {
+    pub(super) recipe: &'a Recipe,
+    pub(super) job: &'a ScanJob,
+    pub(super) layers: &'a [LayerSpan],
+    pub(super) delays: LaserDelays,
+    pub(super) tuned: Option<Tuned>,
+    /// The pairs of delays that no other beats.
+    pub(super) front: Vec<DelayScore>,
+    pub(super) duration: f64,
+    pub(super) errors: PathErrors<'a>,
+    pub(super) energy: EnergyAlong<'a>,
+    /// Mean rate over the squares or layers, in each of [`MODES`].
+    pub(super) fill: Vec<f64>,
+    /// For each square or layer, its rates.
+    pub(super) rates: Vec<Vec<f64>>,
+    pub(super) path: Path2d,
+    /// What the first square or layer melts, where the job asks for it.
+    pub(super) heat: Option<RecipeHeat>,
+}
+
+impl RecipeResult<'_> {
+    /// What its fill rate is called.
+    pub(super) fn fill_title(&self) -> String {
+        format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())
+    }
+}
+
+/// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
+#[derive(Debug, Default)]
+pub(super) struct Path2d {
+    pub(super) hits: Vec<DVec2>,
+    pub(super) lit: Vec<bool>,
+    pub(super) vectors: Vec<u32>,
+    /// The last vector that belongs to it.
+    pub(super) last: u32,
+}
+
+impl HeadSink for Path2d {
+    fn block(&mut self, block: &HeadBlock) {
+        for (k, &vector) in block.command.vector.iter().enumerate() {
+            if vector <= self.last && self.hits.len() < SHOWN {
+                self.hits.push(block.hit[k]);
+                self.lit.push(block.lit[k] >= 0.5);
+                self.vectors.push(vector);
+            }
+        }
+    }
+}

@@ -1,0 +1,494 @@
+//! Hatches of a beam: regions of a layer filled by lines, contours, islands or spots, of one power, spot and speed.
+
+use meltpath_base::Reporter;
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::offset::{Join, outset};
+use meltpath_geometry::{Plane, Region};
+use meltpath_toolpath::{Channel, Layer, Profile, Toolpath};
+
+use crate::layer::{PassIds, plan_layer};
+use crate::powder::error::HatchError;
+use crate::powder::modulation::{Modulation, hatch_energy};
+use crate::powder::nested::EnergyField;
+use crate::powder::patterns::{islands, nested, spots};
+use crate::settings::{
+    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Spacing,
+    StartPoints, Strategy,
+};
+
+/// Corners of what is drawn beyond the contour: as sharp as the part's, but for needles.
+const CORNERS: Join = Join::Miter { limit: 4.0 };
+
+/// What fills a region.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pattern {
+    /// Lines to and fro, joined at their ends.
+    Lines,
+    /// Lines that all run one way.
+    OneWay,
+    /// Contours, the outer ones first.
+    Contours,
+    /// Contours joined into spirals.
+    Spiral,
+    /// Lines in the squares of a chessboard, crossed from colour to colour.
+    Islands,
+    /// Spots on which the beam rests.
+    Spots,
+    /// Contours that lie nearer together where more energy is wanted.
+    Modulated,
+}
+
+/// Less energy near powder, and where powder lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modulated {
+    /// The law; nominal is what the hatch brings.
+    pub law: Modulation,
+    /// Metal below the first layer; `None` where it lies everywhere.
+    pub below: Option<Vec<Region>>,
+}
+
+impl Modulated {
+    /// Wanted energy in layer `number` (from 1), `layer` mm thick.
+    fn field(&self, region: &Region, number: u32, layer: f64, cell: f64) -> EnergyField {
+        let drawn = f64::from(number - 1) * layer;
+        let depth = |p: DVec2| match &self.below {
+            Some(metal) if !metal.iter().any(|m| m.contains(p)) => drawn,
+            _ => f64::INFINITY,
+        };
+        EnergyField::new(region, &self.law, cell, &depth)
+    }
+}
+
+/// How regions are hatched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hatch {
+    /// What fills them.
+    pub pattern: Pattern,
+    /// Distance between lines or spots, mm.
+    pub spacing: f64,
+    /// Angle of the lines in the first layer, and turn from layer to layer, rad.
+    pub angles: [f64; 2],
+    /// Contours before the interior.
+    pub contours: u32,
+    /// How far beyond the contour is drawn, mm.
+    pub overrun: f64,
+    /// Edge of an island, mm.
+    pub island: f64,
+    /// Speed, mm/s.
+    pub speed: f64,
+    /// Time on a spot, s.
+    pub dwell: f64,
+    /// Power, W.
+    pub power: f64,
+    /// Thickness of a layer, mm.
+    pub layer: f64,
+    /// Greatest distance between an arc and the lines in its place, mm.
+    pub chord_error: f64,
+    /// Less energy near powder.
+    pub modulation: Option<Modulated>,
+}
+
+impl Hatch {
+    /// Energy per volume far from powder, J/mm³.
+    pub fn energy(&self) -> f64 {
+        hatch_energy(self.power, self.speed, self.spacing, self.layer)
+    }
+
+    /// The same beam and distances with straight lines, not modulated.
+    #[must_use]
+    pub fn of_lines(&self) -> Self {
+        Hatch {
+            pattern: Pattern::Lines,
+            contours: 0,
+            modulation: None,
+            ..self.clone()
+        }
+    }
+
+    /// The toolpath over areas of layer `number`, one after the other. Areas too narrow for a line are left out with a
+    /// warning, unless all are.
+    ///
+    /// # Errors
+    /// [`HatchError`].
+    pub fn toolpath(
+        &self,
+        regions: &[Region],
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<Toolpath, HatchError> {
+        let ids = PassIds { part: 0 };
+        let mut whole = Toolpath {
+            profiles: vec![Profile {
+                name: "hatch".to_owned(),
+                speed: self.speed,
+                power: self.power,
+                ..Profile::default()
+            }],
+            ..Toolpath::default()
+        };
+        let mut path = Layer::new(number, 0.0);
+        let mut narrow: Vec<f64> = Vec::new();
+        let beyond = match self.overrun {
+            overrun if overrun > 0.0 => outset(regions, overrun, CORNERS)?,
+            _ => Vec::new(),
+        };
+        let regions = if beyond.is_empty() { regions } else { &beyond };
+        for region in regions {
+            let drawn = match self.passes(region, number, reporter) {
+                Err(HatchError::Nothing { .. }) if regions.len() > 1 => {
+                    narrow.push(region.area());
+                    continue;
+                }
+                other => other?,
+            };
+            for mut pass in drawn.passes() {
+                if regions.len() > 1 {
+                    pass = pass.alone();
+                    pass.head.id = ids.id(number, path.len())?;
+                }
+                path.push(pass);
+            }
+        }
+        if narrow.len() == regions.len() {
+            return Err(HatchError::Nothing {
+                spacing: self.spacing,
+            });
+        }
+        if !narrow.is_empty() {
+            reporter.warn(
+                "area-not-drawn",
+                format!(
+                    "layer {number}: {} of its {} areas, {:.3} mm² in all, are narrower than the spacing of {} mm and stay powder",
+                    narrow.len(),
+                    regions.len(),
+                    narrow.iter().sum::<f64>(),
+                    self.spacing
+                ),
+                "a smaller hatch.spacing draws them",
+            );
+        }
+        whole.layers.push(path);
+        Ok(whole)
+    }
+
+    /// Passes that fill `region` in layer `number` (from 1).
+    fn passes(
+        &self,
+        region: &Region,
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<Layer, HatchError> {
+        let angle = self.angles[0] + self.angles[1] * f64::from(number - 1);
+        let field = self.modulation.as_ref().map(|m| {
+            // a tenth of a spacing: contours stay within a hundredth of it
+            m.field(region, number, self.layer, 0.1 * self.spacing)
+        });
+        let mut path = match self.pattern {
+            Pattern::Modulated => {
+                let field = field.as_ref().ok_or(HatchError::NotModulated)?;
+                nested(field, self.power / (self.speed * self.layer), number)?
+            }
+            Pattern::Spots => spots(region, self.spacing, self.dwell, angle, number)?,
+            Pattern::Islands => self.islands(region, number, angle, reporter)?,
+            _ => {
+                let strategy = self.fill(angle, self.contours);
+                self.plan(std::slice::from_ref(region), strategy, number, reporter)?
+            }
+        };
+        if path.is_empty() {
+            return Err(HatchError::Nothing {
+                spacing: self.spacing,
+            });
+        }
+        if let (Some(field), true) = (&field, self.pattern != Pattern::Modulated) {
+            path = self.slowed(path, field);
+        }
+        Ok(path)
+    }
+
+    /// Islands of one colour after those of the other, their lines crossed.
+    fn islands(
+        &self,
+        region: &Region,
+        number: u32,
+        angle: f64,
+        reporter: &Reporter,
+    ) -> Result<Layer, HatchError> {
+        let ids = PassIds { part: 0 };
+        let turns = [0.0, std::f64::consts::FRAC_PI_2];
+        let mut path = Layer::new(number, 0.0);
+        for (islands, turn) in islands(region, self.island)?.iter().zip(turns) {
+            let strategy = self.fill(angle + turn, 0);
+            let lines = self.plan(islands, strategy, number, reporter)?;
+            for pass in lines.passes() {
+                let mut pass = pass.alone();
+                pass.head.id = ids.id(number, path.len())?;
+                path.push(pass);
+            }
+        }
+        Ok(path)
+    }
+
+    fn fill(&self, angle: f64, contours: u32) -> Strategy {
+        let angle = LineAngle::Turning {
+            first: angle,
+            step: 0.0,
+        };
+        let order = ContourOrder::OutsideIn;
+        match self.pattern {
+            Pattern::Contours => Strategy::Contour { order },
+            Pattern::Spiral => Strategy::Spiral { order },
+            Pattern::OneWay => Strategy::Raster {
+                angle,
+                order: LineOrder::Across,
+                direction: LineDirection::OneWay,
+            },
+            Pattern::Lines | Pattern::Islands | Pattern::Spots | Pattern::Modulated => {
+                if contours > 0 {
+                    Strategy::Hybrid {
+                        contours,
+                        order,
+                        angle,
+                    }
+                } else {
+                    Strategy::Zigzag { angle }
+                }
+            }
+        }
+    }
+
+    fn plan(
+        &self,
+        regions: &[Region],
+        strategy: Strategy,
+        number: u32,
+        reporter: &Reporter,
+    ) -> Result<Layer, HatchError> {
+        let plane = Plane::horizontal(0.0);
+        let layer = crate::layer::Layer {
+            number,
+            plane: &plane,
+            regions,
+        };
+        let settings = FillSettings {
+            strategy,
+            spacing: Spacing::Exact,
+            starts: StartPoints::Spread,
+            layers: LayerDirection::Same,
+            shortest_bead: 0.5 * self.spacing,
+            narrowest: 0.2,
+            longest_link: 1.5 * self.spacing,
+            tolerance: 0.02 * self.spacing,
+            ..FillSettings::new(self.spacing, self.spacing)
+        };
+        Ok(plan_layer(layer, &settings, PassIds { part: 0 }, reporter)?.path)
+    }
+
+    /// Speed, or time on a spot, so that the energy follows the field; pieces of at most a spacing.
+    fn slowed(&self, mut path: Layer, field: &EnergyField) -> Layer {
+        let nominal = self.energy();
+        let share = |p: DVec3| (field.at(p.truncate()) / nominal).clamp(0.05, 1.0);
+        if self.pattern == Pattern::Spots {
+            path.set_spot_times(|at, time| time * share(at));
+            return path;
+        }
+        let mut slowed = Layer::new(path.number, path.height);
+        for pass in path.passes() {
+            let mut to = slowed.begin(pass.head, pass.points[0]);
+            let (flat, _) = pass.flatten(self.chord_error);
+            for w in flat.windows(2) {
+                let pieces = (w[0].distance(w[1]) / self.spacing).ceil().max(1.0) as usize;
+                for n in 1..=pieces {
+                    let at = |k: f64| w[0].lerp(w[1], k / pieces as f64);
+                    to.line_to(at(n as f64));
+                    to.set(Channel::Speed, self.speed / share(at(n as f64 - 0.5)));
+                }
+            }
+        }
+        slowed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_toolpath::{Move, Pass};
+
+    use super::*;
+
+    fn rectangle([width, height]: [f64; 2]) -> Region {
+        let (x, y) = (0.5 * width, 0.5 * height);
+        let corners = [[-x, -y], [x, -y], [x, y], [-x, y]];
+        Region {
+            outer: corners.map(DVec2::from_array).to_vec(),
+            holes: Vec::new(),
+        }
+    }
+
+    fn moved(mut region: Region, by: [f64; 2]) -> Region {
+        for p in &mut region.outer {
+            *p += DVec2::from_array(by);
+        }
+        region
+    }
+
+    /// Lines of the thesis: 300 W, 980 mm/s, 0.125 mm, layers of 50 µm, crossed.
+    fn hatch(pattern: Pattern) -> Hatch {
+        Hatch {
+            pattern,
+            spacing: 0.125,
+            angles: [0.0, std::f64::consts::FRAC_PI_2],
+            contours: 0,
+            overrun: 0.0,
+            island: 2.0,
+            speed: 980.0,
+            dwell: 0.125 / 980.0,
+            power: 300.0,
+            layer: 0.05,
+            chord_error: 2e-3,
+            modulation: None,
+        }
+    }
+
+    fn modulated(pattern: Pattern, below: Option<Vec<Region>>) -> Hatch {
+        let hatch = hatch(pattern);
+        let law = Modulation {
+            nominal: hatch.energy(),
+            ..Modulation::STARTING
+        };
+        Hatch {
+            modulation: Some(Modulated { law, below }),
+            ..hatch
+        }
+    }
+
+    fn drawn(hatch: &Hatch, regions: &[Region], number: u32) -> Toolpath {
+        hatch.toolpath(regions, number, &Reporter::new()).unwrap()
+    }
+
+    fn energy(toolpath: &Toolpath) -> f64 {
+        let profile = &toolpath.profiles[0];
+        let of_pass = |pass: Pass<'_>| -> f64 {
+            let time = |i: usize| match pass.move_at(i) {
+                Move::Spot { time } => time,
+                _ => pass.move_length(i) / pass.value(Channel::Speed, i).unwrap_or(profile.speed),
+            };
+            (0..pass.move_count()).map(time).sum::<f64>() * profile.power
+        };
+        toolpath.passes().map(of_pass).sum()
+    }
+
+    /// A plate that hangs over powder on its right: whatever the pattern, the energy is what the law asks for.
+    #[test]
+    fn every_pattern_follows_the_modulation() {
+        let region = rectangle([6.0, 4.0]);
+        let foot = moved(rectangle([4.0, 6.0]), [-2.0, 0.0]);
+        // mean of F over a width of 6 and of 4 mm, half of it over powder
+        let across = |w: f64| (w - 2.0 + 2.0 * 0.9) / w;
+        let wanted = 48.98 * across(6.0) * across(4.0) * 0.5 * (1.0 + 0.6);
+        for pattern in [
+            Pattern::Modulated,
+            Pattern::Lines,
+            Pattern::OneWay,
+            Pattern::Contours,
+            Pattern::Spots,
+        ] {
+            let hatch = modulated(pattern, Some(vec![foot.clone()]));
+            let toolpath = drawn(&hatch, std::slice::from_ref(&region), 1);
+            let found = energy(&toolpath) / (region.area() * 0.05);
+            assert!(
+                (found / wanted - 1.0).abs() < 0.05,
+                "{pattern:?}: {found} {wanted}"
+            );
+        }
+    }
+
+    /// Passes lie farther apart near powder, and the path is shorter than at constant spacing.
+    #[test]
+    fn ebm_q10_the_modulated_path_is_shorter() {
+        let region = [rectangle([8.0, 6.0])];
+        let length = |h: &Hatch| drawn(h, &region, 1).deposited_length();
+        let some = length(&modulated(Pattern::Modulated, None));
+        let all = length(&hatch(Pattern::Contours));
+        assert!(some < 0.97 * all, "{some} {all}");
+    }
+
+    /// A frame with a hole: every pattern brings the thesis' energy per volume to it and stays inside.
+    #[test]
+    fn every_pattern_fills_a_region_with_a_hole() {
+        let mut region = rectangle([9.0, 7.0]);
+        let mut hole = rectangle([4.0, 3.0]).outer;
+        hole.reverse();
+        region.holes.push(hole);
+        // a thousandth of a millimetre more on all sides
+        let room = outset(std::slice::from_ref(&region), 1e-3, CORNERS).unwrap();
+        for pattern in [
+            Pattern::Lines,
+            Pattern::OneWay,
+            Pattern::Contours,
+            Pattern::Spiral,
+            Pattern::Islands,
+            Pattern::Spots,
+        ] {
+            for layer in 1..=2 {
+                let toolpath = drawn(&hatch(pattern), std::slice::from_ref(&region), layer);
+                let density = energy(&toolpath) / (region.area() * 0.05);
+                // lines of islands end half a spacing before each border
+                assert!(
+                    (density / 48.98 - 1.0).abs() < 0.08,
+                    "{pattern:?}, layer {layer}: {density} J/mm³"
+                );
+                for p in toolpath.passes().flat_map(|p| p.points) {
+                    let inside = room.iter().any(|r| r.contains(p.truncate()));
+                    assert!(inside, "{pattern:?} {p:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn spots_lie_apart_in_time() {
+        let toolpath = drawn(&hatch(Pattern::Spots), &[rectangle([4.0, 4.0])], 1);
+        let points = &toolpath.layers[0].pass(0).points[1..];
+        assert_eq!(points.len(), 32 * 32);
+        let near = points
+            .windows(2)
+            .filter(|w| w[0].distance(w[1]) < 0.4)
+            .count();
+        assert_eq!(near, 0);
+    }
+
+    #[test]
+    fn areas_are_drawn_one_after_the_other_and_slivers_left_out() {
+        let square = |x: f64| moved(rectangle([2.0, 2.0]), [x + 1.0, 1.0]);
+        let sliver = moved(rectangle([5.0, 0.01]), [11.5, 0.0]);
+        let regions = [square(5.0), sliver.clone(), square(0.0)];
+        let hatch = hatch(Pattern::OneWay);
+        let reporter = Reporter::new();
+        let toolpath = hatch.toolpath(&regions, 3, &reporter).unwrap();
+        let points = toolpath.passes().flat_map(|p| p.points);
+        let right: Vec<bool> = points.map(|p| p.x > 4.0).collect();
+        assert!(right[0] && !right[right.len() - 1]);
+        assert_eq!(right.windows(2).filter(|w| w[0] != w[1]).count(), 1);
+        let told = reporter.warnings();
+        let left_out = told.iter().filter(|w| w.code == "area-not-drawn");
+        let words: Vec<&str> = left_out.map(|w| w.message.as_str()).collect();
+        assert!(
+            words.len() == 1 && words[0].starts_with("layer 3: 1 of its 3 areas"),
+            "{told:?}"
+        );
+        let none = hatch.toolpath(&[sliver.clone(), sliver], 3, &reporter);
+        assert!(matches!(none, Err(HatchError::Nothing { .. })));
+    }
+
+    #[test]
+    fn what_cannot_be_filled_is_refused() {
+        let refused = |pattern: Pattern, size: [f64; 2]| {
+            let refused = hatch(pattern).toolpath(&[rectangle(size)], 1, &Reporter::new());
+            refused.unwrap_err().to_string()
+        };
+        let narrow = refused(Pattern::OneWay, [5.0, 0.01]);
+        assert!(narrow.starts_with("no line fits"), "{narrow}");
+        let wide = refused(Pattern::Spots, [5000.0, 5000.0]);
+        assert!(wide.starts_with("spots of 0.125 mm"), "{wide}");
+    }
+}

@@ -1,0 +1,193 @@
+//! Paths: controllers' programs, layer files, vector lists, beam paths, the native container.
+
+use std::collections::BTreeMap;
+
+use meltpath_base::Reporter;
+use meltpath_base::container::Container;
+use meltpath_gun::record::Record;
+use meltpath_programs::cli::{self, CliError, Reader};
+use meltpath_programs::{ExecutionSettings, execution_order, fanuc_ls, vectors};
+use meltpath_toolpath::{Layer, Profile, Toolpath, storage};
+
+use super::{Target, files};
+use crate::mutate::Form;
+
+/// FANUC programs: what is read can be executed, written, and read again.
+pub(super) const FANUC_LS: Target = Target {
+    name: "fanuc_ls",
+    form: Form::Text,
+    seeds: || files("crates/programs/tests/data", &["ls"], 1 << 16),
+    body: |bytes| {
+        let Ok(parsed) = fanuc_ls::read(bytes) else {
+            return;
+        };
+        let programs = std::slice::from_ref(&parsed.program);
+        let _ = execution_order(programs, &ExecutionSettings::default(), &Reporter::new());
+        if let Ok(text) = fanuc_ls::write(&parsed.program) {
+            let again = fanuc_ls::parse(&text).expect("what is written can be read");
+            assert_eq!(
+                fanuc_ls::write(&again.program).expect("and written again"),
+                text
+            );
+        }
+    },
+};
+
+const LAYERS: &str = "$$HEADERSTART\n$$ASCII\n$$UNITS/0.01\n$$VERSION/200\n$$LABEL/1,part one\n$$LAYERS/2\n$$HEADEREND\n$$GEOMETRYSTART\n\
+    $$LAYER/5.0\n$$POLYLINE/1,1,5,0,0,1000,0,1000,1000,0,1000,0,0\n$$HATCHES/1,2,0,0,100,50,10,10,100,60\n\
+    $$LAYER/10.0\n$$POLYLINE/1,0,4,100,100,100,200,200,200,100,100\n$$POLYLINE/1,2,2,0,0,7,9\n$$GEOMETRYEND\n";
+
+fn read_layers(bytes: &[u8]) -> Result<Vec<Layer>, CliError> {
+    Reader::new(bytes)?.collect()
+}
+
+fn write_layers(layers: &[Layer], form: cli::Form) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let mut writer = cli::Writer::new(&mut bytes, form, &BTreeMap::new(), Some(layers.len()))?;
+    for layer in layers {
+        writer.layer(layer)?;
+    }
+    writer.finish()?;
+    Ok(bytes)
+}
+
+fn layers(bytes: &[u8]) {
+    let Ok(layers) = read_layers(bytes) else {
+        return;
+    };
+    if let Ok(text) = write_layers(&layers, cli::Form::Ascii) {
+        let again = read_layers(&text).expect("what is written can be read");
+        assert_eq!(again.len(), layers.len());
+    }
+    if let Ok(binary) = write_layers(&layers, cli::Form::Binary) {
+        let again = read_layers(&binary).expect("what is written can be read");
+        assert_eq!(again.len(), layers.len());
+    }
+}
+
+/// Layer files as text.
+pub(super) const CLI_LAYERS: Target = Target {
+    name: "cli_layers",
+    form: Form::Text,
+    seeds: || vec![LAYERS.as_bytes().to_vec()],
+    body: layers,
+};
+
+/// Layer files, binary.
+pub(super) const CLI_BINARY: Target = Target {
+    name: "cli_binary",
+    form: Form::Binary,
+    seeds: || {
+        let layers = read_layers(LAYERS.as_bytes()).unwrap();
+        vec![write_layers(&layers, cli::Form::Binary).unwrap()]
+    },
+    body: layers,
+};
+
+/// Vector lists.
+pub(super) const VECTOR_LIST: Target = Target {
+    name: "vector_list",
+    form: Form::Text,
+    seeds: || {
+        vec![
+            b"kind,x [mm],y [mm],z [mm],speed [mm/s],power [W],wait [s],part,layer,height [mm]\nstart,0,0,0,,,,1,1,0.03\n\
+            contour,10,0,0,1500,180,,1,1,\ncontour,10,10,,,,0.0003,1,1,\njump,0,1,,5000,,,1,1,\nfill,10,1,,1500,200,,1,1,\n\
+            connection,10,2,,,,,1,1,\nrun,11,2,,,,,1,1,\nstart,0,0,0,,,,1,2,0.06\nfill,3,4,,1500,200,,1,2,\n"
+                .to_vec(),
+            b"kind;x [mm];y [mm]\n# a comment\nstart;0;0\ncontour;1,5;2\n".to_vec(),
+        ]
+    },
+    body: |bytes| {
+        let read = |bytes| vectors::Reader::new(bytes)?.collect::<Result<Vec<Layer>, _>>();
+        let Ok(layers) = read(bytes) else {
+            return;
+        };
+        let mut text = Vec::new();
+        let mut writer = vectors::Writer::new(&mut text).expect("a vector takes it");
+        let written = layers.iter().try_for_each(|l| writer.layer(l)).is_ok();
+        if written && writer.finish().is_ok() {
+            let again = read(&text).expect("what is written can be read");
+            assert_eq!(again, layers);
+        }
+    },
+};
+
+/// Beam paths as CSV.
+pub(super) const BEAM_PATH: Target = Target {
+    name: "beam_path",
+    form: Form::Text,
+    seeds: || {
+        vec![
+            b"t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n0,0,0,60000,0.005,0.004,1\n0.001,1,0,60000,0.005,0.004,1\n0.001,1,2,60000,0.005,0.004,0\n\
+            0.002,-1,2,60000,0.008,0.004,1\n# a comment\n0.003,-1,3,60000,0,0.004,0\n"
+                .to_vec(),
+        ]
+    },
+    body: |bytes| {
+        if let Ok(record) = Record::from_csv(bytes) {
+            let again = Record::from_csv(record.to_csv().as_bytes());
+            assert_eq!(again.expect("what is written can be read"), record);
+        }
+    },
+};
+
+/// A toolpath as stored: its head, its layers, its end.
+fn stored() -> Vec<Container> {
+    let toolpath = Toolpath {
+        profiles: vec![Profile::default(); 2],
+        layers: read_layers(LAYERS.as_bytes()).unwrap(),
+        ..Toolpath::default()
+    };
+    let mut bytes = Vec::new();
+    storage::write(&toolpath, &mut bytes).unwrap();
+    let mut rest = bytes.as_slice();
+    let mut parts = Vec::new();
+    while !rest.is_empty() {
+        parts.push(Container::read(&mut rest).unwrap());
+    }
+    parts
+}
+
+fn bytes_of(containers: &[Container]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for container in containers {
+        container.write(&mut bytes).unwrap();
+    }
+    bytes
+}
+
+fn read_toolpath(mut bytes: &[u8]) {
+    if let Ok(toolpath) = storage::read(&mut bytes) {
+        // NaN is not itself, so what is written is compared, not the values
+        let written = |toolpath: &Toolpath| {
+            let mut bytes = Vec::new();
+            storage::write(toolpath, &mut bytes).unwrap();
+            bytes
+        };
+        let first = written(&toolpath);
+        let again = storage::read(&mut first.as_slice()).expect("what is written can be read");
+        assert_eq!(written(&again), first);
+    }
+}
+
+/// Native containers as they lie on a disk.
+pub(super) const CONTAINER: Target = Target {
+    name: "container",
+    form: Form::Binary,
+    seeds: || vec![bytes_of(&stored())],
+    body: read_toolpath,
+};
+
+/// What the index of a stored layer says of its columns, checksums being right.
+pub(super) const TOOLPATH_INDEX: Target = Target {
+    name: "toolpath_index",
+    form: Form::Text,
+    seeds: || vec![stored()[1].meta.to_string().into_bytes()],
+    body: |json| {
+        let mut containers = stored();
+        if let Ok(meta) = serde_json::from_slice(json) {
+            containers[1].meta = meta;
+            read_toolpath(&bytes_of(&containers));
+        }
+    },
+};

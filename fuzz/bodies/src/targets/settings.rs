@@ -1,0 +1,222 @@
+//! What people write in TOML: jobs, the data that ships, mappings of records, measurements.
+
+use std::path::Path;
+
+use meltpath::data::Cell;
+use meltpath::fit::measurements;
+use meltpath::{job, start};
+use meltpath_base::Reporter;
+use meltpath_data::{File, cells, gases, materials, process_maps, recipes, scan_heads, wires};
+use meltpath_deposition::consumable::{Gas, Wire};
+use meltpath_deposition::process_map::ProcessMap;
+use meltpath_perception::Mapping;
+use meltpath_scan_head::files::{parse_head, parse_recipe};
+use meltpath_thermal::material::file::{self as material_file, Readings};
+
+use super::{Target, files, in_file};
+use crate::mutate::Form;
+
+/// A target over text.
+const fn text(name: &'static str, seeds: fn() -> Vec<Vec<u8>>, body: fn(&[u8])) -> Target {
+    Target {
+        name,
+        form: Form::Text,
+        seeds,
+        body,
+    }
+}
+
+fn shipped(files: &[File]) -> Vec<Vec<u8>> {
+    files.iter().map(|f| f.text.as_bytes().to_vec()).collect()
+}
+
+/// TOML is text: what is not was refused before.
+fn with_text(bytes: &[u8], read: impl FnOnce(&str)) {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        read(text);
+    }
+}
+
+/// Jobs of the three processes.
+pub(super) const JOB: Target = text(
+    "job",
+    || {
+        let mut seeds: Vec<Vec<u8>> = [
+            start::WAAM_TEMPLATE,
+            start::EBM_TEMPLATE,
+            start::LPBF_TEMPLATE,
+        ]
+        .map(|t| t.as_bytes().to_vec())
+        .to_vec();
+        for example in [
+            "bracket",
+            "ebm-triangle",
+            "scan-head-layers",
+            "boss-on-pipe",
+        ] {
+            seeds.extend(files(&format!("examples/{example}"), &["toml"], 1 << 16));
+        }
+        seeds
+    },
+    |bytes| {
+        with_text(bytes, |text| {
+            if let Err(error) = job::parse(text)
+                && let Some(span) = error.span
+            {
+                assert!(
+                    text.get(span).is_some(),
+                    "a place outside the file: {}",
+                    error.message
+                );
+            }
+        });
+    },
+);
+
+/// Wires.
+pub(super) const WIRE: Target = text(
+    "wire",
+    || shipped(wires::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            if let Ok(wire) = Wire::parse("fuzz", text) {
+                assert!(wire.section() > 0.0);
+            }
+        });
+    },
+);
+
+/// Shielding gases.
+pub(super) const GAS: Target = text(
+    "gas",
+    || shipped(gases::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            let _ = toml::from_str::<Gas>(text);
+        });
+    },
+);
+
+/// A measured map; the one that ships is a law.
+const GRID: &str = r#"
+schema = 1
+id = "two-points"
+wire = "g3si-1.2"
+gas = "speed"
+mode = "cmt"
+kind = "grid"
+efficiency = { value = 1.0, unit = "1", source = "test", page = "-" }
+feed_factor = { value = 1.1, unit = "1", source = "test", page = "-" }
+relative_sigma = { width = 0.05, height = 0.05, area = 0.05, source = "test", page = "-" }
+[validity]
+wire_feed = ["2 m/min", "12 m/min"]
+travel_speed = ["0.25 m/min", "1.5 m/min"]
+source = "test"
+page = "-"
+[grid]
+wire_feed = [4.4, 6.5, 8.5]
+travel_speed = [0.67, 0.95, 1.2]
+width = [[6.0, 5.1, 4.4], [7.5, 6.4, 5.3], [9.0, 7.2, 6.0]]
+height = [[1.8, 1.6, 1.4], [2.3, 1.95, 1.6], [2.5, 2.1, 1.8]]
+source = "test"
+page = "-"
+"#;
+
+/// Process maps, and a bead of those that read.
+pub(super) const PROCESS_MAP: Target = text(
+    "process_map",
+    || {
+        let mut seeds = shipped(process_maps::ALL);
+        seeds.push(GRID.as_bytes().to_vec());
+        seeds
+    },
+    |bytes| {
+        with_text(bytes, |text| {
+            let wire = Wire::builtin("x90-ig-1.0").unwrap();
+            if let Ok(map) = ProcessMap::parse("fuzz", text, &wire, &Reporter::new()) {
+                let bead = map.bead(8.0 * 1000.0 / 60.0, 0.75 * 1000.0 / 60.0);
+                assert!(!(bead.width.value < 0.0), "a bead of negative width");
+            }
+        });
+    },
+);
+
+/// Robot cells.
+pub(super) const CELL: Target = text(
+    "cell",
+    || shipped(cells::ALL),
+    |bytes| {
+        in_file(bytes, ".toml", |path| {
+            let _ = Cell::load(&path.to_string_lossy(), Path::new("."));
+        })
+    },
+);
+
+/// Materials of heat.
+pub(super) const MATERIAL: Target = text(
+    "material",
+    || shipped(materials::ALL),
+    |bytes| {
+        in_file(bytes, ".toml", |path| {
+            let _ = meltpath::material::load(
+                &path.to_string_lossy(),
+                Readings::default(),
+                Path::new("."),
+            );
+            let _ = std::fs::read_to_string(path).map(|text| material_file::sources(&text));
+        })
+    },
+);
+
+/// Scan heads.
+pub(super) const SCAN_HEAD: Target = text(
+    "scan_head",
+    || shipped(scan_heads::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            if let Ok(data) = parse_head(text) {
+                let _ = data.head.ready();
+            }
+        });
+    },
+);
+
+/// Recipes of scan jobs.
+pub(super) const RECIPE: Target = text(
+    "recipe",
+    || shipped(recipes::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            let _ = parse_recipe(text);
+        });
+    },
+);
+
+/// Mappings of records.
+pub(super) const MAPPING: Target = text(
+    "mapping",
+    || {
+        vec![
+            b"sample_time = \"50 us\"\nrows = [1, 200]\n[channels.voltage]\ncolumn = \"U\"\nunit = \"V\"\n[channels.angle]\ncolumn = 2\n\
+            unit = \"deg\"\nscale = 6.87e-5\noffset = 12.0\n"
+                .to_vec(),
+            b"time = { column = \"t\", unit = \"s\" }\n[channels.current]\ncolumn = \"I\"\nunit = \"mA\"\n".to_vec(),
+        ]
+    },
+    |bytes| {
+        with_text(bytes, |text| {
+            let _ = Mapping::parse("fuzz.toml", text);
+        });
+    },
+);
+
+/// Measured bodies of a fit.
+pub(super) const MEASUREMENTS: Target = text(
+    "measurements",
+    || files("examples/ebm-struts", &["toml"], 1 << 16),
+    |bytes| {
+        in_file(bytes, ".toml", |path| {
+            let _ = measurements::read(path);
+        })
+    },
+);
