@@ -100,7 +100,9 @@ pub fn read(path: &Path, shown: &str, table: &LayersTable) -> Result<LayerSet, S
     }
     if let Some(origin) = table.origin {
         let origin = DVec2::from_array(origin.map(|l| l.0)).extend(0.0);
-        chosen.iter_mut().for_each(|l| l.translate(-origin));
+        for layer in &mut chosen {
+            layer.translate(-origin);
+        }
     }
     Ok(LayerSet {
         file: shown.to_owned(),
