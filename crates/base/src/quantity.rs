@@ -461,4 +461,66 @@ mod tests {
         }
         assert_eq!(Angle::parse("30 deg").unwrap().to_string(), "30 deg");
     }
+
+    #[test]
+    fn every_unit_has_its_size() {
+        fn each<T: Scalar>(parse: fn(&str) -> Result<T, QuantityError>, sizes: &[(&str, f64)]) {
+            for (symbol, one) in sizes {
+                let found = parse(&format!("1 {symbol}")).unwrap().number();
+                assert!((found / one - 1.0).abs() < 1e-12, "1 {symbol} is {found}");
+            }
+        }
+        let lengths = [
+            ("mm", 1.0),
+            ("µm", 0.001),
+            ("um", 0.001),
+            ("cm", 10.0),
+            ("m", 1000.0),
+            ("in", 25.4),
+        ];
+        each(Length::parse, &lengths);
+        let speeds = [
+            ("m/min", 16.666_666_666_666_67),
+            ("mm/s", 1.0),
+            ("mm/min", 0.016_666_666_666_666_67),
+            ("cm/min", 0.166_666_666_666_666_7),
+            ("m/s", 1000.0),
+            ("in/min", 0.423_333_333_333_333_3),
+        ];
+        each(Speed::parse, &speeds);
+        let times = [
+            ("s", 1.0),
+            ("ms", 0.001),
+            ("us", 0.000_001),
+            ("min", 60.0),
+            ("h", 3600.0),
+        ];
+        each(Time::parse, &times);
+        let degree = 0.017_453_292_519_943_295;
+        each(
+            Angle::parse,
+            &[("deg", degree), ("°", degree), ("rad", 1.0)],
+        );
+        each(Voltage::parse, &[("kV", 1000.0), ("V", 1.0)]);
+        each(Current::parse, &[("mA", 0.001), ("A", 1.0)]);
+        each(Ratio::parse, &[("%", 0.01)]);
+        for (text, kelvin) in [("750 °C", 1023.15), ("-20 degC", 253.15), ("300 K", 300.0)] {
+            let found: Temperature = serde_json::from_value(text.into()).unwrap();
+            assert!((found.0 - kelvin).abs() < 1e-9, "{text}");
+            let back: Temperature = serde_json::from_value(found.to_string().into()).unwrap();
+            assert!((back.0 - kelvin).abs() < 1e-9, "{text}");
+        }
+    }
+
+    #[test]
+    fn zero_is_not_above_zero_and_not_negative() {
+        let read = |text: &str| {
+            let positive = serde_json::from_value::<Positive<Length>>(text.into()).is_ok();
+            let not_negative = serde_json::from_value::<NotNegative<Length>>(text.into()).is_ok();
+            [positive, not_negative]
+        };
+        assert_eq!(read("1 mm"), [true, true]);
+        assert_eq!(read("0 mm"), [false, true]);
+        assert_eq!(read("-1 mm"), [false, false]);
+    }
 }

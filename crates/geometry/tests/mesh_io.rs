@@ -110,6 +110,66 @@ fn text_stl_keeps_every_digit_and_any_layout() {
     assert_eq!(corners(&meshes.unwrap()[0].mesh), corners(&part));
 }
 
+/// Facets of an STL as they stand in its bytes: normal, then corners.
+fn facets_of_binary(bytes: &[u8]) -> Vec<[DVec3; 4]> {
+    let number = |b: &[u8]| f64::from(f32::from_le_bytes(b.try_into().unwrap()));
+    let vector = |b: &[u8]| DVec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
+    let records = bytes[84..].chunks_exact(50);
+    let each = |r: &[u8]| [0, 12, 24, 36].map(|at| vector(&r[at..at + 12]));
+    records.map(each).collect()
+}
+
+fn facets_of_text(bytes: &[u8]) -> Vec<[DVec3; 4]> {
+    let text = std::str::from_utf8(bytes).unwrap();
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect();
+    let vector = |v: &[f64]| DVec3::new(v[0], v[1], v[2]);
+    let facets = numbers.chunks_exact(12);
+    let each = |f: &[f64]| [0, 3, 6, 9].map(|at| vector(&f[at..at + 3]));
+    facets.map(each).collect()
+}
+
+#[test]
+fn facets_are_written_and_read_as_they_look_outwards() {
+    // of a convex body about the origin every facet looks away from it
+    let mut cube = shapes::extrude(&[shapes::plate(10.0, 10.0)], 10.0);
+    let (lo, hi) = cube.bounds().unwrap();
+    for v in &mut cube.vertices {
+        *v -= 0.5 * (lo + hi);
+    }
+    for facets in [
+        facets_of_binary(&binary(&cube)),
+        facets_of_text(&text(&cube)),
+    ] {
+        assert_eq!(facets.len(), 12);
+        for [normal, a, b, c] in facets {
+            assert!((normal.length() - 1.0).abs() < 1e-6 && normal.dot(a) > 4.9);
+            assert!((b - a).cross(c - a).normalize().dot(normal) > 0.999);
+        }
+    }
+    // what other software wrote keeps its sense too
+    let corner = "solid t\n\
+        facet normal 0 0 -1 outer loop vertex 0 0 0 vertex 0 1 0 vertex 1 0 0 endloop endfacet\n\
+        facet normal 0 -1 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 0 1 endloop endfacet\n\
+        facet normal 1 1 1 outer loop vertex 1 0 0 vertex 0 1 0 vertex 0 0 1 endloop endfacet\n\
+        facet normal -1 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 0 1 0 endloop endfacet\nendsolid t\n";
+    let mut as_binary = vec![0; 80];
+    as_binary.extend(4u32.to_le_bytes());
+    for facet in facets_of_text(corner.as_bytes()) {
+        for x in facet.iter().flat_map(|v| v.to_array()) {
+            as_binary.extend((x as f32).to_le_bytes());
+        }
+        as_binary.extend([0, 0]);
+    }
+    for bytes in [corner.as_bytes(), &as_binary] {
+        let (meshes, _) = read(bytes, MeshFormat::Stl);
+        let volume = meshes.unwrap()[0].mesh.volume();
+        assert!((volume - 1.0 / 6.0).abs() < 1e-12, "{volume}");
+    }
+}
+
 #[test]
 fn a_binary_file_whose_header_says_solid_is_binary() {
     let mut bytes = binary(&flange());
