@@ -1,6 +1,6 @@
 //! What every room stands on: quantities with units, values with origin and uncertainty, structured warnings,
 //! progress and cancellation, checks and verdicts, whole-or-nothing output, the native container,
-//! parallel work with the same bits on any thread count. Imports no other room.
+//! parallel work with the same bits on any thread count, the declaration of settings. Imports no other room.
 
 pub mod container;
 pub mod number;
@@ -12,13 +12,15 @@ pub mod provenance;
 pub mod quantity;
 pub mod reporter;
 pub mod resolved;
+pub mod settings;
 pub mod verdict;
 
 pub use observer::{Cancelled, Observer, Quiet, Silent};
 pub use place::Place;
 pub use provenance::Provenance;
 pub use quantity::{
-    Angle, Current, Length, QuantityError, Ratio, Speed, Temperature, Time, Voltage,
+    Angle, AngularSpeed, BeadWidths, Current, Frequency, Length, QuantityError, Ratio, Speed,
+    Temperature, TemperatureDifference, Time, Voltage,
 };
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};

@@ -7,7 +7,7 @@ use std::io::{self, Read};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::resolved::{Origin, Resolved};
+use crate::resolved::Resolved;
 
 /// Version of the JSON written for a [`Provenance`].
 pub const PROVENANCE_SCHEMA: &str = "meltpath-provenance/1";
@@ -50,28 +50,6 @@ impl Provenance {
     pub fn value<T: Serialize>(&mut self, name: &str, resolved: Resolved<T>) -> T {
         self.parameter(name, &resolved);
         resolved.value
-    }
-
-    /// The value that the job writes, or the default with its reason; recorded either way.
-    ///
-    /// ```
-    /// use meltpath_base::Provenance;
-    /// let mut provenance = Provenance::new();
-    /// assert_eq!(provenance.written_or("layers.count", None, 3, "three layers show the growth"), 3);
-    /// assert_eq!(provenance.written_or("layers.count", Some(7), 3, "three layers show the growth"), 7);
-    /// ```
-    pub fn written_or<T: Serialize>(
-        &mut self,
-        name: &str,
-        written: Option<T>,
-        default: T,
-        why: &str,
-    ) -> T {
-        let resolved = match written {
-            Some(value) => Resolved::new(value, Origin::Job),
-            None => Resolved::new(default, Origin::Default(why.to_owned())),
-        };
-        self.value(name, resolved)
     }
 
     /// Records a model and its source.

@@ -6,22 +6,40 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// A unit as files write it: its symbol, and the linear map `internal = factor · written + offset`.
+/// A unit as files write it: its symbol, and the linear map `internal = factor · written / divisor + offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// The symbol in files, such as `m/min`.
     pub symbol: &'static str,
     /// Internal units per written unit.
     pub factor: f64,
+    /// What the written number is divided by: 95 % is 95 / 100, which 95 · 0.01 is not.
+    pub divisor: f64,
     /// Internal value of a written zero (temperatures only).
     pub offset: f64,
 }
 
-const fn unit(symbol: &'static str, factor: f64) -> Unit {
-    Unit {
-        symbol,
-        factor,
-        offset: 0.0,
+impl Unit {
+    /// A unit of `factor` internal units.
+    pub const fn new(symbol: &'static str, factor: f64) -> Self {
+        Unit {
+            symbol,
+            factor,
+            divisor: 1.0,
+            offset: 0.0,
+        }
+    }
+
+    /// The internal value of a written number.
+    pub fn read(&self, written: f64) -> f64 {
+        written * self.factor / self.divisor + self.offset
+    }
+
+    /// An internal value in this unit, to ten significant digits: what a person wrote comes back as written.
+    pub fn show(&self, internal: f64) -> String {
+        let written = (internal - self.offset) * self.divisor / self.factor;
+        let rounded: f64 = format!("{written:.9e}").parse().unwrap_or(written);
+        format!("{rounded} {}", self.symbol)
     }
 }
 
@@ -29,16 +47,26 @@ const fn unit(symbol: &'static str, factor: f64) -> Unit {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum QuantityError {
     /// No unit, or one of another dimension.
-    #[error("{what} \"{text}\" needs a unit: write it as \"{number} UNIT\" with one of {accepted}")]
+    #[error("{what} \"{text}\" needs a unit, one of {accepted}: write for example \"{example}\"")]
     Unit {
         /// The dimension wanted, such as `length`.
         what: &'static str,
         /// What was written.
         text: String,
-        /// The number read, or an example.
-        number: String,
+        /// A text that reads.
+        example: String,
         /// The accepted unit symbols.
         accepted: String,
+    },
+    /// A decimal comma.
+    #[error("{what} \"{text}\" has a comma: numbers carry a decimal point, \"{written}\"")]
+    Comma {
+        /// The dimension wanted, such as `length`.
+        what: &'static str,
+        /// What was written.
+        text: String,
+        /// The same with a point.
+        written: String,
     },
     /// The number does not read.
     #[error("{what} \"{text}\" does not start with a number: write for example \"{example}\"")]
@@ -60,9 +88,14 @@ pub enum QuantityError {
     },
 }
 
-fn accepted(units: &[Unit]) -> String {
+pub(crate) fn accepted(units: &[Unit]) -> String {
     let names: Vec<_> = units.iter().map(|u| format!("\"{}\"", u.symbol)).collect();
     names.join(", ")
+}
+
+/// A number with the unit that values are written back in.
+pub(crate) fn in_first_unit(number: &str, units: &[Unit]) -> String {
+    format!("{number} {}", units.first().map_or("", |u| u.symbol))
 }
 
 /// Reads `text` as a number followed by one of `units`; the result is in internal units.
@@ -83,23 +116,31 @@ pub fn parse(text: &str, what: &'static str, units: &[Unit]) -> Result<f64, Quan
         })
         .map_or(trimmed.len(), |(i, _)| i);
     let (number, symbol) = trimmed.split_at(split);
-    let example = || format!("1 {}", units.first().map_or("", |u| u.symbol));
     let value: f64 = number.parse().map_err(|_| QuantityError::Number {
         what,
         text: text.to_owned(),
-        example: example(),
+        example: in_first_unit("1", units),
     })?;
     let symbol = symbol.trim();
+    if let Some(fraction) = symbol.strip_prefix(',')
+        && fraction.starts_with(|c: char| c.is_ascii_digit())
+    {
+        return Err(QuantityError::Comma {
+            what,
+            text: text.to_owned(),
+            written: format!("{number}.{fraction}"),
+        });
+    }
     let unit = units
         .iter()
         .find(|u| u.symbol == symbol)
         .ok_or_else(|| QuantityError::Unit {
             what,
             text: text.to_owned(),
-            number: number.to_owned(),
+            example: in_first_unit(number, units),
             accepted: accepted(units),
         })?;
-    let internal = value * unit.factor + unit.offset;
+    let internal = unit.read(value);
     if internal.is_finite() {
         Ok(internal)
     } else {
@@ -120,7 +161,7 @@ impl QuantityVisitor {
         E::custom(QuantityError::Unit {
             what: self.what,
             text: number.to_string(),
-            number: number.to_string(),
+            example: in_first_unit(&number.to_string(), self.units),
             accepted: accepted(self.units),
         })
     }
@@ -153,7 +194,7 @@ impl de::Visitor<'_> for QuantityVisitor {
 
 /// One newtype per dimension: they differ in nothing but the table of units.
 macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr)),+]) => {
+    ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr $(, $more:ident = $value:expr)?)),+]) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
         pub struct $name(
@@ -163,7 +204,7 @@ macro_rules! quantity {
 
         impl $name {
             /// The units that files may use; the first is the one values are written back in.
-            pub const UNITS: &'static [Unit] = &[$(unit($symbol, $factor)),+];
+            pub const UNITS: &'static [Unit] = &[$(Unit { $($more: $value,)? ..Unit::new($symbol, $factor) }),+];
 
             /// Reads a number with a unit.
             ///
@@ -174,13 +215,22 @@ macro_rules! quantity {
             }
         }
 
+        impl Quantity for $name {
+            const WHAT: &'static str = $what;
+            const UNITS: &'static [Unit] = Self::UNITS;
+
+            fn from_number(number: f64) -> Self {
+                $name(number)
+            }
+
+            fn number(self) -> f64 {
+                self.0
+            }
+        }
+
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                let unit = Self::UNITS[0];
-                let written = (self.0 - unit.offset) / unit.factor;
-                // ten significant digits: what a person wrote comes back as written
-                let rounded: f64 = format!("{written:.9e}").parse().unwrap_or(written);
-                write!(f, "{rounded} {}", unit.symbol)
+                f.write_str(&Self::UNITS[0].show(self.0))
             }
         }
 
@@ -249,80 +299,48 @@ quantity!(
 quantity!(
     /// A share or a factor, 1 inside for `100 %`.
     Ratio, "ratio", "1",
-    [("%", 0.01)]
+    [("%", 1.0, divisor = 100.0)]
 );
 
-/// A temperature, K inside.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
-pub struct Temperature(
-    /// The value in kelvin.
-    pub f64,
+quantity!(
+    /// A temperature, K inside.
+    Temperature, "temperature", "K",
+    [("°C", 1.0, offset = 273.15), ("degC", 1.0, offset = 273.15), ("K", 1.0)]
 );
-
-impl Temperature {
-    /// The units that files may use.
-    pub const UNITS: &'static [Unit] = &[
-        Unit {
-            symbol: "°C",
-            factor: 1.0,
-            offset: 273.15,
-        },
-        Unit {
-            symbol: "degC",
-            factor: 1.0,
-            offset: 273.15,
-        },
-        unit("K", 1.0),
-    ];
-}
-
-impl fmt::Display for Temperature {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:.2} °C", self.0 - 273.15)
-    }
-}
-
-impl<'de> Deserialize<'de> for Temperature {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        d.deserialize_any(QuantityVisitor {
-            what: "temperature",
-            units: Self::UNITS,
-        })
-        .map(Temperature)
-    }
-}
-
-impl Serialize for Temperature {
-    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-        s.collect_str(self)
-    }
-}
+quantity!(
+    /// A difference of temperatures, K inside.
+    TemperatureDifference, "difference of temperatures", "K",
+    [("K", 1.0)]
+);
+quantity!(
+    /// An angular frequency (bandwidth, crossover), rad/s inside.
+    Frequency, "frequency", "rad/s",
+    [("rad/s", 1.0), ("Hz", std::f64::consts::TAU), ("kHz", 1e3 * std::f64::consts::TAU)]
+);
+quantity!(
+    /// A speed of turning, rad/s inside.
+    AngularSpeed, "angular speed", "rad/s",
+    [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
+);
+quantity!(
+    /// A number of bead widths.
+    BeadWidths, "number of bead widths", "1",
+    [("w", 1.0)]
+);
 
 /// A dimension whose value is one number.
-pub trait Scalar: Copy + fmt::Display {
+pub trait Quantity: Copy + fmt::Display + Serialize {
+    /// What it is, such as `length`.
+    const WHAT: &'static str;
+    /// The units that files may use; the first is the one values are written back in.
+    const UNITS: &'static [Unit];
+
+    /// From a number in internal units.
+    fn from_number(number: f64) -> Self;
+
     /// The number, in internal units.
     fn number(self) -> f64;
 }
-
-macro_rules! scalar {
-    ($($name:ident),+) => {
-        $(impl Scalar for $name {
-            fn number(self) -> f64 {
-                self.0
-            }
-        })+
-    };
-}
-scalar!(
-    Length,
-    Speed,
-    Time,
-    Angle,
-    Voltage,
-    Current,
-    Ratio,
-    Temperature
-);
 
 /// A quantity that must be above zero: refused where it is read, with its place in the file.
 ///
@@ -344,7 +362,7 @@ pub struct NotNegative<T>(
     pub T,
 );
 
-impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for Positive<T> {
+impl<'de, T: Quantity + Deserialize<'de>> Deserialize<'de> for Positive<T> {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         let value = T::deserialize(d)?;
         if value.number() > 0.0 {
@@ -355,7 +373,7 @@ impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for Positive<T> {
     }
 }
 
-impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for NotNegative<T> {
+impl<'de, T: Quantity + Deserialize<'de>> Deserialize<'de> for NotNegative<T> {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         let value = T::deserialize(d)?;
         if value.number() >= 0.0 {
@@ -388,47 +406,6 @@ pub enum Auto<T> {
     Value(T),
 }
 
-struct AutoVisitor<T>(std::marker::PhantomData<T>);
-
-impl<'de, T: Deserialize<'de>> de::Visitor<'de> for AutoVisitor<T> {
-    type Value = Auto<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "\"auto\" or a value with its unit")
-    }
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<Auto<T>, E> {
-        if text.trim() == "auto" {
-            Ok(Auto::Auto)
-        } else {
-            T::deserialize(de::value::StrDeserializer::new(text)).map(Auto::Value)
-        }
-    }
-    fn visit_f64<E: de::Error>(self, v: f64) -> Result<Auto<T>, E> {
-        T::deserialize(de::value::F64Deserializer::new(v)).map(Auto::Value)
-    }
-    fn visit_i64<E: de::Error>(self, v: i64) -> Result<Auto<T>, E> {
-        T::deserialize(de::value::I64Deserializer::new(v)).map(Auto::Value)
-    }
-    fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Auto<T>, A::Error> {
-        T::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(Auto::Value)
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Auto<T> {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        d.deserialize_any(AutoVisitor(std::marker::PhantomData))
-    }
-}
-
-impl<T: Serialize> Serialize for Auto<T> {
-    fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Auto::Auto => s.serialize_str("auto"),
-            Auto::Value(v) => v.serialize(s),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -446,9 +423,12 @@ mod tests {
     fn errors_say_what_to_write() {
         let error = Speed::parse("12").unwrap_err().to_string();
         assert!(
-            error.contains("\"12 UNIT\"") && error.contains("\"m/min\""),
+            error.contains("\"12 m/min\"") && error.contains("\"mm/s\""),
             "{error}"
         );
+        let error = Speed::parse("0,75 m/min").unwrap_err().to_string();
+        assert!(error.ends_with("\"0.75 m/min\""), "{error}");
+        assert_eq!(Ratio::parse("95 %").unwrap(), Ratio(0.95));
         assert!(matches!(
             Length::parse("mm"),
             Err(QuantityError::Number { .. })
@@ -469,7 +449,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains("\"1.6 UNIT\"") && error.contains("\"mm\""),
+            error.contains("\"1.6 mm\"") && error.contains("\"µm\""),
             "{error}"
         );
     }
@@ -480,5 +460,73 @@ mod tests {
             assert_eq!(Speed::parse(text).unwrap().to_string(), text);
         }
         assert_eq!(Angle::parse("30 deg").unwrap().to_string(), "30 deg");
+    }
+
+    #[test]
+    fn every_unit_has_its_size() {
+        fn each(parse: impl Fn(&str) -> f64, sizes: &[(&str, f64)]) {
+            for (symbol, one) in sizes {
+                let found = parse(&format!("1 {symbol}"));
+                assert!((found / one - 1.0).abs() < 1e-12, "1 {symbol} is {found}");
+            }
+        }
+        let lengths = [
+            ("mm", 1.0),
+            ("µm", 0.001),
+            ("um", 0.001),
+            ("cm", 10.0),
+            ("m", 1000.0),
+            ("in", 25.4),
+        ];
+        each(|text| Length::parse(text).unwrap().0, &lengths);
+        let speeds = [
+            ("m/min", 16.666_666_666_666_67),
+            ("mm/s", 1.0),
+            ("mm/min", 0.016_666_666_666_666_67),
+            ("cm/min", 0.166_666_666_666_666_7),
+            ("m/s", 1000.0),
+            ("in/min", 0.423_333_333_333_333_3),
+        ];
+        each(|text| Speed::parse(text).unwrap().0, &speeds);
+        let times = [
+            ("s", 1.0),
+            ("ms", 0.001),
+            ("us", 0.000_001),
+            ("min", 60.0),
+            ("h", 3600.0),
+        ];
+        each(|text| Time::parse(text).unwrap().0, &times);
+        let degree = 0.017_453_292_519_943_295;
+        each(
+            |text| Angle::parse(text).unwrap().0,
+            &[("deg", degree), ("°", degree), ("rad", 1.0)],
+        );
+        each(
+            |text| Voltage::parse(text).unwrap().0,
+            &[("kV", 1000.0), ("V", 1.0)],
+        );
+        each(
+            |text| Current::parse(text).unwrap().0,
+            &[("mA", 0.001), ("A", 1.0)],
+        );
+        each(|text| Ratio::parse(text).unwrap().0, &[("%", 0.01)]);
+        for (text, kelvin) in [("750 °C", 1023.15), ("-20 degC", 253.15), ("300 K", 300.0)] {
+            let found: Temperature = serde_json::from_value(text.into()).unwrap();
+            assert!((found.0 - kelvin).abs() < 1e-9, "{text}");
+            let back: Temperature = serde_json::from_value(found.to_string().into()).unwrap();
+            assert!((back.0 - kelvin).abs() < 1e-9, "{text}");
+        }
+    }
+
+    #[test]
+    fn zero_is_not_above_zero_and_not_negative() {
+        let read = |text: &str| {
+            let positive = serde_json::from_value::<Positive<Length>>(text.into()).is_ok();
+            let not_negative = serde_json::from_value::<NotNegative<Length>>(text.into()).is_ok();
+            [positive, not_negative]
+        };
+        assert_eq!(read("1 mm"), [true, true]);
+        assert_eq!(read("0 mm"), [false, true]);
+        assert_eq!(read("-1 mm"), [false, false]);
     }
 }

@@ -120,7 +120,13 @@ pub(crate) enum Command {
     },
     /// Test the health of a scan head's axis (KM0): both stages, the history of dated tests, what drifted and what it may mean.
     Health(HealthArguments),
-    /// Say what is missing, defaulted or inconsistent in a job, before anything runs.
+    /// Print the JSON Schema of a file: editors check and complete it with that.
+    Schema {
+        /// Which file.
+        of: SchemaOf,
+    },
+    /// Print every value of a job with where it comes from, and what is wrong, before anything runs; exits with 2 where `run`
+    /// would refuse the job.
     Doctor {
         /// The job file.
         job: PathBuf,
@@ -167,6 +173,15 @@ pub(crate) struct HealthArguments {
     /// Compare later tests with this one: after an intervention.
     #[arg(long)]
     pub(crate) accept: bool,
+}
+
+/// The files that have a schema.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub(crate) enum SchemaOf {
+    /// A job of any process.
+    Job,
+    /// A tuning file.
+    Tune,
 }
 
 /// The processes of `meltpath new`.

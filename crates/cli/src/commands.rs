@@ -1,16 +1,18 @@
 //! What each command does: calls the library, shows the outcome, chooses the exit code.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use meltpath::job::JobError;
 use meltpath::outcome::{Outcome, RunError};
+use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Place, Reporter, Status, Verdict};
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
-use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess, SchemaOf};
 use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, INTERRUPTED, PART_FAILS};
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
@@ -50,6 +52,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Fit { measurements, out } => fitted(measurements, out.as_deref()),
         Command::Health(arguments) => tested(arguments),
         Command::Doctor { job } => doctor(job),
+        Command::Schema { of } => Ok(print_schema(*of)),
         Command::Tune { file, out } => tuned(file, out.as_deref()),
         Command::Identify {
             record,
@@ -76,30 +79,30 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
     }
 }
 
-/// Shows an error; one in a job file with the place marked in its text.
+/// Shows an error; those in a job file each with its place marked in the text.
 fn show_error(error: RunError) {
-    if let RunError::Job(JobError::Text {
+    let RunError::Job(JobError::Text {
         path,
         text,
-        span,
-        message,
-        help,
+        problems,
     }) = error
-    {
-        let mut diagnostic = MietteDiagnostic::new(message);
-        if let Some(help) = help {
+    else {
+        line_to_stderr(&format!("error: {error}"));
+        return;
+    };
+    let source = Arc::new(NamedSource::new(path.display().to_string(), text));
+    for problem in problems {
+        let mut diagnostic = MietteDiagnostic::new(problem.message);
+        if let Some(help) = problem.help {
             diagnostic = diagnostic.with_help(help);
         }
-        if let Some(span) = span {
+        if let Some(span) = problem.span {
             diagnostic = diagnostic.with_label(LabeledSpan::underline(span));
         }
-        let source = NamedSource::new(path.display().to_string(), text);
         line_to_stderr(&format!(
             "{:?}",
-            Report::new(diagnostic).with_source_code(source)
+            Report::new(diagnostic).with_source_code(Arc::clone(&source))
         ));
-    } else {
-        line_to_stderr(&format!("error: {error}"));
     }
 }
 
@@ -382,10 +385,35 @@ fn show_notes(reporter: &Reporter) {
 }
 
 fn doctor(job: &Path) -> Result<u8, RunError> {
-    for finding in chain::doctor(job)? {
-        line(&finding);
+    let progress = Progress::new();
+    let diagnosis = chain::doctor(job, &progress)?;
+    progress.finish();
+    for finding in &diagnosis.lines {
+        line(finding);
     }
-    Ok(0)
+    let problems = diagnosis.problems();
+    line("");
+    line(&match problems {
+        0 => "no problem: `meltpath run` takes this job".to_owned(),
+        1 => "1 problem: `meltpath run` refuses this job".to_owned(),
+        n => format!("{n} problems: `meltpath run` refuses this job"),
+    });
+    Ok(match diagnosis.refused {
+        None => 0,
+        Some(refused) => {
+            show_error(refused);
+            INPUT_WRONG
+        }
+    })
+}
+
+fn print_schema(of: SchemaOf) -> u8 {
+    let subject = match of {
+        SchemaOf::Job => Subject::Job,
+        SchemaOf::Tune => Subject::Tune,
+    };
+    line(&format!("{:#}", schema(subject)));
+    0
 }
 
 #[cfg(test)]

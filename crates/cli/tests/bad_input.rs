@@ -57,7 +57,7 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
             "strategie = \"hybrid\"",
             &["strategie", "job.toml"] as &[_],
         ),
-        ("ctwd = \"15 mm\"", "ctwd = 15", &["\"15 UNIT\"", "\"mm\""]),
+        ("ctwd = \"15 mm\"", "ctwd = 15", &["\"15 mm\"", "\"µm\""]),
         (
             "travel_speed = \"0.75 m/min\"",
             "travel_speed = \"-0.75 m/min\"",

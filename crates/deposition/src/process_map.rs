@@ -18,7 +18,7 @@ pub use surface::Surface;
 use meltpath_base::{Origin, Reporter, Resolved};
 use serde::Serialize;
 
-use crate::consumable::{DataError, Datum, Wire};
+use crate::consumable::{DataError, Datum};
 use crate::feed_response::{FeedResponse, MeasuredResponse};
 use crate::section::Section;
 

@@ -4,7 +4,6 @@
 
 use std::f64::consts::PI;
 
-use meltpath_numerics::least_squares::Regression;
 use serde::{Deserialize, Serialize};
 
 /// Shape of the section of a bead on a plate, apex above the middle of its width.

@@ -117,4 +117,30 @@ mod tests {
         assert!(Arc::through(DVec3::ZERO, DVec3::ZERO, DVec3::X).is_none());
         assert!(Arc::through(DVec3::ZERO, DVec3::X, DVec3::ZERO).is_none());
     }
+
+    #[test]
+    fn the_tangent_points_along_the_travel() {
+        let points = [
+            DVec3::new(3.0, 1.0, 2.0),
+            DVec3::new(5.0, -1.0, 4.0),
+            DVec3::new(9.0, 2.0, 1.0),
+        ];
+        let arc = Arc::through(points[0], points[1], points[2]).unwrap();
+        for k in 0..10 {
+            let (t, h) = (0.1 * f64::from(k) + 0.05, 1e-6);
+            let moved = arc.at(t + h) - arc.at(t - h);
+            assert!((arc.tangent(t) - moved.normalize()).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn chords_are_as_few_as_their_error_allows() {
+        let arc = Arc::through(DVec3::X * 30.0, DVec3::Y * 30.0, -DVec3::X * 30.0).unwrap();
+        for error in [0.5, 0.05, 0.002] {
+            let n = arc.chords(error);
+            let sag = |n: usize| arc.radius * (1.0 - (0.5 * arc.sweep / n as f64).cos());
+            assert!(sag(n) <= error && sag(n - 1) > error, "{error}: {n}");
+        }
+        assert_eq!(arc.chords(100.0), 1);
+    }
 }

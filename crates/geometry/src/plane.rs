@@ -67,3 +67,30 @@ impl Plane {
         self.origin + self.x * p.x + self.y() * p.y
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_right_handed_and_heights_count_along_the_normal() {
+        for normal in [
+            DVec3::Z,
+            -DVec3::Z,
+            DVec3::X,
+            DVec3::new(0.3, -2.0, 0.4),
+            DVec3::new(5.0, 0.1, 0.1),
+        ] {
+            let origin = DVec3::new(1.0, 2.0, 3.0);
+            let plane = Plane::new(origin, normal).unwrap();
+            assert!((plane.x.cross(plane.y()) - normal.normalize()).length() < 1e-12);
+            let above = plane.from_local(DVec2::new(4.0, 5.0)) + 0.7 * normal.normalize();
+            assert!((plane.to_local(above) - DVec3::new(4.0, 5.0, 0.7)).length() < 1e-12);
+        }
+        assert_eq!(
+            Plane::new(DVec3::Z * 2.0, DVec3::Z * 9.0),
+            Some(Plane::horizontal(2.0))
+        );
+        assert_eq!(Plane::new(DVec3::ZERO, DVec3::ZERO), None);
+    }
+}

@@ -217,6 +217,69 @@ fn footprint_maximum_and_sections_see_the_wall() {
     assert!((area - 1.2 * 4.0 / 3.0 * 3.5 * 2.0).abs() < 0.05, "{area}");
 }
 
+/// A step: bare for y below 5, 2 mm high above, in cells of 0.5 mm.
+fn step_across_y() -> HeightMap {
+    let mut map = HeightMap::new(DVec2::ZERO, DVec2::splat(10.0), 0.5, 0.0).unwrap();
+    for iy in 10..20 {
+        for ix in 0..20 {
+            let i = map.index(ix, iy);
+            map.z[i] = 2.0;
+        }
+    }
+    map
+}
+
+#[test]
+fn offsets_of_a_mean_section_lie_left_of_the_path() {
+    let map = step_across_y();
+    let path = [DVec2::new(2.0, 5.0), DVec2::new(8.0, 5.0)];
+    let heights = |path: &[DVec2]| -> Vec<f64> {
+        let profile = map.mean_section(path, &[-1.0, 1.0], 0.3);
+        profile.iter().map(|p| p.y).collect()
+    };
+    assert_eq!(heights(&path), [0.0, 2.0]);
+    assert_eq!(heights(&[path[1], path[0]]), [2.0, 0.0]);
+}
+
+#[test]
+fn a_point_sees_the_metal_round_it() {
+    let map = step_across_y();
+    let p = [DVec2::new(5.0, 3.0)];
+    assert_eq!(map.maximum_along(&p, 1.0), 0.0);
+    assert_eq!(map.maximum_along(&p, 2.5), 2.0);
+}
+
+#[test]
+fn a_section_counts_its_length_round_corners() {
+    let map = step_across_y();
+    let corner = [
+        DVec2::new(1.0, 1.0),
+        DVec2::new(4.0, 1.0),
+        DVec2::new(4.0, 9.0),
+    ];
+    let profile = map.section(&corner, 0.25);
+    assert!((profile.last().unwrap().x - 11.0).abs() < 1e-12);
+    assert!(profile.windows(2).all(|w| w[1].x > w[0].x));
+    let rise = profile.iter().find(|p| p.y > 1.0).unwrap().x;
+    assert!((rise - 7.0).abs() < 0.26, "{rise}");
+}
+
+#[test]
+fn metal_is_shared_by_the_cells_of_its_disc_alone() {
+    let mut map = HeightMap::new(DVec2::ZERO, DVec2::splat(10.0), 0.5, 0.0).unwrap();
+    let at = DVec3::new(5.0, 4.0, 0.0);
+    assert_eq!(map.add(at, DVec3::Z, 1.6, 3.0), 3.0);
+    let mut inside = 0;
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            let raised = map.z[map.index(ix, iy)] > 0.0;
+            assert_eq!(raised, map.centre(ix, iy).distance(at.truncate()) <= 1.6);
+            inside += u32::from(raised);
+        }
+    }
+    assert!((map.maximum() - 3.0 / (0.25 * f64::from(inside))).abs() < 1e-12);
+}
+
 proptest! {
     #[test]
     fn adding_metal_adds_exactly_its_volume(

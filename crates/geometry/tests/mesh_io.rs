@@ -110,6 +110,66 @@ fn text_stl_keeps_every_digit_and_any_layout() {
     assert_eq!(corners(&meshes.unwrap()[0].mesh), corners(&part));
 }
 
+/// Facets of an STL as they stand in its bytes: normal, then corners.
+fn facets_of_binary(bytes: &[u8]) -> Vec<[DVec3; 4]> {
+    let number = |b: &[u8]| f64::from(f32::from_le_bytes(b.try_into().unwrap()));
+    let vector = |b: &[u8]| DVec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
+    let records = bytes[84..].chunks_exact(50);
+    let each = |r: &[u8]| [0, 12, 24, 36].map(|at| vector(&r[at..at + 12]));
+    records.map(each).collect()
+}
+
+fn facets_of_text(bytes: &[u8]) -> Vec<[DVec3; 4]> {
+    let text = std::str::from_utf8(bytes).unwrap();
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .filter_map(|w| w.parse().ok())
+        .collect();
+    let vector = |v: &[f64]| DVec3::new(v[0], v[1], v[2]);
+    let facets = numbers.chunks_exact(12);
+    let each = |f: &[f64]| [0, 3, 6, 9].map(|at| vector(&f[at..at + 3]));
+    facets.map(each).collect()
+}
+
+#[test]
+fn facets_are_written_and_read_as_they_look_outwards() {
+    // of a convex body about the origin every facet looks away from it
+    let mut cube = shapes::extrude(&[shapes::plate(10.0, 10.0)], 10.0);
+    let (lo, hi) = cube.bounds().unwrap();
+    for v in &mut cube.vertices {
+        *v -= 0.5 * (lo + hi);
+    }
+    for facets in [
+        facets_of_binary(&binary(&cube)),
+        facets_of_text(&text(&cube)),
+    ] {
+        assert_eq!(facets.len(), 12);
+        for [normal, a, b, c] in facets {
+            assert!((normal.length() - 1.0).abs() < 1e-6 && normal.dot(a) > 4.9);
+            assert!((b - a).cross(c - a).normalize().dot(normal) > 0.999);
+        }
+    }
+    // what other software wrote keeps its sense too
+    let corner = "solid t\n\
+        facet normal 0 0 -1 outer loop vertex 0 0 0 vertex 0 1 0 vertex 1 0 0 endloop endfacet\n\
+        facet normal 0 -1 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 0 1 endloop endfacet\n\
+        facet normal 1 1 1 outer loop vertex 1 0 0 vertex 0 1 0 vertex 0 0 1 endloop endfacet\n\
+        facet normal -1 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 0 1 0 endloop endfacet\nendsolid t\n";
+    let mut as_binary = vec![0; 80];
+    as_binary.extend(4u32.to_le_bytes());
+    for facet in facets_of_text(corner.as_bytes()) {
+        for x in facet.iter().flat_map(|v| v.to_array()) {
+            as_binary.extend((x as f32).to_le_bytes());
+        }
+        as_binary.extend([0, 0]);
+    }
+    for bytes in [corner.as_bytes(), &as_binary] {
+        let (meshes, _) = read(bytes, MeshFormat::Stl);
+        let volume = meshes.unwrap()[0].mesh.volume();
+        assert!((volume - 1.0 / 6.0).abs() < 1e-12, "{volume}");
+    }
+}
+
 #[test]
 fn a_binary_file_whose_header_says_solid_is_binary() {
     let mut bytes = binary(&flange());
@@ -350,8 +410,21 @@ fn production_paths_lead_to_other_model_parts() {
     assert_eq!(meshes.unwrap()[0].mesh.triangles.len(), 4);
 }
 
+/// What builds the first object.
+const ITEM: &str = r#"<item objectid="1"/>"#;
+
+/// A tetrahedron as the first object.
+fn tetra() -> String {
+    format!(r#"<object id="1">{TETRA}</object>"#)
+}
+
+fn model_error(bytes: &[u8], word: &str) {
+    let error = threemf_error(bytes).to_string();
+    assert!(error.contains(word), "`{error}` does not speak of `{word}`");
+}
+
 #[test]
-fn broken_threemf_files_are_refused_by_name_and_place() {
+fn broken_packages_are_refused_by_name() {
     assert!(matches!(threemf_error(b""), ThreeMfError::Empty));
     assert!(matches!(
         threemf_error(b"PK is not enough"),
@@ -369,19 +442,27 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     assert!(
         matches!(threemf_error(&no_part), ThreeMfError::MissingPart { part, .. } if part == "3D/part.model")
     );
-    let tetra = format!(r#"<object id="1">{TETRA}</object>"#);
-    let item = r#"<item objectid="1"/>"#;
-    let whole = model("", &tetra, item);
+    let relation = r#"<Relationship Target="/3D/b.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+    let two = packed(&[(
+        "_rels/.rels",
+        &RELATIONS.replace("</Relationships>", relation),
+    )]);
+    assert!(matches!(
+        threemf_error(&two),
+        ThreeMfError::TwoModels { .. }
+    ));
+    let whole = model("", &tetra(), ITEM);
     for end in (1..whole.len()).step_by(37) {
         assert!(
             read(&whole[..end], MeshFormat::ThreeMf).0.is_err(),
             "cut at {end}"
         );
     }
-    let model_error = |bytes: &[u8], word: &str| {
-        let error = threemf_error(bytes).to_string();
-        assert!(error.contains(word), "`{error}` does not speak of `{word}`");
-    };
+}
+
+#[test]
+fn what_breaks_the_model_is_told_with_its_place() {
+    let (tetra, item) = (tetra(), ITEM);
     model_error(
         &model("", &tetra.replace(r#"v1="1""#, r#"v1="4""#), item),
         "names vertex 4",
@@ -428,6 +509,11 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
         ),
         "contains itself",
     );
+}
+
+#[test]
+fn objects_that_cannot_be_built_are_refused() {
+    let (tetra, item) = (tetra(), ITEM);
     let ring = r#"<object id="1"><components><component objectid="2"/></components></object><object id="2"><components><component objectid="1"/></components></object>"#;
     assert!(matches!(
         threemf_error(&model("", ring, item)),
@@ -443,6 +529,21 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     ));
     let other = tetra.replace(r#"id="1""#, r#"id="1" type="other""#);
     model_error(&model("", &other, item), "must not be built");
+    let support = tetra.replace(r#"id="1""#, r#"id="1" type="support""#);
+    let two = format!(r#"{support}<object id="2">{TETRA}</object>"#);
+    let (meshes, warnings) = read(
+        &model("", &two, r#"<item objectid="1"/><item objectid="2"/>"#),
+        MeshFormat::ThreeMf,
+    );
+    assert_eq!(
+        (meshes.unwrap().len(), warnings),
+        (1, vec!["3mf-support-skipped".to_owned()])
+    );
+}
+
+#[test]
+fn required_extensions_that_change_shapes_are_refused() {
+    let (tetra, item) = (tetra(), ITEM);
     let beams = r#"requiredextensions="b" xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02""#;
     assert!(
         matches!(threemf_error(&model(beams, &tetra, item)), ThreeMfError::Extension { name, .. } if name.contains("beam lattice"))
@@ -467,25 +568,6 @@ fn broken_threemf_files_are_refused_by_name_and_place() {
     assert_eq!(sliced("").1, ["3mf-slices-ignored"]);
     assert!(sliced(r#"s:meshresolution="lowres""#).0.is_err());
     model_error(&model("", &format!("<q:x/>{tetra}"), item), "not declared");
-    let relation = r#"<Relationship Target="/3D/b.model" Id="b" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
-    let two = packed(&[(
-        "_rels/.rels",
-        &RELATIONS.replace("</Relationships>", relation),
-    )]);
-    assert!(matches!(
-        threemf_error(&two),
-        ThreeMfError::TwoModels { .. }
-    ));
-    let support = tetra.replace(r#"id="1""#, r#"id="1" type="support""#);
-    let two = format!(r#"{support}<object id="2">{TETRA}</object>"#);
-    let (meshes, warnings) = read(
-        &model("", &two, r#"<item objectid="1"/><item objectid="2"/>"#),
-        MeshFormat::ThreeMf,
-    );
-    assert_eq!(
-        (meshes.unwrap().len(), warnings),
-        (1, vec!["3mf-support-skipped".to_owned()])
-    );
 }
 
 #[test]

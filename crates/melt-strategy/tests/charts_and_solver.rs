@@ -112,4 +112,18 @@ fn ebm_e10_what_charts_leave_out_on_a_hatch() {
         last_line(&on_charts(&path, 3700.0, 0.03, 16), 1, length),
         last_line(&on_charts(&path, 3700.0, 0.06, 1), 1, length),
     );
+    // recorded, middle of the last line: the ground warms under the solver, charts do not see it
+    let recorded = [
+        (3296.0, [2526.0, 3001.0, 3138.0]),
+        (3665.0, [2530.0, 3029.0, 3161.0]),
+        (3866.0, [2528.0, 3026.0, 3160.0]),
+        (4011.0, [2515.0, 3000.0, 3141.0]),
+    ];
+    for ((solver, charts), (theirs, ours)) in found.iter().zip(recorded) {
+        let near = |found: f64, recorded: f64| (found - recorded).abs() < 5.0;
+        assert!(near(solver[0], theirs), "{solver:?} {theirs}");
+        for (chart, ours) in charts.iter().zip(ours) {
+            assert!(near(chart[0], ours), "{chart:?} {ours}");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use meltpath::ebm::focus::builtin;
 use meltpath::ebm::path_file;
 use meltpath_base::{Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_planning::powder::modulation::{Ramp, hatch_energy, stiffness};
+use meltpath_planning::powder::modulation::Ramp;
 use meltpath_report::html::{Report, Section, write_html};
 use meltpath_report::plot::{Axis, Bar, Mark, Plot};
 use meltpath_thermal::beam::BeamPath;
@@ -45,35 +45,9 @@ fn titanium() -> Result<Material, Box<dyn Error>> {
     )?)
 }
 
-/// Figures 2.4.3 and 2.4.5: stiffness against energy, and the ramps of the modulation.
+/// Figure 2.4.5: the ramps of the modulation.
 fn modulation() -> Vec<Plot> {
     let mut plots = Vec::new();
-    let curve = (0..=120).map(|n| {
-        let q = f64::from(n);
-        [q, stiffness(q)]
-    });
-    let runs = [
-        (0.125, 500.0, 2.0),
-        (0.125, 500.0, 4.0),
-        (0.125, 937.0, 2.0),
-        (0.125, 937.0, 4.0),
-        (0.125, 1375.0, 2.0),
-        (0.125, 1375.0, 4.0),
-        (0.25, 500.0, 2.0),
-        (0.25, 937.0, 6.0),
-    ]
-    .map(|(spacing, speed, milli)| {
-        let q = hatch_energy(60.0 * milli, speed, spacing, 0.05);
-        [q, stiffness(q)]
-    });
-    let plot = Plot::new(
-        "Stiffness against energy",
-        Axis::new("energy", "J/mm³"),
-        Axis::new("E/E_max", ""),
-    )
-    .with(line("eq. 2.4.3", curve))
-    .with(dots("runs of the plan of experiments", runs));
-    plots.push(plot);
     let ramp = |least: f64| Ramp { least, length: 1.0 };
     let of = |r: Ramp| (0..=60).map(move |n| [0.025 * f64::from(n), r.at(0.025 * f64::from(n))]);
     let plot = Plot::new(
@@ -102,7 +76,7 @@ fn history(set: &ChartSet, curve: &Enthalpy, chart: usize, h: usize, r: usize) -
 fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     let mut plots = Vec::new();
     let set = compute(
-        &ChartSettings::of_thesis(60e3 * 2e-3, 0.551_67),
+        &ChartSettings::of_thesis(120.0, 0.551_67),
         material,
         &Silent,
     )?;

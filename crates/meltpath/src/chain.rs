@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use meltpath_base::Observer;
+use meltpath_base::settings::listing;
 
-use crate::job::{self, Job};
-use crate::outcome::{Outcome, RunError};
+use crate::job::{self, Job, JobError};
+use crate::outcome::{Examined, Outcome, RunError, warning_line};
 use crate::{ebm, lpbf, waam};
 
 /// Runs the whole chain of a job: a new folder `out`, else the next free number in `runs`.
@@ -25,14 +26,57 @@ pub fn run(
     }
 }
 
-/// What is missing, defaulted or inconsistent in a job.
+/// What `meltpath doctor` says of a job.
+#[derive(Debug)]
+pub struct Diagnosis {
+    /// Every key by section with its value and where that comes from; notes and warnings.
+    pub lines: Vec<String>,
+    /// Why a run would refuse the job before it computes.
+    pub refused: Option<RunError>,
+}
+
+impl Diagnosis {
+    /// How many things are wrong.
+    pub fn problems(&self) -> usize {
+        match &self.refused {
+            None => 0,
+            Some(RunError::Job(JobError::Text { problems, .. })) => problems.len(),
+            Some(_) => 1,
+        }
+    }
+}
+
+/// What is written, defaulted, computed and wrong in a job.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
-    match job::load(job)? {
-        (Job::Waam(_), _) => waam::doctor(job),
-        (Job::Ebm(ebm), text) => ebm::doctor(job, &ebm, &text),
-        (Job::Lpbf(lpbf), text) => lpbf::doctor(job, &lpbf, &text),
+/// [`RunError`] of a job file that cannot be read at all, or when cancelled.
+pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunError> {
+    let text = job::text_of(file)?;
+    let reading = job::read(&text);
+    let examined = match &reading.job {
+        None => Err(JobError::in_file(file, &text, reading.problems).into()),
+        Some(Job::Waam(_)) => waam::examine(file, observer),
+        Some(Job::Ebm(ebm)) => ebm::examine(file, ebm, &text, observer),
+        Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text),
+    };
+    let (examined, refused) = match examined {
+        Ok(examined) => (examined, None),
+        Err(RunError::Cancelled(c)) => return Err(RunError::Cancelled(c)),
+        Err(refused) => {
+            let examined = Examined {
+                provenance: reading.provenance,
+                notes: Vec::new(),
+                warnings: Vec::new(),
+            };
+            (examined, Some(refused))
+        }
+    };
+    let mut lines = Vec::new();
+    if let Some(table) = &reading.table {
+        lines = listing(table, &examined.provenance);
+        lines.push(String::new());
     }
+    lines.extend(examined.notes);
+    lines.extend(examined.warnings.iter().map(warning_line));
+    Ok(Diagnosis { lines, refused })
 }

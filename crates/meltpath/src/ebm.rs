@@ -3,6 +3,7 @@
 pub(crate) mod charts;
 pub mod cost;
 pub mod drawing;
+pub mod error;
 pub mod film;
 pub mod focus;
 pub mod hatch;
@@ -21,4 +22,5 @@ pub mod section;
 pub mod settings;
 pub mod simulate;
 
-pub use run::{EbmError, doctor, run};
+pub use error::EbmError;
+pub use run::{examine, run};

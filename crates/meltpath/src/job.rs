@@ -1,19 +1,20 @@
 //! Job files: short, strict TOML in which everything not written has a stated default.
 //!
-//! `process.kind` selects the schema; tables that every process shares are in this file, those of one process in
-//! their own. Unknown keys and bare numbers where a unit is needed are errors with their place in the file.
+//! `process.kind` selects the tables; those that every process shares are in [`common`], those of one process in their own file.
+//! Every key is declared there once; whatever is wrong in a file is found at once, each with its place.
 
+pub mod common;
 pub mod ebm;
 pub mod lpbf;
 pub mod waam;
 
-use std::ops::Range;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::quantity::{Auto, NotNegative, Positive};
-use meltpath_base::{Length, Time};
-use serde::{Deserialize, Serialize};
+use meltpath_base::Provenance;
+use meltpath_base::settings::{self, Kind, Problem, Table, Value};
 
+pub use common::{Direction, OneOrMany, PartUnit, ProcessKind, ProcessTable};
 pub use ebm::EbmJob;
 pub use lpbf::LpbfJob;
 pub use waam::WaamJob;
@@ -25,11 +26,28 @@ const MAX_JOB_BYTES: u64 = 1 << 20;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Job {
     /// Wire-arc deposition by robot.
-    Waam(Box<WaamJob>),
+    Waam(Box<Written<WaamJob>>),
     /// Powder bed by electron beam.
-    Ebm(Box<EbmJob>),
+    Ebm(Box<Written<EbmJob>>),
     /// Laser powder bed: the scan head.
-    Lpbf(Box<LpbfJob>),
+    Lpbf(Box<Written<LpbfJob>>),
+}
+
+/// What a file says, every value with its origin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written<T> {
+    /// The tables.
+    pub tables: T,
+    /// Every value written and every default.
+    pub provenance: Provenance,
+}
+
+impl<T> Deref for Written<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.tables
+    }
 }
 
 /// Why a job file cannot be used.
@@ -44,221 +62,169 @@ pub enum JobError {
         source: std::io::Error,
     },
     /// Something written in the file is wrong.
-    #[error("{message}")]
+    #[error("{}", lines(.problems))]
     Text {
         /// The file.
         path: PathBuf,
-        /// The whole text of the file, to show the place in.
+        /// The whole text of the file, to show the places in.
         text: String,
-        /// The byte range concerned, where known.
-        span: Option<Range<usize>>,
-        /// What is wrong.
-        message: String,
-        /// What to write instead, where known.
-        help: Option<String>,
+        /// Everything found wrong.
+        problems: Vec<Problem>,
     },
 }
 
-/// A finding inside the job's text, before the file's name is joined to it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TextError {
-    /// The byte range concerned, where known.
-    pub span: Option<Range<usize>>,
-    /// What is wrong.
-    pub message: String,
-    /// What to write instead, where known.
-    pub help: Option<String>,
+fn lines(problems: &[Problem]) -> String {
+    let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
-/// `[process]`: which process the job is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ProcessTable {
-    /// The process; selects the schema of the rest of the file.
-    pub kind: ProcessKind,
-}
-
-/// The processes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProcessKind {
-    /// Wire and arc by robot.
-    Waam,
-    /// Powder bed by electron beam.
-    Ebm,
-    /// Laser powder bed: the scan head.
-    Lpbf,
-}
-
-/// The unit of part files that carry none (STL).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum PartUnit {
-    /// Millimetres.
-    #[default]
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Metres.
-    #[serde(rename = "m")]
-    Metre,
-    /// Inches.
-    #[serde(rename = "in")]
-    Inch,
-}
-
-impl PartUnit {
-    /// Millimetres per unit.
-    pub fn millimetres(self) -> f64 {
-        match self {
-            PartUnit::Millimetre => 1.0,
-            PartUnit::Centimetre => 10.0,
-            PartUnit::Metre => 1000.0,
-            PartUnit::Inch => 25.4,
+impl JobError {
+    /// Problems of a file, with its name and text.
+    pub fn in_file(path: &Path, text: &str, problems: impl Into<Problems>) -> Self {
+        JobError::Text {
+            path: path.to_path_buf(),
+            text: text.to_owned(),
+            problems: problems.into().0,
         }
     }
 }
 
-/// `[layers]`: how the part is cut.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LayersTable {
-    /// Layer height: `"auto"` from the growth model, one height, or a list of heights (the last one repeats).
-    pub height: Auto<LayerHeights>,
-    /// Build this many layers instead of as many as the part needs.
-    pub count: Option<u32>,
-    /// Pause after each layer; default none.
-    pub pause: Option<NotNegative<Time>>,
-}
-
-/// One layer height or a list of them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LayerHeights(
-    /// The heights from the first layer on, all above zero; the last one repeats.
-    pub Vec<Positive<Length>>,
+/// One problem or several.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problems(
+    /// All of them.
+    pub Vec<Problem>,
 );
 
-struct HeightsVisitor;
+impl From<Problem> for Problems {
+    fn from(problem: Problem) -> Self {
+        Problems(vec![problem])
+    }
+}
 
-impl<'de> serde::de::Visitor<'de> for HeightsVisitor {
-    type Value = LayerHeights;
+impl From<Vec<Problem>> for Problems {
+    fn from(problems: Vec<Problem>) -> Self {
+        Problems(problems)
+    }
+}
 
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "\"auto\", a height such as \"1.6 mm\", or a list of heights"
-        )
+/// A job's text, read as far as it reads.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// The job; none where anything is wrong.
+    pub job: Option<Job>,
+    /// What may be written, once the process is known.
+    pub table: Option<Table>,
+    /// Every value that reads, and every default.
+    pub provenance: Provenance,
+    /// Everything wrong.
+    pub problems: Vec<Problem>,
+}
+
+/// The tables of a process.
+pub fn table_of(kind: ProcessKind) -> Option<Table> {
+    let kind = match kind {
+        ProcessKind::Waam => WaamJob::KIND,
+        ProcessKind::Ebm => EbmJob::KIND,
+        ProcessKind::Lpbf => LpbfJob::KIND,
+    };
+    match kind {
+        Kind::Table(table) => Some(table),
+        _ => None,
     }
-    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<LayerHeights, E> {
-        Positive::deserialize(serde::de::value::StrDeserializer::new(text))
-            .map(|h| LayerHeights(vec![h]))
-    }
-    fn visit_f64<E: serde::de::Error>(self, v: f64) -> Result<LayerHeights, E> {
-        Positive::deserialize(serde::de::value::F64Deserializer::new(v))
-            .map(|h| LayerHeights(vec![h]))
-    }
-    fn visit_i64<E: serde::de::Error>(self, v: i64) -> Result<LayerHeights, E> {
-        Positive::deserialize(serde::de::value::I64Deserializer::new(v))
-            .map(|h| LayerHeights(vec![h]))
-    }
-    fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut seq: A) -> Result<LayerHeights, A::Error> {
-        let mut heights = Vec::new();
-        while let Some(h) = seq.next_element()? {
-            heights.push(h);
+}
+
+/// Reads a job's text; everything wrong in it is found.
+pub fn read(text: &str) -> Reading {
+    match kind_of(text) {
+        Ok(kind) => {
+            let reading = match kind {
+                ProcessKind::Waam => of_process(text, WaamJob::check, Job::Waam),
+                ProcessKind::Ebm => of_process(text, EbmJob::check, Job::Ebm),
+                ProcessKind::Lpbf => of_process(text, LpbfJob::check, Job::Lpbf),
+            };
+            Reading {
+                table: table_of(kind),
+                ..reading
+            }
         }
-        if heights.is_empty() {
-            return Err(serde::de::Error::custom(
-                "a list of layer heights needs at least one height",
-            ));
-        }
-        Ok(LayerHeights(heights))
+        Err(problems) => Reading {
+            job: None,
+            table: None,
+            provenance: Provenance::new(),
+            problems,
+        },
     }
 }
 
-impl<'de> Deserialize<'de> for LayerHeights {
-    fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        d.deserialize_any(HeightsVisitor)
+fn of_process<T: Value>(
+    text: &str,
+    check: fn(&T) -> Vec<Problem>,
+    job: fn(Box<Written<T>>) -> Job,
+) -> Reading {
+    let (written, provenance, problems) = Written::read(text, check);
+    Reading {
+        job: written.map(|w| job(Box::new(w))),
+        table: None,
+        provenance,
+        problems,
     }
 }
 
-/// `[substrate]`: the plate the part is built on.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SubstrateTable {
-    /// Length and width of the plate; default the part with 25 mm around it.
-    pub size: Option<[Positive<Length>; 2]>,
-    /// Thickness of the plate; default 20 mm.
-    pub thickness: Option<Positive<Length>>,
+impl<T: Value> Written<T> {
+    /// Reads a file and checks what `check` says of its values: the tables where nothing is wrong, what reads, everything wrong.
+    fn read(text: &str, check: fn(&T) -> Vec<Problem>) -> (Option<Self>, Provenance, Vec<Problem>) {
+        let read = settings::read::<T>(text);
+        let mut problems = read.problems;
+        problems.extend(read.settings.iter().flat_map(check));
+        let sound = read.settings.filter(|_| problems.is_empty());
+        let provenance = read.provenance.clone();
+        let written = sound.map(|tables| Written {
+            tables,
+            provenance: read.provenance,
+        });
+        (written, provenance, problems)
+    }
+
+    /// Reads a file and checks what `check` says of its values.
+    ///
+    /// # Errors
+    /// Everything wrong.
+    pub fn parse(text: &str, check: fn(&T) -> Vec<Problem>) -> Result<Self, Vec<Problem>> {
+        let (written, _, problems) = Self::read(text, check);
+        written.ok_or(problems)
+    }
 }
 
-/// `[target]`: what the build must cover.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TargetTable {
-    /// Metal beyond the finished part, for machining; default 2 mm. Lack is judged against the finished part, excess
-    /// against part + allowance.
-    pub allowance: Option<NotNegative<Length>>,
-    /// Metal over faces that look up; default: the allowance. More of it covers a build that grows less than the process
-    /// map says.
-    pub allowance_top: Option<NotNegative<Length>>,
+/// The process of a job: all that is read before its tables are known.
+fn kind_of(text: &str) -> Result<ProcessKind, Vec<Problem>> {
+    settings::peek(text, ["process", "kind"])?.ok_or_else(|| {
+        let missing = Problem::new("the job does not say which process it is for");
+        vec![missing.help("add\n[process]\nkind = \"waam\"")]
+    })
 }
 
 /// Reads a job's text.
 ///
 /// # Errors
-/// [`TextError`] with the place and what to write.
+/// Everything wrong, each with its place and what to write.
 ///
 /// ```
-/// let error = meltpath::job::parse("part = \"a.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\nspeed = 3\n").unwrap_err();
-/// assert!(error.message.contains("speed"));
-/// assert!(error.span.is_some());
+/// let text = "part = \"a.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = 3\nmat = \"m.toml\"\n";
+/// let problems = meltpath::job::parse(text).unwrap_err();
+/// assert_eq!(problems.len(), 2);
+/// assert_eq!(problems[1].fix.as_deref(), Some("map"));
 /// ```
-pub fn parse(text: &str) -> Result<Job, TextError> {
-    #[derive(Deserialize)]
-    struct Head {
-        process: Option<toml::Spanned<HeadProcess>>,
-    }
-    #[derive(Deserialize)]
-    struct HeadProcess {
-        kind: Option<ProcessKind>,
-    }
-    let head: Head = toml::from_str(text).map_err(|e| text_error(&e))?;
-    let missing = |span| TextError {
-        span,
-        message: "the job does not say which process it is for".to_owned(),
-        help: Some("add\n[process]\nkind = \"waam\"".to_owned()),
-    };
-    let process = head.process.ok_or_else(|| missing(None))?;
-    let span = process.span();
-    match process
-        .into_inner()
-        .kind
-        .ok_or_else(|| missing(Some(span)))?
-    {
-        ProcessKind::Waam => {
-            let job: WaamJob = toml::from_str(text).map_err(|e| text_error(&e))?;
-            job.check()?;
-            Ok(Job::Waam(Box::new(job)))
-        }
-        ProcessKind::Ebm => {
-            let job: EbmJob = toml::from_str(text).map_err(|e| text_error(&e))?;
-            job.check()?;
-            Ok(Job::Ebm(Box::new(job)))
-        }
-        ProcessKind::Lpbf => {
-            let job: LpbfJob = toml::from_str(text).map_err(|e| text_error(&e))?;
-            job.check()?;
-            Ok(Job::Lpbf(Box::new(job)))
-        }
-    }
+pub fn parse(text: &str) -> Result<Job, Vec<Problem>> {
+    let reading = read(text);
+    reading.job.ok_or(reading.problems)
 }
 
-/// Reads a job file: the job and its text.
+/// A job file's text.
 ///
 /// # Errors
-/// [`JobError`] with the file, the place in it and what to write.
-pub fn load(path: &Path) -> Result<(Job, String), JobError> {
+/// [`JobError::Io`].
+pub fn text_of(path: &Path) -> Result<String, JobError> {
     let io = |source| JobError::Io {
         path: path.to_path_buf(),
         source,
@@ -269,23 +235,17 @@ pub fn load(path: &Path) -> Result<(Job, String), JobError> {
             "{size} bytes are too many for a job file; is it the part?"
         ))));
     }
-    let text = std::fs::read_to_string(path).map_err(io)?;
-    match parse(&text) {
-        Ok(job) => Ok((job, text)),
-        Err(e) => Err(JobError::Text {
-            path: path.to_path_buf(),
-            text,
-            span: e.span,
-            message: e.message,
-            help: e.help,
-        }),
-    }
+    std::fs::read_to_string(path).map_err(io)
 }
 
-fn text_error(error: &toml::de::Error) -> TextError {
-    TextError {
-        span: error.span(),
-        message: error.message().to_owned(),
-        help: None,
+/// Reads a job file: the job and its text.
+///
+/// # Errors
+/// [`JobError`] with the file, the places in it and what to write.
+pub fn load(path: &Path) -> Result<(Job, String), JobError> {
+    let text = text_of(path)?;
+    match parse(&text) {
+        Ok(job) => Ok((job, text)),
+        Err(problems) => Err(JobError::in_file(path, &text, problems)),
     }
 }

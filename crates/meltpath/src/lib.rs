@@ -13,6 +13,7 @@ pub mod lpbf;
 pub mod material;
 pub mod outcome;
 pub mod part;
+pub mod reference;
 pub mod start;
 pub mod tune;
 pub mod waam;

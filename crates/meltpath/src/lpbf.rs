@@ -13,4 +13,4 @@ pub mod run;
 pub mod settings;
 pub mod work;
 
-pub use run::{doctor, run};
+pub use run::{examine, run};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::container::ContainerError;
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Cancelled, Provenance, Verdict};
+use meltpath_base::{Cancelled, Provenance, Verdict, Warning};
 use meltpath_geometry::workpiece::WorkpieceError;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
@@ -27,6 +27,17 @@ pub struct Outcome {
     pub folder: PathBuf,
     /// The verdict.
     pub verdict: Verdict,
+}
+
+/// What a process says of a job that it can run.
+#[derive(Debug, Clone)]
+pub struct Examined {
+    /// Every value with its origin.
+    pub provenance: Provenance,
+    /// What it will cost and where its data come from.
+    pub notes: Vec<String>,
+    /// What should be known though it runs.
+    pub warnings: Vec<Warning>,
 }
 
 /// Why a command could not be done. Everything here is the input's or the system's doing; nothing was written.
@@ -160,47 +171,7 @@ pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Res
 }
 
 /// A warning with what to do about it.
-pub(crate) fn warning_line(warning: &meltpath_base::Warning) -> String {
+pub(crate) fn warning_line(warning: &Warning) -> String {
     let remedy = warning.remedy.iter().map(|r| format!("; {r}"));
     format!("note: {}{}", warning.message, remedy.collect::<String>())
-}
-
-/// Every parameter with its value and origin, one a line.
-pub(crate) fn parameter_lines(provenance: &Provenance) -> Vec<String> {
-    let mut lines = Vec::new();
-    for (name, value) in &provenance.parameters {
-        let shown = |key: &str| {
-            value
-                .get(key)
-                .filter(|v| !v.is_null())
-                .map(plain)
-                .unwrap_or_default()
-        };
-        let sigma = shown("sigma");
-        let spread = if sigma.is_empty() {
-            String::new()
-        } else {
-            format!(" ± {sigma}")
-        };
-        let origin = value.get("origin").map(origin_words).unwrap_or_default();
-        lines.push(format!("{name} = {}{spread}    {origin}", shown("value")));
-    }
-    lines
-}
-
-fn plain(value: &serde_json::Value) -> String {
-    value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned)
-}
-
-fn origin_words(origin: &serde_json::Value) -> String {
-    let what = origin.get("what").map(plain).unwrap_or_default();
-    match origin.get("kind").and_then(|k| k.as_str()) {
-        Some("job") => "(the job)".to_owned(),
-        Some("default") => format!("(default: {what})"),
-        Some("data") => format!("(data: {what})"),
-        Some("computed") => format!("(computed: {what})"),
-        _ => String::new(),
-    }
 }

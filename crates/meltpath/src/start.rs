@@ -7,6 +7,8 @@ use meltpath_geometry::Mesh;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::shapes;
 
+use crate::reference::{Subject, schema};
+
 /// The commented job file of `meltpath new waam`.
 pub const WAAM_TEMPLATE: &str = include_str!("start/waam.toml");
 
@@ -105,8 +107,14 @@ pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
     let folder = OutputFolder::create(path)?;
     let file = format!("{name}.stl");
     folder.write(&file, |mut w| write_stl(&mesh, name, &mut w))?;
-    folder.write("job.toml", |w| {
-        w.write_all(WAAM_TEMPLATE.replace("PART", &file).as_bytes())
+    write_job(folder, &WAAM_TEMPLATE.replace("PART", &file))
+}
+
+/// Writes a job and the schema that its first line names, with which editors check and complete it.
+fn write_job(folder: OutputFolder, job: &str) -> Result<PathBuf, StartError> {
+    folder.write("job.toml", |w| w.write_all(job.as_bytes()))?;
+    folder.write("job.schema.json", |w| {
+        writeln!(w, "{:#}", schema(Subject::Job))
     })?;
     Ok(folder.commit()?.join("job.toml"))
 }
@@ -116,9 +124,7 @@ pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
 /// # Errors
 /// [`StartError::Output`] when the folder exists or cannot be written.
 pub fn lpbf(path: &Path) -> Result<PathBuf, StartError> {
-    let folder = OutputFolder::create(path)?;
-    folder.write("job.toml", |w| w.write_all(LPBF_TEMPLATE.as_bytes()))?;
-    Ok(folder.commit()?.join("job.toml"))
+    write_job(OutputFolder::create(path)?, LPBF_TEMPLATE)
 }
 
 /// Makes the folder `path` with the job of an electron beam over powder: a region with a hole, hatched. Returns the job
@@ -127,9 +133,7 @@ pub fn lpbf(path: &Path) -> Result<PathBuf, StartError> {
 /// # Errors
 /// [`StartError::Output`] when the folder exists or cannot be written.
 pub fn ebm(path: &Path) -> Result<PathBuf, StartError> {
-    let folder = OutputFolder::create(path)?;
-    folder.write("job.toml", |w| w.write_all(EBM_TEMPLATE.as_bytes()))?;
-    Ok(folder.commit()?.join("job.toml"))
+    write_job(OutputFolder::create(path)?, EBM_TEMPLATE)
 }
 
 #[cfg(test)]
@@ -204,7 +208,7 @@ mod tests {
             let (Job::Waam(job), _) = load(&job).unwrap() else {
                 panic!("a wire-arc job")
             };
-            assert_eq!(job.part.get_ref(), &format!("{name}.stl"));
+            assert_eq!(**job.part, format!("{name}.stl"));
         }
         for (name, generate) in SHAPES {
             let mesh = generate();

@@ -20,11 +20,11 @@ use std::path::Path;
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
-use crate::job::JobError;
+use crate::job::{JobError, Problems, Written};
 use crate::outcome::{Outcome, RunError};
-use crate::waam::settings::in_file;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
+use file::TuneFile;
 use settings::Settings;
 
 impl From<TuneError> for RunError {
@@ -51,9 +51,9 @@ pub fn tune(
         source,
     })?;
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = file::read(&text)
-        .and_then(|file| settings::resolve(&file, here))
-        .map_err(|e| in_file(path, &text, e))?;
+    let refused = |problems: Problems| JobError::in_file(path, &text, problems);
+    let file = Written::<TuneFile>::parse(&text, TuneFile::check).map_err(|p| refused(p.into()))?;
+    let settings = settings::resolve(&file, here).map_err(|p| refused(p.into()))?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     let reporter = Reporter::new();
     let record = design::record(&settings, &reporter)?;

@@ -12,4 +12,4 @@ pub mod sheet;
 pub mod simulate;
 pub mod target;
 
-pub use run::{doctor, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};
+pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};

@@ -246,17 +246,19 @@ fn what_cannot_be_is_refused_with_its_place() {
 #[test]
 fn a_doctor_tells_every_default() {
     let dir = tempfile::tempdir().unwrap();
-    let lines = chain::doctor(&job(dir.path(), "", 4e-3)).unwrap();
-    for name in [
-        "ebm.porosity",
-        "ebm.density",
-        "ebm.efficiency",
-        "window.low",
+    let told = chain::doctor(&job(dir.path(), "", 4e-3), &Silent).unwrap();
+    assert!(told.refused.is_none());
+    let lines = told.lines.join("\n");
+    for line in [
+        "\n[ebm]\n",
+        "\nporosity = physical    (default: erratum E1: the printed law is no porosity)\n",
+        "\ndensity = corrected    (default: ",
+        "\nefficiency = 90 %    (default: ",
+        "\nlow = 2700 °C    (default: ",
+        "\njudge] not written: ",
     ] {
-        assert!(
-            lines.iter().any(|l| l.starts_with(name)),
-            "{name}: {lines:#?}"
-        );
+        let line = line.replace("\njudge", "\n[judge");
+        assert!(lines.contains(&line), "{line}: {lines}");
     }
 }
 

@@ -80,7 +80,11 @@ fn what_is_no_material_is_named_in_its_place() {
         let error = chain::run(&file, None, folder, &Silent).unwrap_err();
         assert_eq!(
             error.to_string(),
-            chain::doctor(&file).unwrap_err().to_string()
+            chain::doctor(&file, &Silent)
+                .unwrap()
+                .refused
+                .unwrap()
+                .to_string()
         );
         let place = format!("{error:?}");
         let at = text.find(&format!("\"{material}\"")).unwrap();

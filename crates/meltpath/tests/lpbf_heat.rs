@@ -29,7 +29,7 @@ fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outco
     fs::write(place.join("soft.toml"), recipe).unwrap();
     let file = place.join("job.toml");
     fs::write(&file, job).unwrap();
-    let Job::Lpbf(parsed) = parse(job).map_err(|e| e.message)? else {
+    let Job::Lpbf(parsed) = parse(job).map_err(|e| e[0].to_string())? else {
         return Err("this is no scan-head job".to_owned());
     };
     meltpath::lpbf::run(&file, &parsed, job, None, &place.join("runs"), &Silent)

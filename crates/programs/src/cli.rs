@@ -10,7 +10,7 @@ mod binary;
 mod contents;
 
 use std::collections::BTreeMap;
-use std::io::{self, BufRead, Read, Write};
+use std::io::{BufRead, Read, Write};
 
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_toolpath::{Layer, Pass, Role};

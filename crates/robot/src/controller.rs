@@ -70,16 +70,8 @@ pub struct RotationSpeed(
 );
 
 const ROTATION_UNITS: &[meltpath_base::quantity::Unit] = &[
-    meltpath_base::quantity::Unit {
-        symbol: "deg/s",
-        factor: std::f64::consts::PI / 180.0,
-        offset: 0.0,
-    },
-    meltpath_base::quantity::Unit {
-        symbol: "rad/s",
-        factor: 1.0,
-        offset: 0.0,
-    },
+    meltpath_base::quantity::Unit::new("deg/s", std::f64::consts::PI / 180.0),
+    meltpath_base::quantity::Unit::new("rad/s", 1.0),
 ];
 
 impl<'de> Deserialize<'de> for RotationSpeed {

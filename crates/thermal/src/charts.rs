@@ -197,22 +197,6 @@ impl ChartSet {
     pub fn heating<'a>(&self, chart: &'a Chart, depth: usize, distance: usize) -> &'a HeatingCurve {
         &chart.heating[depth * self.distances.len() + distance]
     }
-
-    /// The two charts round a share of powder and the weight of the second.
-    pub fn around(&self, powder_share: f64) -> (usize, usize, f64) {
-        let last = self.charts.len() - 1;
-        let after = self
-            .charts
-            .partition_point(|c| c.powder_share <= powder_share);
-        let (a, b) = (after.saturating_sub(1), after.min(last));
-        let (low, high) = (self.charts[a].powder_share, self.charts[b].powder_share);
-        let weight = if high > low {
-            (powder_share - low) / (high - low)
-        } else {
-            0.0
-        };
-        (a, b, weight)
-    }
 }
 
 /// Why charts cannot be used for a path.

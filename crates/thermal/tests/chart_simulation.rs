@@ -256,10 +256,12 @@ fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
         }
     }
     let [nx, ny] = grid.cells;
+    let metal = simulation.metal();
+    let top = metal.grid.planes() - 1;
     let diameters: Vec<f64> = (0..layers)
         .map(|layer| {
             let cells = (0..nx * ny)
-                .filter(|n| simulation.metal_of_column(n % nx, n / nx).nth(layer) == Some(true))
+                .filter(|n| metal.at(n % nx, n / nx, top - layer) > 0.5)
                 .count();
             (4.0 * cells as f64 * 0.04 * 0.04 / std::f64::consts::PI).sqrt()
         })

@@ -11,7 +11,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 
 use super::levelling::MoltenZone;
-use super::record::{ArcStart, LayerRecord, PathPoint};
+use super::record::{ArcStart, LayerRecord};
 use super::{DepositError, Mode, Settings, Station};
 use crate::bead::{BeadModel, PoolModel, PursuitLength};
 use crate::pursuit::{Pursuit, pursuit_length};

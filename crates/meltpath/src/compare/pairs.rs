@@ -3,12 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Observer, Provenance, Reporter};
+use meltpath_base::{Observer, Provenance, Reporter, settings};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::calibration::comparison::{Missing, Pair, Places};
 use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::grid::sample::{Sample, around, between, nearest};
-use toml::Spanned;
 
 use super::CompareError;
 use super::quantity::Quantity;
@@ -16,9 +15,8 @@ use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::{Settings, resolve};
-use crate::ebm::{EbmError, path_file, simulate};
-use crate::job::ebm::{EbmTable, WindowTable};
-use crate::job::{self, EbmJob, Job, JobError};
+use crate::ebm::{path_file, simulate};
+use crate::job::{self, Job, JobError};
 use crate::outcome::RunError;
 
 /// Samples further than this from every place of a table have no counterpart there, mm.
@@ -112,17 +110,6 @@ pub(super) fn with_table(
     })
 }
 
-/// A material that ships, or the copy of the user's own in the folder of the run.
-fn own_material(written: Option<Spanned<String>>) -> Option<Spanned<String>> {
-    written.map(|name| {
-        if crate::data::is_file(name.get_ref()) {
-            Spanned::new(name.span(), MATERIAL_COPY.to_owned())
-        } else {
-            name
-        }
-    })
-}
-
 /// The job of a run, so that its field can be drawn again: its path and its charts lie in its folder.
 fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunError> {
     let wrong = |what: String| CompareError::Run {
@@ -137,43 +124,36 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
     let Job::Ebm(job) = job else {
         return Err(wrong("its job is of another process".to_owned()).into());
     };
-    let spanned = |name: String| Spanned::new(0..0, name);
     let mut charts = Vec::new();
     for n in 1.. {
         let name = format!("charts/{n}.melt");
         if !folder.join(&name).is_file() {
             break;
         }
-        charts.push(spanned(name));
+        charts.push(settings::File(name));
     }
     if !folder.join("path.csv").is_file() || charts.is_empty() {
         return Err(wrong("it has no path.csv or no charts".to_owned()).into());
     }
-    let job = EbmJob {
-        path: job.path.map(|_| spanned("path.csv".to_owned())),
-        part: job.part.map(|p| spanned(part_copy(Path::new(p.get_ref())))),
-        charts: crate::job::ebm::ChartsTable {
-            files: charts,
-            ..job.charts
-        },
-        ebm: EbmTable {
-            material: own_material(job.ebm.material),
-            ..job.ebm
-        },
-        window: WindowTable::default(),
-        optimise: None,
-        judge: None,
-        ..*job
-    };
-    let mut settings = resolve(&job, folder, observer).map_err(|e| {
-        RunError::Job(JobError::Text {
-            path: file,
-            text,
-            span: None,
-            message: e.message,
-            help: e.help,
-        })
-    })?;
+    let mut job = *job;
+    let tables = &mut job.tables;
+    if let Some(path) = &mut tables.path.value {
+        "path.csv".clone_into(&mut path.0);
+    }
+    if let Some(part) = &mut tables.part.value {
+        part.0 = part_copy(Path::new(&**part));
+    }
+    if crate::data::is_file(&tables.ebm.material) {
+        MATERIAL_COPY.clone_into(&mut tables.ebm.value.material.value);
+    }
+    tables.charts.value.files.value = charts;
+    // the field alone is drawn again
+    tables.window.value.good.value = None;
+    tables.window.value.body.value = None;
+    tables.optimise.value = None;
+    tables.judge.value = None;
+    let mut settings =
+        resolve(&job, folder, observer).map_err(|e| JobError::in_file(&file, &text, e))?;
     // of a job that hatches its region the last layer too is the one in the folder
     let unreadable = |e: &dyn std::fmt::Display| wrong(format!("its path.csv does not read: {e}"));
     let record = path_file::read(&folder.join("path.csv")).map_err(|e| unreadable(&e))?;
@@ -301,7 +281,8 @@ pub(super) fn with_run(
     let mut see = |layer: usize, s: &ChartSimulation| {
         look(&mut of_layers[layer], s, &mut found, &mut left_out);
     };
-    simulate::look_at(&settings, &times, &mut see, reporter, observer).map_err(EbmError::told)?;
+    simulate::look_at(&settings, &times, &mut see, reporter, observer)
+        .map_err(crate::ebm::run::told)?;
     found.sort_by_key(|(quantity, n, _)| (*quantity, *n));
     provenance.model(
         "chart simulation",

@@ -16,7 +16,7 @@ use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::enthalpy::Enthalpy;
 
-use super::run::EbmError;
+use super::error::EbmError;
 use super::settings::Settings;
 
 /// Beam settings whose charts are read or computed, at most: each takes seconds.

@@ -4,7 +4,7 @@ use meltpath_base::Reporter;
 use meltpath_thermal::charts::simulation::Memory;
 
 use super::charts::{Source, sources};
-use super::run::EbmError;
+use super::error::EbmError;
 use super::settings::Settings;
 use super::simulate::extent;
 

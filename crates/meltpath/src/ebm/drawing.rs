@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::settings::Problem;
 use meltpath_base::{Observer, Provenance, Ratio, Reporter};
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec3;
@@ -13,9 +14,8 @@ use meltpath_thermal::material::Material;
 use super::hatch::{Hatch, HatchError, modulated};
 use super::region::{Below, Contour};
 use super::section::{Cut, SectionError, Sections, sections};
-use super::settings::{at, beam_path};
-use crate::job::ebm::{EbmJob, Ground, HatchStrategy, ModulationTable};
-use crate::job::{PartUnit, TextError};
+use super::settings::beam_path;
+use crate::job::ebm::{EbmJob, Ground, HatchStrategy, Ring};
 use crate::part;
 
 /// The part of which a section is drawn.
@@ -51,44 +51,36 @@ pub(super) struct Drawing {
     pub part: Option<DrawnPart>,
 }
 
-fn plain(message: String) -> TextError {
-    TextError {
-        span: None,
-        message,
-        help: None,
-    }
-}
-
-fn corners(ring: &[[meltpath_base::Length; 2]]) -> Vec<[f64; 2]> {
+fn corners(ring: &Ring) -> Vec<[f64; 2]> {
     ring.iter().map(|c| c.map(|v| v.0)).collect()
 }
 
 impl Drawing {
-    /// What a job draws in `layers` layers `thickness` mm thick.
+    /// What a job draws.
     pub(super) fn of(
         job: &EbmJob,
         folder: &Path,
         (material, focus): (&Material, &FocusCalibration),
-        [layers, thickness]: [f64; 2],
         (reporter, observer): (&Reporter, &dyn Observer),
         r: &mut Provenance,
-    ) -> Result<Self, TextError> {
-        if let Some(file) = &job.path {
-            return Self::of_file(job, folder, file, focus, layers as usize);
+    ) -> Result<Self, Problem> {
+        let layers = *job.ebm.layers as usize;
+        if let Some(file) = &*job.path {
+            return Self::of_file(job, folder.join(&**file), focus, layers);
         }
         let hatched = |regions: &[Vec<Region>], below: Below, r: &mut Provenance| {
-            let hatch = hatch(job, thickness, focus, &below, r)?;
+            let hatch = hatch(job, focus, &below, r)?;
             let paths = regions
                 .iter()
                 .zip(1..)
                 .map(|(regions, number)| hatch.path(regions, number, reporter))
                 .collect::<Result<Vec<_>, HatchError>>()
-                .map_err(|e| plain(format!("[hatch]: {e}")))?;
+                .map_err(|e| job.hatch.problem(format!("[hatch]: {e}")))?;
             Ok((paths, hatch, below))
         };
-        let Some(file) = &job.part else {
+        let Some(file) = job.part.as_ref().map(|file| folder.join(&**file)) else {
             let contour = contour(job);
-            let regions = vec![vec![contour.region()]; layers as usize];
+            let regions = vec![vec![contour.region()]; layers];
             let (paths, hatch, below) = hatched(&regions, ground(job), r)?;
             return Ok(Drawing {
                 path_file: None,
@@ -100,34 +92,23 @@ impl Drawing {
                 part: None,
             });
         };
-        let cut = cut(job, material, [layers, thickness], r);
-        let up = r.written_or(
-            "build_direction",
-            job.build_direction,
-            [0.0, 0.0, 1.0],
-            "+Z of the part file",
-        );
+        let cut = cut(job, material, r);
+        // the part says it itself
+        r.parameters.remove(&job.ebm.ground.name);
         let part = part::load(
-            &folder.join(file.get_ref()),
-            job.part_unit,
-            DVec3::from_array(up),
+            &file,
+            *job.part_unit,
+            DVec3::from_array(job.build_direction.0),
             // far below a voxel
-            0.1 * thickness,
+            0.1 * job.ebm.layer.0,
             reporter,
             observer,
         )
-        .map_err(|e| at(file.span(), &e))?;
+        .map_err(|e| job.part.problem(e.to_string()))?;
         let found = sections(&part.mesh, &cut, reporter, observer).map_err(|e| refused(job, &e))?;
         let below = found.below.as_ref().map_or(Below::Metal, |regions| {
             Below::Areas(regions.iter().map(Contour::of).collect())
         });
-        r.written_or("part", Some(part.name), String::new(), "");
-        r.written_or(
-            "part_unit",
-            Some(job.part_unit),
-            PartUnit::Millimetre,
-            "of files that carry none",
-        );
         let (paths, hatch, below) = hatched(&found.drawn, below, r)?;
         let Sections {
             drawn,
@@ -143,7 +124,7 @@ impl Drawing {
             path_file: None,
             paths,
             part: Some(DrawnPart {
-                file: folder.join(file.get_ref()),
+                file,
                 findings: part.findings,
                 layer: [number, of],
                 islands: [islands, cut.island as usize],
@@ -160,17 +141,16 @@ impl Drawing {
 
     fn of_file(
         job: &EbmJob,
-        folder: &Path,
-        file: &toml::Spanned<String>,
+        path_file: PathBuf,
         focus: &FocusCalibration,
         layers: usize,
-    ) -> Result<Self, TextError> {
-        let (path_file, path, gun) = beam_path(folder, file, focus)?;
-        let contour = if job.region.contour.is_empty() {
+    ) -> Result<Self, Problem> {
+        let (path, gun) = beam_path(&path_file, &job.path, focus)?;
+        let contour = if job.region.contour.is_some() {
+            contour(job)
+        } else {
             let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
             Contour::hull(&on)
-        } else {
-            contour(job)
         };
         Ok(Drawing {
             path_file: Some(path_file),
@@ -186,77 +166,57 @@ impl Drawing {
 
 fn contour(job: &EbmJob) -> Contour {
     let region = &job.region;
-    Contour::new(corners(&region.contour))
-        .with_holes(region.holes.iter().map(|h| corners(h)).collect())
+    let outer = region.contour.as_ref().map(corners).unwrap_or_default();
+    Contour::new(outer).with_holes(region.holes.iter().map(corners).collect())
 }
 
 /// What the job says of what lies below.
 fn ground(job: &EbmJob) -> Below {
-    let supported = &job.region.supported;
-    match job.ebm.ground {
-        Ground::Metal => Below::Metal,
-        Ground::Powder if supported.is_empty() => Below::Areas(Vec::new()),
-        Ground::Powder => Below::Areas(vec![Contour::new(corners(supported))]),
+    match (*job.ebm.ground, &*job.region.supported) {
+        (Ground::Metal, _) => Below::Metal,
+        (Ground::Powder, None) => Below::Areas(Vec::new()),
+        (Ground::Powder, Some(supported)) => Below::Areas(vec![Contour::new(corners(supported))]),
     }
 }
 
 fn hatch(
     job: &EbmJob,
-    thickness: f64,
     focus: &FocusCalibration,
     below: &Below,
     r: &mut Provenance,
-) -> Result<Hatch, TextError> {
-    let table = job.hatch.clone().unwrap_or_default();
-    let mut hatch = Hatch::resolve(&table, thickness, focus, r)
-        .map_err(|e| plain(format!("hatch.focus: {e}")))?;
-    let follows = table.strategy == HatchStrategy::Modulated;
-    let law = job.modulation.clone();
-    if let Some(law) = law.or(follows.then(ModulationTable::default)) {
-        hatch.plan.modulation = Some(modulated(&law, hatch.plan.energy(), below, r));
-    }
+) -> Result<Hatch, Problem> {
+    let table = job
+        .hatch
+        .as_ref()
+        .ok_or_else(|| Problem::new("nothing draws the region: write [hatch]"))?;
+    let mut hatch = Hatch::of(table, job.ebm.layer.0, focus, r)
+        .map_err(|e| table.focus.problem(format!("hatch.focus: {e}")))?;
+    let law = match *table.strategy {
+        HatchStrategy::Modulated => job.modulation.clone().or_defaults(r),
+        _ => job.modulation.value.clone(),
+    };
+    hatch.plan.modulation = law.map(|law| modulated(&law, hatch.plan.energy(), below));
     Ok(hatch)
 }
 
-fn cut(job: &EbmJob, material: &Material, [layers, layer]: [f64; 2], r: &mut Provenance) -> Cut {
+fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
     let table = &job.section;
-    let height = table.height.as_ref().map(|h| h.get_ref().0);
-    r.written_or(
-        "section.height",
-        height.map(|h| format!("{} mm", h.0)),
-        "half the part's".to_owned(),
-        "no layer is named",
-    );
-    let island = table.island.as_ref().map(|n| *n.get_ref());
-    let scaling = table.scaling.map(|s| s.map(|s| s.0));
+    let scaling = table.scaling.or_computed(r, material.scaling.map(Ratio));
     Cut {
-        height: height.map(|h| h.0),
-        island: r.written_or("section.island", island, 1, "the largest"),
-        scaling: r
-            .written_or(
-                "section.scaling",
-                scaling,
-                material.scaling.map(Ratio),
-                "the material's: parts shrink on cooling",
-            )
-            .map(|s| s.0),
-        layer,
-        layers: layers as u32,
+        height: table.height.map(|h| h.0),
+        island: *table.island,
+        scaling: scaling.map(|s| s.0),
+        layer: job.ebm.layer.0,
+        layers: *job.ebm.layers,
     }
 }
 
 /// The error at the place in the job where a value is to blame.
-fn refused(job: &EbmJob, e: &SectionError) -> TextError {
-    let table = &job.section;
-    let height = table.height.as_ref().map(toml::Spanned::span);
+fn refused(job: &EbmJob, e: &SectionError) -> Problem {
     let span = match e {
-        SectionError::Above { .. } | SectionError::Empty { .. } => height,
-        SectionError::Island { .. } => table.island.as_ref().map(toml::Spanned::span),
-        SectionError::Slice(_) | SectionError::Planar(_) | SectionError::Flat { .. } => None,
+        SectionError::Above { .. } | SectionError::Empty { .. } => &job.section.height.span,
+        SectionError::Island { .. } => &job.section.island.span,
+        SectionError::Slice(_) | SectionError::Planar(_) | SectionError::Flat { .. } => &None,
     };
-    TextError {
-        span: span.or_else(|| job.part.as_ref().map(toml::Spanned::span)),
-        message: e.to_string(),
-        help: None,
-    }
+    Problem::new(e.to_string()).at(span.clone().or_else(|| job.part.span.clone()))
 }

@@ -50,22 +50,10 @@ struct Piece {
 }
 
 const CURRENT: &[quantity::Unit] = &[
-    quantity::Unit {
-        symbol: "mA",
-        factor: 1e-3,
-        offset: 0.0,
-    },
-    quantity::Unit {
-        symbol: "A",
-        factor: 1.0,
-        offset: 0.0,
-    },
+    quantity::Unit::new("mA", 1e-3),
+    quantity::Unit::new("A", 1.0),
 ];
-const SLOPE: &[quantity::Unit] = &[quantity::Unit {
-    symbol: "µm/mA",
-    factor: 1.0,
-    offset: 0.0,
-}];
+const SLOPE: &[quantity::Unit] = &[quantity::Unit::new("µm/mA", 1.0)];
 
 /// The calibration `name` and where it comes from.
 ///

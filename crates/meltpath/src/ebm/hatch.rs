@@ -1,7 +1,6 @@
 //! The hatch of a job: its values from the table, the passes by planning, the beam's path by the gun.
 
-use meltpath_base::quantity::Positive;
-use meltpath_base::{Length, Provenance, Ratio, Reporter, Speed, Time};
+use meltpath_base::{Length, Provenance, Ratio, Reporter, Time};
 use meltpath_geometry::Region;
 use meltpath_gun::Gun;
 use meltpath_gun::drive::{Drive, DriveError, drive};
@@ -31,49 +30,16 @@ pub enum HatchError {
 }
 
 /// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³ on what lies `below`.
-pub fn modulated(
-    table: &ModulationTable,
-    nominal: f64,
-    below: &Below,
-    r: &mut Provenance,
-) -> Modulated {
-    let start = Modulation::STARTING;
-    let why = "a starting value to be tuned: those of Béraud 2016 are lost";
-    let mut ramp = |name: &str, least: Option<f64>, length: Option<f64>, default: Ramp| Ramp {
-        least: r
-            .written_or(
-                &format!("modulation.{name}"),
-                least.map(Ratio),
-                Ratio(default.least),
-                why,
-            )
-            .0,
-        length: r
-            .written_or(
-                &format!("modulation.{name}_length"),
-                length.map(Length),
-                Length(default.length),
-                "powder is felt 1 to 2 mm away (Béraud 2016, section 2.2.1.1)",
-            )
-            .0,
+pub fn modulated(table: &ModulationTable, nominal: f64, below: &Below) -> Modulated {
+    let ramp = |least: Ratio, length: Length| Ramp {
+        least: least.0,
+        length: length.0,
     };
-    let share = |v: Option<Positive<Ratio>>| v.map(|v| v.0.0);
-    let length = |v: Option<Positive<Length>>| v.map(|v| v.0.0);
     Modulated {
         law: Modulation {
             nominal,
-            across: ramp(
-                "across",
-                share(table.across),
-                length(table.across_length),
-                start.across,
-            ),
-            along: ramp(
-                "along",
-                share(table.along),
-                length(table.along_length),
-                start.along,
-            ),
+            across: ramp(*table.across, *table.across_length),
+            along: ramp(*table.along, *table.along_length),
         },
         below: below.regions(),
     }
@@ -91,109 +57,41 @@ pub struct Hatch {
 }
 
 impl Hatch {
-    /// The hatch of a job's table for layers `layer` mm thick, not modulated; every value is recorded with its origin.
+    /// The hatch of a job's table for layers `layer` mm thick, not modulated.
     ///
     /// # Errors
     /// [`FocusError`] of a focus current that is not calibrated.
-    pub fn resolve(
+    pub fn of(
         table: &HatchTable,
         layer: f64,
         focus: &FocusCalibration,
         r: &mut Provenance,
     ) -> Result<Self, FocusError> {
-        let thesis = "Béraud 2016, table 3.3.2";
-        let mm = |v: f64| Length(v);
-        r.written_or(
-            "hatch.strategy",
-            Some(format!("{:?}", table.strategy).to_lowercase()),
-            String::new(),
-            "",
-        );
-        let spacing = table.spacing.map(|s| s.0);
-        let spacing = r.written_or(
-            "hatch.spacing",
-            spacing,
-            mm(0.125),
-            "49 J/mm³ at the thesis' beam (erratum E22)",
-        );
-        let angle = table.angle;
-        let angle = r.written_or("hatch.angle", angle, meltpath_base::Angle(0.0), "along x");
-        let turn = r.written_or(
-            "hatch.turn",
-            table.turn,
-            meltpath_base::Angle(std::f64::consts::FRAC_PI_2),
-            "crossed layers: what one leaves cold the next one crosses",
-        );
-        let contours = r.written_or("hatch.contours", table.contours, 0, "lines alone");
-        let overrun = r.written_or(
-            "hatch.overrun",
-            table.overrun.map(|o| o.0),
-            mm(0.0),
-            "up to the contour",
-        );
-        let island = table.island.map(|s| s.0);
-        let island = r.written_or(
-            "hatch.island",
-            island,
-            mm(2.0),
-            "of the order of what stays hot behind the beam",
-        );
-        let speed = table.speed.map(|s| s.0);
-        let speed = r.written_or("hatch.speed", speed, Speed(980.0), thesis).0;
-        let dwell = r.written_or(
-            "hatch.dwell",
-            table.dwell.map(|d| d.0),
-            Time(spacing.0 / speed),
-            "what a line at that speed spends on the spacing",
-        );
-        let jump = table.jump.map(|j| j.0.0);
-        let jump = jump.map_or(f64::INFINITY, |v| {
-            r.written_or("hatch.jump", Some(Speed(v)), Speed(v), "").0
-        });
-        let voltage = table.voltage.map(|v| v.0);
-        let voltage = r.written_or(
-            "hatch.voltage",
-            voltage,
-            meltpath_base::Voltage(60e3),
-            thesis,
-        );
-        let current = table.current.map(|v| v.0);
-        let current = r.written_or(
-            "hatch.current",
-            current,
-            meltpath_base::Current(5e-3),
-            thesis,
-        );
-        let coil = r.written_or(
-            "hatch.focus",
-            table.focus,
-            meltpath_base::Current(4e-3),
-            thesis,
-        );
+        let on_spacing = Time(table.spacing.0 / table.speed.0);
         Ok(Hatch {
             plan: powder::Hatch {
-                pattern: pattern(table.strategy),
-                spacing: spacing.0,
-                angles: [angle.0, turn.0],
-                contours,
-                overrun: overrun.0,
-                island: island.0,
-                speed,
-                dwell: dwell.0,
-                power: voltage.0 * current.0,
+                pattern: pattern(*table.strategy),
+                spacing: table.spacing.0,
+                angles: [table.angle.0, table.turn.0],
+                contours: *table.contours,
+                overrun: table.overrun.0,
+                island: table.island.0,
+                speed: table.speed.0,
+                dwell: table.dwell.or_computed(r, on_spacing).0,
+                power: table.voltage.0 * table.current.0,
                 layer,
                 chord_error: CHORD_ERROR,
                 modulation: None,
             },
             drive: Drive {
-                spot: focus.diameter(coil.0)?,
-                jump,
+                spot: focus.diameter(table.focus.0)?,
+                jump: table.jump.map_or(f64::INFINITY, |v| v.0),
                 chord_error: CHORD_ERROR,
             },
             gun: Gun {
-                voltage: voltage.0,
+                voltage: table.voltage.0,
                 focus: focus.clone(),
-                coil: coil.0,
+                coil: table.focus.0,
             },
         })
     }

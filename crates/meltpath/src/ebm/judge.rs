@@ -13,8 +13,8 @@ use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
+use super::error::EbmError;
 use super::region::{Below, Contour};
-use super::run::EbmError;
 use super::settings::{Judge, Settings, Window};
 use super::simulate::Drawn;
 

@@ -8,7 +8,7 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
-use super::optimise::{Found, OnReference};
+use super::optimise::search::{Found, OnReference};
 use super::present_histogram;
 use super::settings::Settings;
 use crate::job::ebm::Change;

@@ -2,13 +2,12 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
     Cancelled, Check, Fact, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
 };
-use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
@@ -19,108 +18,30 @@ use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::SolverError;
 
+use super::error::EbmError;
 use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use super::{cost, present};
-use crate::job::{EbmJob, JobError};
-use crate::outcome::{self, RunError};
+use crate::job::{EbmJob, JobError, Written};
+use crate::outcome::{self, Examined, RunError};
 
-/// Why an electron-beam job could not be done.
-#[derive(Debug, thiserror::Error)]
-pub enum EbmError {
-    /// A chart file.
-    #[error(
-        "cannot use the charts {}: {message}; left out of charts.files, they are computed by the run", .path.display()
-    )]
-    Charts {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-    },
-    /// Charts that could not be computed.
-    #[error(transparent)]
-    Build(#[from] BuildError),
-    /// The simulation.
-    #[error(transparent)]
-    Simulation(#[from] ChartSimulationError),
-    /// Better speeds.
-    #[error(transparent)]
-    Strategy(#[from] StrategyError),
-    /// The focus.
-    #[error(transparent)]
-    Focus(#[from] FocusError),
-    /// The reference solver.
-    #[error("the judge: {0}")]
-    Reference(#[from] SolverError),
-    /// A part to judge that the beam does not enter.
-    #[error(
-        "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
-    )]
-    EmptyPart {
-        /// Lowest corner, mm.
-        low: [f64; 2],
-        /// Highest corner, mm.
-        high: [f64; 2],
-    },
-    /// More beam settings than charts can be made for.
-    #[error(
-        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round the focus to fewer values (of powers there may be any number)"
-    )]
-    ManySettings {
-        /// Settings on the path.
-        settings: usize,
-        /// How many may be.
-        most: usize,
-    },
-    /// Charts from files that nothing can be taken between.
-    #[error(
-        "the charts for {:.1} and {:.1} W differ in more than the power, so that those of the powers between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
-        powers[0], powers[1]
-    )]
-    UnlikeCharts {
-        /// Their powers, W.
-        powers: [f64; 2],
-    },
-    /// More voxels than fit.
-    #[error(
-        "the voxels reach over {:.0} x {:.0} mm and would need {gigabytes:.0} GB of memory, {most:.0} are the limit: is the path in mm? else a larger simulation.voxel, or a smaller section or region",
-        extent[0], extent[1]
-    )]
-    Large {
-        /// Extent, mm.
-        extent: [f64; 2],
-        /// Memory, GB.
-        gigabytes: f64,
-        /// The limit, GB.
-        most: f64,
-    },
-    /// A body known to be good that does not melt.
-    #[error(
-        "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
-    )]
-    GoodBody,
-}
-
-impl EbmError {
-    /// The run's error: cancellation is told apart.
-    pub(crate) fn told(self) -> RunError {
-        match self {
-            EbmError::Reference(SolverError::Cancelled(c))
-            | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
-            | EbmError::Simulation(ChartSimulationError::Cancelled(c))
-            | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
-                RunError::Cancelled(c)
-            }
-            other => RunError::Ebm(other),
+/// The run's error: cancellation is told apart.
+pub(crate) fn told(error: EbmError) -> RunError {
+    match error {
+        EbmError::Reference(SolverError::Cancelled(c))
+        | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
+        | EbmError::Simulation(ChartSimulationError::Cancelled(c))
+        | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
+            RunError::Cancelled(c)
         }
+        other => RunError::Ebm(other),
     }
 }
 
 fn resolved(
     job_file: &Path,
-    job: &EbmJob,
+    job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Settings, RunError> {
@@ -128,13 +49,7 @@ fn resolved(
     resolve(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
         Err(cancelled) => RunError::Cancelled(cancelled),
-        Ok(()) => RunError::Job(JobError::Text {
-            path: job_file.to_path_buf(),
-            text: text.to_owned(),
-            span: e.span,
-            message: e.message,
-            help: e.help,
-        }),
+        Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
     })
 }
 
@@ -144,7 +59,7 @@ fn resolved(
 /// [`RunError`]; nothing is written then.
 pub fn run(
     job_file: &Path,
-    job: &EbmJob,
+    job: &Written<EbmJob>,
     text: &str,
     out: Option<&Path>,
     runs: &Path,
@@ -157,7 +72,7 @@ pub fn run(
         .warnings
         .iter()
         .for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&settings, &reporter, observer).map_err(EbmError::told)?;
+    let outcome = simulate(&settings, &reporter, observer).map_err(told)?;
     let verdict = Verdict {
         checks: checks(&settings, &outcome),
         facts: facts(&outcome),
@@ -404,17 +319,24 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
         ))
 }
 
-/// What is defaulted or missing in a job.
+/// What is resolved in a job, what it costs, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn doctor(job_file: &Path, job: &EbmJob, text: &str) -> Result<Vec<String>, RunError> {
-    let settings = resolved(job_file, job, text, &meltpath_base::Silent)?;
-    let mut lines = outcome::parameter_lines(&settings.provenance);
+/// [`RunError`] for whatever a run refuses before it computes.
+pub fn examine(
+    job_file: &Path,
+    job: &Written<EbmJob>,
+    text: &str,
+    observer: &dyn Observer,
+) -> Result<Examined, RunError> {
+    let settings = resolved(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    lines.extend(cost::lines(&settings, &reporter).map_err(EbmError::told)?);
-    let found = reporter.warnings();
-    let notes = settings.warnings.iter().chain(&found);
-    lines.extend(notes.map(outcome::warning_line));
-    Ok(lines)
+    let notes = cost::lines(&settings, &reporter).map_err(told)?;
+    let mut warnings = settings.warnings;
+    warnings.extend(reporter.warnings());
+    Ok(Examined {
+        provenance: settings.provenance,
+        notes,
+        warnings,
+    })
 }

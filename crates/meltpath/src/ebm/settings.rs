@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::settings::{File, Problem, Setting};
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
 use meltpath_gun::Gun;
 use meltpath_gun::focus::FocusCalibration;
@@ -9,9 +10,9 @@ use meltpath_melt_strategy::bed::Resolution;
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation;
+use meltpath_thermal::material::Material;
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::Body;
-use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::source::Depth;
 
 use super::drawing::{Drawing, DrawnPart};
@@ -19,8 +20,8 @@ use super::hatch::Hatch;
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use super::{focus, path_file};
-use crate::job::TextError;
-use crate::job::ebm::{ChartMemory, EbmJob};
+use crate::job::Written;
+use crate::job::ebm::{ChartMemory, EbmJob, JudgeTable, Point};
 use crate::material::{Loaded, load};
 
 /// Places of a line that are looked at.
@@ -144,27 +145,14 @@ impl Settings {
     }
 }
 
-pub(super) fn at(span: std::ops::Range<usize>, message: &impl ToString) -> TextError {
-    TextError {
-        span: Some(span),
-        message: message.to_string(),
-        help: None,
-    }
-}
-
-fn named(value: &impl std::fmt::Debug) -> String {
-    format!("{value:?}").to_lowercase()
-}
-
-/// Reads a beam path and the gun that drew it: its file, the path, the gun at the settings with which the beam first is on.
+/// Reads a beam path and the gun that drew it, at the settings with which the beam first is on.
 pub(super) fn beam_path(
-    folder: &Path,
-    name: &toml::Spanned<String>,
+    file: &Path,
+    key: &Setting<Option<File>>,
     focus: &FocusCalibration,
-) -> Result<(PathBuf, BeamPath, Gun), TextError> {
-    let file = folder.join(name.get_ref());
-    let shown = |what: String| at(name.span(), &format!("{}: {what}", file.display()));
-    let record = path_file::read(&file).map_err(|e| shown(e.to_string()))?;
+) -> Result<(BeamPath, Gun), Problem> {
+    let shown = |what: String| key.problem(format!("{}: {what}", file.display()));
+    let record = path_file::read(file).map_err(|e| shown(e.to_string()))?;
     let heats = record.rows().windows(2).find(|w| {
         let power = w[0].voltage * w[0].current;
         w[0].on && power > 0.0 && w[1].time > w[0].time
@@ -179,106 +167,26 @@ pub(super) fn beam_path(
         focus: focus.clone(),
         coil: first.focus,
     };
-    Ok((file, path, gun))
+    Ok((path, gun))
 }
 
 /// Resolves a job whose file lies in `folder`.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job where one value is to blame.
+/// [`Problem`] with the place in the job where one value is to blame.
 pub fn resolve(
-    job: &EbmJob,
+    job: &Written<EbmJob>,
     folder: &Path,
     observer: &dyn Observer,
-) -> Result<Settings, TextError> {
-    let mut r = Provenance::new();
-    let (loaded, (beam, focus), penetration) = process(job, folder, &mut r)?;
-    let Loaded {
-        material,
-        file: material_file,
-        ..
-    } = loaded;
-    let mm = |v: f64| meltpath_base::Length(v);
-    let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
-    let ebm = &job.ebm;
-    let layer = r
-        .written_or(
-            "ebm.layer",
-            ebm.layer.map(|l| l.0),
-            mm(0.05),
-            "step of the table in Béraud 2016",
-        )
-        .0;
-    let layers = r
-        .written_or("ebm.layers", ebm.layers, 1, "the path is drawn once")
-        .max(1);
-    if job.part.is_none() {
-        r.written_or("ebm.ground", Some(named(&ebm.ground)), String::new(), "");
-    }
-    let charts = &job.charts;
-    let chart_stop = r.written_or(
-        "charts.stop",
-        charts.stop,
-        kelvin(2800.0),
-        "Béraud 2016, section 3.2.2.3",
-    );
-    let cooling = r.written_or(
-        "charts.cooling_from",
-        charts.cooling_from,
-        kelvin(2800.0),
-        "Béraud 2016, section 3.2.2.3",
-    );
-    let spacing = r.written_or(
-        "charts.spacing",
-        charts.spacing.map(|s| s.0),
-        mm(0.025),
-        "converged within 2 °C of mean error",
-    );
-    r.written_or(
-        "charts.memory",
-        charts.memory.map(|m| named(&m)),
-        named(&ChartMemory::default()),
-        "Béraud 2016: a voxel knows its own history only",
-    );
-    let sim = &job.simulation;
-    let voxel = r
-        .written_or(
-            "simulation.voxel",
-            sim.voxel.map(|v| v.0),
-            mm(0.057),
-            "voxels of the thesis' large cases",
-        )
-        .0;
-    let margin = r
-        .written_or(
-            "simulation.margin",
-            sim.margin.map(|v| v.0),
-            mm(0.5),
-            "Béraud 2016, section 3.2.2.1",
-        )
-        .0;
-    let step = r
-        .written_or(
-            "simulation.step",
-            sim.step.map(|s| s.0),
-            meltpath_base::Time(2.5e-6),
-            "melting takes 0.03 ms at 300 W",
-        )
-        .0;
-    let frames = r
-        .written_or(
-            "simulation.frames",
-            sim.frames,
-            24,
-            "enough to see the beam move",
-        )
-        .clamp(1, 500);
+) -> Result<Settings, Problem> {
+    let mut r = job.provenance.clone();
+    let (loaded, beam, focus) = process(job, folder, &mut r)?;
+    let material = loaded.material;
     let reporter = Reporter::new();
     let drawn = Drawing::of(
         job,
         folder,
         (&material, &focus),
-        [f64::from(layers), layer],
         (&reporter, observer),
         &mut r,
     )?;
@@ -296,86 +204,48 @@ pub fn resolve(
         below,
         part,
     } = drawn;
-    let path = paths.pop().ok_or_else(|| TextError {
-        span: None,
-        message: "there is no layer to draw".to_owned(),
-        help: None,
-    })?;
-    let inside = r
-        .written_or(
-            "region.inside",
-            job.region.inside.map(|i| i.0),
-            mm(0.2),
-            "rims melt with what lies beside them",
-        )
-        .0;
-    let share = |v: f64| meltpath_base::Ratio(v);
-    let in_window = r
-        .written_or(
-            "checks.in_window",
-            job.checks.in_window.map(|v| v.0),
-            share(0.5),
-            "half of the metal",
-        )
-        .0;
-    let unmelted = r
-        .written_or(
-            "checks.unmelted",
-            job.checks.unmelted.map(|v| v.0),
-            share(0.01),
-            "powder left inside is a hole",
-        )
-        .0;
+    let path = paths
+        .pop()
+        .ok_or_else(|| Problem::new("there is no layer to draw"))?;
     let optimise = job.optimise.as_ref().map(|o| {
-        Optimise::resolve(o, drawn_hatch.as_ref(), &contour.region(), &mut r).map_err(|e| {
-            TextError {
-                span: None,
-                message: format!("optimise.strategies: {e}"),
-                help: None,
-            }
-        })
+        Optimise::resolve(o, drawn_hatch.as_ref(), &contour.region(), &mut r)
+            .map_err(|e| o.strategies.problem(format!("optimise.strategies: {e}")))
     });
-    let optimise = optimise.transpose()?;
-    let judge = judge(job, &mut r);
-    let simulation = simulation::Settings {
-        step,
-        memory: match charts.memory.unwrap_or_default() {
-            ChartMemory::None => simulation::Memory::None,
-            ChartMemory::Ground => simulation::Memory::Ground(GROUND),
-        },
-        ..simulation::Settings::of(&material)
-    };
+    let (charts, sim) = (&job.charts, &job.simulation);
     Ok(Settings {
         path_file,
         path,
         lower: paths,
         warnings: reporter.warnings(),
-        penetration,
-        layer,
+        penetration: job.ebm.penetration.0,
+        layer: job.ebm.layer.0,
         below,
         part,
-        chart_files: charts
-            .files
-            .iter()
-            .map(|f| folder.join(f.get_ref()))
-            .collect(),
-        chart_stop: chart_stop.0,
-        chart_cooling_from: cooling.0.min(chart_stop.0),
-        chart_spacing: spacing.0,
-        voxel,
-        margin,
-        frames,
+        chart_files: charts.files.iter().map(|f| folder.join(&**f)).collect(),
+        chart_stop: charts.stop.0,
+        chart_cooling_from: charts.cooling_from.0.min(charts.stop.0),
+        chart_spacing: charts.spacing.0,
+        voxel: sim.voxel.0,
+        margin: sim.margin.0,
+        frames: *sim.frames,
         sections: sim.sections.iter().map(|p| p.map(|v| v.0)).collect(),
-        simulation,
+        simulation: simulation::Settings {
+            step: sim.step.0,
+            memory: match *charts.memory {
+                ChartMemory::None => simulation::Memory::None,
+                ChartMemory::Ground => simulation::Memory::Ground(GROUND),
+            },
+            ..simulation::Settings::of(&material)
+        },
         contour,
-        inside,
+        inside: job.region.inside.0,
         window,
-        optimise,
-        judge,
-        in_window,
-        unmelted,
+        optimise: optimise.transpose()?,
+        judge: job.judge.as_ref().map(judge),
+        in_window: job.checks.in_window.0,
+        unmelted: job.checks.unmelted.0,
         material,
-        material_file,
+        material_file: loaded.file,
         gun,
         beam,
         provenance: r,
@@ -388,7 +258,7 @@ fn check_inside(
     file: &Path,
     contour: &Contour,
     job: &EbmJob,
-) -> Result<(), TextError> {
+) -> Result<(), Problem> {
     let lit = || path.points().windows(2).filter(|w| w[0].is_on());
     // a line may cross the region between two rows
     let meets = |w: &[BeamPoint]| {
@@ -410,228 +280,108 @@ fn check_inside(
             ]
         },
     );
-    Err(TextError {
-        span: job.path.as_ref().map(toml::Spanned::span),
-        message: format!(
-            "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
-            file.display(),
-            ends[0],
-            ends[1]
-        ),
-        help: Some(
-            "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then"
-                .to_owned(),
-        ),
-    })
+    let message = format!(
+        "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
+        file.display(),
+        ends[0],
+        ends[1]
+    );
+    let help = "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then";
+    Err(job.path.problem(message).help(help))
 }
 
 /// Warns where the window is the thesis' and the metal is not.
 fn warn_of_window(job: &EbmJob, window: &Window, material: &Material, reporter: &Reporter) {
-    let written = job.window.low.is_some() || job.window.high.is_some();
-    let own = job.ebm.material.as_ref();
-    let other = own.is_some_and(|m| m.get_ref() != THESIS_MATERIAL);
+    let written = job.window.low.is_written() || job.window.high.is_written();
+    let other = *job.ebm.material != THESIS_MATERIAL;
     if other && !written && matches!(window, Window::Fixed(_)) {
         reporter.warn(
             "window-of-another-material",
             format!(
-                "the window of good temperatures, 2700 to 2760 °C, is that of Ti6Al4V in Béraud 2016; the material is {}",
-                material.name
+                "the window of good temperatures, {} to {}, is that of Ti6Al4V in Béraud 2016; the material is {}",
+                *job.window.low, *job.window.high, material.name
             ),
             "give the path of a body that you know to be good as window.good, its size as window.body, or both limits",
         );
     }
 }
 
-fn judge(job: &EbmJob, r: &mut Provenance) -> Option<Judge> {
-    let table = job.judge.as_ref()?;
-    r.written_or(
-        "judge.solver",
-        Some(named(&table.solver)),
-        String::new(),
-        "",
-    );
-    let part = table.part.as_ref().map(|p| {
-        let [low, high] = p.get_ref().map(|corner| corner.map(|v| v.0));
-        Rectangle { low, high }
-    });
-    let mut length = |name: &str, written: Option<f64>, default: f64, why: &str| {
-        r.written_or(
-            name,
-            written.map(meltpath_base::Length),
-            meltpath_base::Length(default),
-            why,
-        )
-        .0
-    };
-    let beyond = length(
-        "judge.beyond",
-        table.beyond.map(|b| b.0.0),
-        0.75,
-        "six lines of the thesis; heat laid further away has left through the ground",
-    );
-    let cell = length(
-        "judge.cell",
-        table.cell.map(|c| c.0.0),
-        0.0625,
-        "half the thesis' distance of lines",
-    );
-    let planes = r.written_or(
-        "judge.planes",
-        table.planes.as_ref().map(|p| *p.get_ref()),
-        1,
-        "a plane a layer",
-    );
-    let step = r
-        .written_or(
-            "judge.step",
-            table.step.map(|s| s.0),
-            meltpath_base::Time(4e-6),
-            "a twelfth of a cell at 980 mm/s",
-        )
-        .0;
-    let every = r
-        .written_or(
-            "judge.every",
-            table.every.map(|s| s.0),
-            meltpath_base::Time(5e-5),
-            "a voxel at 980 mm/s",
-        )
-        .0;
-    let places = table.places.iter().map(|p| {
-        let at = |n: usize| p.get_ref().get(n).map(|v| v.0);
-        ([0, 1].map(|n| at(n).unwrap_or_default()), at(2))
-    });
-    Some(Judge {
-        places: places.collect(),
-        every,
-        part,
-        beyond,
+fn judge(table: &JudgeTable) -> Judge {
+    let place = |p: &Point| ([p[0].0, p[1].0], p.get(2).map(|z| z.0));
+    Judge {
+        places: table.places.iter().map(place).collect(),
+        every: table.every.0,
+        part: table.part.map(|corners| {
+            let [low, high] = corners.map(|corner| corner.map(|v| v.0));
+            Rectangle { low, high }
+        }),
+        beyond: table.beyond.0,
         resolution: Resolution {
-            cell,
-            planes,
-            step,
+            cell: table.cell.0,
+            planes: *table.planes,
+            step: table.step.0,
             power: 1.0,
         },
-    })
+    }
 }
 
-/// Material, beam with its focus, and its penetration.
+/// Material, beam and its focus.
 fn process(
     job: &EbmJob,
     folder: &Path,
     r: &mut Provenance,
-) -> Result<(Loaded, (Beam, FocusCalibration), f64), TextError> {
+) -> Result<(Loaded, Beam, FocusCalibration), Problem> {
     let ebm = &job.ebm;
-    let name = ebm.material.as_ref().map(|m| m.get_ref().clone());
-    let name = r.written_or(
-        "ebm.material",
-        name,
-        THESIS_MATERIAL.to_owned(),
-        "the material of Béraud 2016",
-    );
-    let span = |s: &Option<toml::Spanned<String>>| s.as_ref().map_or(0..0, toml::Spanned::span);
     let readings = Readings {
-        porosity: ebm.porosity.unwrap_or_default(),
-        density: ebm.density.unwrap_or_default(),
+        porosity: *ebm.porosity,
+        density: *ebm.density,
         ..Readings::default()
     };
-    r.written_or(
-        "ebm.porosity",
-        ebm.porosity.map(|p| named(&p)),
-        named(&readings.porosity),
-        "erratum E1: the printed law is no porosity",
-    );
-    r.written_or(
-        "ebm.density",
-        ebm.density.map(|d| named(&d)),
-        named(&readings.density),
-        "erratum E2: the printed cells are exchanged",
-    );
-    let loaded = load(&name, readings, folder).map_err(|e| at(span(&ebm.material), &e))?;
+    let loaded =
+        load(&ebm.material, readings, folder).map_err(|e| ebm.material.problem(e.to_string()))?;
     loaded.tell(r);
-    let focus = if let Some(d) = ebm.diameter {
-        r.written_or("ebm.diameter", Some(d.0), d.0, "");
-        FocusCalibration::constant(d.0.0)
+    let focus = if let Some(d) = *ebm.diameter {
+        r.parameters.remove(&ebm.focus.name);
+        FocusCalibration::constant(d.0)
     } else {
-        let name = ebm.focus.as_ref().map(|f| f.get_ref().clone());
-        let name = r.written_or(
-            "ebm.focus",
-            name,
-            "a1-beraud-2016".to_owned(),
-            "the machine of Béraud 2016",
-        );
-        let (focus, source) = focus::builtin(&name).map_err(|e| at(span(&ebm.focus), &e))?;
+        let (focus, source) =
+            focus::builtin(&ebm.focus).map_err(|e| ebm.focus.problem(e.to_string()))?;
         r.model("focus calibration", &source);
         focus
     };
-    let efficiency = r.written_or(
-        "ebm.efficiency",
-        ebm.efficiency.map(|e| e.0),
-        meltpath_base::Ratio(0.9),
-        "Zäh and Lutzmann, quoted in Béraud 2016",
-    );
-    let penetration = r
-        .written_or(
-            "ebm.penetration",
-            ebm.penetration.map(|p| p.0),
-            meltpath_base::Length(0.1),
-            "Béraud 2016, eq. 3.2.2",
-        )
-        .0;
     let beam = Beam {
-        efficiency: efficiency.0,
-        depth: Depth::Falling { penetration },
+        efficiency: ebm.efficiency.0,
+        depth: Depth::Falling {
+            penetration: ebm.penetration.0,
+        },
     };
-    Ok((loaded, (beam, focus), penetration))
+    Ok((loaded, beam, focus))
 }
 
+/// Where the window lies: what does not place it is not recorded.
 fn window(
     job: &EbmJob,
     folder: &Path,
     (hatch, focus): (Option<&Hatch>, &FocusCalibration),
     r: &mut Provenance,
-) -> Result<Window, TextError> {
+) -> Result<Window, Problem> {
     let w = &job.window;
-    let good = match (&w.good, &w.body, hatch) {
-        (Some(file), _, _) => Some((file.get_ref().clone(), beam_path(folder, file, focus)?.1)),
+    let path = match (&*w.good, &*w.body, hatch) {
+        (Some(file), _, _) => beam_path(&folder.join(&**file), &w.good, focus)?.0,
         (None, Some(body), Some(hatch)) => {
-            let size = body.map(|edge| edge.0.0);
-            let region = Contour::rectangle(size).region();
+            let region = Contour::rectangle(body.map(|edge| edge.0)).region();
             let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
-            let path = path.map_err(|e| TextError {
-                span: None,
-                message: format!("window.body: {e}"),
-                help: None,
-            })?;
-            let name = format!("lines of [hatch] over {} x {} mm", size[0], size[1]);
-            Some((name, path))
+            path.map_err(|e| w.body.problem(format!("window.body: {e}")))?
         }
-        _ => None,
+        _ => {
+            r.parameters.remove(&w.width.name);
+            return Ok(Window::Fixed([w.low.0, w.high.0]));
+        }
     };
-    if let Some((name, path)) = good {
-        let width = w.width.as_ref().map(|w| w.get_ref().0);
-        let width = r.written_or(
-            "window.width (K)",
-            width,
-            60.0,
-            "the thesis' window, 2700 to 2760 °C",
-        );
-        r.written_or("window.good", Some(name), String::new(), "");
-        return Ok(Window::Good {
-            path: Box::new(path),
-            width,
-        });
-    }
-    let kelvin = |celsius: f64| meltpath_base::Temperature(celsius + CELSIUS);
-    let why = "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator";
-    let low = r.written_or("window.low", w.low, kelvin(2700.0), why).0;
-    let high = r.written_or("window.high", w.high, kelvin(2760.0), why).0;
-    if low >= high {
-        return Err(TextError {
-            span: None,
-            message: "the window's lower limit is not below its upper one (2700 and 2760 °C where not written)".to_owned(),
-            help: Some("write both window.low and window.high".to_owned()),
-        });
-    }
-    Ok(Window::Fixed([low, high]))
+    r.parameters.remove(&w.low.name);
+    r.parameters.remove(&w.high.name);
+    Ok(Window::Good {
+        path: Box::new(path),
+        width: w.width.0,
+    })
 }

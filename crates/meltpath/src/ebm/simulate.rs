@@ -11,11 +11,11 @@ use meltpath_thermal::solver::State;
 
 use super::charts::{Charts, charts_of};
 use super::cost::Cost;
+use super::error::EbmError;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
-use super::optimise::{Found, on_charts, on_reference};
+use super::optimise::search::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
-use super::run::EbmError;
 use super::settings::{Settings, Window};
 use crate::job::ebm::{Change, OptimiseSolver};
 

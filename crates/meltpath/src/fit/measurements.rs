@@ -14,11 +14,7 @@ const CURRENT: &[Unit] = &[scaled("mA", 1e-3), scaled("A", 1.0)];
 const VOLTAGE: &[Unit] = &[scaled("kV", 1e3), scaled("V", 1.0)];
 
 const fn scaled(symbol: &'static str, factor: f64) -> Unit {
-    Unit {
-        symbol,
-        factor,
-        offset: 0.0,
-    }
+    Unit::new(symbol, factor)
 }
 
 /// Why measurements cannot be used.

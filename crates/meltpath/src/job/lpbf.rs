@@ -1,281 +1,224 @@
 //! The job of a laser scan head: recipes compared on a plate of squares or on layers of a file.
 
-use meltpath_base::quantity::{NotNegative, Positive};
-use meltpath_base::{Length, Ratio, Speed, Temperature, Time};
-use serde::{Deserialize, Serialize};
+use meltpath_base::settings::{File, Many, Problem, broken};
+use meltpath_base::{Length, Ratio, Speed, Temperature, Time, choice, table};
 use toml::Spanned;
 
-use super::{ProcessTable, TextError};
+use super::common::ProcessTable;
 
-/// A scan-head job, as written. Defaults are resolved, with their reasons, by the pipeline.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LpbfJob {
-    /// `[process]`.
-    pub process: ProcessTable,
-    /// `[lpbf]`.
-    pub lpbf: LpbfTable,
-    /// `[plate]`.
-    #[serde(default)]
-    pub plate: PlateTable,
-    /// `[layers]`.
-    #[serde(default)]
-    pub layers: LayersTable,
-    /// `[checks]`.
-    #[serde(default)]
-    pub checks: LpbfChecksTable,
-    /// `[optimise]`: search a faster recipe; none unless written.
-    pub optimise: Option<OptimiseTable>,
-    /// `[heat]`: what the marked path melts; none unless written.
-    pub heat: Option<HeatTable>,
-    /// `[output]`.
-    #[serde(default)]
-    pub output: LpbfOutputTable,
+table! {
+    /// Laser scan head: recipes compared on a plate of squares, or on layers of other software.
+    pub struct LpbfJob {
+        /// Which process the job is for.
+        process: ProcessTable => required;
+        /// Head and recipes.
+        lpbf: LpbfTable => required;
+        /// Which squares are run.
+        plate: PlateTable => default({}, "a representative block");
+        /// Which layers of `lpbf.layers` are run, and where they lie.
+        layers: LayersTable => default({}, "the layer that marks most");
+        /// Limits of the verdict.
+        checks: ChecksTable => default({}, "usual limits");
+        /// Search of a faster recipe within `[checks]`, beginning with the first recipe.
+        optimise: OptimiseTable => none("no search");
+        /// What the first square or layer of each recipe melts through, as commanded and as marked.
+        heat: HeatTable => none("not told");
+        /// What is written beside the report.
+        output: OutputTable => default({}, "nothing");
+    }
+
+    /// Head and recipes.
+    pub struct LpbfTable {
+        /// Head: a name in `data/scan-heads` (`two-axis-150`, `three-axis-350`), or a TOML file of your own.
+        head: String => required;
+        /// Recipes: names in `data/recipes` (`industrial`, `uniform`, `doubled`), or TOML files of your own; the others are compared
+        /// with the first.
+        recipes: Many<Spanned<String>, 1> => required;
+        /// Laser delays.
+        delays: DelayChoice => default("tuned", "tuned on two squares");
+        /// Controller of the axes: `cascade` (the head's own), `h-infinity`, or the `controllers.json` of a tuning.
+        controller: String => default("cascade", "the head's own");
+        /// Whether set-points go through the head's pre-filter.
+        prefilter: PreFilterChoice => computed("on behind the cascade, off otherwise");
+        /// What is made of the path being known ahead.
+        path: PathChoice => default("as-commanded", "set-points go out as they come");
+        /// Layers to execute instead of a plate: a CLI file (text or binary) or a vector list (`.csv`).
+        layers: File => none("a plate of squares");
+    }
+
+    /// Which squares are run.
+    pub struct PlateTable {
+        /// How much of the plate.
+        extent: PlateExtent => default("block", "minutes instead of hours");
+        /// Columns and rows of the block.
+        block: [u32; 2] where within(1.0, 1e6) => computed("2 and 2, a representative block; the whole plate's with extent = \"whole\"");
+        /// Side of a square.
+        side: Length where positive => computed("the head's reference plate");
+        /// Hatch distance.
+        hatch: Length where positive => computed("the head's reference plate");
+    }
+
+    /// Which layers of `lpbf.layers` are run, and where they lie.
+    pub struct LayersTable {
+        /// First and last layer, as numbered in the file, from 1.
+        range: [u32; 2] where within(1.0, 4e9) => computed("the layer that marks most");
+        /// The point of the file that lies at the centre of the field.
+        origin: [Length; 2] => default(["0 mm", "0 mm"], "the file's own origin");
+        /// Hatch distance, for the surface to fill.
+        hatch: Length where positive => none("the median distance of neighbouring lines");
+    }
+
+    /// Limits of the verdict.
+    pub struct ChecksTable {
+        /// Contour error that counts as good.
+        contour_error: Length where positive => default("0.03 mm", "the accepted deviation of parts");
+        /// Least share of contour points within it.
+        contour_share: Ratio where not_negative => default("95 %", "a usual limit");
+        /// Least fill rate (centres of cells under the swept spot).
+        fill_rate: Ratio where not_negative => none("told, not judged");
+        /// Least share of the surface that is melted through, with `[heat]`.
+        fusion: Ratio where not_negative => default("98 %", "a usual limit");
+    }
+
+    /// What a recipe search may change, beginning with the first recipe; the bounds are those of `[checks]`.
+    pub struct OptimiseTable {
+        /// Slowest and fastest contour.
+        contour_speed: [Speed; 2] where positive => computed("half to three times that of the recipe");
+        /// Slowest and fastest fill.
+        fill_speed: [Speed; 2] where positive => computed("half to three times that of the recipe");
+        /// Waits after marks to try.
+        mark_waits: Many<Time, 1> where not_negative => computed("none, a third, two thirds and all of the recipe's");
+        /// Factors on the jump speeds to try.
+        jump_factors: Many<Ratio, 1> where positive => default(["100 %", "150 %", "200 %"], "up to twice");
+        /// Factors on the first filter of the mirrors to try.
+        filter_factors: Many<Ratio, 1> where positive => default(["100 %", "50 %"], "whole and half");
+        /// Least fill rate.
+        fill_rate: Ratio where not_negative => none("that of `[checks]`, else two points below the first recipe's own");
+    }
+
+    /// What the first square or layer of each recipe melts through, as commanded and as marked.
+    pub struct HeatTable {
+        /// Material: a name in `data/materials`, or a TOML file of your own.
+        material: String => default("in625-laser", "the material that ships for lasers");
+        /// Share of the laser's power that becomes heat.
+        absorptivity: Ratio where up_to(1.0) => computed("the material's");
+        /// Depth to which the metal must have been liquid.
+        layer: Length where positive => default("0.04 mm", "a usual layer");
+        /// Temperature of the bed.
+        preheat: Temperature => default("20 °C", "a bed that is not heated");
+        /// Edge of the map's cells.
+        cell: Length where positive => computed("a quarter of the spot");
+        /// Marks followed at most, from the first on.
+        marks: Length where positive => default("3 m", "seconds of computing");
+    }
+
+    /// What is written beside the report.
+    pub struct OutputTable {
+        /// The whole marked path of each recipe, every sample with its power.
+        motion: MotionForm => none("not written");
+    }
 }
 
-/// `[optimise]`: what a recipe search may change, beginning with the first recipe; the bounds are those of `[checks]`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct OptimiseTable {
-    /// Slowest and fastest contour; default half to three times that of the recipe.
-    pub contour_speed: Option<[Positive<Speed>; 2]>,
-    /// Slowest and fastest fill; default half to three times that of the recipe.
-    pub fill_speed: Option<[Positive<Speed>; 2]>,
-    /// Waits after marks to try; default none, a third, two thirds and all of the recipe's.
-    pub mark_waits: Option<Vec<NotNegative<Time>>>,
-    /// Factors on the jump speeds to try; default 100 %, 150 % and 200 %.
-    pub jump_factors: Option<Vec<Positive<Ratio>>>,
-    /// Factors on the first filter of the mirrors to try; default 100 % and 50 %.
-    pub filter_factors: Option<Vec<Positive<Ratio>>>,
-    /// Least fill rate; default that of `[checks]`, else two points below the first recipe's own.
-    pub fill_rate: Option<NotNegative<Ratio>>,
-}
+choice! {
+    /// What is made of the path being known ahead.
+    pub enum PathChoice {
+        /// Nothing: set-points go out as they come.
+        AsCommanded = "as-commanded",
+        /// The faster mirror's set-points are filtered so that both mirrors respond alike.
+        Synchronised = "synchronised",
+        /// Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag, behind any controller and
+        /// pre-filter; they start 1.5 ms before the path, which is smoothed where the drives need it.
+        Preview = "preview",
+    }
 
-/// `[heat]`: what the first square or layer of each recipe melts through, as commanded and as marked.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct HeatTable {
-    /// Material: a name in `data/materials`, or a TOML file of your own; default `in625-laser`.
-    pub material: Option<Spanned<String>>,
-    /// Share of the laser's power that becomes heat; default the material's.
-    pub absorptivity: Option<Spanned<Positive<Ratio>>>,
-    /// Depth to which the metal must have been liquid; default 40 µm.
-    pub layer: Option<Positive<Length>>,
-    /// Temperature of the bed; default 20 °C.
-    pub preheat: Option<Temperature>,
-    /// Edge of the map's cells; default a quarter of the spot.
-    pub cell: Option<Positive<Length>>,
-    /// Marks followed at most, from the first on; default 3 m.
-    pub marks: Option<Positive<Length>>,
-}
+    /// Whether set-points go through the head's pre-filter.
+    pub enum PreFilterChoice {
+        /// The head's.
+        On = "on",
+        /// None.
+        Off = "off",
+        /// The head's first average alone: acceleration is bounded, jerk is not.
+        FirstOnly = "first-only",
+        /// The head's, both mirrors with the averages of the one that lags more.
+        Alike = "alike",
+    }
 
-/// `[lpbf]`: head and recipes.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LpbfTable {
-    /// Head: a name in `data/scan-heads`, or a TOML file of your own.
-    pub head: Spanned<String>,
-    /// Recipes: names in `data/recipes`, or TOML files of your own; the others are compared with the first.
-    pub recipes: Vec<Spanned<String>>,
-    /// Laser delays; default tuned.
-    #[serde(default)]
-    pub delays: DelayChoice,
-    /// Controller of the axes: `cascade` (the head's own, default), `h-infinity`, or the `controllers.json` of a tuning.
-    pub controller: Option<Spanned<String>>,
-    /// Pre-filter of the head; default on with the cascade, off otherwise.
-    pub prefilter: Option<PreFilterChoice>,
-    /// What is made of the path being known ahead; default nothing.
-    #[serde(default)]
-    pub path: PathChoice,
-    /// Layers to execute instead of a plate: a CLI file (text or binary) or a vector list (`.csv`).
-    pub layers: Option<Spanned<String>>,
-}
+    /// The form of a marked path.
+    pub enum MotionForm {
+        /// Comma-separated values.
+        Csv = "csv",
+        /// Apache Parquet.
+        Parquet = "parquet",
+    }
 
-/// What is made of the path being known ahead.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PathChoice {
-    /// Nothing: set-points go out as they come.
-    #[default]
-    AsCommanded,
-    /// The faster mirror's set-points are filtered so that both mirrors respond alike.
-    Synchronised,
-    /// Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag.
-    Preview,
-}
+    /// Which laser delays a run uses.
+    pub enum DelayChoice {
+        /// Tuned on two squares for each recipe.
+        Tuned = "tuned",
+        /// The recipe's own.
+        Recipe = "recipe",
+    }
 
-/// Whether set-points go through the head's pre-filter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PreFilterChoice {
-    /// The head's.
-    On,
-    /// None.
-    Off,
-    /// The head's first average alone: acceleration is bounded, jerk is not.
-    FirstOnly,
-    /// The head's, both mirrors with the averages of the one that lags more.
-    Alike,
-}
-
-/// `[layers]`: which layers of `lpbf.layers` are run, and where they lie.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LayersTable {
-    /// First and last layer, as numbered in the file, from 1; default the one layer that marks most.
-    pub range: Option<[u32; 2]>,
-    /// The point of the file that lies at the centre of the field; default its origin.
-    pub origin: Option<[Length; 2]>,
-    /// Hatch distance, for the surface to fill; default the median distance of neighbouring lines.
-    pub hatch: Option<Positive<Length>>,
-}
-
-/// `[output]`: what is written beside the report.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LpbfOutputTable {
-    /// The whole marked path of each recipe, every sample with its power; default none.
-    pub motion: Option<MotionForm>,
-}
-
-/// The form of a marked path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MotionForm {
-    /// Comma-separated values.
-    Csv,
-    /// Apache Parquet.
-    Parquet,
-}
-
-/// Which laser delays a run uses.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum DelayChoice {
-    /// Tuned on two squares for each recipe.
-    #[default]
-    Tuned,
-    /// The recipe's own.
-    Recipe,
-}
-
-/// `[plate]`: which squares are run.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PlateTable {
-    /// A representative block (default) or the whole plate of the head.
-    pub extent: PlateExtent,
-    /// Columns and rows of the block; default 2 and 2.
-    pub block: Option<[u32; 2]>,
-    /// Side of a square; default the head's reference plate.
-    pub side: Option<Positive<Length>>,
-    /// Hatch distance; default the head's reference plate.
-    pub hatch: Option<Positive<Length>>,
-}
-
-/// How much of the plate is run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlateExtent {
-    /// A block of squares at the centre of the field.
-    #[default]
-    Block,
-    /// Every square of the head's reference plate.
-    Whole,
-}
-
-/// `[checks]`: the limits of the verdict.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LpbfChecksTable {
-    /// Contour error that counts as good; default 30 µm.
-    pub contour_error: Option<Positive<Length>>,
-    /// Least share of contour points within it; default 95 %.
-    pub contour_share: Option<NotNegative<Ratio>>,
-    /// Least fill rate (centres of cells under the swept spot); default none: told.
-    pub fill_rate: Option<NotNegative<Ratio>>,
-    /// Least share of the surface that is melted through; default 98 %.
-    pub fusion: Option<NotNegative<Ratio>>,
+    /// How much of the plate is run.
+    pub enum PlateExtent {
+        /// A block of squares at the centre of the field.
+        Block = "block",
+        /// Every square of the head's reference plate.
+        Whole = "whole",
+    }
 }
 
 impl LpbfJob {
-    /// Finds what the schema alone cannot.
-    ///
-    /// # Errors
-    /// [`TextError`] with what to write.
-    pub(super) fn check(&self) -> Result<(), TextError> {
-        let plain = |message: &str, help: &str| {
-            Err(TextError {
-                span: None,
-                message: message.to_owned(),
-                help: Some(help.to_owned()),
-            })
-        };
-        if self.lpbf.recipes.is_empty() {
-            return plain(
-                "the job has no recipe",
-                "name one or more: recipes = [\"industrial\", \"uniform\"]",
-            );
-        }
-        match (&self.lpbf.layers, &self.layers, &self.plate) {
-            (Some(_), _, plate) if *plate != PlateTable::default() => {
-                return plain(
-                    "the job has both layers and a plate",
-                    "leave out [plate], or lpbf.layers",
-                );
-            }
-            (None, layers, _) if *layers != LayersTable::default() => {
-                return plain(
-                    "[layers] without a file",
-                    "name it in [lpbf]: layers = \"part.cli\"; or leave out [layers]",
-                );
-            }
-            _ => {}
-        }
-        if let Some(o) = &self.optimise {
-            let empty = o.mark_waits.as_ref().is_some_and(Vec::is_empty)
-                || o.jump_factors.as_ref().is_some_and(Vec::is_empty)
-                || o.filter_factors.as_ref().is_some_and(Vec::is_empty);
-            let crossed = [o.contour_speed, o.fill_speed]
-                .into_iter()
-                .flatten()
-                .any(|[low, high]| low.0.0 > high.0.0);
-            if empty || crossed {
-                return plain(
-                    "[optimise] leaves nothing to try",
-                    "give speeds from slowest to fastest and lists with one value or more",
-                );
-            }
-        }
-        if let Some([first, last]) = self.layers.range
-            && (first == 0 || last < first)
-        {
-            return plain(
-                &format!("layers {first} to {last} are none"),
-                "give the first and the last layer, from 1 on: range = [1, 10]",
-            );
-        }
-        if let Some([columns, rows]) = self.plate.block
-            && (columns == 0 || rows == 0)
-        {
-            return plain(
-                "the block has no squares",
-                "give columns and rows from 1 on: block = [2, 2]",
-            );
-        }
-        if self.optimise.is_some() && self.lpbf.path != PathChoice::AsCommanded {
-            return plain(
-                "the recipe search runs the path as commanded",
-                "leave out [optimise], or lpbf.path",
-            );
-        }
-        if self.plate.block.is_some() && self.plate.extent == PlateExtent::Whole {
-            return plain(
-                "the plate is both a block and whole",
-                "leave out plate.block, or extent = \"whole\"",
-            );
-        }
-        Ok(())
+    /// Values that do not go together.
+    pub(super) fn check(&self) -> Vec<Problem> {
+        let (lpbf, plate, layers) = (&self.lpbf, &self.plate, &self.layers);
+        let [first, last] = layers.range.unwrap_or_default();
+        let mut found = broken([
+            (
+                lpbf.layers.is_written() && plate.says_something(),
+                plate
+                    .problem("the job has both layers and a plate")
+                    .help("leave out [plate], or lpbf.layers"),
+            ),
+            (
+                !lpbf.layers.is_written() && layers.says_something(),
+                layers
+                    .problem("[layers] without a file")
+                    .help("name it in [lpbf]: layers = \"part.cli\"; or leave out [layers]"),
+            ),
+            (
+                last < first,
+                layers
+                    .range
+                    .problem(format!("layers {first} to {last} are none"))
+                    .help("give the first and the last layer, from 1 on: range = [1, 10]"),
+            ),
+            (
+                self.optimise.is_written() && *lpbf.path != PathChoice::AsCommanded,
+                self.optimise
+                    .problem("the recipe search runs the path as commanded")
+                    .help("leave out [optimise], or lpbf.path"),
+            ),
+            (
+                plate.block.is_written() && *plate.extent == PlateExtent::Whole,
+                plate
+                    .block
+                    .problem("the plate is both a block and whole")
+                    .help("leave out plate.block, or extent = \"whole\""),
+            ),
+        ]);
+        let ranges = self
+            .optimise
+            .iter()
+            .flat_map(|o| [&o.contour_speed, &o.fill_speed]);
+        let crossed = ranges.filter(|r| r.is_some_and(|[low, high]| low > high));
+        found.extend(crossed.map(|range| {
+            let message = format!("{} leaves nothing to try", range.name);
+            range
+                .problem(message)
+                .help("give speeds from slowest to fastest")
+        }));
+        found
     }
 }
 
@@ -291,12 +234,12 @@ mod tests {
         let Job::Lpbf(job) = parse(WHOLE).unwrap() else {
             panic!("a scan-head job")
         };
-        assert_eq!(job.plate.block, Some([3, 1]));
-        assert_eq!(job.lpbf.delays, DelayChoice::Tuned);
+        assert_eq!(*job.plate.block, Some([3, 1]));
+        assert_eq!(*job.lpbf.delays, DelayChoice::Tuned);
         for (wrong, right, expected) in [
-            ("[3, 1]", "[0, 1]", "no squares"),
-            ("[\"industrial\"]", "[]", "no recipe"),
-            ("\"0.09 mm\"", "0.09", "0.09 UNIT"),
+            ("[3, 1]", "[0, 1]", "plate.block is 0"),
+            ("[\"industrial\"]", "[]", "lpbf.recipes has 0 values"),
+            ("\"0.09 mm\"", "0.09", "\"0.09 mm\""),
             ("block = [3, 1]", "bloc = [3, 1]", "bloc"),
             (
                 "block = [3, 1]",
@@ -324,8 +267,11 @@ mod tests {
                 "3 to 2",
             ),
         ] {
-            let error = parse(&WHOLE.replace(wrong, right)).unwrap_err();
-            assert!(error.message.contains(expected), "{}", error.message);
+            let problems = parse(&WHOLE.replace(wrong, right)).unwrap_err();
+            assert_eq!(problems.len(), 1, "{problems:?}");
+            let said = problems[0].to_string();
+            assert!(said.contains(expected), "{said}");
+            assert!(problems[0].span.is_some(), "{said}");
         }
     }
 }

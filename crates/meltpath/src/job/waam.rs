@@ -1,275 +1,233 @@
 //! The job of a wire-arc build.
 
-use meltpath_base::quantity::{Auto, NotNegative, Positive};
-use meltpath_base::{Angle, Length, Ratio, Speed};
-use serde::{Deserialize, Serialize};
-use toml::Spanned;
+use meltpath_base::quantity::Auto;
+use meltpath_base::settings::{File, Json, Kind, Node, Place, Problem, Reader, Value, broken};
+use meltpath_base::{Angle, BeadWidths, Length, Ratio, Speed, Time, choice, table};
 
-use super::{LayersTable, PartUnit, ProcessTable, SubstrateTable, TargetTable, TextError};
+use super::common::{Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable, TargetTable};
 
-/// A wire-arc job, as written. Defaults are resolved, with their reasons, by the pipeline.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WaamJob {
-    /// The part file: STEP, STL or 3MF; relative to the job file.
-    pub part: Spanned<String>,
-    /// Unit of a part file that carries none (STL); default mm.
-    #[serde(default)]
-    pub part_unit: PartUnit,
-    /// The direction of the part file that points up in the build; default +Z.
-    #[serde(default)]
-    pub build_direction: Option<[f64; 3]>,
-    /// `[process]`.
-    pub process: ProcessTable,
-    /// `[waam]`.
-    pub waam: WaamTable,
-    /// `[layers]`.
-    #[serde(default)]
-    pub layers: LayersTable,
-    /// `[fill]`.
-    #[serde(default)]
-    pub fill: FillTable,
-    /// `[machine]`.
-    #[serde(default)]
-    pub machine: MachineTable,
-    /// `[substrate]`.
-    #[serde(default)]
-    pub substrate: SubstrateTable,
-    /// `[target]`.
-    #[serde(default)]
-    pub target: TargetTable,
-    /// `[checks]`.
-    #[serde(default)]
-    pub checks: ChecksTable,
-    /// `[simulation]`.
-    #[serde(default)]
-    pub simulation: SimulationTable,
-    /// `[output]`.
-    #[serde(default)]
-    pub output: OutputTable,
-}
+/// Layer heights from the first layer on; the last one repeats.
+pub type LayerHeights = OneOrMany<Length>;
 
-/// `[waam]`: the process.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WaamTable {
-    /// Wire: a name in `data/wires`.
-    pub wire: Spanned<String>,
-    /// Shielding gas: a name in `data/gases`.
-    pub gas: Spanned<String>,
-    /// Transfer mode, such as `cmt`.
-    pub mode: Spanned<String>,
-    /// A process map of your own (TOML, relative to the job file) instead of the one that ships.
-    #[serde(default)]
-    pub map: Option<Spanned<String>>,
-    /// Deposited metal over fed metal; default 100 % with the seed map, 95 % otherwise.
-    #[serde(default)]
-    pub efficiency: Option<Positive<Ratio>>,
-    /// `[waam.source]`.
-    #[serde(default)]
-    pub source: SourceTable,
-    /// The bead; default wire feed and travel speed in the middle of the map.
-    #[serde(default)]
-    pub bead: Option<Spanned<BeadTable>>,
-}
+table! {
+    /// Wire and arc by robot: a part, the process, how layers are filled, the cell, and the limits of the verdict.
+    pub struct WaamJob {
+        /// The part file: STEP, STL or 3MF.
+        part: File => required;
+        /// Unit of a part file that carries none (STL).
+        part_unit: PartUnit => default("mm", "of files that carry none");
+        /// The direction of the part file that points up in the build.
+        build_direction: Direction => default([0.0, 0.0, 1.0], "+Z of the part file");
+        /// Which process the job is for.
+        process: ProcessTable => required;
+        /// Wire, gas, source and bead.
+        waam: WaamTable => required;
+        /// How the part is cut into layers.
+        layers: LayersTable => default({}, "from the growth model");
+        /// How layers are filled.
+        fill: FillTable => default({}, "contours outside, zigzag inside");
+        /// The cell and how it is driven.
+        machine: MachineTable => default({}, "the cell that ships");
+        /// The plate the part is built on.
+        substrate: SubstrateTable => default({}, "the part with 25 mm around it");
+        /// What the build must cover.
+        target: TargetTable => default({}, "a blank to be machined");
+        /// Limits of the verdict.
+        checks: ChecksTable => default({}, "usual limits");
+        /// Resolution.
+        simulation: SimulationTable => default({}, "far below a bead");
+        /// What is written besides the report.
+        output: OutputTable => default({}, "a program for the cell");
+    }
 
-/// `[waam.source]`: how the welding source is set and what it was seen to feed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SourceTable {
-    /// Whether the wire feed follows the contact tube distance; default `auto`.
-    pub feed_response: FeedResponseChoice,
-    /// Setting of the penetration stabiliser: the greatest change to the programmed wire feed; default as measured with the
-    /// process map; 0 holds the feed.
-    pub penetration_stabiliser: Option<NotNegative<Speed>>,
-    /// Wire really fed over wire programmed, at the first layer's contact tube distance, measured on your own installation;
-    /// default that of the process map.
-    pub feed_factor: Option<Positive<Ratio>>,
-}
+    /// Wire, gas, source and bead.
+    pub struct WaamTable {
+        /// Wire: a name in `data/wires`.
+        wire: String => required;
+        /// Shielding gas: a name in `data/gases`.
+        gas: String => required;
+        /// Transfer mode, such as `cmt`; wire, gas and mode together select the process map.
+        mode: String => required;
+        /// A process map of your own (TOML) instead of the one that ships.
+        map: String => computed("the one that ships for wire, mode and gas");
+        /// Deposited metal over fed metal.
+        efficiency: Ratio where positive => computed("the process map's: 100 % with the seed map, 95 % otherwise");
+        /// How the welding source is set and what it was seen to feed.
+        source: SourceTable => default({}, "as measured with the process map");
+        /// The bead: two of the four values, or the height alone.
+        bead: BeadTable => default({}, "wire feed and travel speed in the middle of the map");
+    }
 
-/// Whether the wire feed follows the contact tube distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FeedResponseChoice {
-    /// Where the process map says how.
-    #[default]
-    Auto,
-    /// Always the same feed.
-    Off,
-}
+    /// How the welding source is set and what it was seen to feed.
+    pub struct SourceTable {
+        /// Whether the wire feed follows the contact tube distance.
+        feed_response: FeedResponseChoice => default("auto", "where the process map says how");
+        /// Setting of the penetration stabiliser: the greatest change to the programmed wire feed; `"0 m/min"` holds the feed.
+        penetration_stabiliser: Speed where not_negative => computed("as measured with the process map");
+        /// Wire really fed over wire programmed, at the first layer's contact tube distance, measured on your own installation.
+        feed_factor: Ratio where positive => computed("that of the process map");
+    }
 
-/// `[waam.bead]`: two of the four values, or the height alone.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BeadTable {
-    /// Programmed wire feed speed (WFS).
-    pub wire_feed: Option<Positive<Speed>>,
-    /// Travel speed (TS).
-    pub travel_speed: Option<Positive<Speed>>,
-    /// Width of a single bead.
-    pub width: Option<Positive<Length>>,
-    /// Height of a single bead.
-    pub height: Option<Positive<Length>>,
-}
+    /// The bead: two of the four values, or the height alone.
+    pub struct BeadTable {
+        /// Programmed wire feed speed (WFS).
+        wire_feed: Speed where positive => computed("the process map");
+        /// Travel speed (TS).
+        travel_speed: Speed where positive => computed("the process map");
+        /// Width of a single bead.
+        width: Length where positive => computed("the process map");
+        /// Height of a single bead.
+        height: Length where positive => computed("the process map");
+    }
 
-/// `[fill]`: how layers are filled.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FillTable {
-    /// Strategy; default hybrid.
-    pub strategy: Option<FillStrategy>,
-    /// Contours round a hybrid fill; default 1.
-    pub contours: Option<u32>,
-    /// Distance between neighbouring beads: `"auto"` (tangent overlap), a length, or bead widths as `"0.70 w"`.
-    pub stepover: Auto<Stepover>,
-    /// How the stepover is kept; default `adjust`.
-    pub spacing: Option<Spacing>,
-    /// Direction of raster and zigzag lines in the first layer; default the one with the fewest lines.
-    pub angle: Option<Angle>,
-    /// Turn of that direction from layer to layer; default 90° for zigzag and hybrid, 0° for raster.
-    pub turn: Option<Angle>,
-    /// Order of contours or lines; default `inside-out` for contours, `one-way` lines alternate per layer.
-    pub order: Option<FillOrder>,
-    /// Start points of closed beads; default `spread`.
-    pub starts: Option<Starts>,
-    /// Travel speeds along beads; default adapted for hybrid and zigzag fills, constant for the others.
-    pub speeds: Option<Speeds>,
-}
+    /// How the part is cut into layers.
+    pub struct LayersTable {
+        /// Layer height: one height, or a list of heights of which the last one repeats.
+        height: Auto<LayerHeights> where positive => default("auto", "from the growth model");
+        /// Build this many layers.
+        count: u32 => none("as many as the part needs");
+        /// Pause after each layer.
+        pause: Time where not_negative => default("0 s", "no pause");
+    }
 
-/// Filling strategies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FillStrategy {
-    /// Parallel lines, one arc start each.
-    Raster,
-    /// Back and forth with few arc stops.
-    Zigzag,
-    /// Offsets of the boundary.
-    Contour,
-    /// One bead that winds from offset to offset.
-    Spiral,
-    /// Contours outside, zigzag inside.
-    Hybrid,
-}
+    /// How layers are filled.
+    pub struct FillTable {
+        /// Strategy.
+        strategy: FillStrategy => default("hybrid", "contour outside, few arc stops inside");
+        /// Contours round a hybrid fill.
+        contours: u32 => default(1, "one hides the turns of the zigzag");
+        /// Distance between neighbouring beads: a length, or bead widths as `"0.70 w"`.
+        stepover: Auto<Stepover> where positive => default("auto", "tangent overlap, 0.738 of the bead's width");
+        /// How the stepover is kept.
+        spacing: Spacing => default("adjust", "fills the width exactly");
+        /// Direction of raster and zigzag lines in the first layer.
+        angle: Angle => computed("raster: the direction with the fewest lines; else 0 deg");
+        /// Turn of that direction from layer to layer.
+        turn: Angle => computed("90 deg, so that gaps and reversals do not stack; raster: none");
+        /// Order of contours or lines.
+        order: FillOrder => computed("contours inside-out; lines alternate-layers");
+        /// Start points of closed beads.
+        starts: Starts => default("spread", "start defects do not stack");
+        /// Travel speeds along beads.
+        speeds: Speeds => computed("adapted for hybrid and zigzag fills, whose links and turns lie near other beads; else constant");
+    }
 
-/// How a stepover is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Spacing {
-    /// Adjusted so that the beads fill the width exactly.
-    #[default]
-    Adjust,
-    /// Kept as written; the width may not be filled exactly.
-    Exact,
-}
+    /// The cell and how it is driven.
+    pub struct MachineTable {
+        /// Cell: a name in `data/cells`, or a TOML file of your own.
+        cell: String => default("arcmate-120ic", "the cell that ships");
+        /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
+        smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022");
+        /// Contact tube to work distance at the first layer.
+        ctwd: Length where positive => computed("the cell's nominal distance");
+    }
 
-/// Order of beads in a layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FillOrder {
-    /// Contours from the inside to the outside.
-    InsideOut,
-    /// Contours from the outside to the inside.
-    OutsideIn,
-    /// Lines all in one direction.
-    OneWay,
-    /// Lines in alternate directions.
-    AlternateBeads,
-    /// Lines in one direction, reversed each layer.
-    AlternateLayers,
-    /// Lines from the centre outwards.
-    CentreOut,
-}
+    /// Limits of the verdict.
+    pub struct ChecksTable {
+        /// Largest lack of metal against the finished part, share of its volume.
+        lack: Ratio where not_negative => default("0.5 %", "a usual limit for a blank to be machined");
+        /// Largest excess over part + allowance, share of the part's volume.
+        excess: Ratio where not_negative => default("30 %", "a usual limit for a blank to be machined");
+        /// Smallest machining stock over the finished part.
+        stock_min: Length => default("0.3 mm", "a usual limit for a blank to be machined");
+        /// Largest difference between a layer's mean height and its planned height.
+        height_error: Length where positive => default("1 mm", "a usual limit for a blank to be machined");
+        /// Largest peak-to-valley height of a layer over its inner area.
+        flatness: Length where positive => default("1.5 mm", "a usual limit for a blank to be machined");
+        /// Smallest contact tube to work distance.
+        ctwd_min: Length where positive => default("8 mm", "a usual limit for a blank to be machined");
+        /// Largest contact tube to work distance.
+        ctwd_max: Length where positive => default("20 mm", "a usual limit for a blank to be machined");
+        /// Largest local thickness of a layer beyond its mean, share of it.
+        accumulation: Ratio where positive => default("100 %", "a usual limit for a blank to be machined");
+        /// Largest shift of a layer over the one below, in bead widths.
+        overhang: Ratio where positive => default("25 %", "a usual limit for a blank to be machined");
+    }
 
-/// Where closed beads start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Starts {
-    /// Spread over the contour from layer to layer.
-    #[default]
-    Spread,
-    /// At the same place in each layer.
-    Aligned,
-}
+    /// Resolution.
+    pub struct SimulationTable {
+        /// Cell of the height map.
+        cell: Length where positive => default("0.5 mm", "a thirteenth of a usual bead");
+        /// Chord error of the mesh made of a B-rep part.
+        chord_error: Length where positive => default("0.02 mm", "far below a bead's scatter");
+    }
 
-/// Travel speeds along the beads of a layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Speeds {
-    /// One speed for every bead.
-    Constant,
-    /// Faster where a bead has less room beside it, slower where it has more, so that every place gets as much metal.
-    Adapted,
-}
-
-/// `[machine]`: the cell and how it is driven.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MachineTable {
-    /// Cell: a name in `data/cells`, or a TOML file of your own; default `arcmate-120ic`.
-    pub cell: Option<Spanned<String>>,
-    /// Smoothing at via points (FANUC CNT); default 50 %.
-    pub smoothing: Option<Ratio>,
-    /// Contact tube to work distance at the first layer; default 15 mm.
-    pub ctwd: Option<Positive<Length>>,
-}
-
-/// `[checks]`: the limits of the verdict.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ChecksTable {
-    /// Largest lack of metal against the finished part, share of its volume; default 0.5 %.
-    pub lack: Option<NotNegative<Ratio>>,
-    /// Largest excess over part + allowance, share of the part's volume; default 30 %.
-    pub excess: Option<NotNegative<Ratio>>,
-    /// Smallest machining stock over the finished part; default 0.3 mm.
-    pub stock_min: Option<Length>,
-    /// Largest difference between a layer's mean height and its planned height; default 1 mm.
-    pub height_error: Option<Positive<Length>>,
-    /// Largest peak-to-valley height of a layer over its inner area; default 1.5 mm.
-    pub flatness: Option<Positive<Length>>,
-    /// Smallest contact tube to work distance; default 8 mm.
-    pub ctwd_min: Option<Positive<Length>>,
-    /// Largest contact tube to work distance; default 20 mm.
-    pub ctwd_max: Option<Positive<Length>>,
-    /// Largest local thickness of a layer beyond its mean, share of it; default 100 %.
-    pub accumulation: Option<Positive<Ratio>>,
-    /// Largest shift of a layer over the one below, in bead widths; default 25 %.
-    pub overhang: Option<Positive<Ratio>>,
-}
-
-/// `[simulation]`: resolution.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SimulationTable {
-    /// Cell of the height map; default 0.5 mm.
-    pub cell: Option<Positive<Length>>,
-    /// Chord error of a B-rep part's mesh; default 0.02 mm.
-    pub chord_error: Option<Positive<Length>>,
-}
-
-/// `[output]`: what is written besides the report.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct OutputTable {
-    /// Program dialects.
-    pub programs: Vec<Dialect>,
-}
-
-impl Default for OutputTable {
-    fn default() -> Self {
-        OutputTable {
-            programs: vec![Dialect::FanucLs],
-        }
+    /// What is written besides the report.
+    pub struct OutputTable {
+        /// Program dialects.
+        programs: Vec<Dialect> => default(["fanuc-ls"], "what the cell that ships reads");
     }
 }
 
-/// Program dialects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Dialect {
-    /// FANUC TP, text form (`.ls`).
-    FanucLs,
+choice! {
+    /// Whether the wire feed follows the contact tube distance.
+    pub enum FeedResponseChoice {
+        /// Where the process map says how.
+        Auto = "auto",
+        /// Always the same feed.
+        Off = "off",
+    }
+
+    /// Filling strategies.
+    pub enum FillStrategy {
+        /// Parallel lines, one arc start each.
+        Raster = "raster",
+        /// Back and forth with few arc stops.
+        Zigzag = "zigzag",
+        /// Offsets of the boundary.
+        Contour = "contour",
+        /// One bead that winds from offset to offset.
+        Spiral = "spiral",
+        /// Contours outside, zigzag inside.
+        Hybrid = "hybrid",
+    }
+
+    /// How a stepover is kept.
+    pub enum Spacing {
+        /// Adjusted so that the beads fill the width exactly.
+        Adjust = "adjust",
+        /// Kept as written; the width may not be filled exactly.
+        Exact = "exact",
+    }
+
+    /// Order of beads in a layer.
+    pub enum FillOrder {
+        /// Contours from the inside to the outside.
+        InsideOut = "inside-out",
+        /// Contours from the outside to the inside.
+        OutsideIn = "outside-in",
+        /// Lines all in one direction.
+        OneWay = "one-way",
+        /// Lines in alternate directions.
+        AlternateBeads = "alternate-beads",
+        /// Lines in one direction, reversed each layer.
+        AlternateLayers = "alternate-layers",
+        /// Lines from the centre outwards.
+        CentreOut = "centre-out",
+    }
+
+    /// Where closed beads start.
+    pub enum Starts {
+        /// Spread over the contour from layer to layer.
+        Spread = "spread",
+        /// At the same place in each layer.
+        Aligned = "aligned",
+    }
+
+    /// Travel speeds along the beads of a layer.
+    pub enum Speeds {
+        /// One speed for every bead.
+        Constant = "constant",
+        /// Faster where a bead has less room beside it, slower where it has more (0.8 to 2 times the travel speed), so that every
+        /// place gets as much metal.
+        Adapted = "adapted",
+    }
+
+    /// Program dialects.
+    pub enum Dialect {
+        /// FANUC TP, text form (`.ls`).
+        FanucLs = "fanuc-ls",
+    }
 }
 
 /// A stepover as written.
@@ -278,107 +236,64 @@ pub enum Stepover {
     /// A length.
     Length(Length),
     /// A number of bead widths.
-    Widths(f64),
+    Widths(BeadWidths),
 }
 
-impl<'de> Deserialize<'de> for Stepover {
-    fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        use serde::de::Error;
-        let text = String::deserialize(d).map_err(|e| {
-            D::Error::custom(format!(
-                "a stepover is \"auto\", \"4.8 mm\" or \"0.70 w\": {e}"
-            ))
-        })?;
-        let widths = text
-            .trim()
-            .strip_suffix('w')
-            .map(|n| n.trim().parse::<f64>());
-        let stepover = match widths {
-            Some(Ok(n)) => Stepover::Widths(n),
-            Some(Err(_)) => {
-                return Err(D::Error::custom(format!(
-                    "\"{text}\" is not a number of bead widths: write for example \"0.70 w\""
-                )));
+impl Value for Stepover {
+    const KIND: Kind = Kind::Either(&Length::KIND, &BeadWidths::KIND);
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        match node.get_ref().as_str() {
+            Some(text) if text.trim().ends_with('w') => {
+                BeadWidths::read(node, place, reader).map(Stepover::Widths)
             }
-            None => Length::parse(&text)
-                .map(Stepover::Length)
-                .map_err(|e| D::Error::custom(format!("{e}, or bead widths as \"0.70 w\"")))?,
-        };
-        let number = match stepover {
-            Stepover::Length(l) => l.0,
-            Stepover::Widths(n) => n,
-        };
-        if number > 0.0 && number.is_finite() {
-            Ok(stepover)
-        } else {
-            Err(D::Error::custom(format!(
-                "the stepover \"{text}\" must be above zero"
-            )))
+            _ => Length::read(node, place, reader).map(Stepover::Length),
+        }
+    }
+
+    fn json(&self) -> Json {
+        match self {
+            Stepover::Length(length) => length.json(),
+            Stepover::Widths(widths) => widths.json(),
         }
     }
 }
 
 impl WaamJob {
-    /// Finds what the schema alone cannot: values that do not go together.
-    ///
-    /// # Errors
-    /// [`TextError`] with the place and what to write.
-    pub(super) fn check(&self) -> Result<(), TextError> {
-        if let Some(bead) = &self.waam.bead {
-            let b = bead.get_ref();
-            let given = [
-                b.wire_feed.is_some(),
-                b.travel_speed.is_some(),
-                b.width.is_some(),
-                b.height.is_some(),
-            ]
-            .into_iter()
-            .filter(|&g| g)
-            .count();
-            let height_alone = given == 1 && b.height.is_some();
-            if given != 2 && !height_alone && given != 0 {
-                return Err(TextError {
-                    span: Some(bead.span()),
-                    message: format!("the bead has {given} of its four values"),
-                    help: Some(
-                        "give two of wire_feed, travel_speed, width, height; or height alone"
-                            .to_owned(),
-                    ),
-                });
-            }
-        }
-        if let Some(smoothing) = self.machine.smoothing
-            && !(0.0..=1.0).contains(&smoothing.0)
-        {
-            return Err(TextError {
-                span: None,
-                message: format!("machine.smoothing is {smoothing}"),
-                help: Some(
-                    "smoothing goes from \"0 %\" (stop at each point) to \"100 %\"".to_owned(),
-                ),
-            });
-        }
-        if let Some(d) = self.build_direction
-            && (d.iter().any(|c| !c.is_finite()) || d.iter().all(|&c| c == 0.0))
-        {
-            return Err(TextError {
-                span: None,
-                message: "build_direction has no direction".to_owned(),
-                help: Some("give a vector of the part file, such as [0.0, 0.0, 1.0]".to_owned()),
-            });
-        }
-        Ok(())
+    /// Values that do not go together.
+    pub(super) fn check(&self) -> Vec<Problem> {
+        let bead = &self.waam.bead;
+        let given = bead.given();
+        let height_alone = given == 1 && bead.height.is_written();
+        broken([(
+            !matches!(given, 0 | 2) && !height_alone,
+            bead.problem(format!("the bead has {given} of its four values"))
+                .help("give two of wire_feed, travel_speed, width, height; or height alone"),
+        )])
+    }
+}
+
+impl BeadTable {
+    /// How many of the four values are written.
+    fn given(&self) -> usize {
+        let written = [
+            self.wire_feed.is_written(),
+            self.travel_speed.is_written(),
+            self.width.is_written(),
+            self.height.is_written(),
+        ];
+        written.into_iter().filter(|w| *w).count()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Job, parse};
+    use super::super::{Job, Written, parse};
     use super::*;
 
     const WHOLE: &str = include_str!("../../tests/jobs/whole.toml");
 
-    fn waam(text: &str) -> WaamJob {
+    fn waam(text: &str) -> Written<WaamJob> {
         match parse(text).unwrap() {
             Job::Waam(job) => *job,
             Job::Ebm(_) | Job::Lpbf(_) => panic!("a wire-arc job"),
@@ -388,12 +303,15 @@ mod tests {
     #[test]
     fn every_table_reads() {
         let job = waam(WHOLE);
-        assert_eq!(job.fill.stepover, Auto::Value(Stepover::Widths(0.70)));
-        assert_eq!(job.machine.smoothing, Some(Ratio(0.5)));
-        let Auto::Value(heights) = job.layers.height else {
+        assert_eq!(
+            *job.fill.stepover,
+            Auto::Value(Stepover::Widths(BeadWidths(0.70)))
+        );
+        assert_eq!(*job.machine.smoothing, Ratio(0.5));
+        let Auto::Value(heights) = &*job.layers.height else {
             panic!("heights are written")
         };
-        assert_eq!(heights.0.len(), 2);
+        assert_eq!(heights.len(), 2);
     }
 
     #[test]
@@ -405,31 +323,66 @@ mod tests {
                 "strategie",
             ),
             (
+                "strategy = \"hybrid\"",
+                "strategy = \"hybird\"",
+                "did you mean \"hybrid\"",
+            ),
+            (
                 "wire_feed = \"8 m/min\"",
                 "wire_feed = \"-8 m/min\"",
-                "must be above zero",
+                "above zero",
             ),
-            ("wire_feed = \"8 m/min\"", "wire_feed = 8", "\"8 UNIT\""),
-            ("ctwd = \"15 mm\"", "ctwd = \"15\"", "\"mm\""),
-            ("stepover = \"0.70 w\"", "stepover = \"0.7\"", "0.70 w"),
-            ("travel_speed = \"0.75 m/min\"", "", "one of"),
+            ("wire_feed = \"8 m/min\"", "wire_feed = 8", "\"8 m/min\""),
+            (
+                "wire_feed = \"8 m/min\"",
+                "wire_feed = \"8,5 m/min\"",
+                "\"8.5 m/min\"",
+            ),
+            ("ctwd = \"15 mm\"", "ctwd = \"15\"", "\"15 mm\""),
+            ("stepover = \"0.70 w\"", "stepover = \"0.7\"", "\"0.7 mm\""),
+            ("travel_speed = \"0.75 m/min\"", "", "1 of its four"),
             ("kind = \"waam\"", "kind = \"fdm\"", "waam"),
+            (
+                "smoothing = \"50 %\"",
+                "smoothing = \"150 %\"",
+                "0 % to 100 %",
+            ),
+            (
+                "build_direction = [0.0, 0.0, 1.0]",
+                "build_direction = [0.0, 0.0, 0.0]",
+                "no direction",
+            ),
         ] {
             assert!(WHOLE.contains(wrong), "{wrong}");
-            let text = WHOLE.replace(wrong, right);
-            match parse(&text) {
-                Err(e) => {
-                    let said = format!("{} {}", e.message, e.help.clone().unwrap_or_default());
-                    assert!(
-                        said.contains(expected)
-                            || expected == "one of" && said.contains("1 of its four"),
-                        "{said}"
-                    );
-                    assert!(e.span.is_some(), "{said}");
-                }
-                Ok(_) => panic!("accepted: {right}"),
-            }
+            let problems = parse(&WHOLE.replace(wrong, right)).unwrap_err();
+            let said = problems[0].to_string();
+            assert_eq!(problems.len(), 1, "{problems:?}");
+            assert!(said.contains(expected), "{said}");
+            assert!(problems[0].span.is_some(), "{said}");
         }
+    }
+
+    /// Every mistake of a file is told at once, and what is proposed in its place mends it.
+    #[test]
+    fn all_mistakes_are_told_and_their_remedies_mend_them() {
+        let mut text = WHOLE.to_owned();
+        for (wrong, right) in [
+            ("strategy = \"hybrid\"", "strategi = \"hybrid\""),
+            ("wire_feed = \"8 m/min\"", "wire_feed = \"8,0 m/min\""),
+            ("ctwd = \"15 mm\"", "ctwd = 15"),
+            ("starts = \"spread\"", "starts = \"spred\""),
+            ("pause = \"30 s\"", "pause = \"30\""),
+        ] {
+            assert!(text.contains(wrong), "{wrong}");
+            text = text.replace(wrong, right);
+        }
+        let problems = parse(&text).unwrap_err();
+        assert_eq!(problems.len(), 5, "{problems:?}");
+        for problem in problems.iter().rev() {
+            let fix = problem.fix.as_ref().unwrap();
+            text.replace_range(problem.span.clone().unwrap(), fix);
+        }
+        assert_eq!(parse(&text).unwrap(), parse(WHOLE).unwrap());
     }
 
     proptest::proptest! {

@@ -10,7 +10,8 @@ mod surface;
 
 use std::path::Path;
 
-use meltpath_base::{Observer, Origin, Provenance, Resolved};
+use meltpath_base::settings::Problem;
+use meltpath_base::{Length, Observer, Provenance, Ratio};
 use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::material::file::Readings;
@@ -23,7 +24,6 @@ use meltpath_thermal::pool::history::Memory;
 use meltpath_thermal::pool::moving_source::{MovingSource, MovingSourceError};
 use meltpath_thermal::solver::source::Depth;
 
-use crate::job::TextError;
 use crate::job::lpbf::HeatTable;
 use crate::material::load;
 use beam::commanded;
@@ -79,103 +79,50 @@ pub enum HeatError {
     Engine(#[from] MovingSourceError),
 }
 
-/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm.
+/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm, whose check wants at least `share`.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job.
+/// [`Problem`] with the place in the job.
 pub fn resolve(
     table: &HeatTable,
-    share: Option<f64>,
+    share: f64,
     spot: f64,
     folder: &Path,
     provenance: &mut Provenance,
-) -> Result<HeatSettings, TextError> {
-    let name = table
-        .material
-        .clone()
-        .unwrap_or_else(|| toml::Spanned::new(0..0, "in625-laser".to_owned()));
-    let at = |message: String, help: &str| TextError {
-        span: table.material.as_ref().map(toml::Spanned::span),
-        message,
-        help: (!help.is_empty()).then(|| help.to_owned()),
-    };
+) -> Result<HeatSettings, Problem> {
+    let named = &table.material;
     let loaded =
-        load(name.get_ref(), Readings::default(), folder).map_err(|e| at(e.to_string(), ""))?;
+        load(named, Readings::default(), folder).map_err(|e| named.problem(e.to_string()))?;
     loaded.tell(provenance);
     let material = loaded.material;
-    let absorptivity = match (&table.absorptivity, material.absorptivity) {
-        (Some(share), _) if share.get_ref().0.0 > 1.0 => {
-            return Err(TextError {
-                span: Some(share.span()),
-                message: format!("heat.absorptivity is {:.0} %", 100.0 * share.get_ref().0.0),
-                help: Some("it is a share of the laser's power: at most 100 %".to_owned()),
-            });
-        }
-        (Some(share), _) => share.get_ref().0.0,
-        (None, Some(own)) => own,
-        (None, None) => {
-            return Err(at(
-                format!("\"{}\" says nothing of absorptivity", name.get_ref()),
-                "give it in the job: [heat] absorptivity = \"35 %\"; or as [absorptivity] in the material file",
-            ));
-        }
-    };
-    let preheat = table.preheat.map_or(20.0 + CELSIUS, |t| t.0);
-    let medium = Medium::effective(&material, preheat, Body::HalfSpace).map_err(|_| {
-        at(
-            format!(
-                "the bed is at {:.0} °C, the material is liquid from {:.0} °C",
-                preheat - CELSIUS,
-                material.liquidus - CELSIUS
-            ),
-            "give heat.preheat below it",
+    let own = table.absorptivity.map(|a| a.0).or(material.absorptivity).ok_or_else(|| {
+        let message = format!("\"{}\" says nothing of absorptivity", **named);
+        named.problem(message).help(
+            "give it in the job: [heat] absorptivity = \"35 %\"; or as [absorptivity] in the material file",
         )
+    })?;
+    let preheat = table.preheat.0;
+    let medium = Medium::effective(&material, preheat, Body::HalfSpace).map_err(|_| {
+        let message = format!(
+            "the bed is at {:.0} °C, the material is liquid from {:.0} °C",
+            preheat - CELSIUS,
+            material.liquidus - CELSIUS
+        );
+        table
+            .preheat
+            .problem(message)
+            .help("give heat.preheat below it")
     })?;
     let settings = HeatSettings {
         medium,
-        absorptivity,
-        layer: table.layer.map_or(0.04, |l| l.0.0),
-        cell: table.cell.map_or(0.25 * spot, |l| l.0.0),
+        absorptivity: table.absorptivity.or_computed(provenance, Ratio(own)).0,
+        layer: table.layer.0,
+        cell: table.cell.or_computed(provenance, Length(0.25 * spot)).0,
         spot,
-        marks: table.marks.map_or(3000.0, |l| l.0.0),
-        share: share.unwrap_or(0.98),
+        marks: table.marks.0,
+        share,
         material,
     };
-    let mut tell = |key: &str, value: serde_json::Value, written: bool, default: &str| {
-        let origin = if written {
-            Origin::Job
-        } else {
-            Origin::Default(default.to_owned())
-        };
-        provenance.parameter(&format!("heat.{key}"), &Resolved::new(value, origin));
-    };
-    let m = &settings.material;
-    tell(
-        "material",
-        m.name.clone().into(),
-        table.material.is_some(),
-        "the material that ships for lasers",
-    );
-    tell(
-        "absorptivity",
-        absorptivity.into(),
-        table.absorptivity.is_some(),
-        "the material's",
-    );
-    tell(
-        "layer",
-        settings.layer.into(),
-        table.layer.is_some(),
-        "40 µm",
-    );
-    tell("preheat", preheat.into(), table.preheat.is_some(), "20 °C");
-    tell(
-        "cell",
-        settings.cell.into(),
-        table.cell.is_some(),
-        "a quarter of the spot",
-    );
-    tell("marks", settings.marks.into(), table.marks.is_some(), "3 m");
     provenance.model(
         "melt pools of the laser",
         "superposition of moving Gaussians on a half space with mean properties (Carslaw and Jaeger 1959; Eagar and Tsai 1983); \

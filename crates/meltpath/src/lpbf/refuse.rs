@@ -1,5 +1,6 @@
 //! What of a scan-head job cannot run, told at the place of the job where it is written.
 
+use meltpath_base::settings::Problem;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::vector::ScanJob;
@@ -8,46 +9,40 @@ use meltpath_scan_head::optics::geometry::GeometryError;
 
 use super::settings::Settings;
 use super::work::Work;
-use crate::job::TextError;
 use crate::job::lpbf::LpbfJob;
 use crate::tune::choose::ready_for;
 
 /// Refuses a head that cannot be built, squares that are none, and work that leaves the field.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job and what to change.
-pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), TextError> {
+/// [`Problem`] with the place in the job and what to change.
+pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<(), Problem> {
     let name = &job.lpbf.head;
-    let head = settings.data.head.ready().map_err(|e| TextError {
-        span: Some(name.span()),
-        message: format!("\"{}\" is not sound: {e}", name.get_ref()),
-        help: Some(head_help(&e).to_owned()),
+    let head = settings.data.head.ready().map_err(|e| {
+        let message = format!("\"{}\" is not sound: {e}", **name);
+        name.problem(message).help(head_help(&e))
     })?;
-    for (recipe, name) in settings.recipes.iter().zip(&job.lpbf.recipes) {
-        let prepared = settings.work.job(recipe).map_err(|e| TextError {
-            span: job.lpbf.layers.as_ref().map(toml::Spanned::span),
-            message: e.to_string(),
-            help: Some(
-                match settings.work {
-                    Work::Plate(_) => "change it in [plate], or in the plate of the head's file",
-                    Work::Layers(_) => "change it in the layers",
-                }
-                .to_owned(),
-            ),
+    for (recipe, name) in settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
+        let refused = |what: &str, e: &HeadError| {
+            Problem::new(format!("\"{}\" cannot run{what}: {e}", name.get_ref())).at(name.span())
+        };
+        let prepared = settings.work.job(recipe).map_err(|e| match settings.work {
+            Work::Plate(_) => job
+                .plate
+                .problem(e.to_string())
+                .help("change it in [plate], or in the plate of the head's file"),
+            Work::Layers(_) => job
+                .lpbf
+                .layers
+                .problem(e.to_string())
+                .help("change it in the layers"),
         })?;
         head.check(&prepared.job).map_err(|e| match &e {
             HeadError::Field { .. } => outside(job, settings, &prepared.job, &e),
-            _ => TextError {
-                span: Some(name.span()),
-                message: format!("\"{}\" cannot run: {e}", name.get_ref()),
-                help: None,
-            },
+            _ => refused("", &e),
         })?;
-        ready_for(&head, settings.path, &prepared.job).map_err(|e| TextError {
-            span: Some(name.span()),
-            message: format!("\"{}\" cannot run with lpbf.path: {e}", name.get_ref()),
-            help: None,
-        })?;
+        ready_for(&head, settings.path, &prepared.job)
+            .map_err(|e| refused(" with lpbf.path", &e))?;
     }
     Ok(())
 }
@@ -66,7 +61,7 @@ fn head_help(error: &HeadError) -> &'static str {
 }
 
 /// Work beyond the field: where it lies, and what moves it.
-fn outside(job: &LpbfJob, settings: &Settings, scan: &ScanJob, error: &HeadError) -> TextError {
+fn outside(job: &LpbfJob, settings: &Settings, scan: &ScanJob, error: &HeadError) -> Problem {
     let ends = scan.vectors.iter().map(|v| v.end);
     let (low, high) = ends
         .chain([scan.start])
@@ -80,33 +75,25 @@ fn outside(job: &LpbfJob, settings: &Settings, scan: &ScanJob, error: &HeadError
         low.x, low.y, high.x, high.y
     );
     match &settings.work {
-        Work::Plate(_) => TextError {
-            span: None,
-            message: format!("the plate leaves the head's field: {error}"),
-            help: Some(format!(
+        Work::Plate(_) => {
+            let message = format!("the plate leaves the head's field: {error}");
+            job.plate.problem(message).help(format!(
                 "{lies}: fewer squares in plate.block, a smaller plate.side, or shorter runs of sky-writing"
-            )),
-        },
+            ))
+        }
         Work::Layers(set) => {
             let middle = 0.5 * (low + high);
-            let at = job
-                .layers
-                .origin
-                .map_or(DVec2::ZERO, |o| DVec2::from_array(o.map(|l| l.0)))
-                + middle;
+            let at = DVec2::from_array(job.layers.origin.map(|l| l.0)) + middle;
             let fits = (high - low).max_element() < 2.0 * half;
-            TextError {
-                span: job.lpbf.layers.as_ref().map(toml::Spanned::span),
-                message: format!("\"{}\" leaves the head's field: {error}", set.file),
-                help: Some(if fits {
-                    format!(
-                        "{lies}: put its middle at the centre of the field with [layers] origin = [\"{:.1} mm\", \"{:.1} mm\"]",
-                        at.x, at.y
-                    )
-                } else {
-                    format!("{lies}: it is larger than the field; cut it, or take a larger head")
-                }),
-            }
+            let message = format!("\"{}\" leaves the head's field: {error}", set.file);
+            job.lpbf.layers.problem(message).help(if fits {
+                format!(
+                    "{lies}: put its middle at the centre of the field with [layers] origin = [\"{:.1} mm\", \"{:.1} mm\"]",
+                    at.x, at.y
+                )
+            } else {
+                format!("{lies}: it is larger than the field; cut it, or take a larger head")
+            })
         }
     }
 }

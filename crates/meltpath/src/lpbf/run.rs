@@ -24,10 +24,9 @@ use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
 use super::{motion, optimise, present, refuse};
-use crate::job::LpbfJob;
-use crate::outcome::{Outcome, RunError};
+use crate::job::{JobError, LpbfJob, Written};
+use crate::outcome::{Examined, Outcome, RunError};
 use crate::tune::choose::ready_for;
-use crate::waam::settings::in_file;
 
 /// Lit points are compared with marks commanded at most this long before, s: longer than any lag and off-delay.
 const WINDOW: f64 = 4e-3;
@@ -53,7 +52,7 @@ impl HeadSink for Reach {
 /// [`RunError`]; nothing is written then.
 pub fn run(
     path: &Path,
-    job: &LpbfJob,
+    job: &Written<LpbfJob>,
     text: &str,
     out: Option<&Path>,
     runs: &Path,
@@ -61,9 +60,7 @@ pub fn run(
 ) -> Result<Outcome, RunError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here)
-        .and_then(|s| refuse::check(job, &s).map(|()| s))
-        .map_err(|e| in_file(path, text, e))?;
+    let settings = resolved(path, job, text)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     for letter in &settings.foreign {
         reporter.warn(
@@ -127,7 +124,7 @@ pub fn run(
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
-    let layers = job.lpbf.layers.as_ref().map(|f| here.join(f.get_ref()));
+    let layers = job.lpbf.layers.as_ref().map(|f| here.join(&**f));
     let mut inputs = vec![path];
     inputs.extend(layers.as_deref());
     crate::outcome::record_inputs(&mut provenance, &inputs)?;
@@ -423,14 +420,22 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
     checks
 }
 
-/// What the job leaves to defaults: every resolved value with its origin.
+/// What is resolved in a job.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn doctor(job_file: &Path, job: &LpbfJob, text: &str) -> Result<Vec<String>, RunError> {
+/// [`RunError`] for whatever a run refuses before it computes.
+pub fn examine(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Examined, RunError> {
+    let settings = resolved(job_file, job, text)?;
+    Ok(Examined {
+        provenance: settings.provenance,
+        notes: Vec::new(),
+        warnings: Vec::new(),
+    })
+}
+
+fn resolved(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Settings, JobError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    let settings = settings::resolve(job, here)
-        .and_then(|s| refuse::check(job, &s).map(|()| s))
-        .map_err(|e| in_file(job_file, text, e))?;
-    Ok(crate::outcome::parameter_lines(&settings.provenance))
+    settings::resolve(job, here)
+        .and_then(|s| refuse::check(job, &s).map(|()| s).map_err(Into::into))
+        .map_err(|problems| JobError::in_file(job_file, text, problems))
 }

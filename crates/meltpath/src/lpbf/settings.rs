@@ -2,22 +2,23 @@
 
 use std::path::Path;
 
-use meltpath_base::quantity::Positive;
-use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed};
-use meltpath_data::{File, find, names, recipes, scan_heads};
+use meltpath_base::settings::{Many, Problem, Value};
+use meltpath_base::{Length, Origin, Provenance, Ratio, Resolved, Speed, Time};
+use meltpath_data::{File, find, names, scan_heads};
 use meltpath_planning::powder::plate::SquarePlate;
-use meltpath_scan_head::files::{self, HeadData, HeadFileError, Plate};
+use meltpath_scan_head::files::{self, HeadData, Plate};
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::search::Bounds;
-use toml::Spanned;
 
 use super::heat::{self, HeatSettings};
 use super::work::{self, Work};
-use crate::job::TextError;
 use crate::job::lpbf::{
-    DelayChoice, LpbfChecksTable, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
+    ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
+    PlateTable,
 };
+use crate::job::{Problems, Written};
+use crate::tune::choose;
 
 /// A resolved scan-head job.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,259 +52,120 @@ pub struct Settings {
 }
 
 /// The text of a data file: one that ships, or the user's own.
+///
+/// # Errors
+/// What is wrong with the name or the file, in words.
 pub(crate) fn data_text(
     what: &str,
-    name: &Spanned<String>,
+    wanted: &str,
     shipped: &'static [File],
     folder: &Path,
-) -> Result<String, TextError> {
-    let failed = |message: String| TextError {
-        span: Some(name.span()),
-        message,
-        help: None,
-    };
-    let wanted = name.get_ref().as_str();
+) -> Result<String, String> {
     if let Some(file) = find(shipped, wanted) {
         return Ok(file.text.to_owned());
     }
     if crate::data::is_file(wanted) {
         let path = folder.join(wanted);
         return std::fs::read_to_string(&path)
-            .map_err(|e| failed(format!("cannot read the {what} {}: {e}", path.display())));
+            .map_err(|e| format!("cannot read the {what} {}: {e}", path.display()));
     }
-    Err(failed(format!(
+    Err(format!(
         "there is no {what} \"{wanted}\"; known are {}; or name a TOML file of your own",
         names(shipped)
-    )))
+    ))
+}
+
+/// The recipes that a job names: everything wrong with any of them is told.
+fn recipes(job: &LpbfJob, folder: &Path) -> Result<Vec<Recipe>, Vec<Problem>> {
+    let (mut recipes, mut problems) = (Vec::new(), Vec::new());
+    for name in job.lpbf.recipes.iter() {
+        let unsound = |e: String| format!("\"{}\" is not sound: {e}", name.get_ref());
+        let recipe = data_text(
+            "recipe",
+            name.get_ref(),
+            meltpath_data::recipes::ALL,
+            folder,
+        )
+        .and_then(|text| {
+            let recipe = files::parse_recipe(&text).map_err(|e| unsound(e.to_string()))?;
+            recipe.check().map_err(|e| unsound(e.to_string()))?;
+            Ok(recipe)
+        });
+        match recipe {
+            Ok(recipe) => recipes.push(recipe),
+            Err(message) => problems.push(Problem::new(message).at(name.span())),
+        }
+    }
+    if problems.is_empty() {
+        Ok(recipes)
+    } else {
+        Err(problems)
+    }
 }
 
 /// Resolves a job written in `folder`.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job.
-pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
-    let at = |name: &Spanned<String>| {
-        let span = name.span();
-        let shown = name.get_ref().clone();
-        move |e: HeadFileError| TextError {
-            span: Some(span),
-            message: format!("\"{shown}\" is not sound: {e}"),
-            help: None,
+/// Everything wrong, with its place in the job.
+pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Problems> {
+    let mut r = job.provenance.clone();
+    let head = &job.lpbf.head;
+    let data = data_text("scan head", head, scan_heads::ALL, folder).and_then(|text| {
+        files::parse_head(&text).map_err(|e| format!("\"{}\" is not sound: {e}", **head))
+    });
+    let (mut data, recipes) = match (data, recipes(job, folder)) {
+        (Ok(data), Ok(recipes)) => (data, recipes),
+        (data, recipes) => {
+            let head = data.err().map(|message| head.problem(message));
+            let recipes = recipes.err().unwrap_or_default();
+            return Err(head.into_iter().chain(recipes).collect::<Vec<_>>().into());
         }
     };
-    let head_name = &job.lpbf.head;
-    let mut data = files::parse_head(&data_text("scan head", head_name, scan_heads::ALL, folder)?)
-        .map_err(at(head_name))?;
-    let mut recipes = Vec::with_capacity(job.lpbf.recipes.len());
-    for name in &job.lpbf.recipes {
-        let recipe = files::parse_recipe(&data_text("recipe", name, recipes::ALL, folder)?)
-            .map_err(at(name))?;
-        recipe.check().map_err(|e| TextError {
-            span: Some(name.span()),
-            message: format!("\"{}\" is not sound: {e}", name.get_ref()),
-            help: None,
-        })?;
-        recipes.push(recipe);
-    }
-    let mut provenance = Provenance::new();
-    let foreign = crate::tune::choose::apply(
+    let foreign = choose::apply(
         &mut data.head,
         &data.tuning,
-        job.lpbf.controller.as_ref(),
-        job.lpbf.prefilter,
+        &job.lpbf.controller,
+        &job.lpbf.prefilter,
         folder,
-        &mut provenance,
+        &mut r,
     )?;
-    let path = provenance.written_or(
-        "lpbf.path",
-        (job.lpbf.path != PathChoice::default()).then_some(job.lpbf.path),
-        PathChoice::default(),
-        "set-points go out as they come",
-    );
-    provenance.model(
+    r.model(
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
     );
-    let work = match &job.lpbf.layers {
+    let work = match &*job.lpbf.layers {
         Some(name) => {
-            let path = folder.join(name.get_ref());
-            let read = work::read(&path, name.get_ref(), &job.layers);
-            Work::Layers(read.map_err(|message| TextError {
-                span: Some(name.span()),
-                message,
-                help: None,
-            })?)
-        }
-        None => Work::Plate(plate(job, data.plate)),
-    };
-    let origin = |written: bool, default: &str| {
-        if written {
-            Origin::Job
-        } else {
-            Origin::Default(default.to_owned())
-        }
-    };
-    let c = &job.checks;
-    let contour_error = c.contour_error.map_or(0.03, |l| l.0.0);
-    let contour_share = c.contour_share.map_or(0.95, |r| r.0.0);
-    let mut tell = |name: &str, value: serde_json::Value, origin: Origin| {
-        provenance.parameter(name, &Resolved::new(value, origin));
-    };
-    tell("lpbf.head", data.head.name.clone().into(), Origin::Job);
-    tell(
-        "lpbf.delays",
-        format!("{:?}", job.lpbf.delays).to_lowercase().into(),
-        origin(
-            job.lpbf.delays != DelayChoice::default(),
-            "tuned on two squares",
-        ),
-    );
-    match &work {
-        Work::Plate(plate) => {
-            let block = || {
-                origin(
-                    job.plate.block.is_some() || job.plate.extent == PlateExtent::Whole,
-                    "a representative block of 2 x 2",
-                )
-            };
-            let reference = |written| origin(written, "the head's reference plate");
-            tell("plate.columns", plate.columns.into(), block());
-            tell("plate.rows", plate.rows.into(), block());
-            tell(
-                "plate.side",
-                plate.side.into(),
-                reference(job.plate.side.is_some()),
-            );
-            tell(
-                "plate.hatch",
-                plate.hatch.into(),
-                reference(job.plate.hatch.is_some()),
-            );
-        }
-        Work::Layers(layers) => {
+            r.parameters.retain(|key, _| !key.starts_with("plate."));
+            let read = work::read(&folder.join(&**name), name, &job.layers);
+            let layers = read.map_err(|message| job.lpbf.layers.problem(message))?;
             let (first, last) = layers.numbers();
-            tell("lpbf.layers", layers.file.clone().into(), Origin::Job);
-            tell(
-                "layers.range",
-                vec![first, last].into(),
-                origin(job.layers.range.is_some(), "the layer that marks most"),
-            );
-            let at = job.layers.origin.map_or([0.0; 2], |o| o.map(|l| l.0));
-            tell(
-                "layers.origin",
-                at.to_vec().into(),
-                origin(job.layers.origin.is_some(), "the file's own origin"),
-            );
-            if let Some(hatch) = layers.hatch {
-                tell("layers.hatch", hatch.into(), Origin::Job);
-            }
+            job.layers.range.or_computed(&mut r, [first, last]);
+            Work::Layers(layers)
         }
-    }
-    tell(
-        "checks.contour_error",
-        contour_error.into(),
-        origin(
-            c.contour_error.is_some(),
-            "30 µm: the accepted deviation of parts",
-        ),
-    );
-    tell(
-        "checks.contour_share",
-        contour_share.into(),
-        origin(c.contour_share.is_some(), "95 %"),
-    );
-    for r in &recipes {
-        for (key, value) in [
-            ("contour_speed", r.contour_speed),
-            ("fill_speed", r.fill_speed),
-            ("contour_jump_speed", r.contour_jump_speed),
-            ("fill_jump_speed", r.fill_jump_speed),
-            ("mark_wait", r.mark_wait),
-            ("jump_wait", r.jump_wait),
-            ("polygon_wait", r.polygon_wait),
-        ] {
-            tell(
-                &format!("recipe.{}.{key}", r.name),
-                value.into(),
-                Origin::Data(r.name.clone()),
-            );
+        None => {
+            r.parameters.retain(|key, _| !key.starts_with("layers."));
+            Work::Plate(plate(&job.plate, data.plate, &mut r))
         }
-        let sky = r.sky_writing;
-        for (key, value) in [
-            (
-                "power_down_to",
-                match r.power_law {
-                    PowerLaw::Constant => None,
-                    PowerLaw::WithSpeed { least } => Some(least),
-                },
-            ),
-            ("run_in", sky.map(|s| s.run_in)),
-            ("run_out", sky.map(|s| s.run_out)),
-        ] {
-            if let Some(value) = value {
-                tell(
-                    &format!("recipe.{}.{key}", r.name),
-                    value.into(),
-                    Origin::Data(r.name.clone()),
-                );
-            }
-        }
+    };
+    for recipe in &recipes {
+        tell(recipe, &mut r);
     }
     let search = job
         .optimise
         .as_ref()
-        .map(|table| bounds(table, &recipes[0], contour_error, contour_share, c));
-    if let Some(b) = &search {
-        let written = |written: bool, default: &str| origin(written, default);
-        let o = job.optimise.as_ref();
-        let given = |has: fn(&OptimiseTable) -> bool| o.is_some_and(has);
-        for (name, value, origin) in [
-            (
-                "contour_speed",
-                b.contour_speed.to_vec(),
-                written(
-                    given(|o| o.contour_speed.is_some()),
-                    "half to three times the recipe's",
-                ),
-            ),
-            (
-                "fill_speed",
-                b.fill_speed.to_vec(),
-                written(
-                    given(|o| o.fill_speed.is_some()),
-                    "half to three times the recipe's",
-                ),
-            ),
-            (
-                "mark_waits",
-                b.mark_waits.clone(),
-                written(
-                    given(|o| o.mark_waits.is_some()),
-                    "none to all of the recipe's",
-                ),
-            ),
-            (
-                "jump_factors",
-                b.jump_factors.clone(),
-                written(given(|o| o.jump_factors.is_some()), "up to twice"),
-            ),
-            (
-                "filter_factors",
-                b.filter_factors.clone(),
-                written(given(|o| o.filter_factors.is_some()), "whole and half"),
-            ),
-        ] {
-            tell(&format!("optimise.{name}"), value.into(), origin);
+        .map(|table| bounds(table, &recipes[0], &job.checks, &mut r));
+    let spot = 2.0 * data.head.beam.waist;
+    let heat = match &*job.heat {
+        None => {
+            r.parameters.remove(&job.checks.fusion.name);
+            None
         }
-    }
-    let heat = match &job.heat {
-        None => None,
         Some(table) => Some(heat::resolve(
             table,
-            c.fusion.map(|r| r.0.0),
-            2.0 * data.head.beam.waist,
+            job.checks.fusion.0,
+            spot,
             folder,
-            &mut provenance,
+            &mut r,
         )?),
     };
     Ok(Settings {
@@ -312,69 +174,101 @@ pub fn resolve(job: &LpbfJob, folder: &Path) -> Result<Settings, TextError> {
         data,
         work,
         recipes,
-        delays: job.lpbf.delays,
-        contour_error,
-        contour_share,
-        fill_rate: c.fill_rate.map(|r| r.0.0),
+        delays: *job.lpbf.delays,
+        contour_error: job.checks.contour_error.0,
+        contour_share: job.checks.contour_share.0,
+        fill_rate: job.checks.fill_rate.map(|r| r.0),
         foreign,
-        path,
-        motion: job.output.motion,
-        provenance,
+        path: *job.lpbf.path,
+        motion: *job.output.motion,
+        provenance: r,
     })
+}
+
+/// Notes what a recipe says.
+fn tell(recipe: &Recipe, r: &mut Provenance) {
+    let sky = recipe.sky_writing;
+    let least = match recipe.power_law {
+        PowerLaw::Constant => None,
+        PowerLaw::WithSpeed { least } => Some(Ratio(least).json()),
+    };
+    for (key, value) in [
+        ("contour_speed", Some(Speed(recipe.contour_speed).json())),
+        ("fill_speed", Some(Speed(recipe.fill_speed).json())),
+        (
+            "contour_jump_speed",
+            Some(Speed(recipe.contour_jump_speed).json()),
+        ),
+        (
+            "fill_jump_speed",
+            Some(Speed(recipe.fill_jump_speed).json()),
+        ),
+        ("mark_wait", Some(Time(recipe.mark_wait).json())),
+        ("jump_wait", Some(Time(recipe.jump_wait).json())),
+        ("polygon_wait", Some(Time(recipe.polygon_wait).json())),
+        ("power_down_to", least),
+        ("run_in", sky.map(|s| Time(s.run_in).json())),
+        ("run_out", sky.map(|s| Time(s.run_out).json())),
+    ] {
+        if let Some(value) = value {
+            let name = format!("recipe.{}.{key}", recipe.name);
+            r.parameter(
+                &name,
+                &Resolved::new(value, Origin::Data(recipe.name.clone())),
+            );
+        }
+    }
 }
 
 /// What a recipe search may change. A fill rate that nobody bounds is NaN: two points below the first recipe's own become the bound.
 fn bounds(
     table: &OptimiseTable,
     recipe: &Recipe,
-    contour_error: f64,
-    contour_share: f64,
-    checks: &LpbfChecksTable,
+    checks: &ChecksTable,
+    r: &mut Provenance,
 ) -> Bounds {
-    let range = |given: Option<[Positive<Speed>; 2]>, own: f64| {
-        given.map_or([0.5 * own, 3.0 * own], |r| r.map(|v| v.0.0))
-    };
-    let factors = |given: &Option<Vec<Positive<Ratio>>>, default: &[f64]| {
-        given
-            .as_ref()
-            .map_or_else(|| default.to_vec(), |l| l.iter().map(|f| f.0.0).collect())
-    };
+    let about = |own: f64| [Speed(0.5 * own), Speed(3.0 * own)];
     let wait = recipe.mark_wait;
-    let waits = || vec![0.0, wait / 3.0, 2.0 * wait / 3.0, wait];
-    let mut mark_waits = table
-        .mark_waits
-        .as_ref()
-        .map_or_else(waits, |l| l.iter().map(|t| t.0.0).collect());
+    let waits = [0.0, wait / 3.0, 2.0 * wait / 3.0, wait].map(Time);
+    let waits = table.mark_waits.or_computed(r, Many(waits.to_vec()));
+    let mut mark_waits: Vec<f64> = waits.iter().map(|t| t.0).collect();
     mark_waits.dedup();
+    let factors = |list: &[Ratio]| list.iter().map(|f| f.0).collect();
+    let speeds = |range: [Speed; 2]| range.map(|v| v.0);
     Bounds {
-        contour_speed: range(table.contour_speed, recipe.contour_speed),
-        fill_speed: range(table.fill_speed, recipe.fill_speed),
+        contour_speed: speeds(
+            table
+                .contour_speed
+                .or_computed(r, about(recipe.contour_speed)),
+        ),
+        fill_speed: speeds(table.fill_speed.or_computed(r, about(recipe.fill_speed))),
         mark_waits,
-        jump_factors: factors(&table.jump_factors, &[1.0, 1.5, 2.0]),
-        filter_factors: factors(&table.filter_factors, &[1.0, 0.5]),
-        contour_error,
-        contour_share,
+        jump_factors: factors(&table.jump_factors),
+        filter_factors: factors(&table.filter_factors),
+        contour_error: checks.contour_error.0,
+        contour_share: checks.contour_share.0,
         fill_rate: table
             .fill_rate
-            .or(checks.fill_rate)
-            .map_or(f64::NAN, |r| r.0.0),
+            .or(*checks.fill_rate)
+            .map_or(f64::NAN, |r| r.0),
     }
 }
 
 /// The squares that the job asks for, on the plate that the head's file states.
-fn plate(job: &LpbfJob, stated: Plate) -> SquarePlate {
-    let [columns, rows] = match job.plate.extent {
-        PlateExtent::Block => job.plate.block.unwrap_or([2, 2]),
+fn plate(table: &PlateTable, stated: Plate, r: &mut Provenance) -> SquarePlate {
+    let block = match *table.extent {
+        PlateExtent::Block => [2, 2],
         PlateExtent::Whole => [stated.columns, stated.rows],
     };
+    let [columns, rows] = table.block.or_computed(r, block);
     SquarePlate {
         columns,
         rows,
         column_pitch: stated.column_pitch,
         row_pitch: stated.row_pitch,
-        side: job.plate.side.map_or(stated.side, |s| s.0.0),
+        side: table.side.or_computed(r, Length(stated.side)).0,
         contour_distance: stated.contour_distance,
-        hatch: job.plate.hatch.map_or(stated.hatch, |h| h.0.0),
+        hatch: table.hatch.or_computed(r, Length(stated.hatch)).0,
         inset: stated.inset,
     }
 }

@@ -77,7 +77,7 @@ pub fn read(path: &Path, shown: &str, table: &LayersTable) -> Result<LayerSet, S
         count += 1;
         numbers = Some((numbers.map_or(layer.number, |n| n.0), layer.number));
         let marked = layer.deposited_length();
-        match table.range {
+        match *table.range {
             None if marked > longest => chosen = vec![layer],
             Some([first, last]) if marked > 0.0 && (first..=last).contains(&layer.number) => {
                 chosen.push(layer);
@@ -98,17 +98,15 @@ pub fn read(path: &Path, shown: &str, table: &LayersTable) -> Result<LayerSet, S
             "none of the layers {first} to {last} of \"{shown}\" marks anything; it holds the layers {lowest} to {highest}"
         ));
     }
-    if let Some(origin) = table.origin {
-        let origin = DVec2::from_array(origin.map(|l| l.0)).extend(0.0);
-        for layer in &mut chosen {
-            layer.translate(-origin);
-        }
+    let origin = DVec2::from_array(table.origin.map(|l| l.0)).extend(0.0);
+    for layer in &mut chosen {
+        layer.translate(-origin);
     }
     Ok(LayerSet {
         file: shown.to_owned(),
         layers: chosen,
         count,
-        hatch: table.hatch.map(|h| h.0.0),
+        hatch: table.hatch.map(|h| h.0),
     })
 }
 

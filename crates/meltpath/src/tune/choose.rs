@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use meltpath_base::{Origin, Provenance, Resolved};
+use meltpath_base::Provenance;
+use meltpath_base::settings::{Problem, Setting};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller};
 use meltpath_scan_head::head::error::HeadError;
@@ -13,9 +14,7 @@ use meltpath_scan_head::servo::file::ControllerFile;
 use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::preview::{PreviewDesign, preview, synchronise};
-use toml::Spanned;
 
-use crate::job::TextError;
 use crate::job::lpbf::{PathChoice, PreFilterChoice};
 
 /// The controller of the head's own file.
@@ -27,21 +26,17 @@ pub(crate) const HINF: &str = "h-infinity";
 /// made for another motor.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job.
+/// [`Problem`] with the place in the job.
 pub fn apply(
     head: &mut ScanHead,
     tuning: &[Option<[f64; 3]>; 3],
-    wanted: Option<&Spanned<String>>,
-    prefilter: Option<PreFilterChoice>,
+    wanted: &Setting<String>,
+    prefilter: &Setting<Option<PreFilterChoice>>,
     folder: &Path,
     provenance: &mut Provenance,
-) -> Result<Vec<char>, TextError> {
-    let name = wanted.map_or(OWN, |w| w.get_ref().as_str());
-    let failed = |message: String| TextError {
-        span: wanted.map(Spanned::span),
-        message,
-        help: None,
-    };
+) -> Result<Vec<char>, Problem> {
+    let name = wanted.as_str();
+    let failed = |message: String| wanted.problem(message);
     let path = Path::new(name);
     let is_file = path
         .extension()
@@ -73,25 +68,12 @@ pub fn apply(
             )));
         }
     };
-    provenance.written_or(
-        "lpbf.controller",
-        wanted.map(|w| w.get_ref().clone()),
-        OWN.to_owned(),
-        "the head's own",
-    );
-    let (choice, origin) = match (prefilter, name) {
-        (Some(choice), _) => (choice, Origin::Job),
-        (None, OWN) => (
-            PreFilterChoice::On,
-            Origin::Default("the cascade runs behind the head's pre-filter".to_owned()),
-        ),
-        (None, _) => (
-            PreFilterChoice::Off,
-            Origin::Default("the source runs its H-infinity controllers without".to_owned()),
-        ),
+    let usual = if name == OWN {
+        PreFilterChoice::On
+    } else {
+        PreFilterChoice::Off
     };
-    provenance.parameter("lpbf.prefilter", &Resolved::new(choice, origin));
-    match choice {
+    match prefilter.or_computed(provenance, usual) {
         PreFilterChoice::On => {}
         PreFilterChoice::FirstOnly => head.filter_acceleration(),
         PreFilterChoice::Alike => head.filter_alike(),

@@ -1,53 +1,208 @@
-//! The tuning file as a person writes it: one struct a table, nothing resolved.
+//! The tuning file as a person writes it, and what of it does not go together.
 
-use std::path::PathBuf;
+use meltpath_base::settings::{File, Many, Problem, broken};
+use meltpath_base::{Angle, AngularSpeed, Current, Frequency, Ratio, Time, choice, table};
 
-use meltpath_base::quantity::{NotNegative, Positive};
-use meltpath_base::{Angle, Ratio, Time};
-use meltpath_control::export::AntiWindup;
-use serde::{Deserialize, Serialize};
-use toml::Spanned;
+table! {
+    /// The control of a scan head's axes: designed, compared, exported.
+    pub struct TuneFile {
+        /// Head: a name in `data/scan-heads`, or a TOML file of your own.
+        head: String => required;
+        /// The axes that are tuned.
+        axes: Many<AxisName, 1> => default(["x", "y"], "both mirrors");
+        /// Motors in place of the head's, by axis: files with the lines that `meltpath identify` prints.
+        motor: Motors => default({}, "the head's");
+        /// The step-by-step synthesis and its refinement.
+        cascade: CascadeTable => default({}, "as fast as the head's file says");
+        /// H-infinity: three weights, by their templates, or a bandwidth.
+        hinf as "h-infinity": HinfTable => default({}, "as fast as the cascade");
+        /// The search for a controller that serves a spread of motors.
+        robust: RobustTable => default({}, "a production's spread");
+        /// The signal on which controllers are compared, and how far motors scatter.
+        compare: CompareTable => default({}, "a multi-step and forty motors");
+        /// Which controller leaves, and in which form.
+        export: ExportTable => default({}, "the best, in second-order sections");
+    }
 
-use crate::job::TextError;
+    /// Motors in place of the head's.
+    pub struct Motors {
+        /// Of X.
+        x: File => none("the head's");
+        /// Of Y.
+        y: File => none("the head's");
+        /// Of Z.
+        z: File => none("the head's");
+    }
 
-/// A tuning file, as written.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TuneFile {
-    /// Head: a name in `data/scan-heads`, or a TOML file of your own.
-    pub head: Spanned<String>,
-    /// The axes that are tuned; default X and Y.
-    pub axes: Option<Spanned<Vec<AxisName>>>,
-    /// Motors in place of the head's, by axis: files with the lines that `meltpath identify` prints.
-    #[serde(default)]
-    pub motor: Motors,
-    /// `[cascade]`.
-    #[serde(default)]
-    pub cascade: CascadeTable,
-    /// `[h-infinity]`.
-    #[serde(default, rename = "h-infinity")]
-    pub hinf: HinfTable,
-    /// `[robust]`.
-    #[serde(default)]
-    pub robust: RobustTable,
-    /// `[compare]`.
-    #[serde(default)]
-    pub compare: CompareTable,
-    /// `[export]`.
-    #[serde(default)]
-    pub export: ExportTable,
+    /// The step-by-step synthesis and its refinement.
+    pub struct CascadeTable {
+        /// Times of the first maximum of the step responses of current, speed and position.
+        first_maximum: [Time; 3] where positive => computed("the head's file, else as fast as the head's own loops");
+        /// Phase margins of current, speed and position.
+        margin: [Angle; 3] where positive => default(["65 deg", "65 deg", "75 deg"], "Rasoanarivo 2020, § 2.2.2.2");
+        /// Whether and how a swarm refines the gains.
+        refine: RefineTable => default({}, "on the simulated axis");
+    }
+
+    /// Whether and how a swarm refines the gains.
+    pub struct RefineTable {
+        /// What the gains are refined for.
+        on: RefineOn => default("tracking", "least error of the simulated axis");
+        /// The record (`.csv`, `.parquet`, `.mat`) of a multi-step: channels `set-point` and `angle`.
+        record: File => none("no record");
+        /// Its mapping.
+        mapping: File => none("no record");
+        /// How much bandwidth and stiffness feedback alone may lose on the simulated axis.
+        slower: Ratio where within(0.0, 0.99) => default("10 %", "no less than the rule from first maximum to crossover leaves open");
+        /// Particles of the swarm.
+        particles: usize => default(20, "twice the unknowns and more");
+        /// Moves of each.
+        iterations: usize => default(40, "a few seconds");
+    }
+
+    /// H-infinity: three weights, by their templates, or a bandwidth.
+    pub struct HinfTable {
+        /// Moves the thesis' weights to this bandwidth.
+        bandwidth: Frequency where positive => computed("that of the position loop");
+        /// Template of the sensitivity (W1).
+        sensitivity: TemplateTable => none("from the bandwidth");
+        /// Template from set-point to current, in A per degree (W2).
+        command: TemplateTable => none("from the bandwidth");
+        /// Template, with the first, of the response to a disturbance (W3).
+        disturbance: TemplateTable => none("from the bandwidth");
+        /// Most nearly cancelling pairs that are removed.
+        pairs: usize => none("the design's own number");
+    }
+
+    /// A template: gain at rest, gain far above, and where it crosses one.
+    pub struct TemplateTable {
+        /// Gain at rest.
+        low: f64 => required;
+        /// Gain far above.
+        high: f64 => required;
+        /// Where it is one.
+        crossover: Frequency => required;
+    }
+
+    /// The search for a controller that serves a spread of motors.
+    pub struct RobustTable {
+        /// How far the modes may move to either side; `"0 %"` for no search.
+        mode_shift: Ratio where not_negative => default("10 %", "a mode moves by some percent with temperature, mounting and mirror");
+        /// The longest loop delay that is served.
+        delay: Time where not_negative => computed("half a sample");
+        /// Distance to the critical point kept everywhere.
+        modulus_margin: f64 => default(0.5, "the usual distance");
+        /// Largest gain of the closed loop.
+        resonance: f64 => default(1.5, "3.5 dB");
+        /// States of the controller.
+        order: usize => default(5, "integrator, lead and a broad notch");
+        /// Particles of the swarm.
+        particles: usize => default(16, "twice the unknowns");
+        /// Moves of each.
+        iterations: usize => default(20, "some seconds");
+    }
+
+    /// The signal on which controllers are compared, and how far motors scatter.
+    pub struct CompareTable {
+        /// First amplitude of the multi-step.
+        amplitude: Angle where positive => computed("90 % of the travel");
+        /// Number of amplitudes, each half of the one before.
+        levels: u32 => default(10, "down to a thousandth");
+        /// Speed between steps.
+        slope: AngularSpeed where positive => default("1150 deg/s", "the source's");
+        /// Time at each step.
+        hold: Time where positive => default("0.06 s", "the source's");
+        /// Scattered motors, 0 for none.
+        draws: usize => default(40, "a few seconds");
+        /// Scatter of the resistance.
+        resistance: Ratio where not_negative => default("20 %", "a production's spread, a guess");
+        /// Scatter of the inertia.
+        inertia: Ratio where not_negative => default("5 %", "a production's spread, a guess");
+        /// Scatter of the modes' frequencies.
+        modes: Ratio where not_negative => default("5 %", "a production's spread, a guess");
+        /// Longest additional delay.
+        delay: Time where not_negative => computed("half a sample");
+        /// Largest standard deviation of the sensor's noise.
+        noise: Angle where not_negative => default("0.0005 deg", "a fiftieth of the accuracy of a laboratory head");
+        /// Seed.
+        seed: u64 => default(1, "any");
+    }
+
+    /// Which controller leaves, and in which form.
+    pub struct ExportTable {
+        /// Which controller.
+        controller: Choice => none("the robust one where it was found, else H-infinity");
+        /// The form.
+        form: ExportForm => default("sections", "what drives take");
+        /// How numbers are held on the drive.
+        word: WordName => default("single", "what drives have");
+        /// Bits after the point of coefficients and of signals, for fixed words.
+        bits: [u32; 2] => default([22, 22], "half of the range is left for sums");
+        /// Current at which the output is cut.
+        limit: Current where positive => none("the drive's peak current");
+        /// What the states do meanwhile.
+        anti_windup: Windup => default("conditioned", "no overshoot after a cut");
+        /// The controller acts once in so many samples of the head.
+        every: u32 where within(1.0, 1e6) => default(1, "every sample of the head");
+    }
 }
 
-/// An axis of the head.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisName {
-    /// The first mirror.
-    X,
-    /// The second mirror.
-    Y,
-    /// The dynamic focus.
-    Z,
+choice! {
+    /// An axis of the head.
+    pub enum AxisName {
+        /// The first mirror.
+        X = "x",
+        /// The second mirror.
+        Y = "y",
+        /// The dynamic focus.
+        Z = "z",
+    }
+
+    /// What gains are refined for.
+    pub enum RefineOn {
+        /// Least error of the simulated axis, friction and limits included, on the multi-step without pre-filter.
+        Tracking = "tracking",
+        /// Least difference to a recorded angle: the model's gains become those of the real drive.
+        Record = "record",
+        /// Not at all.
+        Nothing = "nothing",
+    }
+
+    /// Which controller leaves.
+    pub enum Choice {
+        /// The gains of the cascade, refined where they were.
+        Cascade = "cascade",
+        /// The H-infinity controller of the three weights.
+        HInfinity = "h-infinity",
+        /// The one found for the spread of motors.
+        Robust = "robust",
+    }
+
+    /// In which form.
+    pub enum ExportForm {
+        /// Second-order sections.
+        Sections = "sections",
+        /// State space.
+        StateSpace = "state-space",
+    }
+
+    /// How numbers are held on the drive.
+    pub enum WordName {
+        /// Double precision.
+        Double = "double",
+        /// Single precision.
+        Single = "single",
+        /// 32-bit integers.
+        Fixed = "fixed",
+    }
+
+    /// What the states do while the output is cut.
+    pub enum Windup {
+        /// They run on.
+        None = "none",
+        /// They follow the output that went out.
+        Conditioned = "conditioned",
+    }
 }
 
 impl AxisName {
@@ -61,200 +216,42 @@ impl AxisName {
     }
 }
 
-/// `[motor]`: files of identified motors.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motors {
-    /// Of X.
-    pub x: Option<Spanned<PathBuf>>,
-    /// Of Y.
-    pub y: Option<Spanned<PathBuf>>,
-    /// Of Z.
-    pub z: Option<Spanned<PathBuf>>,
-}
-
-/// `[cascade]`: the step-by-step synthesis and its refinement.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct CascadeTable {
-    /// Times of the first maximum of the step responses of current, speed and position.
-    pub first_maximum: Option<[Positive<Time>; 3]>,
-    /// Phase margins of current, speed and position; default 65, 65, 75 deg.
-    pub margin: Option<[Positive<Angle>; 3]>,
-    /// Whether and how a swarm refines the gains; default on the simulated axis.
-    pub refine: RefineTable,
-}
-
-/// `[cascade.refine]`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RefineTable {
-    /// What the gains are refined for.
-    pub on: RefineOn,
-    /// The record (`.csv`, `.parquet`, `.mat`) of a multi-step: channels `set-point` and `angle`.
-    pub record: Option<Spanned<PathBuf>>,
-    /// Its mapping.
-    pub mapping: Option<Spanned<PathBuf>>,
-    /// How much bandwidth and stiffness feedback alone may lose on the simulated axis; default 10 %.
-    pub slower: Option<NotNegative<Ratio>>,
-    /// Particles; default 20.
-    pub particles: Option<usize>,
-    /// Moves of each; default 40.
-    pub iterations: Option<usize>,
-}
-
-/// What gains are refined for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RefineOn {
-    /// Least error of the simulated axis, friction and limits included, on the multi-step without pre-filter.
-    #[default]
-    Tracking,
-    /// Least difference to a recorded angle: the model's gains become those of the real drive.
-    Record,
-    /// Not at all.
-    Nothing,
-}
-
-/// `[h-infinity]`: three weights, by their templates, or a bandwidth.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct HinfTable {
-    /// Moves the thesis' weights to this bandwidth, such as `"3000 rad/s"`; default that of the position loop.
-    pub bandwidth: Option<Spanned<String>>,
-    /// Template of the sensitivity (W1).
-    pub sensitivity: Option<Spanned<TemplateTable>>,
-    /// Template from set-point to current, in A per degree (W2).
-    pub command: Option<Spanned<TemplateTable>>,
-    /// Template, with the first, of the response to a disturbance (W3).
-    pub disturbance: Option<Spanned<TemplateTable>>,
-    /// Most nearly cancelling pairs that are removed; default 1.
-    pub pairs: Option<usize>,
-}
-
-/// A template: gain at rest, gain far above, and where it crosses one.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TemplateTable {
-    /// Gain at rest.
-    pub low: f64,
-    /// Gain far above.
-    pub high: f64,
-    /// Where it is one, such as `"3000 rad/s"`.
-    pub crossover: String,
-}
-
-/// `[robust]`: the search for a controller that serves a spread of motors.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RobustTable {
-    /// How far the modes may move to either side; default 10 %, `"0 %"` for no search.
-    pub mode_shift: Option<NotNegative<Ratio>>,
-    /// The longest loop delay that is served; default half a sample.
-    pub delay: Option<NotNegative<Time>>,
-    /// Distance to the critical point kept everywhere; default 0.5.
-    pub modulus_margin: Option<f64>,
-    /// Largest gain of the closed loop; default 1.5.
-    pub resonance: Option<f64>,
-    /// States of the controller; default 5.
-    pub order: Option<usize>,
-    /// Particles; default 16.
-    pub particles: Option<usize>,
-    /// Moves of each; default 20.
-    pub iterations: Option<usize>,
-}
-
-/// `[compare]`: the signal on which controllers are compared, and how far motors scatter.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct CompareTable {
-    /// First amplitude of the multi-step; default 90 % of the travel.
-    pub amplitude: Option<Positive<Angle>>,
-    /// Number of amplitudes, each half of the one before; default 10.
-    pub levels: Option<u32>,
-    /// Speed between steps; default `"1150 deg/s"`.
-    pub slope: Option<Spanned<String>>,
-    /// Time at each step; default 60 ms.
-    pub hold: Option<Positive<Time>>,
-    /// Scattered motors; default 40, 0 for none.
-    pub draws: Option<usize>,
-    /// Scatter of the resistance; default 20 %.
-    pub resistance: Option<NotNegative<Ratio>>,
-    /// Scatter of the inertia; default 5 %.
-    pub inertia: Option<NotNegative<Ratio>>,
-    /// Scatter of the modes' frequencies; default 5 %.
-    pub modes: Option<NotNegative<Ratio>>,
-    /// Longest additional delay; default half a sample.
-    pub delay: Option<NotNegative<Time>>,
-    /// Largest standard deviation of the sensor's noise; default 0.0005 deg.
-    pub noise: Option<NotNegative<Angle>>,
-    /// Seed; default 1.
-    pub seed: Option<u64>,
-}
-
-/// Which controller leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Choice {
-    /// The gains of the cascade, refined where they were.
-    Cascade,
-    /// The H-infinity controller of the three weights.
-    HInfinity,
-    /// The one found for the spread of motors.
-    Robust,
-}
-
-/// In which form.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ExportForm {
-    /// Second-order sections.
-    #[default]
-    Sections,
-    /// State space.
-    StateSpace,
-}
-
-/// How numbers are held on the drive.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WordName {
-    /// Double precision.
-    Double,
-    /// Single precision.
-    #[default]
-    Single,
-    /// 32-bit integers.
-    Fixed,
-}
-
-/// `[export]`.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ExportTable {
-    /// Which controller; default the robust one where it was found, else H-infinity.
-    pub controller: Option<Choice>,
-    /// The form; default sections.
-    pub form: ExportForm,
-    /// The word; default single precision.
-    pub word: WordName,
-    /// Bits after the point of coefficients and of signals, for fixed words; default 22 and 22.
-    pub bits: Option<[u32; 2]>,
-    /// Current at which the output is cut, such as `"5 A"`; default the drive's peak current.
-    pub limit: Option<Spanned<String>>,
-    /// What the states do meanwhile; default they follow.
-    pub anti_windup: AntiWindup,
-    /// The controller acts once in so many samples of the head; default 1.
-    pub every: Option<u32>,
-}
-/// Reads a tuning file's text.
-///
-/// # Errors
-/// [`TextError`] with the place.
-pub fn read(text: &str) -> Result<TuneFile, TextError> {
-    toml::from_str(text).map_err(|e| TextError {
-        span: e.span(),
-        message: e.message().to_owned(),
-        help: None,
-    })
+impl TuneFile {
+    /// Values that do not go together.
+    pub(super) fn check(&self) -> Vec<Problem> {
+        let (refine, h, e) = (&self.cascade.refine, &self.hinf, &self.export);
+        let files = [&refine.record, &refine.mapping];
+        let on_record = *refine.on == RefineOn::Record;
+        let named = files.into_iter().find(|f| f.is_written());
+        let templates = [
+            h.sensitivity.is_written(),
+            h.command.is_written(),
+            h.disturbance.is_written(),
+        ];
+        broken([
+            (
+                on_record && files.iter().any(|f| !f.is_written()),
+                refine
+                    .on
+                    .problem("cascade.refine.on = \"record\" needs cascade.refine.record and cascade.refine.mapping"),
+            ),
+            (
+                !on_record && named.is_some(),
+                Problem::new("a record is refined on with on = \"record\"").at(named.and_then(|f| f.span.clone())),
+            ),
+            (
+                templates.contains(&true) && templates.contains(&false),
+                h.problem("give all three templates of [h-infinity], sensitivity, command and disturbance, or a bandwidth"),
+            ),
+            (
+                e.bits.is_written() && *e.word != WordName::Fixed,
+                e.bits.problem("export.bits are those of a fixed word: word = \"fixed\""),
+            ),
+            (
+                *e.controller == Some(Choice::Robust) && self.robust.mode_shift.0 == 0.0,
+                e.controller
+                    .problem("export.controller = \"robust\", but robust.mode_shift = \"0 %\" asks for no search"),
+            ),
+        ])
+    }
 }

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::quantity::{NotNegative, Unit, parse};
-use meltpath_base::{Origin, Provenance, Ratio, Resolved};
+use meltpath_base::settings::{Problem, Setting, Value};
+use meltpath_base::{Angle, Frequency, Origin, Provenance, Resolved, Time};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
+use meltpath_data::scan_heads;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
@@ -13,15 +14,13 @@ use meltpath_scan_head::files::{self, HeadData};
 use meltpath_scan_head::servo::compare::{MultiStep, Scatter};
 use meltpath_scan_head::servo::h_infinity::{Changes, HinfTargets, Weights};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
-use meltpath_scan_head::servo::refine::LOSS;
 use meltpath_scan_head::servo::robust::Spread;
 use meltpath_scan_head::servo::synthesis::{Target, Targets};
-use toml::Spanned;
 
 use super::file::{
-    AxisName, Choice, ExportForm, RefineOn, RobustTable, TemplateTable, TuneFile, WordName,
+    AxisName, Choice, ExportForm, RefineOn, RobustTable, TemplateTable, TuneFile, Windup, WordName,
 };
-use crate::job::TextError;
+use crate::job::Written;
 use crate::lpbf::settings::data_text;
 
 /// What is asked of one axis.
@@ -84,46 +83,12 @@ pub struct Settings {
     pub provenance: Provenance,
 }
 
-const fn unit(symbol: &'static str, factor: f64) -> Unit {
-    Unit {
-        symbol,
-        factor,
-        offset: 0.0,
-    }
-}
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
-const PULSATION: &[Unit] = &[
-    unit("rad/s", 1.0),
-    unit("Hz", std::f64::consts::TAU),
-    unit("kHz", 1e3 * std::f64::consts::TAU),
-];
-const ANGULAR_SPEED: &[Unit] = &[unit("deg/s", DEGREE), unit("rad/s", 1.0)];
-const CURRENT: &[Unit] = &[unit("A", 1.0), unit("mA", 1e-3)];
-
-fn at(span: std::ops::Range<usize>, message: String) -> TextError {
-    TextError {
-        span: Some(span),
-        message,
-        help: None,
-    }
-}
-
-fn quantity(text: &Spanned<String>, what: &'static str, units: &[Unit]) -> Result<f64, TextError> {
-    let value = parse(text.get_ref(), what, units).map_err(|e| at(text.span(), e.to_string()))?;
-    if value > 0.0 {
-        Ok(value)
-    } else {
-        Err(at(text.span(), format!("the {what} must be above zero")))
-    }
-}
-
 /// Resolves a tuning file that lies in `folder`.
 ///
 /// # Errors
-/// [`TextError`] with the place in the file.
-pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
-    let mut told = Provenance::new();
+/// [`Problem`] with the place in the file.
+pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Problem> {
+    let mut told = file.provenance.clone();
     told.model(
         "synthesis in frequency, weights, refinement, comparison",
         "Rasoanarivo 2020, § 2.2.2, § 2.2.3, chapter 3",
@@ -133,181 +98,67 @@ pub fn resolve(file: &TuneFile, folder: &Path) -> Result<Settings, TextError> {
         "this program",
     );
     let head = &file.head;
-    let data = files::parse_head(&data_text(
-        "scan head",
-        head,
-        meltpath_data::scan_heads::ALL,
-        folder,
-    )?)
-    .map_err(|e| {
-        at(
-            head.span(),
-            format!("\"{}\" is not sound: {e}", head.get_ref()),
-        )
-    })?;
-    told.parameter("head", &Resolved::new(data.head.name.clone(), Origin::Job));
-    let every = told.written_or(
-        "export.every",
-        file.export.every,
-        1,
-        "every sample of the head",
-    );
-    if every == 0 {
-        return Err(plain(
-            "export.every is 0: the controller acts once in 1, 2, … samples",
-        ));
-    }
-    let period = f64::from(every) * data.head.period;
-    let names = match &file.axes {
-        Some(axes) if axes.get_ref().is_empty() => {
-            return Err(at(
-                axes.span(),
-                "no axis is named: [\"x\", \"y\"]".to_owned(),
-            ));
-        }
-        Some(axes) => axes.get_ref().clone(),
-        None => vec![AxisName::X, AxisName::Y],
-    };
+    let data = data_text("scan head", head, scan_heads::ALL, folder)
+        .and_then(|text| {
+            files::parse_head(&text).map_err(|e| format!("\"{}\" is not sound: {e}", **head))
+        })
+        .map_err(|message| head.problem(message))?;
+    let e = &file.export;
+    let period = f64::from(*e.every) * data.head.period;
     let mut tasks = Vec::new();
-    for name in names {
-        tasks.push(task(name, file, &data, folder, period, &mut told)?);
+    for name in file.axes.iter() {
+        tasks.push(task(*name, file, &data, folder, period, &mut told)?);
     }
-    let refine = told.written_or(
-        "cascade.refine.on",
-        (file.cascade.refine.on != RefineOn::default()).then_some(file.cascade.refine.on),
-        RefineOn::Tracking,
-        "least error of the simulated axis",
-    );
-    let record = match (
-        refine,
-        &file.cascade.refine.record,
-        &file.cascade.refine.mapping,
-    ) {
-        (RefineOn::Record, Some(record), Some(mapping)) => Some([
-            folder.join(record.get_ref()),
-            folder.join(mapping.get_ref()),
-        ]),
-        (RefineOn::Record, ..) => {
-            return Err(plain(
-                "cascade.refine.on = \"record\" needs cascade.refine.record and cascade.refine.mapping",
-            ));
-        }
-        (_, Some(one), _) | (_, _, Some(one)) => {
-            return Err(at(
-                one.span(),
-                "a record is refined on with on = \"record\"".to_owned(),
-            ));
-        }
+    let refine = &file.cascade.refine;
+    let record = match (&*refine.record, &*refine.mapping) {
+        (Some(record), Some(mapping)) => Some([folder.join(&**record), folder.join(&**mapping)]),
         _ => None,
     };
-    let refine_swarm = Swarm {
-        particles: told.written_or(
-            "cascade.refine.particles",
-            file.cascade.refine.particles,
-            20,
-            "twice the unknowns and more",
-        ),
-        iterations: told.written_or(
-            "cascade.refine.iterations",
-            file.cascade.refine.iterations,
-            40,
-            "a few seconds",
-        ),
-        ..Swarm::default()
-    };
-    let refine_loss = told.written_or(
-        "cascade.refine.slower",
-        file.cascade.refine.slower.map(|r| r.0.0),
-        LOSS,
-        "no less than the rule from first maximum to crossover leaves open",
-    );
-    if refine_loss >= 1.0 {
-        return Err(plain(
-            "cascade.refine.slower is 100 % or more: feedback cannot lose all of its bandwidth",
-        ));
-    }
     let half = 0.5 * data.head.period;
     let (spread, robust_changes, robust_swarm) = robust(&file.robust, half, &mut told);
     let c = &file.compare;
-    let share = |told: &mut Provenance, key: &str, written: &Option<NotNegative<Ratio>>, d: f64| {
-        told.written_or(
-            key,
-            written.map(|r| r.0.0),
-            d,
-            "a production's spread, a guess",
-        )
-    };
-    let scatter = Scatter {
-        resistance: share(&mut told, "compare.resistance", &c.resistance, 0.2),
-        inertia: share(&mut told, "compare.inertia", &c.inertia, 0.05),
-        modes: share(&mut told, "compare.modes", &c.modes, 0.05),
-        delay: told.written_or(
-            "compare.delay",
-            c.delay.map(|t| t.0.0),
-            half,
-            "half a sample",
-        ),
-        noise: told.written_or(
-            "compare.noise",
-            c.noise.map(|a| a.0.0),
-            0.0005 * DEGREE,
-            "a fiftieth of the accuracy of a laboratory head",
-        ),
-    };
-    let e = &file.export;
-    let [coefficient, signal] = e.bits.unwrap_or([22, 22]);
-    let word = match e.word {
-        WordName::Double => Word::Double,
-        WordName::Single => Word::Single,
-        WordName::Fixed => Word::Fixed {
-            coefficient,
-            signal,
-        },
-    };
-    if e.bits.is_some() && e.word != WordName::Fixed {
-        return Err(plain(
-            "export.bits are those of a fixed word: word = \"fixed\"",
-        ));
-    }
-    if e.controller == Some(Choice::Robust) && spread.is_none() {
-        return Err(plain(
-            "export.controller = \"robust\", but robust.mode_shift = \"0 %\" asks for no search",
-        ));
-    }
-    let limit = e
-        .limit
-        .as_ref()
-        .map(|l| quantity(l, "current", CURRENT))
-        .transpose()?;
+    let [coefficient, signal] = *e.bits;
     Ok(Settings {
         tasks,
-        refine,
-        refine_loss,
-        refine_swarm,
+        refine: *refine.on,
+        refine_loss: refine.slower.0,
+        refine_swarm: Swarm {
+            particles: *refine.particles,
+            iterations: *refine.iterations,
+            ..Swarm::default()
+        },
         record,
         spread,
         robust_changes,
         robust_swarm,
-        scatter,
-        draws: told.written_or("compare.draws", c.draws, 40, "a few seconds"),
-        seed: told.written_or("compare.seed", c.seed, 1, "any"),
-        choice: e.controller,
-        form: e.form,
-        word,
-        limit,
-        anti_windup: e.anti_windup,
+        scatter: Scatter {
+            resistance: c.resistance.0,
+            inertia: c.inertia.0,
+            modes: c.modes.0,
+            delay: c.delay.or_computed(&mut told, Time(half)).0,
+            noise: c.noise.0,
+        },
+        draws: *c.draws,
+        seed: *c.seed,
+        choice: *e.controller,
+        form: *e.form,
+        word: match *e.word {
+            WordName::Double => Word::Double,
+            WordName::Single => Word::Single,
+            WordName::Fixed => Word::Fixed {
+                coefficient,
+                signal,
+            },
+        },
+        limit: e.limit.map(|l| l.0),
+        anti_windup: match *e.anti_windup {
+            Windup::None => AntiWindup::None,
+            Windup::Conditioned => AntiWindup::Conditioned,
+        },
         period,
         provenance: told,
         data,
     })
-}
-
-fn plain(message: &str) -> TextError {
-    TextError {
-        span: None,
-        message: message.to_owned(),
-        help: None,
-    }
 }
 
 fn robust(
@@ -315,18 +166,8 @@ fn robust(
     half: f64,
     told: &mut Provenance,
 ) -> (Option<Spread>, Changes, Swarm) {
-    let shift = told.written_or(
-        "robust.mode_shift",
-        table.mode_shift.map(|r| r.0.0),
-        0.1,
-        "a mode moves by some percent with temperature, mounting and mirror",
-    );
-    let delay = told.written_or(
-        "robust.delay",
-        table.delay.map(|t| t.0.0),
-        half,
-        "half a sample",
-    );
+    let shift = table.mode_shift.0;
+    let delay = table.delay.or_computed(told, Time(half)).0;
     let spread = Spread {
         mode_shifts: vec![
             1.0 - shift,
@@ -340,30 +181,15 @@ fn robust(
         } else {
             vec![0.0]
         },
-        modulus_margin: told.written_or(
-            "robust.modulus_margin",
-            table.modulus_margin,
-            0.5,
-            "the usual distance",
-        ),
-        resonance: told.written_or("robust.resonance", table.resonance, 1.5, "3.5 dB"),
+        modulus_margin: *table.modulus_margin,
+        resonance: *table.resonance,
     };
-    let order = told.written_or(
-        "robust.order",
-        table.order,
-        5,
-        "integrator, lead and a broad notch",
-    );
     let swarm = Swarm {
-        particles: told.written_or(
-            "robust.particles",
-            table.particles,
-            16,
-            "twice the unknowns",
-        ),
-        iterations: told.written_or("robust.iterations", table.iterations, 20, "some seconds"),
+        particles: *table.particles,
+        iterations: *table.iterations,
         ..Swarm::default()
     };
+    let order = *table.order;
     let wanted = (shift > 0.0).then_some(spread);
     (wanted, Changes::Balanced { order }, swarm)
 }
@@ -375,25 +201,25 @@ fn task(
     folder: &Path,
     period: f64,
     told: &mut Provenance,
-) -> Result<AxisTask, TextError> {
+) -> Result<AxisTask, Problem> {
     let letter = name.letter();
     let (found, written, place) = match name {
         AxisName::X => (Some(&data.head.mirrors[0]), &file.motor.x, 0),
         AxisName::Y => (Some(&data.head.mirrors[1]), &file.motor.y, 1),
         AxisName::Z => (data.head.focus.as_ref().map(|f| &f.0), &file.motor.z, 2),
     };
-    let span = file.axes.as_ref().map(Spanned::span);
-    let mut axis = found.cloned().ok_or_else(|| TextError {
-        span,
-        message: format!("the head \"{}\" has no {letter} axis", data.head.name),
-        help: None,
+    let mut axis = found.cloned().ok_or_else(|| {
+        let head = &data.head.name;
+        file.axes
+            .problem(format!("the head \"{head}\" has no {letter} axis"))
     })?;
-    if let Some(path) = written {
-        let shown = path.get_ref().display();
-        let text = std::fs::read_to_string(folder.join(path.get_ref()))
-            .map_err(|e| at(path.span(), format!("cannot read the motor {shown}: {e}")))?;
+    if let Some(path) = &**written {
+        let shown = &**path;
+        let refused = |e: String| written.problem(format!("the motor {shown}: {e}"));
+        let text = std::fs::read_to_string(folder.join(shown))
+            .map_err(|e| refused(format!("it cannot be read: {e}")))?;
         axis.motor = files::parse_motor(&text, &axis.motor)
-            .map_err(|e| at(path.span(), format!("the motor {shown} is not sound: {e}")))?;
+            .map_err(|e| refused(format!("it is not sound: {e}")))?;
     }
     let own = match &axis.controller {
         Controller::Cascade(gains) => Some(*gains),
@@ -401,65 +227,44 @@ fn task(
     };
     let targets = loops(letter, file, data.tuning[place], &axis, own, told)?;
     let h = &file.hinf;
-    let bandwidth = match &h.bandwidth {
-        Some(text) => quantity(text, "bandwidth", PULSATION)?,
-        None => targets.position.crossover,
+    let own_bandwidth = Frequency(targets.position.crossover);
+    let bandwidth = h.bandwidth.or_computed(told, own_bandwidth);
+    // axes differ: each has its own
+    told.parameters.remove(&h.bandwidth.name);
+    let origin = match &h.bandwidth.span {
+        Some(_) => Origin::Job,
+        None => Origin::Computed("that of the position loop".to_owned()),
     };
-    told.parameter(
-        &format!("{letter}.h-infinity.bandwidth"),
-        &Resolved::new(
-            bandwidth,
-            if h.bandwidth.is_some() {
-                Origin::Job
-            } else {
-                Origin::Default("that of the position loop".to_owned())
-            },
-        ),
-    );
-    let unit = AngleUnit::Degree;
-    let mut hinf = HinfTargets::thesis_like(&axis.motor, unit, bandwidth, period)
-        .map_err(|e| plain(&e.to_string()))?;
-    let template = |t: &Spanned<TemplateTable>| -> Result<Template, TextError> {
-        let table = t.get_ref();
-        let crossover = parse(&table.crossover, "crossover", PULSATION)
-            .map_err(|e| at(t.span(), e.to_string()))?;
-        Template::new(table.low, table.high, crossover).map_err(|e| at(t.span(), e.to_string()))
+    let own_name = format!("{letter}.{}", h.bandwidth.name);
+    told.parameter(&own_name, &Resolved::new(bandwidth, origin));
+    let mut hinf = HinfTargets::thesis_like(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
+        .map_err(|e| Problem::new(e.to_string()))?;
+    let template = |t: &TemplateTable, at: &Setting<Option<TemplateTable>>| {
+        Template::new(*t.low, *t.high, t.crossover.0).map_err(|e| at.problem(e.to_string()))
     };
-    match (&h.sensitivity, &h.command, &h.disturbance) {
-        (None, None, None) => {}
-        (Some(s), Some(c), Some(d)) => {
-            hinf.weights = Weights {
-                sensitivity: template(s)?,
-                command: template(c)?,
-                disturbance: template(d)?,
-            };
-            hinf.command_unit = 1.0;
-        }
-        _ => {
-            return Err(plain(
-                "give all three templates of [h-infinity], sensitivity, command and disturbance, or a bandwidth",
-            ));
-        }
+    if let (Some(s), Some(c), Some(d)) = (&*h.sensitivity, &*h.command, &*h.disturbance) {
+        hinf.weights = Weights {
+            sensitivity: template(s, &h.sensitivity)?,
+            command: template(c, &h.command)?,
+            disturbance: template(d, &h.disturbance)?,
+        };
+        hinf.command_unit = 1.0;
     }
-    if let Some(pairs) = h.pairs {
+    if let Some(pairs) = *h.pairs {
         hinf.changes = Changes::Pairs {
             pairs,
             closeness: 0.2,
         };
     }
     let c = &file.compare;
-    let slope = match &c.slope {
-        Some(text) => quantity(text, "speed between steps", ANGULAR_SPEED)?,
-        None => 1150.0 * DEGREE,
-    };
     let signal = MultiStep {
-        amplitude: c.amplitude.map_or(0.9 * axis.travel, |a| a.0.0),
-        levels: c.levels.unwrap_or(10),
-        slope,
-        hold: c.hold.map_or(60e-3, |t| t.0.0),
+        amplitude: c.amplitude.or_computed(told, Angle(0.9 * axis.travel)).0,
+        levels: *c.levels,
+        slope: c.slope.0,
+        hold: c.hold.0,
     };
     if signal.amplitude > axis.travel {
-        return Err(plain(&format!(
+        return Err(c.amplitude.problem(format!(
             "compare.amplitude is {:.2} deg, the {letter} axis travels ±{:.2} deg",
             signal.amplitude.to_degrees(),
             axis.travel.to_degrees()
@@ -483,8 +288,9 @@ fn loops(
     axis: &Axis,
     own: Option<CascadeGains>,
     told: &mut Provenance,
-) -> Result<Targets, TextError> {
-    let written = file.cascade.first_maximum.map(|t| t.map(|t| t.0.0));
+) -> Result<Targets, Problem> {
+    let first_maximum = &file.cascade.first_maximum;
+    let written = first_maximum.map(|t| t.map(|t| t.0));
     let (times, origin) = match (written, shipped, own) {
         (Some(times), ..) => (times, Origin::Job),
         (None, Some(times), _) => (times, Origin::Data("the head's file".to_owned())),
@@ -497,30 +303,23 @@ fn loops(
                     Origin::Computed("as fast as the head's own loops".to_owned()),
                 ),
                 _ => {
-                    return Err(plain(&format!(
+                    return Err(first_maximum.problem(format!(
                         "the loops of the {letter} axis have no crossover: give cascade.first_maximum"
                     )));
                 }
             }
         }
         (None, None, None) => {
-            return Err(plain(&format!(
+            return Err(first_maximum.problem(format!(
                 "the file of the head does not say how fast the {letter} axis is to be: give cascade.first_maximum, the times of current, speed and position"
             )));
         }
     };
     told.parameter(
         &format!("{letter}.cascade.first_maximum"),
-        &Resolved::new(times.to_vec(), origin),
+        &Resolved::new(times.map(Time).json(), origin),
     );
-    let margins = told.written_or(
-        &format!("{letter}.cascade.margin"),
-        file.cascade
-            .margin
-            .map(|m| m.map(|a| a.0.0.to_degrees()).to_vec()),
-        vec![65.0, 65.0, 75.0],
-        "deg; Rasoanarivo 2020, § 2.2.2.2",
-    );
+    let margins = file.cascade.margin.map(|m| m.0.to_degrees());
     let target = |k: usize| Target::from_first_maximum(times[k], margins[k]);
     Ok(Targets {
         current: target(0),

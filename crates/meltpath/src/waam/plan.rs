@@ -172,7 +172,7 @@ fn lay_out(
 ) -> Result<(Vec<Layer>, Resolved<f64>), PlanStageError> {
     let (mut made, origin) = match &settings.heights {
         Auto::Value(list) => {
-            let list: Vec<f64> = list.0.iter().map(|h| h.0.0).collect();
+            let list: Vec<f64> = list.iter().map(|h| h.0).collect();
             let made = match settings.count {
                 // as many as asked, whatever the part's height
                 Some(count) => {

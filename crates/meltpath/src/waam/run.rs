@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
+use meltpath_base::settings::Problem;
 use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::html::{Report, ReportError, write_html};
@@ -15,12 +16,12 @@ use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks
 use super::plan::{self, PlanStageError};
 use super::present;
 use super::program::{self, Commands};
-use super::settings::{Settings, in_file, resolve};
+use super::settings::{Settings, resolve};
 use super::sheet::operator_sheet;
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use crate::job::{self, Job, JobError, WaamJob};
-use crate::outcome::{Outcome, RunError, json, parameter_lines, record_inputs};
+use crate::outcome::{Examined, Outcome, RunError, json, record_inputs};
 use crate::part::{self, Part, PartError};
 
 /// Warnings of one kind that a verdict tells one by one.
@@ -38,10 +39,11 @@ struct Loaded {
 fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     let (job, text) = job::load(path)?;
     let Job::Waam(job) = job else {
-        return Err(other_process(path, text));
+        return Err(other_process(path, &text));
     };
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let settings = resolve(&job, &folder, reporter).map_err(|e| in_file(path, &text, e))?;
+    let settings =
+        resolve(&job, &folder, reporter).map_err(|e| JobError::in_file(path, &text, e))?;
     Ok(Loaded {
         path: path.to_path_buf(),
         name: job_name(path, &job),
@@ -51,14 +53,12 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
 }
 
 /// A job of another process where a wire-arc one is needed.
-fn other_process(path: &Path, text: String) -> RunError {
-    RunError::Job(JobError::Text {
-        path: path.to_path_buf(),
-        span: text.find("[process]").map(|at| at..at + 9),
-        text,
-        message: "this command is for wire-arc jobs".to_owned(),
-        help: Some("`meltpath run` takes jobs of every process".to_owned()),
-    })
+fn other_process(path: &Path, text: &str) -> RunError {
+    let place = text.find("[process]").map(|at| at..at + 9);
+    let problem = Problem::new("this command is for wire-arc jobs")
+        .at(place)
+        .help("`meltpath run` takes jobs of every process");
+    RunError::Job(JobError::in_file(path, text, problem))
 }
 
 /// A name for people: the part's, or the folder's where the job file has none of its own.
@@ -71,7 +71,7 @@ fn job_name(path: &Path, job: &WaamJob) -> String {
             .map(|n| n.to_string_lossy().into_owned())
     };
     own.or_else(folder)
-        .or_else(|| stem(Path::new(job.part.get_ref())))
+        .or_else(|| stem(Path::new(&**job.part)))
         .unwrap_or_else(|| "job".to_owned())
 }
 
@@ -473,10 +473,11 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
         "name your job with --job",
     );
     let text = crate::start::WAAM_TEMPLATE.to_owned();
-    let Job::Waam(job) = job::parse(&text).map_err(|e| in_file(main, &text, e))? else {
-        return Err(other_process(main, text));
+    let Job::Waam(job) = job::parse(&text).map_err(|e| JobError::in_file(main, &text, e))? else {
+        return Err(other_process(main, &text));
     };
-    let settings = resolve(&job, Path::new(""), reporter).map_err(|e| in_file(main, &text, e))?;
+    let settings =
+        resolve(&job, Path::new(""), reporter).map_err(|e| JobError::in_file(main, &text, e))?;
     Ok(Loaded {
         path: main.to_path_buf(),
         text,
@@ -485,26 +486,17 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
     })
 }
 
-/// What is resolved, defaulted, missing or inconsistent in a job, in words.
+/// What is resolved in a job, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`] where the job cannot be resolved.
-pub fn doctor(job: &Path) -> Result<Vec<String>, RunError> {
+/// [`RunError`] for whatever a run refuses before it computes: a part that cannot be used too.
+pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, RunError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    let mut lines = parameter_lines(&loaded.settings.provenance);
-    if !loaded.settings.part.exists() {
-        lines.push(format!(
-            "missing: the part {} is not there",
-            loaded.settings.part.display()
-        ));
-    }
-    lines.extend(reporter.warnings().into_iter().map(|w| {
-        format!(
-            "note: {}{}",
-            w.message,
-            w.remedy.map(|r| format!("; {r}")).unwrap_or_default()
-        )
-    }));
-    Ok(lines)
+    load_part(&loaded.settings, &reporter, observer)?;
+    Ok(Examined {
+        provenance: loaded.settings.provenance,
+        notes: Vec::new(),
+        warnings: reporter.warnings(),
+    })
 }

@@ -1,10 +1,10 @@
 //! Every value of a wire-arc job resolved: what was written, the stated defaults, what the process map says.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
-use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
+use meltpath_base::settings::{Problem, Setting};
+use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::consumable::{DataError, Datum, Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::deposit;
@@ -21,10 +21,10 @@ use super::judge::{GrowthError, Limits};
 use super::target::Allowance;
 use crate::data::{Cell, is_file};
 use crate::job::waam::{
-    FeedResponseChoice, FillOrder, FillStrategy, FillTable, SourceTable, Spacing, Speeds, Starts,
-    Stepover,
+    BeadTable, ChecksTable, FeedResponseChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
+    SourceTable, Spacing, Speeds, Starts, Stepover, WaamTable,
 };
-use crate::job::{JobError, LayerHeights, PartUnit, TextError, WaamJob};
+use crate::job::{PartUnit, Problems, WaamJob, Written};
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;
@@ -101,107 +101,40 @@ pub struct Settings {
 /// Resolves a job whose file lies in `folder`.
 ///
 /// # Errors
-/// [`TextError`] with the place in the job where one value is to blame.
-pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Settings, TextError> {
-    let mut r = Provenance::new();
-    let at = |span: Range<usize>| {
-        move |e: &dyn std::error::Error| TextError {
-            span: Some(span.clone()),
-            message: e.to_string(),
-            help: None,
+/// Everything wrong, with its place in the job.
+pub fn resolve(
+    job: &Written<WaamJob>,
+    folder: &Path,
+    reporter: &Reporter,
+) -> Result<Settings, Problems> {
+    let mut r = job.provenance.clone();
+    let (waam, machine) = (&job.waam, &job.machine);
+    let cell = Cell::load(&machine.cell, folder).map_err(|e| machine.cell.problem(e.to_string()));
+    let ((wire, gas, map), cell) = match (process(job, folder, reporter), cell) {
+        (Ok(process), Ok(cell)) => (process, cell),
+        (process, cell) => {
+            let found = process.err().unwrap_or_default();
+            return Err(found
+                .into_iter()
+                .chain(cell.err())
+                .collect::<Vec<_>>()
+                .into());
         }
     };
-    let waam = &job.waam;
-    let wire = Wire::builtin(waam.wire.get_ref()).map_err(|e| at(waam.wire.span())(&e))?;
-    let gas = Gas::builtin(waam.gas.get_ref()).map_err(|e| at(waam.gas.span())(&e))?;
-    let mode = waam.mode.get_ref().clone();
-    let mut map = process_map(job, folder, &wire, reporter)?;
-    if let Some(efficiency) = waam.efficiency {
-        map.efficiency.value = efficiency.0.0;
-        "the job".clone_into(&mut map.efficiency.source);
-    }
-    if let Some(factor) = waam.source.feed_factor {
-        map = map.with_feed_factor(factor.0.0);
-    }
-    r.value("waam.wire", Resolved::new(wire.id.clone(), Origin::Job));
-    r.value("waam.gas", Resolved::new(gas.id.clone(), Origin::Job));
-    r.value("waam.mode", Resolved::new(mode.clone(), Origin::Job));
-    r.value(
-        "waam.map",
-        Resolved::new(
-            map.id.clone(),
-            Origin::Data(format!("process map {}", map.id)),
-        ),
-    );
-    let datum = |d: &meltpath_deposition::consumable::Datum| {
-        let origin = Origin::Data(format!(
-            "{}, {}{}",
-            d.source,
-            d.page,
-            d.note
-                .as_ref()
-                .map(|n| format!(": {n}"))
-                .unwrap_or_default()
-        ));
-        Resolved {
-            value: d.value,
-            origin,
-            sigma: d.uncertainty,
-        }
-    };
-    r.value("waam.efficiency", datum(&map.efficiency));
-    let feed_factor = match waam.source.feed_factor {
-        Some(factor) => Resolved::new(factor.0.0, Origin::Job),
-        None => datum(&map.feed_factor),
-    };
-    r.value("waam.feed_factor", feed_factor);
-    r.value("waam.wire_diameter_mm", datum(&wire.diameter));
-    let energy = energy_of(&mut r, &wire, &mode, &gas).map_err(|e| at(waam.mode.span())(&e))?;
-    let bead = solve_bead(job, &map)?;
+    tell_process(waam, &wire, &map, &mut r);
+    let energy =
+        energy_of(&mut r, &wire, &waam.mode, &gas).map_err(|e| waam.mode.problem(e.to_string()))?;
+    let bead = solve_bead(&waam.bead, &map)?;
     map.warn_about(&bead, reporter);
     check_heights(&job.layers.height, &bead)?;
-    let computed = || Origin::Computed(format!("process map {}", map.id));
-    let given = job
-        .waam
-        .bead
-        .as_ref()
-        .map(|b| *b.get_ref())
-        .unwrap_or_default();
-    let origin = |written: bool| if written { Origin::Job } else { computed() };
-    r.value(
-        "waam.bead.wire_feed",
-        Resolved::new(Speed(bead.wire_feed), origin(given.wire_feed.is_some())),
-    );
-    r.value(
-        "waam.bead.travel_speed",
-        Resolved::new(
-            Speed(bead.travel_speed),
-            origin(given.travel_speed.is_some()),
-        ),
-    );
-    r.value(
-        "waam.bead.width",
-        bead_length(&bead.width, origin(given.width.is_some())),
-    );
-    r.value(
-        "waam.bead.height",
-        bead_length(&bead.height, origin(given.height.is_some())),
-    );
-    r.value(
-        "waam.bead.area_mm2",
-        Resolved {
-            value: bead.area.value,
-            origin: computed(),
-            sigma: Some(bead.area.sigma),
-        },
-    );
+    tell_bead(&waam.bead, &bead, &map.id, &mut r);
     let bead_model = bead.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
-    let pool = pool_of(&wire.id, &mode, &gas.id, &bead, &bead_model, reporter);
+    let pool = pool_of(&wire.id, &waam.mode, &gas.id, &bead, &bead_model, reporter);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
     r.value(
-        "fill.stepover",
+        &job.fill.stepover.name,
         Resolved::new(Length(step.value), step.origin.clone()),
     );
     if fusion_at_risk(bead.wire_feed / bead.travel_speed, step.value / width) {
@@ -212,113 +145,25 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         );
     }
     let fill = fill_settings(&mut r, &job.fill, width, step.value, bead.travel_speed);
-    fill.check().map_err(|e| TextError {
-        span: None,
-        message: e.to_string(),
-        help: None,
-    })?;
-    let cell_name = job
-        .machine
-        .cell
-        .as_ref()
-        .map_or_else(|| "arcmate-120ic".to_owned(), |c| c.get_ref().clone());
-    let cell = Cell::load(&cell_name, folder).map_err(|e| match &job.machine.cell {
-        Some(c) => at(c.span())(&e),
-        None => TextError {
-            span: None,
-            message: e.to_string(),
-            help: None,
-        },
-    })?;
-    r.written_or(
-        "machine.cell",
-        job.machine.cell.as_ref().map(|_| cell_name.clone()),
-        cell_name.clone(),
-        "the cell that ships",
-    );
-    let smoothing = r
-        .written_or(
-            "machine.smoothing",
-            job.machine.smoothing,
-            meltpath_base::Ratio(0.5),
-            "CNT50, the reference of Rouchon 2022",
-        )
-        .0;
-    let ctwd = r
-        .written_or(
-            "machine.ctwd",
-            job.machine.ctwd.map(|c| c.0),
-            cell.program.contact_tube_distance,
-            "the cell's nominal distance",
-        )
-        .0;
-    let pause = r
-        .written_or(
-            "layers.pause",
-            job.layers.pause.map(|p| p.0),
-            meltpath_base::Time(0.0),
-            "no pause",
-        )
-        .0;
-    let plate_thickness = r
-        .written_or(
-            "substrate.thickness",
-            job.substrate.thickness.map(|t| t.0),
-            Length(20.0),
-            "the plate of Rouchon 2022, p. 38",
-        )
-        .0;
-    let allowance = r
-        .written_or(
-            "target.allowance",
-            job.target.allowance.map(|a| a.0),
-            Length(2.0),
-            "usual machining stock of a wire-arc blank",
-        )
-        .0;
-    let allowance_top = r
-        .written_or(
-            "target.allowance_top",
-            job.target.allowance_top.map(|a| a.0),
-            Length(allowance),
-            "the allowance",
-        )
-        .0;
-    let cell_size = r
-        .written_or(
-            "simulation.cell",
-            job.simulation.cell.map(|c| c.0),
-            Length(0.5),
-            "a thirteenth of a usual bead",
-        )
-        .0;
-    let chord_error = r
-        .written_or(
-            "simulation.chord_error",
-            job.simulation.chord_error.map(|c| c.0),
-            Length(0.02),
-            "far below a bead's scatter",
-        )
-        .0;
-    if let Auto::Value(heights) = &job.layers.height {
-        r.value("layers.height", Resolved::new(heights.clone(), Origin::Job));
-    }
-    let limits = limits(&mut r, job);
-    let up = job.build_direction.map_or(DVec3::Z, DVec3::from_array);
-    r.written_or(
-        "build_direction",
-        job.build_direction,
-        [0.0, 0.0, 1.0],
-        "+Z of the part file",
-    );
+    fill.check().map_err(|e| Problem::new(e.to_string()))?;
+    let nominal = Length(cell.program.contact_tube_distance.0);
+    let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
+    let target = &job.target;
+    let allowance = Allowance {
+        side: target.allowance.0,
+        top: target
+            .allowance_top
+            .or_computed(&mut r, *target.allowance)
+            .0,
+    };
     models(&mut r);
     Ok(Settings {
-        part: folder.join(job.part.get_ref()),
-        part_unit: job.part_unit,
-        up,
+        part: folder.join(&**job.part),
+        part_unit: *job.part_unit,
+        up: DVec3::from_array(job.build_direction.0),
         wire,
         gas,
-        mode,
+        mode: waam.mode.value.clone(),
         energy,
         bead,
         bead_model,
@@ -331,61 +176,113 @@ pub fn resolve(job: &WaamJob, folder: &Path, reporter: &Reporter) -> Result<Sett
         map,
         stepover: step,
         fill,
-        heights: job.layers.height.clone(),
-        count: job.layers.count,
-        pause,
+        heights: job.layers.height.value.clone(),
+        count: *job.layers.count,
+        pause: job.layers.pause.0,
         cell,
-        cell_name,
-        smoothing,
+        cell_name: machine.cell.value.clone(),
+        smoothing: machine.smoothing.0,
         ctwd,
-        plate: job.substrate.size.map(|s| s.map(|l| l.0.0)),
-        plate_thickness,
-        allowance: Allowance {
-            side: allowance,
-            top: allowance_top,
-        },
-        limits,
-        cell_size,
-        chord_error,
+        plate: job.substrate.size.map(|s| s.map(|l| l.0)),
+        plate_thickness: job.substrate.thickness.0,
+        allowance,
+        limits: limits(&job.checks),
+        cell_size: job.simulation.cell.0,
+        chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
 }
 
-fn bead_length(
-    estimate: &meltpath_deposition::process_map::Estimate,
-    origin: Origin,
-) -> Resolved<Length> {
+/// Wire, gas and process map: everything wrong with any of them is told.
+fn process(
+    job: &WaamJob,
+    folder: &Path,
+    reporter: &Reporter,
+) -> Result<(Wire, Gas, ProcessMap), Vec<Problem>> {
+    let waam = &job.waam;
+    let wire = Wire::builtin(&waam.wire).map_err(|e| waam.wire.problem(e.to_string()));
+    let gas = Gas::builtin(&waam.gas).map_err(|e| waam.gas.problem(e.to_string()));
+    let (wire, gas) = match (wire, gas) {
+        (Ok(wire), Ok(gas)) => (wire, gas),
+        (wire, gas) => return Err(wire.err().into_iter().chain(gas.err()).collect()),
+    };
+    let mut map = process_map(waam, folder, &wire, reporter).map_err(|e| vec![e])?;
+    if let Some(efficiency) = *waam.efficiency {
+        map.efficiency.value = efficiency.0;
+        "the job".clone_into(&mut map.efficiency.source);
+    }
+    if let Some(factor) = *waam.source.feed_factor {
+        map = map.with_feed_factor(factor.0);
+    }
+    Ok((wire, gas, map))
+}
+
+/// A number of a data file with its source.
+fn datum<T>(d: &Datum, unit: impl Fn(f64) -> T) -> Resolved<T> {
+    let note = d.note.iter().map(|n| format!(": {n}")).collect::<String>();
     Resolved {
-        value: Length(estimate.value),
-        origin,
-        sigma: Some(Length(estimate.sigma)),
+        value: unit(d.value),
+        origin: Origin::Data(format!("{}, {}{note}", d.source, d.page)),
+        sigma: d.uncertainty.map(unit),
     }
 }
 
+/// Records what the process map says where the job says nothing.
+fn tell_process(waam: &WaamTable, wire: &Wire, map: &ProcessMap, r: &mut Provenance) {
+    let origin = Origin::Data(format!("process map {}", map.id));
+    r.value(&waam.map.name, Resolved::new(map.id.clone(), origin));
+    for (key, of_map) in [
+        (&waam.efficiency, &map.efficiency),
+        (&waam.source.feed_factor, &map.feed_factor),
+    ] {
+        if !key.is_written() {
+            r.value(&key.name, datum(of_map, Ratio));
+        }
+    }
+    r.value("waam.wire_diameter", datum(&wire.diameter, Length));
+}
+
+/// Records the bead: what is written, and what the process map makes of it, with its uncertainty.
+fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
+    let origin = |written: bool| {
+        if written {
+            Origin::Job
+        } else {
+            Origin::Computed(format!("process map {map}"))
+        }
+    };
+    for (key, speed) in [
+        (&table.wire_feed, bead.wire_feed),
+        (&table.travel_speed, bead.travel_speed),
+    ] {
+        r.value(
+            &key.name,
+            Resolved::new(Speed(speed), origin(key.is_written())),
+        );
+    }
+    for (key, size) in [(&table.width, &bead.width), (&table.height, &bead.height)] {
+        let length = Resolved::new(Length(size.value), origin(key.is_written()));
+        r.value(&key.name, length.with_sigma(Length(size.sigma)));
+    }
+    let area = Resolved::new(bead.area.value, origin(false)).with_sigma(bead.area.sigma);
+    r.value("waam.bead.area_mm2", area);
+}
+
 fn process_map(
-    job: &WaamJob,
+    waam: &WaamTable,
     folder: &Path,
     wire: &Wire,
     reporter: &Reporter,
-) -> Result<ProcessMap, TextError> {
-    let waam = &job.waam;
-    let id = format!("{}-{}-{}", wire.id, waam.mode.get_ref(), waam.gas.get_ref());
-    let Some(file) = &waam.map else {
-        return ProcessMap::builtin(&id).map_err(|e| TextError {
-            span: Some(waam.mode.span()),
-            message: e.to_string(),
-            help: Some(
-                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\""
-                    .to_owned(),
-            ),
+) -> Result<ProcessMap, Problem> {
+    let Some(name) = &*waam.map else {
+        let id = format!("{}-{}-{}", wire.id, *waam.mode, *waam.gas);
+        return ProcessMap::builtin(&id).map_err(|e| {
+            waam.mode.problem(e.to_string()).help(
+                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"",
+            )
         });
     };
-    let at = |message: String| TextError {
-        span: Some(file.span()),
-        message,
-        help: None,
-    };
-    let name = file.get_ref();
+    let at = |message: String| waam.map.problem(message);
     if !is_file(name) {
         return ProcessMap::builtin(name).map_err(|e| at(e.to_string()));
     }
@@ -394,8 +291,8 @@ fn process_map(
     let map = ProcessMap::parse(name, &text, wire, reporter).map_err(|e| at(e.to_string()))?;
     for (what, of_map, of_job) in [
         ("wire", &map.wire, &wire.id),
-        ("gas", &map.gas, waam.gas.get_ref()),
-        ("mode", &map.mode, waam.mode.get_ref()),
+        ("gas", &map.gas, &waam.gas.value),
+        ("mode", &map.mode, &waam.mode.value),
     ] {
         if of_map != of_job {
             return Err(at(format!(
@@ -414,12 +311,11 @@ fn feed_response(
     wire_feed: f64,
     reporter: &Reporter,
 ) -> Option<FeedResponse> {
-    const NAME: &str = "waam.source.feed_response";
-    if source.feed_response == FeedResponseChoice::Off {
-        r.value(NAME, Resolved::new("off", Origin::Job));
+    let name = &source.feed_response.name;
+    if *source.feed_response == FeedResponseChoice::Off {
         return None;
     }
-    let stabiliser = source.penetration_stabiliser.map(|s| s.0.0);
+    let stabiliser = source.penetration_stabiliser.map(|s| s.0);
     let Some(measured) = &map.feed_response else {
         if stabiliser.is_some_and(|s| s > 0.0) {
             reporter.warn(
@@ -429,107 +325,85 @@ fn feed_response(
             );
         }
         let why = "not measured for this wire, gas and mode".to_owned();
-        r.value(NAME, Resolved::new("off", Origin::Default(why)));
+        r.value(name, Resolved::new("off", Origin::Default(why)));
         return None;
     };
-    let from_map = |d: &Datum| Origin::Data(format!("{}, {}", d.source, d.page));
-    let slope = &measured.slope;
-    r.value(NAME, Resolved::new("on", from_map(slope)));
-    r.value(
-        "waam.source.feed_slope_m_min_per_mm",
-        Resolved {
-            value: slope.value,
-            origin: from_map(slope),
-            sigma: slope.uncertainty,
-        },
-    );
+    let slope = datum(&measured.slope, |slope| slope);
+    r.value(name, Resolved::new("on", slope.origin.clone()));
+    r.value("waam.source.feed_slope_m_min_per_mm", slope);
     r.value(
         "waam.source.feed_reference_ctwd",
-        Resolved {
-            value: Length(measured.reference.value),
-            origin: from_map(&measured.reference),
-            sigma: measured.reference.uncertainty.map(Length),
-        },
+        datum(&measured.reference, Length),
     );
-    let band = match stabiliser {
-        Some(s) => Resolved::new(Speed(s), Origin::Job),
-        None => Resolved::new(
-            Speed(measured.stabiliser.value / PER_MINUTE),
-            from_map(&measured.stabiliser),
-        ),
-    };
-    r.value("waam.source.penetration_stabiliser", band);
+    let band = datum(&measured.stabiliser, |per_minute| {
+        Speed(per_minute / PER_MINUTE)
+    });
+    source
+        .penetration_stabiliser
+        .or_from(r, band.value, band.origin);
     map.response(wire_feed, stabiliser)
 }
 
-fn solve_bead(job: &WaamJob, map: &ProcessMap) -> Result<Bead, TextError> {
-    let given = job.waam.bead.as_ref();
-    let b = given.map(|b| *b.get_ref()).unwrap_or_default();
+fn solve_bead(given: &Setting<BeadTable>, map: &ProcessMap) -> Result<Bead, Problem> {
     let mut target = Target {
-        wire_feed: b.wire_feed.map(|v| v.0.0),
-        travel_speed: b.travel_speed.map(|v| v.0.0),
-        width: b.width.map(|v| v.0.0),
-        height: b.height.map(|v| v.0.0),
+        wire_feed: given.wire_feed.map(|v| v.0),
+        travel_speed: given.travel_speed.map(|v| v.0),
+        width: given.width.map(|v| v.0),
+        height: given.height.map(|v| v.0),
     };
     if target == Target::default() {
         let middle = |(low, high): (f64, f64)| Some(0.5 * (low + high) / PER_MINUTE);
         target.wire_feed = middle(map.validity.wire_feed);
         target.travel_speed = middle(map.validity.travel_speed);
     }
-    let beads = map.solve(&target).map_err(|e| TextError {
-        span: given.map(toml::Spanned::span),
-        message: e.to_string(),
-        help: None,
-    })?;
-    let bead = beads.first().copied().ok_or_else(|| TextError {
-        span: given.map(toml::Spanned::span),
-        message: "the process map has no bead for these values".to_owned(),
-        help: None,
-    })?;
+    let beads = map
+        .solve(&target)
+        .map_err(|e| given.problem(e.to_string()))?;
+    let none = || given.problem("the process map has no bead for these values");
+    let bead = beads.first().copied().ok_or_else(none)?;
     let v = &map.validity;
     let far = |speed: f64, (low, high): (f64, f64)| {
         !(low / FURTHEST..=high * FURTHEST).contains(&(speed * PER_MINUTE))
     };
     if far(bead.wire_feed, v.wire_feed) || far(bead.travel_speed, v.travel_speed) {
-        return Err(TextError {
-            span: given.map(toml::Spanned::span),
-            message: format!(
-                "the map \"{}\" cannot make a bead of {:.2} m/min wire feed at {:.3} m/min travel: it knows {} to {} m/min by {} to {} m/min, and {FURTHEST} times beyond that nothing can be said",
-                map.id,
-                bead.wire_feed * PER_MINUTE,
-                bead.travel_speed * PER_MINUTE,
-                v.wire_feed.0,
-                v.wire_feed.1,
-                v.travel_speed.0,
-                v.travel_speed.1
-            ),
-            help: Some("choose settings inside the map, or measure beads there and name that map: map = \"my-map.toml\"".to_owned()),
-        });
+        let message = format!(
+            "the map \"{}\" cannot make a bead of {:.2} m/min wire feed at {:.3} m/min travel: it knows {} to {} m/min by {} to {} m/min, and {FURTHEST} times beyond that nothing can be said",
+            map.id,
+            bead.wire_feed * PER_MINUTE,
+            bead.travel_speed * PER_MINUTE,
+            v.wire_feed.0,
+            v.wire_feed.1,
+            v.travel_speed.0,
+            v.travel_speed.1
+        );
+        return Err(given.problem(message).help(
+            "choose settings inside the map, or measure beads there and name that map: map = \"my-map.toml\"",
+        ));
     }
     Ok(bead)
 }
 
 /// Refuses layers that no such bead can make.
-fn check_heights(heights: &Auto<LayerHeights>, bead: &Bead) -> Result<(), TextError> {
-    let Auto::Value(list) = heights else {
+fn check_heights(heights: &Setting<Auto<LayerHeights>>, bead: &Bead) -> Result<(), Problem> {
+    let Auto::Value(list) = &**heights else {
         return Ok(());
     };
     let h = bead.height.value;
     let (least, most) = (THINNEST * h, THICKEST * h);
     match list
-        .0
         .iter()
-        .map(|l| l.0.0)
+        .map(|l| l.0)
         .find(|l| !(least..=most).contains(l))
     {
         None => Ok(()),
-        Some(bad) => Err(TextError {
-            span: None,
-            message: format!(
+        Some(bad) => {
+            let message = format!(
                 "layers.height {bad} mm cannot be built with a bead {h:.2} mm high: between {least:.2} and {most:.2} mm could"
-            ),
-            help: Some("write height = \"auto\", or choose another bead".to_owned()),
-        }),
+            );
+            Err(heights
+                .problem(message)
+                .help("write height = \"auto\", or choose another bead"))
+        }
     }
 }
 
@@ -570,7 +444,7 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
             ),
         ),
         Auto::Value(Stepover::Length(l)) => Resolved::new(l.0, Origin::Job),
-        Auto::Value(Stepover::Widths(n)) => Resolved::new(n * width, Origin::Job),
+        Auto::Value(Stepover::Widths(n)) => Resolved::new(n.0 * width, Origin::Job),
     }
 }
 
@@ -581,62 +455,39 @@ fn fill_settings(
     step: f64,
     travel_speed: f64,
 ) -> FillSettings {
-    let strategy = r.written_or(
-        "fill.strategy",
-        table.strategy,
-        FillStrategy::Hybrid,
-        "contour outside, few arc stops inside",
-    );
-    let starts = r.written_or(
-        "fill.starts",
-        table.starts,
-        Starts::Spread,
-        "start defects do not stack",
-    );
-    let spacing = r.written_or(
-        "fill.spacing",
-        table.spacing,
-        Spacing::Adjust,
-        "fills the width exactly",
-    );
-    let (usual, why) = match strategy {
-        FillStrategy::Hybrid | FillStrategy::Zigzag => (
-            Speeds::Adapted,
-            "links and turns lie near other beads: as much metal everywhere",
-        ),
-        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => {
-            (Speeds::Constant, "beads lie evenly")
-        }
+    let strategy = *table.strategy;
+    let usual = match strategy {
+        FillStrategy::Hybrid | FillStrategy::Zigzag => Speeds::Adapted,
+        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => Speeds::Constant,
     };
-    let speeds = r.written_or("fill.speeds", table.speeds, usual, why);
+    let speeds = table.speeds.or_computed(r, usual);
     let quarter = if strategy == FillStrategy::Raster {
         0.0
     } else {
         std::f64::consts::FRAC_PI_2
     };
-    let angle = match (table.angle, table.turn) {
+    let angle = match (*table.angle, *table.turn) {
         // a raster keeps the direction with the fewest lines; zigzags cross from layer to layer, so that gaps and reversals do
         // not stack
         (None, None) if strategy == FillStrategy::Raster => LineAngle::Best,
-        (first, turn) => LineAngle::Turning {
-            first: first.map_or(0.0, |a| a.0),
-            step: turn.map_or(quarter, |a| a.0),
+        _ => LineAngle::Turning {
+            first: table.angle.or_computed(r, Angle(0.0)).0,
+            step: table.turn.or_computed(r, Angle(quarter)).0,
         },
     };
-    let contours = table.contours.unwrap_or(1);
-    let contour_order = match table.order {
+    let contour_order = match *table.order {
         Some(FillOrder::OutsideIn) => ContourOrder::OutsideIn,
         _ => ContourOrder::InsideOut,
     };
     let planned = match strategy {
         FillStrategy::Raster => Strategy::Raster {
             angle,
-            order: if table.order == Some(FillOrder::CentreOut) {
+            order: if *table.order == Some(FillOrder::CentreOut) {
                 LineOrder::CentreOut
             } else {
                 LineOrder::Across
             },
-            direction: match table.order {
+            direction: match *table.order {
                 Some(FillOrder::OneWay) => LineDirection::OneWay,
                 Some(FillOrder::AlternateBeads) => LineDirection::AlternatePerBead,
                 _ => LineDirection::AlternatePerLayer,
@@ -651,18 +502,18 @@ fn fill_settings(
         },
         // contours last: between finished contours the last line would pile up
         FillStrategy::Hybrid => Strategy::Hybrid {
-            contours,
+            contours: *table.contours,
             order: contour_order,
             angle,
         },
     };
     FillSettings {
         strategy: planned,
-        spacing: match spacing {
+        spacing: match *table.spacing {
             Spacing::Adjust => meltpath_planning::Spacing::Fill,
             Spacing::Exact => meltpath_planning::Spacing::Exact,
         },
-        starts: match starts {
+        starts: match *table.starts {
             Starts::Spread => StartPoints::Spread,
             Starts::Aligned => StartPoints::Aligned,
         },
@@ -674,30 +525,17 @@ fn fill_settings(
     }
 }
 
-fn limits(r: &mut Provenance, job: &WaamJob) -> Limits {
-    use meltpath_base::Ratio;
-    let c = &job.checks;
-    let usual = "a usual limit for a blank to be machined";
-    let mut ratio = |name: &str, written: Option<Ratio>, default: f64| {
-        r.written_or(name, written, Ratio(default), usual).0
-    };
-    let lack = ratio("checks.lack", c.lack.map(|v| v.0), 0.005);
-    let excess = ratio("checks.excess", c.excess.map(|v| v.0), 0.3);
-    let accumulation = ratio("checks.accumulation", c.accumulation.map(|v| v.0), 1.0);
-    let overhang = ratio("checks.overhang", c.overhang.map(|v| v.0), 0.25);
-    let mut length = |name: &str, written: Option<Length>, default: f64| {
-        r.written_or(name, written, Length(default), usual).0
-    };
+fn limits(c: &ChecksTable) -> Limits {
     Limits {
-        lack,
-        excess,
-        accumulation,
-        overhang,
-        stock_min: length("checks.stock_min", c.stock_min, 0.3),
-        height_error: length("checks.height_error", c.height_error.map(|v| v.0), 1.0),
-        flatness: length("checks.flatness", c.flatness.map(|v| v.0), 1.5),
-        ctwd_min: length("checks.ctwd_min", c.ctwd_min.map(|v| v.0), 8.0),
-        ctwd_max: length("checks.ctwd_max", c.ctwd_max.map(|v| v.0), 20.0),
+        lack: c.lack.0,
+        excess: c.excess.0,
+        accumulation: c.accumulation.0,
+        overhang: c.overhang.0,
+        stock_min: c.stock_min.0,
+        height_error: c.height_error.0,
+        flatness: c.flatness.0,
+        ctwd_min: c.ctwd_min.0,
+        ctwd_max: c.ctwd_max.0,
     }
 }
 
@@ -774,16 +612,5 @@ impl Settings {
     /// Wire fed per programmed wire: the process map's feed factor.
     pub fn feed_factor(&self) -> f64 {
         self.map.feed_factor.value
-    }
-}
-
-/// A [`TextError`] of a job file with the file's name and text.
-pub fn in_file(path: &Path, text: &str, e: TextError) -> JobError {
-    JobError::Text {
-        path: path.to_path_buf(),
-        text: text.to_owned(),
-        span: e.span,
-        message: e.message,
-        help: e.help,
     }
 }

@@ -1,10 +1,9 @@
 //! A layer's plan: regions taken apart, filled, written as passes with arcs, neighbours found, coverage told.
 
-use meltpath_base::Place;
-use meltpath_base::{Observer, Reporter};
+use meltpath_base::{Observer, Place, Reporter};
+use meltpath_geometry::Plane;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::{Plane, Region};
 use meltpath_toolpath::{Move, PassHead};
 use rayon::prelude::*;
 

@@ -184,7 +184,7 @@ pub struct FillSettings {
 
 /// Direction changes above this angle are corners of the path, rad (20°): no arc is fitted across them, and contours
 /// prefer to start there.
-pub const CORNER: f64 = 0.349;
+pub(super) const CORNER: f64 = 0.349;
 
 impl FillSettings {
     /// Hybrid filling with the defaults for beads of `width` at `stepover`.
@@ -315,12 +315,12 @@ const NEAR_REVERSAL: f64 = 0.35;
 /// contour (x = 0) and a far x = X, the metal is half the contour's section A over 2 stepovers d, two lines of length
 /// X − e and one link of length d: `d·A + 2(X − e)·A + d·A`; a surface of the mean height A/d takes `2·X·A`. Hence
 /// e = d, whatever the shape of the section, parabola included, because deposited metal equals fed metal.
-pub fn reversal_distance(stepover: f64) -> f64 {
+pub(super) fn reversal_distance(stepover: f64) -> f64 {
     stepover
 }
 
 /// Distance between a contour and the free ends of lines that stop at it, mm: the same balance without the link gives
 /// half a stepover.
-pub fn end_distance(stepover: f64) -> f64 {
+pub(super) fn end_distance(stepover: f64) -> f64 {
     0.5 * stepover
 }

@@ -6,15 +6,15 @@ use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::{Plane, Region};
 use meltpath_toolpath::{Channel, Layer, Profile, Toolpath};
 
-use crate::layer::{PassIds, plan_layer};
+use crate::fill::{
+    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Spacing,
+    StartPoints, Strategy,
+};
+use crate::fill::{PassIds, plan_layer};
 use crate::powder::error::HatchError;
 use crate::powder::modulation::{Modulation, hatch_energy};
 use crate::powder::nested::EnergyField;
 use crate::powder::patterns::{islands, nested, spots};
-use crate::settings::{
-    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Spacing,
-    StartPoints, Strategy,
-};
 
 /// Corners of what is drawn beyond the contour: as sharp as the part's, but for needles.
 const CORNERS: Join = Join::Miter { limit: 4.0 };
@@ -265,7 +265,7 @@ impl Hatch {
         reporter: &Reporter,
     ) -> Result<Layer, HatchError> {
         let plane = Plane::horizontal(0.0);
-        let layer = crate::layer::Layer {
+        let layer = crate::fill::Layer {
             number,
             plane: &plane,
             regions,

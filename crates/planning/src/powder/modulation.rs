@@ -83,24 +83,10 @@ pub fn hatch_energy(power: f64, speed: f64, spacing: f64, layer: f64) -> f64 {
     power / (speed * spacing * layer)
 }
 
-/// Share of the Young's modulus of dense metal that `energy` J/mm³ reaches (eq. 2.4.3, a fit to compression tests).
-pub fn stiffness(energy: f64) -> f64 {
-    // 1.25e-10 (q − 1.05e10), q in J/m³
-    (1.0 - (-0.125 * (energy - 10.5)).exp()).max(0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn ebm_a06_stiffness_against_energy() {
-        assert!((stiffness(49.0) - 0.9919).abs() < 1e-3);
-        assert!(stiffness(47.34) >= 0.99 - 1e-4 && stiffness(47.3) < 0.99);
-        assert_eq!(stiffness(10.5), 0.0);
-        assert_eq!(stiffness(3.0), 0.0);
-    }
 
     #[test]
     fn ebm_a07_energy_of_the_thesis_hatch() {

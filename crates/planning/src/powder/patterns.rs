@@ -6,7 +6,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::raster::{Grid, rasterise};
 use meltpath_toolpath::{Layer, Move, PassHead, Role};
 
-use crate::layer::PassIds;
+use crate::fill::PassIds;
 use crate::powder::error::HatchError;
 use crate::powder::nested::EnergyField;
 

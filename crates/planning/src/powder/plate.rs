@@ -202,9 +202,12 @@ mod tests {
         layer.sanity_check().unwrap();
         for square in 0..PLATE.squares() {
             let passes: Vec<_> = layer.passes().filter(|p| p.head.part == square).collect();
-            let rings: Vec<_> = passes[..2].iter().map(|p| p.length()).collect();
+            let rings: Vec<_> = passes[..2]
+                .iter()
+                .map(meltpath_toolpath::Pass::length)
+                .collect();
             assert!((rings[0] - 38.4).abs() < 1e-9 && (rings[1] - 40.0).abs() < 1e-9);
-            assert!(passes[..2].iter().all(|p| p.is_closed()));
+            assert!(passes[..2].iter().all(meltpath_toolpath::Pass::is_closed));
             let [low, high] = PLATE.fill_area(square);
             let mut area = 0.0;
             for pair in passes[2..].windows(2) {

@@ -236,6 +236,24 @@ fn verdict() -> Verdict {
 }
 
 fn sections() -> Vec<Section> {
+    let [height, distance] = growth();
+    vec![
+        Section {
+            title: "Growth".to_owned(),
+            intro: "What the metal does layer by layer, from the simulated motion.".to_owned(),
+            plots: vec![height, distance, wall_section()],
+            tables: vec![layer_table()],
+        },
+        Section {
+            title: "Motion".to_owned(),
+            intro: String::new(),
+            plots: speeds(),
+            tables: vec![],
+        },
+    ]
+}
+
+fn growth() -> [Plot; 2] {
     let layers = || (1..=LAYERS).map(f64::from);
     let line = |name: &str, f: &dyn Fn(f64) -> f64| Mark::Line {
         name: name.to_owned(),
@@ -277,6 +295,10 @@ fn sections() -> Vec<Section> {
         name: "limit".to_owned(),
         value: 8.0,
     });
+    [height, ctwd]
+}
+
+fn speeds() -> Vec<Plot> {
     let speed: Vec<DVec2> = (0..40_000)
         .map(|i| {
             let t = f64::from(i) * 0.008;
@@ -311,6 +333,10 @@ fn sections() -> Vec<Section> {
         name: "samples".to_owned(),
         bars: histogram(&values, 24),
     });
+    vec![speed, spread]
+}
+
+fn wall_section() -> Plot {
     let arc = |from: f64, to: f64, r: f64, z: f64| {
         (0..=40).map(move |i| {
             let a = from + (to - from) * f64::from(i) / 40.0;
@@ -337,6 +363,10 @@ fn sections() -> Vec<Section> {
             .to_vec(),
     });
     section.aspect = Aspect::Equal;
+    section
+}
+
+fn layer_table() -> Table {
     let mut table = Table::new(
         "Layers",
         &[
@@ -366,20 +396,7 @@ fn sections() -> Vec<Section> {
             ]
         })
         .collect();
-    vec![
-        Section {
-            title: "Growth".to_owned(),
-            intro: "What the metal does layer by layer, from the simulated motion.".to_owned(),
-            plots: vec![height, ctwd, section],
-            tables: vec![table],
-        },
-        Section {
-            title: "Motion".to_owned(),
-            intro: String::new(),
-            plots: vec![speed, spread],
-            tables: vec![],
-        },
-    ]
+    table
 }
 
 fn sheet() -> OperatorSheet {

@@ -34,11 +34,7 @@ pub struct Figure {
 }
 
 const fn unit(symbol: &'static str, factor: f64) -> Unit {
-    Unit {
-        symbol,
-        factor,
-        offset: 0.0,
-    }
+    Unit::new(symbol, factor)
 }
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;

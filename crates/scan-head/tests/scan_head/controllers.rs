@@ -356,6 +356,19 @@ fn lpbf_table_3_1_contour_shares_over_friction_and_integral() {
                 [0, 1, 2].map(|k| 100.0 * t.contour[k]),
                 1e3 * t.largest
             );
+            let recorded = match (integral, factor) {
+                (0.04, 0.02) => [0.937, 0.9995, 0.9998],
+                (0.04, 1.0) => [0.237, 0.238, 0.351],
+                (0.005, 0.1) => [0.995, 1.0, 1.0],
+                (0.005, 0.2) => [0.752, 0.998, 1.0],
+                _ => continue,
+            };
+            for (share, recorded) in t.contour.iter().zip(recorded) {
+                assert!(
+                    (share - recorded).abs() < 0.002,
+                    "{integral} {factor}: {share} {recorded}"
+                );
+            }
         }
     }
 }

@@ -357,6 +357,7 @@ impl Fall {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::charts::{Chart, ChartSettings};
     use proptest::prelude::*;
 
     fn curve() -> CoolingCurve {
@@ -368,6 +369,62 @@ mod tests {
             times: (0..513)
                 .map(|i| (1e-3 * (8.0 / at(i)).log2()) as f32)
                 .collect(),
+        }
+    }
+
+    /// Charts of two shares of powder whose points heat at 100 and 500 J/(mm³·s), and cool a hundred times as slowly.
+    fn two_shares() -> ChartSet {
+        let chart = |powder_share: f64, rate: f64| {
+            let heating = HeatingCurve {
+                end: 10.0,
+                times: (0..129)
+                    .map(|i| (10.0 / rate * f64::from(i) / 128.0) as f32)
+                    .collect(),
+            };
+            let cooling = CoolingCurve {
+                from: 8.0,
+                to: 1.0,
+                times: (0..513)
+                    .map(|i| (700.0 / rate * f64::from(i) / 512.0) as f32)
+                    .collect(),
+            };
+            Chart {
+                powder_share,
+                heating: vec![heating; 4],
+                cooling: vec![cooling; 2],
+            }
+        };
+        ChartSet {
+            settings: ChartSettings::of_thesis(300.0, 0.4),
+            material: String::new(),
+            fingerprint: 0,
+            depths: vec![0.025, 0.075],
+            distances: vec![0.0, 0.1],
+            charts: vec![chart(0.2, 100.0), chart(0.6, 500.0)],
+            warm: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_share_of_powder_lies_between_those_of_the_charts() {
+        let rates = Rates::new(&two_shares(), &[0.05], PastTheEnd::Cools, 1e-6);
+        let cold = Warmth::default();
+        // below the first, on it, a quarter and the half of the way, on the second, beyond it
+        for (share, rate) in [
+            (0.0, 100.0),
+            (0.2, 100.0),
+            (0.3, 200.0),
+            (0.4, 300.0),
+            (0.6, 500.0),
+            (1.0, 500.0),
+        ] {
+            let between = rates.between(share);
+            let found = rates.heating(between, cold, 0, rates.ring(0.03), 5.0);
+            assert!((found / rate - 1.0).abs() < 1e-3, "{share}: {found}");
+            // what is left after a millisecond is mixed, not the rates
+            let cooled = rates.cooled(between, cold, 0, 5.0, 1e-3);
+            let wanted = 5.0 - 1e-5 * rate;
+            assert!((cooled - wanted).abs() < 1e-4, "{share}: {cooled} {wanted}");
         }
     }
 

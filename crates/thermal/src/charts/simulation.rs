@@ -89,8 +89,6 @@ pub struct ChartSimulation {
     ground: Option<Ground>,
     /// Depths of the planes, mm.
     depths: Vec<f32>,
-    /// Planes that have left the heated zone, top first: metal or not.
-    below: Vec<Vec<bool>>,
     fusion: f32,
     timed: f32,
     time: f64,
@@ -179,7 +177,6 @@ impl ChartSimulation {
             voxels: vec![Voxel::fresh(false); columns * planes],
             columns: vec![Column::fresh(between, 0); columns],
             around: Neighbourhood::new(grid.cells, grid.edge, radius, planes, &vec![0; columns]),
-            below: Vec::new(),
             fusion: curve.of(settings.fusion) as f32,
             timed: curve.of(settings.timed) as f32,
             grid,
@@ -258,16 +255,13 @@ impl ChartSimulation {
     /// temperatures and times begin anew (Béraud 2016, section 3.2.2.1.2).
     pub fn add_layer(&mut self) {
         let planes = self.planes();
-        let mut left = Vec::with_capacity(self.columns.len());
         for voxels in self.voxels.chunks_mut(planes) {
-            left.push(!voxels[planes - 1].powder);
             voxels.rotate_right(1);
             voxels[0].powder = true;
             for voxel in voxels {
                 *voxel = Voxel::fresh(voxel.powder);
             }
         }
-        self.below.insert(0, left);
         self.grid.origin.z += self.grid.heights[0];
         for column in &mut self.columns {
             *column = Column::fresh(column.between, column.set);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_base::choice;
 use serde::Deserialize;
 
 use crate::material::law::Law;
@@ -9,31 +10,26 @@ use crate::material::{
     CELSIUS, Evaporation, LatentShape, Material, Powder, PowderConduction, Roughness,
 };
 
-/// How the porosity law of the thesis is read (erratum E1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PorosityReading {
-    /// Porosity falls from its initial value to 0 at the solidus.
-    #[default]
-    Physical,
-    /// The printed law is a relative density.
-    PrintedAsDensity,
-}
+choice! {
+    /// How the porosity law of the thesis is read (erratum E1).
+    pub enum PorosityReading {
+        /// Porosity falls from its initial value to 0 at the solidus.
+        Physical = "physical",
+        /// The printed law is a relative density.
+        PrintedAsDensity = "printed-as-density",
+    }
 
-/// Which density cells of the thesis are used (erratum E2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum DensityReading {
-    /// Solid and liquid cells exchanged, so that density falls on melting.
-    #[default]
-    Corrected,
-    /// As printed.
-    Printed,
+    /// Which density cells of the thesis are used (erratum E2).
+    pub enum DensityReading {
+        /// Solid and liquid cells exchanged, so that density falls on melting.
+        Corrected = "corrected",
+        /// As printed.
+        Printed = "printed",
+    }
 }
 
 /// Choices among readings of a damaged source, all visible in the job.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case", default, deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Readings {
     /// Erratum E1.
     pub porosity: PorosityReading,
@@ -43,6 +39,17 @@ pub struct Readings {
     pub initial_porosity: Option<f64>,
     /// Share of the solid's conductivity that fresh powder has, in place of its relative density.
     pub powder_conductivity: Option<f64>,
+}
+
+impl Default for Readings {
+    fn default() -> Self {
+        Readings {
+            porosity: PorosityReading::Physical,
+            density: DensityReading::Corrected,
+            initial_porosity: None,
+            powder_conductivity: None,
+        }
+    }
 }
 
 /// Why a material file was refused.

@@ -60,14 +60,11 @@ pub(super) const JOB: Target = text(
     },
     |bytes| {
         with_text(bytes, |text| {
-            if let Err(error) = job::parse(text)
-                && let Some(span) = error.span
-            {
-                assert!(
-                    text.get(span).is_some(),
-                    "a place outside the file: {}",
-                    error.message
-                );
+            for problem in job::parse(text).err().unwrap_or_default() {
+                if let Some(span) = problem.span {
+                    let inside = text.get(span).is_some();
+                    assert!(inside, "a place outside the file: {}", problem.message);
+                }
             }
         });
     },

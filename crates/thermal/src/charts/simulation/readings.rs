@@ -104,29 +104,6 @@ impl ChartSimulation {
         self.curve.temperature(f64::from(g))
     }
 
-    /// The column that holds a point; `None` outside the voxels.
-    fn column_at(&self, point: [f64; 2]) -> Option<usize> {
-        let index = |a: usize| {
-            let origin = [self.grid.origin.x, self.grid.origin.y][a];
-            let at = ((point[a] - origin) / self.grid.edge[a]).floor();
-            (at >= 0.0 && at < self.grid.cells[a] as f64).then_some(at as usize)
-        };
-        Some(index(1)? * self.grid.cells[0] + index(0)?)
-    }
-
-    /// Temperature of the top voxel that holds the point, K; `None` outside the voxels.
-    pub fn surface_at(&self, point: [f64; 2]) -> Option<f64> {
-        let column = self.column_at(point)?;
-        Some(self.curve.temperature(f64::from(self.now(column, 0))))
-    }
-
-    /// Highest temperature since the layer began of the top voxel that holds the point, K; `None` outside the voxels.
-    pub fn highest_surface_at(&self, point: [f64; 2]) -> Option<f64> {
-        let column = self.column_at(point)?;
-        let highest = self.voxels[column * self.planes()].highest;
-        Some(self.curve.temperature(f64::from(highest)))
-    }
-
     /// Highest temperatures since the layer began, K.
     pub fn highest_temperature(&self) -> Field {
         let planes = self.planes();
@@ -146,12 +123,6 @@ impl ChartSimulation {
         self.field(|c, k| f64::from(self.settled(c, k).fell))
     }
 
-    /// How fast each voxel last fell through the timed temperature, K/s; NaN where it has not yet.
-    pub fn cooling_rate(&self) -> Field {
-        let capacity = self.capacity();
-        self.field(|c, k| f64::from(rate_of(&self.settled(c, k), capacity)))
-    }
-
     /// The voxel as it stands now.
     fn settled(&self, column: usize, k: usize) -> Voxel {
         let c = &self.columns[column];
@@ -166,16 +137,6 @@ impl ChartSimulation {
     pub fn metal(&self) -> Field {
         let planes = self.planes();
         self.field(|c, k| f64::from(!self.voxels[c * planes + k].powder))
-    }
-
-    /// Metal of a column, from the top voxel down, through all layers built.
-    pub fn metal_of_column(&self, i: usize, j: usize) -> impl Iterator<Item = bool> + '_ {
-        let column = j * self.grid.cells[0] + i;
-        let planes = self.planes();
-        self.voxels[column * planes..(column + 1) * planes]
-            .iter()
-            .map(|v| !v.powder)
-            .chain(self.below.iter().map(move |plane| plane[column]))
     }
 
     /// Warns where temperatures lie beyond what laws or charts tell.

@@ -1,0 +1,161 @@
+//! The two ways to declare: tables with their keys, and choices with their words.
+
+/// Declares tables of settings: each key with its type, range, fallback and sentence.
+///
+/// A key reads `name: Type where RANGE => FALLBACK;`, its docstring being its sentence. RANGE (may be left out) is one of the
+/// functions of [`Bounds`](crate::settings::Bounds); FALLBACK is `required`, `default(VALUE, "reason")` with the value as a TOML
+/// file has it, `computed("relation")`, or `none("what that means")`. `name as "other"` where files use another name.
+#[macro_export]
+macro_rules! table {
+    ($(
+        $(#[doc = $doc:literal])*
+        pub struct $name:ident {
+            $(
+                $(#[doc = $text:literal])*
+                $field:ident $(as $key:literal)? : $type:ty $(where $range:ident $(($($bound:expr),+))?)?
+                    => $how:ident $(($($argument:tt)*))?;
+            )*
+        }
+    )*) => {$(
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct $name {
+            $(
+                $(#[doc = $text])*
+                pub $field: $crate::setting_type!($how $type),
+            )*
+        }
+
+        impl $crate::settings::Value for $name {
+            const KIND: $crate::settings::Kind = $crate::settings::Kind::Table($crate::settings::Table {
+                text: concat!($($doc),*),
+                keys: &[$($crate::settings::Key {
+                    name: [$($key,)? stringify!($field)][0],
+                    text: concat!($($text),*),
+                    kind: <$type as $crate::settings::Value>::KIND,
+                    bounds: [
+                        $($crate::settings::Bounds::$range($($($bound),+)?),)?
+                        $crate::settings::Bounds::any(),
+                    ][0],
+                    fallback: $crate::fallback!($how $(($($argument)*))?),
+                }),*],
+            });
+
+            fn read(
+                node: &$crate::settings::Node<'_>,
+                place: &$crate::settings::Place<'_>,
+                reader: &mut $crate::settings::Reader,
+            ) -> Option<Self> {
+                let mut keys = $crate::settings::Keys::open::<Self>(node, place, reader)?;
+                $(let $field = keys.$how(reader);)*
+                Some($name { $($field: $field?),* })
+            }
+
+            fn json(&self) -> $crate::settings::Json {
+                $crate::settings::Json::Null
+            }
+        }
+
+        impl $name {
+            /// Whether the file says anything of it.
+            pub fn says_something(&self) -> bool {
+                [$(self.$field.is_written()),*].contains(&true)
+            }
+        }
+    )*};
+}
+
+/// The type of a field: a key without a default may be absent.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! setting_type {
+    (required $type:ty) => { $crate::settings::Setting<$type> };
+    (default $type:ty) => { $crate::settings::Setting<$type> };
+    (computed $type:ty) => { $crate::settings::Setting<Option<$type>> };
+    (none $type:ty) => { $crate::settings::Setting<Option<$type>> };
+}
+
+/// The fallback of a key, as data.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! fallback {
+    (required) => {
+        $crate::settings::Fallback::Required
+    };
+    (default($value:tt, $why:literal)) => {
+        $crate::settings::Fallback::Default {
+            toml: stringify!($value),
+            why: $why,
+        }
+    };
+    (computed($relation:literal)) => {
+        $crate::settings::Fallback::Computed($relation)
+    };
+    (none($meaning:literal)) => {
+        $crate::settings::Fallback::None($meaning)
+    };
+}
+
+/// Declares a choice: each variant with its word in files and what it means.
+///
+/// ```
+/// meltpath_base::choice! {
+///     /// What lies below.
+///     pub enum Ground {
+///         /// Dense metal.
+///         Metal = "metal",
+///         /// Powder.
+///         Powder = "powder",
+///     }
+/// }
+/// assert_eq!(Ground::Powder.word(), "powder");
+/// ```
+#[macro_export]
+macro_rules! choice {
+    ($(
+        $(#[doc = $doc:literal])*
+        pub enum $name:ident {
+            $( $(#[doc = $text:literal])* $variant:ident = $word:literal ),+ $(,)?
+        }
+    )*) => {$(
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name {
+            $( $(#[doc = $text])* $variant, )+
+        }
+
+        impl $name {
+            /// The word in files.
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $( $name::$variant => $word, )+
+                }
+            }
+        }
+
+        impl $crate::settings::Serialize for $name {
+            fn serialize<S: $crate::settings::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                to.serialize_str(self.word())
+            }
+        }
+
+        impl $crate::settings::Value for $name {
+            const KIND: $crate::settings::Kind = $crate::settings::Kind::Choice(&[
+                $( $crate::settings::Word { word: $word, text: concat!($($text),*) } ),+
+            ]);
+
+            fn read(
+                node: &$crate::settings::Node<'_>,
+                place: &$crate::settings::Place<'_>,
+                reader: &mut $crate::settings::Reader,
+            ) -> Option<Self> {
+                let all = [$($name::$variant),+];
+                reader.word(node, place, &all.map($name::word)).map(|n| all[n])
+            }
+
+            fn json(&self) -> $crate::settings::Json {
+                self.word().into()
+            }
+        }
+    )*};
+}

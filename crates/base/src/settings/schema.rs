@@ -1,0 +1,105 @@
+//! The JSON Schema of a table, made from its declaration: editors check and complete job files with it.
+
+use serde_json::{Map, json};
+
+use super::{Bounds, Fallback, Json, Key, Kind, Table};
+
+/// The schema of a table, to be a whole document or a part of one.
+pub fn schema(table: &Table) -> Json {
+    let properties: Map<String, Json> = table
+        .keys
+        .iter()
+        .map(|key| (key.name.to_owned(), property(key)))
+        .collect();
+    let required: Vec<&str> = table
+        .keys
+        .iter()
+        .filter(|k| k.fallback == Fallback::Required)
+        .map(|k| k.name)
+        .collect();
+    let mut schema = json!({
+        "type": "object",
+        "description": table.text.trim(),
+        "properties": properties,
+        "additionalProperties": false,
+    });
+    if !required.is_empty() {
+        schema["required"] = json!(required);
+    }
+    schema
+}
+
+fn property(key: &Key) -> Json {
+    let mut schema = of_kind(&key.kind, key.bounds);
+    let text = key.text.trim();
+    let told = match key.fallback {
+        Fallback::Required => text.to_owned(),
+        Fallback::Default { toml, why } => format!("{text}\n\nDefault {toml}: {why}."),
+        Fallback::Computed(relation) => format!("{text}\n\nNot written: {relation}."),
+        Fallback::None(meaning) => format!("{text}\n\nNot written: {meaning}."),
+    };
+    schema["description"] = json!(told);
+    if let Fallback::Default { toml, .. } = key.fallback
+        && let Ok(value) = toml.parse::<toml::Value>()
+    {
+        schema["default"] = json!(value);
+    }
+    schema
+}
+
+fn of_kind(kind: &Kind, bounds: Bounds) -> Json {
+    match kind {
+        Kind::Quantity { units, .. } => {
+            let symbols: Vec<String> = units.iter().map(|u| u.symbol.replace('.', "\\.")).collect();
+            let number = "[-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)?";
+            json!({
+                "type": "string",
+                "pattern": format!("^\\s*{number}\\s*({})\\s*$", symbols.join("|")),
+            })
+        }
+        Kind::Count => {
+            let mut schema = json!({"type": "integer", "minimum": bounds.low.max(0.0)});
+            limit(&mut schema, bounds);
+            schema
+        }
+        Kind::Number => {
+            let mut schema = json!({"type": "number"});
+            limit(&mut schema, bounds);
+            schema
+        }
+        Kind::Text | Kind::File => json!({"type": "string", "minLength": 1}),
+        Kind::Only(word) => json!({"const": word}),
+        Kind::Choice(words) => {
+            let each = words
+                .iter()
+                .map(|w| json!({"const": w.word, "description": w.text.trim()}));
+            json!({"oneOf": each.collect::<Vec<_>>()})
+        }
+        Kind::Either(one, other) => {
+            json!({"anyOf": [of_kind(one, bounds), of_kind(other, bounds)]})
+        }
+        Kind::List { of, least, most } => {
+            let mut schema =
+                json!({"type": "array", "items": of_kind(of, bounds), "minItems": least});
+            if *most < usize::MAX {
+                schema["maxItems"] = json!(most);
+            }
+            schema
+        }
+        Kind::Table(table) => schema(table),
+    }
+}
+
+fn limit(schema: &mut Json, bounds: Bounds) {
+    if bounds.low.is_finite() {
+        let word = if bounds.above {
+            "exclusiveMinimum"
+        } else {
+            "minimum"
+        };
+        schema[word] = json!(bounds.low);
+    }
+    if bounds.high.is_finite() {
+        schema["maximum"] = json!(bounds.high);
+    }
+}

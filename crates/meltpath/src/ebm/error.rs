@@ -1,0 +1,86 @@
+//! Why an electron-beam job could not be done.
+
+use std::path::PathBuf;
+
+use meltpath_gun::focus::FocusError;
+use meltpath_melt_strategy::error::StrategyError;
+use meltpath_thermal::charts::build::BuildError;
+use meltpath_thermal::charts::simulation::ChartSimulationError;
+use meltpath_thermal::solver::SolverError;
+
+/// Why an electron-beam job could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum EbmError {
+    /// A chart file.
+    #[error(
+        "cannot use the charts {}: {message}; left out of charts.files, they are computed by the run", .path.display()
+    )]
+    Charts {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// Charts that could not be computed.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The simulation.
+    #[error(transparent)]
+    Simulation(#[from] ChartSimulationError),
+    /// Better speeds.
+    #[error(transparent)]
+    Strategy(#[from] StrategyError),
+    /// The focus.
+    #[error(transparent)]
+    Focus(#[from] FocusError),
+    /// The reference solver.
+    #[error("the judge: {0}")]
+    Reference(#[from] SolverError),
+    /// A part to judge that the beam does not enter.
+    #[error(
+        "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
+    )]
+    EmptyPart {
+        /// Lowest corner, mm.
+        low: [f64; 2],
+        /// Highest corner, mm.
+        high: [f64; 2],
+    },
+    /// More beam settings than charts can be made for.
+    #[error(
+        "the path has {settings} different beam settings, and charts serve {most}: each needs charts of its own; round the focus to fewer values (of powers there may be any number)"
+    )]
+    ManySettings {
+        /// Settings on the path.
+        settings: usize,
+        /// How many may be.
+        most: usize,
+    },
+    /// Charts from files that nothing can be taken between.
+    #[error(
+        "the charts for {:.1} and {:.1} W differ in more than the power, so that those of the powers between them cannot be taken from them: leave one of the two out of charts.files, and the run computes it",
+        powers[0], powers[1]
+    )]
+    UnlikeCharts {
+        /// Their powers, W.
+        powers: [f64; 2],
+    },
+    /// More voxels than fit.
+    #[error(
+        "the voxels reach over {:.0} x {:.0} mm and would need {gigabytes:.0} GB of memory, {most:.0} are the limit: is the path in mm? else a larger simulation.voxel, or a smaller section or region",
+        extent[0], extent[1]
+    )]
+    Large {
+        /// Extent, mm.
+        extent: [f64; 2],
+        /// Memory, GB.
+        gigabytes: f64,
+        /// The limit, GB.
+        most: f64,
+    },
+    /// A body known to be good that does not melt.
+    #[error(
+        "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
+    )]
+    GoodBody,
+}
