@@ -158,7 +158,10 @@ fn facets_are_written_and_read_as_they_look_outwards() {
     let mut as_binary = vec![0; 80];
     as_binary.extend(4u32.to_le_bytes());
     for facet in facets_of_text(corner.as_bytes()) {
-        for x in facet.iter().flat_map(|v| v.to_array()) {
+        for x in facet
+            .iter()
+            .flat_map(meltpath_geometry::math::DVec3::to_array)
+        {
             as_binary.extend((x as f32).to_le_bytes());
         }
         as_binary.extend([0, 0]);

@@ -135,7 +135,7 @@ fn spots_learn_their_time_and_their_power() {
             bounds: [0.3, 3.0],
             length: 0.125,
             ahead: 1e-4,
-            lever: lever.clone(),
+            lever,
             levels: Vec::new(),
         };
         let mut engine = Reference {
@@ -145,7 +145,7 @@ fn spots_learn_their_time_and_their_power() {
         };
         let profile = predict(&mut engine, &titanium(), &path, &prediction, &Silent).unwrap();
         let predicted = tally(&engine.solver.highest_temperature());
-        let found = learned(&bed, &path, lever.clone(), Some(profile));
+        let found = learned(&bed, &path, lever, Some(profile));
         let after = tally(&found.highest);
         println!(
             "{lever:?}: as drawn {:.3}, learned {:.3?}; predicted {:.3} ± {:.0} K, then learned {:.3} ± {:.0} K",

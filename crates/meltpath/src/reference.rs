@@ -1,5 +1,7 @@
 //! What may be written in files, told by their declarations: the reference of the book, and JSON Schemas for editors.
 
+use std::fmt::Write as _;
+
 use meltpath_base::settings::{self, Json, Kind, Table, Value};
 use serde_json::json;
 
@@ -46,20 +48,19 @@ pub fn page() -> String {
     let mut page = HEAD.to_owned();
     for (kind, heading) in PROCESSES {
         if let Some(table) = table_of(kind) {
-            page += &format!(
-                "\n## {heading}\n\n`process.kind = \"{}\"`. {}\n\n",
-                kind.word(),
-                table.text.trim()
+            let (word, text) = (kind.word(), table.text.trim());
+            // writing into a string does not fail
+            let _ = writeln!(
+                page,
+                "\n## {heading}\n\n`process.kind = \"{word}\"`. {text}\n"
             );
             page += &settings::reference(&table);
         }
     }
     page += PART;
     if let Some(table) = tune() {
-        page += &format!(
-            "\n# The tuning file\n\n`meltpath tune`: {}\n\n",
-            table.text.trim()
-        );
+        let text = table.text.trim();
+        let _ = writeln!(page, "\n# The tuning file\n\n`meltpath tune`: {text}\n");
         page += &settings::reference(&table);
     }
     page

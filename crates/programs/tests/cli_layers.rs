@@ -1,7 +1,5 @@
 //! CLI layer files: text and binary, there and back, damaged, and layer by layer.
 
-#![expect(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
-
 use std::collections::BTreeMap;
 
 use meltpath_geometry::math::DVec3;

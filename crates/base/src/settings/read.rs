@@ -150,8 +150,11 @@ pub struct Keys<'n, 'a> {
     /// Where the table stands.
     span: Option<Range<usize>>,
     name: &'n str,
-    keys: Iter<'static, Key>,
+    rest: Iter<'static, Key>,
 }
+
+/// A key, its setting as far as it is known, and where it is written.
+type Next<'n, 'a, T> = (&'static Key, Setting<Option<T>>, Option<&'n Node<'a>>);
 
 impl<'n, 'a> Keys<'n, 'a> {
     /// Opens a table: its unknown keys are told.
@@ -181,12 +184,12 @@ impl<'n, 'a> Keys<'n, 'a> {
             entries,
             span,
             name: place.name,
-            keys: keys.iter(),
+            rest: keys.iter(),
         })
     }
 
-    fn next<T>(&mut self) -> Option<(&'static Key, Setting<Option<T>>, Option<&'n Node<'a>>)> {
-        let key = self.keys.next()?;
+    fn next<T>(&mut self) -> Option<Next<'n, 'a, T>> {
+        let key = self.rest.next()?;
         let name = match self.name {
             "" => key.name.to_owned(),
             table => format!("{table}.{}", key.name),
@@ -226,15 +229,13 @@ impl<'n, 'a> Keys<'n, 'a> {
     /// The next key, which must be written.
     pub fn required<T: Value>(&mut self, reader: &mut Reader) -> Option<Setting<T>> {
         let (key, mut setting, node) = self.next()?;
-        match node {
-            Some(node) => Self::written(key, &mut setting, node, reader),
-            None => {
-                let problem = Problem::new(format!("{} is missing", setting.name));
-                let help = format!("add it: {}", key.text.trim());
-                reader
-                    .problems
-                    .push(problem.help(help).at(self.span.clone()));
-            }
+        if let Some(node) = node {
+            Self::written(key, &mut setting, node, reader);
+        } else {
+            let problem = Problem::new(format!("{} is missing", setting.name));
+            let help = format!("add it: {}", key.text.trim());
+            let problem = problem.help(help).at(self.span.clone());
+            reader.problems.push(problem);
         }
         filled(setting)
     }
@@ -306,15 +307,14 @@ fn unknown(table: &str, written: &str, keys: &[Key]) -> Problem {
     };
     let message = format!("there is no key `{written}`{within}");
     let names = || keys.iter().map(|k| k.name);
-    match nearest(written, names()) {
-        Some(near) => Problem {
+    if let Some(near) = nearest(written, names()) {
+        Problem {
             fix: Some(near.to_owned()),
             ..Problem::new(message).help(format!("did you mean `{near}`?"))
-        },
-        None => {
-            let known: Vec<&str> = names().collect();
-            Problem::new(message).help(format!("known here are {}", known.join(", ")))
         }
+    } else {
+        let known: Vec<&str> = names().collect();
+        Problem::new(message).help(format!("known here are {}", known.join(", ")))
     }
 }
 

@@ -129,6 +129,7 @@ macro_rules! counts {
         impl Value for $name {
             const KIND: Kind = Kind::Count;
 
+            #[allow(clippy::cast_lossless, reason = "one body for all widths")]
             fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
                 let whole = node.get_ref().as_integer();
                 let count = whole.and_then(|n| $name::from_str_radix(n.as_str(), n.radix()).ok());

@@ -176,6 +176,92 @@ fn beam(
     })
 }
 
+/// An error at a place of the file.
+type Wrong<'a> = &'a dyn Fn(&str, String) -> MeasurementsError;
+/// Measurements of one kind.
+type Found = Result<Vec<Measurement>, MeasurementsError>;
+
+/// The struts, each with a beam for each of its circles.
+fn struts(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
+    let mut all = Vec::new();
+    for (n, s) in file.strut.iter().enumerate() {
+        let name = format!("strut {}", n + 1);
+        if s.radii.is_empty() || s.radii.len() != s.currents.len() {
+            let message = format!(
+                "it has {} radii and {} currents: give one current for each circle, in the order drawn",
+                s.radii.len(),
+                s.currents.len()
+            );
+            return Err(wrong(&name, message));
+        }
+        let circles = s
+            .radii
+            .iter()
+            .zip(&s.currents)
+            .map(|(r, c)| Ok((r.0.0, beam(calibration, [&s.voltage, c, &s.focus])?)))
+            .collect::<Result<Vec<_>, BeamValueError>>()
+            .map_err(|e| wrong(&name, e.to_string()))?;
+        all.push(Measurement {
+            name,
+            coupon: Coupon::Strut {
+                circles,
+                speed: s.speed.0.0,
+                overlap: s.overlap.map_or(0.4, |o| o.0.0),
+            },
+            value: s.measured.0.0,
+            sigma: s.sigma.0.0,
+        });
+    }
+    Ok(all)
+}
+
+/// The walls, less the grains that stick to them.
+fn walls(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
+    let mut all = Vec::new();
+    for (n, w) in file.wall.iter().enumerate() {
+        let name = format!("wall {}", n + 1);
+        let grains = w.largest_grain.map_or(0.0, |g| stuck_grains(g.0.0));
+        if w.measured.0.0 <= grains {
+            let message = format!(
+                "it is {:.3} mm thick, of which {grains:.4} mm are stuck grains: nothing is left; was it measured without them?",
+                w.measured.0.0
+            );
+            return Err(wrong(&name, message));
+        }
+        all.push(Measurement {
+            coupon: Coupon::Wall {
+                beam: beam(calibration, [&w.voltage, &w.current, &w.focus])
+                    .map_err(|e| wrong(&name, e.to_string()))?,
+                speed: w.speed.0.0,
+            },
+            name,
+            value: w.measured.0.0 - grains,
+            sigma: w.sigma.0.0,
+        });
+    }
+    Ok(all)
+}
+
+/// The blocks whose pores were measured.
+fn blocks(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
+    let mut all = Vec::new();
+    for (n, p) in file.porosity.iter().enumerate() {
+        let name = format!("porosity {}", n + 1);
+        all.push(Measurement {
+            coupon: Coupon::Block {
+                beam: beam(calibration, [&p.voltage, &p.current, &p.focus])
+                    .map_err(|e| wrong(&name, e.to_string()))?,
+                speed: p.speed.0.0,
+                spacing: p.spacing.0.0,
+            },
+            name,
+            value: p.measured.0.0,
+            sigma: p.sigma.0.0,
+        });
+    }
+    Ok(all)
+}
+
 /// Reads a file of measurements.
 ///
 /// # Errors
@@ -197,70 +283,9 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
     let focus = file.focus.as_deref().unwrap_or("a1-beraud-2016");
     let (calibration, calibrated) =
         focus::builtin(focus).map_err(|e| wrong("focus", e.to_string()))?;
-    let mut all = Vec::new();
-    for (n, s) in file.strut.iter().enumerate() {
-        let name = format!("strut {}", n + 1);
-        if s.radii.is_empty() || s.radii.len() != s.currents.len() {
-            let message = format!(
-                "it has {} radii and {} currents: give one current for each circle, in the order drawn",
-                s.radii.len(),
-                s.currents.len()
-            );
-            return Err(wrong(&name, message));
-        }
-        let circles = s
-            .radii
-            .iter()
-            .zip(&s.currents)
-            .map(|(r, c)| Ok((r.0.0, beam(&calibration, [&s.voltage, c, &s.focus])?)))
-            .collect::<Result<Vec<_>, BeamValueError>>()
-            .map_err(|e| wrong(&name, e.to_string()))?;
-        all.push(Measurement {
-            name,
-            coupon: Coupon::Strut {
-                circles,
-                speed: s.speed.0.0,
-                overlap: s.overlap.map_or(0.4, |o| o.0.0),
-            },
-            value: s.measured.0.0,
-            sigma: s.sigma.0.0,
-        });
-    }
-    for (n, w) in file.wall.iter().enumerate() {
-        let name = format!("wall {}", n + 1);
-        let grains = w.largest_grain.map_or(0.0, |g| stuck_grains(g.0.0));
-        if w.measured.0.0 <= grains {
-            let message = format!(
-                "it is {:.3} mm thick, of which {grains:.4} mm are stuck grains: nothing is left; was it measured without them?",
-                w.measured.0.0
-            );
-            return Err(wrong(&name, message));
-        }
-        all.push(Measurement {
-            coupon: Coupon::Wall {
-                beam: beam(&calibration, [&w.voltage, &w.current, &w.focus])
-                    .map_err(|e| wrong(&name, e.to_string()))?,
-                speed: w.speed.0.0,
-            },
-            name,
-            value: w.measured.0.0 - grains,
-            sigma: w.sigma.0.0,
-        });
-    }
-    for (n, p) in file.porosity.iter().enumerate() {
-        let name = format!("porosity {}", n + 1);
-        all.push(Measurement {
-            coupon: Coupon::Block {
-                beam: beam(&calibration, [&p.voltage, &p.current, &p.focus])
-                    .map_err(|e| wrong(&name, e.to_string()))?,
-                speed: p.speed.0.0,
-                spacing: p.spacing.0.0,
-            },
-            name,
-            value: p.measured.0.0,
-            sigma: p.sigma.0.0,
-        });
-    }
+    let mut all = struts(&file, &calibration, &wrong)?;
+    all.extend(walls(&file, &calibration, &wrong)?);
+    all.extend(blocks(&file, &calibration, &wrong)?);
     if all.is_empty() {
         let message = "give at least one [[strut]], [[wall]] or [[porosity]]".to_owned();
         return Err(wrong("the file", message));

@@ -133,19 +133,16 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
     );
-    let work = match &*job.lpbf.layers {
-        Some(name) => {
-            r.parameters.retain(|key, _| !key.starts_with("plate."));
-            let read = work::read(&folder.join(&**name), name, &job.layers);
-            let layers = read.map_err(|message| job.lpbf.layers.problem(message))?;
-            let (first, last) = layers.numbers();
-            job.layers.range.or_computed(&mut r, [first, last]);
-            Work::Layers(layers)
-        }
-        None => {
-            r.parameters.retain(|key, _| !key.starts_with("layers."));
-            Work::Plate(plate(&job.plate, data.plate, &mut r))
-        }
+    let work = if let Some(name) = &*job.lpbf.layers {
+        r.parameters.retain(|key, _| !key.starts_with("plate."));
+        let read = work::read(&folder.join(&**name), name, &job.layers);
+        let layers = read.map_err(|message| job.lpbf.layers.problem(message))?;
+        let (first, last) = layers.numbers();
+        job.layers.range.or_computed(&mut r, [first, last]);
+        Work::Layers(layers)
+    } else {
+        r.parameters.retain(|key, _| !key.starts_with("layers."));
+        Work::Plate(plate(&job.plate, data.plate, &mut r))
     };
     for recipe in &recipes {
         tell(recipe, &mut r);

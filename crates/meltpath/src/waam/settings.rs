@@ -219,7 +219,10 @@ fn process(
 
 /// A number of a data file with its source.
 fn datum<T>(d: &Datum, unit: impl Fn(f64) -> T) -> Resolved<T> {
-    let note = d.note.iter().map(|n| format!(": {n}")).collect::<String>();
+    let note = d
+        .note
+        .as_ref()
+        .map_or_else(String::new, |n| format!(": {n}"));
     Resolved {
         value: unit(d.value),
         origin: Origin::Data(format!("{}, {}{note}", d.source, d.page)),

@@ -33,7 +33,7 @@ fn waam_wall_raster_has_six_beads_at_the_stepover() {
             .filter(|p| p.neighbours().len() == 2)
             .collect();
         assert_eq!(inner.len(), 4);
-        for n in inner.iter().flat_map(|p| p.neighbours()) {
+        for n in inner.iter().flat_map(meltpath_toolpath::Pass::neighbours) {
             assert!(
                 (n.distance - STEPOVER).abs() < 1e-3 && n.to - n.from > 119.0 - WIDTH,
                 "{n:?}"
@@ -103,8 +103,7 @@ fn assert_round(pass: &meltpath_toolpath::Pass<'_>, count: std::ops::RangeInclus
     let arcs = moves.iter().filter(|m| **m != Move::Line).count();
     assert!(
         count.contains(&arcs) && arcs == pass.move_count(),
-        "{:?}",
-        moves
+        "{moves:?}"
     );
 }
 

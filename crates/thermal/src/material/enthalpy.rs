@@ -214,28 +214,39 @@ fn fit<const N: usize>(a: f64, b: f64, f: impl Fn(f64) -> f64) -> [f64; N] {
     out
 }
 
+/// Up to where the curve is tabled, K.
+fn ceiling(material: &Material) -> f64 {
+    CEILING.max(material.liquidus + 500.0)
+}
+
+/// The temperatures of the table, K: at most half a kelvin apart, and on every corner of the laws.
+fn table_temperatures(material: &Material, ceiling: f64) -> Vec<f64> {
+    let corners = [
+        material.start - BELOW,
+        material.start,
+        material.solidus,
+        0.5 * (material.solidus + material.liquidus),
+        material.liquidus,
+        ceiling,
+    ];
+    let mut kelvin = vec![corners[0]];
+    for pair in corners.windows(2) {
+        let pieces = ((pair[1] - pair[0]) / 0.5).ceil().clamp(1.0, 20_000.0);
+        kelvin.extend(
+            (1..=pieces as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f64 / pieces),
+        );
+    }
+    kelvin
+}
+
 impl Enthalpy {
     /// The curves of `material`.
     ///
     /// # Errors
     /// [`CurveError`] where a law is not positive or too rough.
     pub fn new(material: &Material) -> Result<Self, CurveError> {
-        let corners = [
-            material.start - BELOW,
-            material.start,
-            material.solidus,
-            0.5 * (material.solidus + material.liquidus),
-            material.liquidus,
-            CEILING.max(material.liquidus + 500.0),
-        ];
-        let ceiling = corners[5];
-        let mut kelvin = vec![corners[0]];
-        for pair in corners.windows(2) {
-            let pieces = ((pair[1] - pair[0]) / 0.5).ceil().clamp(1.0, 20_000.0);
-            kelvin.extend(
-                (1..=pieces as usize).map(|i| pair[0] + (pair[1] - pair[0]) * i as f64 / pieces),
-            );
-        }
+        let ceiling = ceiling(material);
+        let kelvin = table_temperatures(material, ceiling);
         for &t in &kelvin {
             let (capacity, conductivity) = (material.heat_capacity(t), material.conductivity(t));
             if !(capacity > 0.0

@@ -338,25 +338,10 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
                 })?
         }
     };
-    let evaporation = match &file.evaporation {
-        None => None,
-        Some(e) => Some(Evaporation {
-            boiling: kelvin("evaporation.boiling", &e.boiling)?,
-            latent: checker.number("evaporation.latent", &e.latent, "J/kg")?,
-            molar_mass: checker.number("evaporation.molar_mass", &e.molar_mass, "kg/mol")?,
-            net_fraction: checker.number("evaporation.net_fraction", &e.net_fraction, "1")?,
-        }),
-    };
+    let evaporation = evaporation(&checker, &file)?;
     let scaling = file.scaling.as_ref();
     let scaling = scaling.map_or(Ok([1.0; 2]), |s| checker.numbers("scaling", s, "1"))?;
-    let roughness = match &file.roughness {
-        None => None,
-        Some(r) => Some(Roughness {
-            in_plane: checker.numbers("roughness.in_plane", &r.in_plane, "µm")?,
-            along_build: checker.numbers("roughness.along_build", &r.along_build, "µm")?,
-            any_face: checker.numbers("roughness.any_face", &r.any_face, "µm")?,
-        }),
-    };
+    let roughness = roughness(&checker, &file)?;
     let absorptivity = match &file.absorptivity {
         None => None,
         Some(a) => Some(checker.number("absorptivity", a, "1")?),
@@ -415,7 +400,37 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
         roughness,
         absorptivity,
     };
+    in_order(&material)?;
+    Ok(material)
+}
+
+fn evaporation(checker: &Checker<'_>, file: &File) -> Result<Option<Evaporation>, MaterialError> {
+    Ok(match &file.evaporation {
+        None => None,
+        Some(e) => Some(Evaporation {
+            boiling: checker.number("evaporation.boiling", &e.boiling, "°C")? + CELSIUS,
+            latent: checker.number("evaporation.latent", &e.latent, "J/kg")?,
+            molar_mass: checker.number("evaporation.molar_mass", &e.molar_mass, "kg/mol")?,
+            net_fraction: checker.number("evaporation.net_fraction", &e.net_fraction, "1")?,
+        }),
+    })
+}
+
+fn roughness(checker: &Checker<'_>, file: &File) -> Result<Option<Roughness>, MaterialError> {
+    Ok(match &file.roughness {
+        None => None,
+        Some(r) => Some(Roughness {
+            in_plane: checker.numbers("roughness.in_plane", &r.in_plane, "µm")?,
+            along_build: checker.numbers("roughness.along_build", &r.along_build, "µm")?,
+            any_face: checker.numbers("roughness.any_face", &r.any_face, "µm")?,
+        }),
+    })
+}
+
+/// Refuses temperatures out of their order, and laws that do not reach them.
+fn in_order(material: &Material) -> Result<(), MaterialError> {
     let [low, high] = material.range;
+    let (start, solidus, liquidus) = (material.start, material.solidus, material.liquidus);
     if !(low <= start && liquidus < high) {
         return Err(MaterialError::Value {
             what: format!(
@@ -437,7 +452,7 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
             ),
         });
     }
-    Ok(material)
+    Ok(())
 }
 
 /// The sources that a material file lists, in the order of their names.

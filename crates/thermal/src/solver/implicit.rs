@@ -141,10 +141,7 @@ impl<R: Real> Solver<R> {
                 .map(|i| volumes[i] * mean_density[i] / slopes[i])
                 .collect();
             for i in top..n {
-                let h = 1e-3 * self.curve.at_solidus;
-                let rise = self.losses.flux(R::of(g[i] + h), density_before[i])
-                    - self.losses.flux(R::of(g[i] - h), density_before[i]);
-                shift[i] += area * (rise / (2.0 * h)).max(0.0) / slopes[i];
+                shift[i] += area * self.loss_slope(g[i], density_before[i]) / slopes[i];
             }
             let change = solve(
                 &conductances,
@@ -170,6 +167,14 @@ impl<R: Real> Solver<R> {
             iterations: NEWTON,
             residual: relative,
         })
+    }
+
+    /// How the loss of the surface grows with its enthalpy `g`; never negative.
+    fn loss_slope(&self, g: f64, density: R) -> f64 {
+        let h = 1e-3 * self.curve.at_solidus;
+        let rise =
+            self.losses.flux(R::of(g + h), density) - self.losses.flux(R::of(g - h), density);
+        (rise / (2.0 * h)).max(0.0)
     }
 
     /// `g` with `θ(g) = theta`, sought from `g` on in the direction of `step` within twice its length.

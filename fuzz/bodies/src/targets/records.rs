@@ -54,7 +54,7 @@ fn mat(arrays: &[(&str, &[f64])]) -> Vec<u8> {
         bytes
     };
     for (name, values) in arrays {
-        let size: Vec<u8> = [values.len() as i32, 1]
+        let size: Vec<u8> = [i32::try_from(values.len()).unwrap_or(i32::MAX), 1]
             .iter()
             .flat_map(|n| n.to_le_bytes())
             .collect();
@@ -130,6 +130,6 @@ pub(super) const SAMPLES: Target = Target {
     body: |bytes| {
         in_file(bytes, ".csv", |path| {
             let _ = samples::of_any_layer(path, &Reporter::new());
-        })
+        });
     },
 };

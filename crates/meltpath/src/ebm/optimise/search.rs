@@ -201,7 +201,7 @@ pub fn on_charts(
         }
         OptimiseMethod::Accelerate | OptimiseMethod::Pid => {
             let mut simulation = ready.clone();
-            let mut controller = online(settings, how, search.aim(), &path)?;
+            let mut controller = online(settings, how, search.aim(), &path);
             let found = control(&mut simulation, &path, controller.as_mut(), LOOK, observer)?;
             let before = draw(&path, observer)?;
             let better = found.apply(&path).map_err(StrategyError::from)?;
@@ -228,25 +228,15 @@ pub fn on_charts(
 /// Steps between two looks of a controller.
 const LOOK: usize = 4;
 
-fn online(
-    settings: &Settings,
-    how: &Optimise,
-    aim: f64,
-    path: &BeamPath,
-) -> Result<Box<dyn Controller>, EbmError> {
+fn online(settings: &Settings, how: &Optimise, aim: f64, path: &BeamPath) -> Box<dyn Controller> {
     if how.method == OptimiseMethod::Pid {
         // gains of a first-order pool that answers within a beam diameter, some 0.4 ms
         let ambient = settings.material.start;
-        return Ok(Box::new(Pid::new(
-            aim,
-            ambient,
-            [2.0, 2e3, 0.0],
-            how.bounds,
-        )));
+        return Box::new(Pid::new(aim, ambient, [2.0, 2e3, 0.0], how.bounds));
     }
     let (speed, diameter) = fastest(path);
     let look = settings.simulation.step * LOOK as f64;
-    Ok(Box::new(Accelerator::of_thesis(aim, diameter, speed, look)))
+    Box::new(Accelerator::of_thesis(aim, diameter, speed, look))
 }
 
 /// Looks for a better path on the reference solver; the window is found there too.
