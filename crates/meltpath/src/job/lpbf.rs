@@ -108,6 +108,8 @@ table! {
         preheat: Temperature => default("20 °C", "a bed that is not heated");
         /// Edge of the map's cells.
         cell: Length where positive => computed("a quarter of the spot");
+        /// Room round the marks that is looked at: what melts beyond it is not told.
+        margin: Length where positive => default("0.3 mm", "several spots: pools end before");
         /// Marks followed at most, from the first on.
         marks: Length where positive => default("3 m", "seconds of computing");
     }

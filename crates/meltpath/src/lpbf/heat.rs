@@ -38,9 +38,6 @@ const LOOK: f64 = 0.7;
 /// Looks from one measured pool to the next.
 const PER_POOL: usize = 4;
 
-/// Room round the marks, mm.
-const MARGIN: f64 = 0.3;
-
 /// How much less is absorbed in the third drawing: what is not known of absorptivity.
 const LESS: f64 = 0.9;
 
@@ -59,6 +56,8 @@ pub struct HeatSettings {
     pub cell: f64,
     /// Spot diameter (four standard deviations), mm.
     pub spot: f64,
+    /// Room round the marks, mm.
+    pub margin: f64,
     /// Marks followed at most, mm.
     pub marks: f64,
     /// Least share of the check.
@@ -119,6 +118,7 @@ pub fn resolve(
         layer: table.layer.0,
         cell: table.cell.or_computed(provenance, Length(0.25 * spot)).0,
         spot,
+        margin: table.margin.0,
         marks: table.marks.0,
         share,
         material,
@@ -206,8 +206,8 @@ pub fn melt(
     };
     let ([x0, x1], [y0, y1]) = (marks(|p| p.x), marks(|p| p.y));
     let plain = FusionMap::covering(
-        [x0 - MARGIN, y0 - MARGIN],
-        [x1 + MARGIN, y1 + MARGIN],
+        [x0 - settings.margin, y0 - settings.margin],
+        [x1 + settings.margin, y1 + settings.margin],
         settings.cell,
         settings.layer,
         settings.medium.ambient,
