@@ -125,6 +125,14 @@ fn mistakes_are_named_where_they_are() {
     ));
 }
 
+#[test]
+fn a_file_that_ends_in_one_dollar_ends() {
+    let text = b"$$HEADERSTART\n$$ASCII\n$$UNITS/1\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/1\n$";
+    assert!(read(text).is_err());
+    let text = b"$$HEADERSTART\n$$ASCII\n$$UNITS/1\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/1\n$$LAYER/2\n$$SPHERE/$";
+    assert!(read(text).is_err());
+}
+
 /// Layers as a reader numbers and names them.
 fn files() -> impl Strategy<Value = Vec<Layer>> {
     // what 32-bit reals hold exactly, so that both forms give the same

@@ -1,4 +1,4 @@
-//! The bodies on stable: a seeded corpus, some seconds a target (5, or what `MELTPATH_FUZZ_SECONDS` says).
+//! The bodies on stable: a seeded corpus, some seconds a target (one, or what `MELTPATH_FUZZ_SECONDS` says).
 //! A case that fails is written to `fuzz/bodies/findings/<target>/`, where every later run begins with it.
 
 #![allow(
@@ -11,6 +11,8 @@
 
 use std::alloc::System;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use cap::Cap;
@@ -23,6 +25,7 @@ static MEMORY: Cap<System> = Cap::new(System, 3 << 30);
 
 /// A case that takes longer is a finding: inputs are small.
 const LONGEST: Duration = Duration::from_secs(20);
+const ENDLESS: &str = "it takes more than 20 s";
 
 fn findings(target: &Target) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -30,21 +33,21 @@ fn findings(target: &Target) -> PathBuf {
         .join(target.name)
 }
 
-/// Why a case fails, if it does.
+/// Why a case fails, if it does. It runs in a thread of its own, which is left behind where it does not end.
 fn failure(target: &Target, case: &[u8]) -> Option<String> {
-    let begin = Instant::now();
-    let outcome = std::panic::catch_unwind(|| (target.body)(case));
-    let taken = begin.elapsed();
-    match outcome {
-        Err(panic) => {
+    let (send, receive) = mpsc::channel();
+    let (body, case) = (target.body, case.to_vec());
+    thread::spawn(move || {
+        let outcome = std::panic::catch_unwind(|| body(&case));
+        let _ = send.send(outcome.map_err(|panic| {
             let text = panic.downcast_ref::<String>().cloned();
-            Some(
-                text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()))
-                    .unwrap_or_default(),
-            )
-        }
-        Ok(()) if taken > LONGEST => Some(format!("it takes {taken:?}")),
-        Ok(()) => None,
+            text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()))
+                .unwrap_or_default()
+        }));
+    });
+    match receive.recv_timeout(LONGEST) {
+        Ok(outcome) => outcome.err(),
+        Err(_) => Some(ENDLESS.to_owned()),
     }
 }
 
@@ -93,7 +96,12 @@ fn hunt(target: &Target, time: Duration) {
         let case = mutate(&mut random, &seeds, target.form);
         cases += 1;
         if let Some(why) = failure(target, &case) {
-            let short = shortened(target, &case);
+            // what does not end would not end at every step of shortening either
+            let short = if why == ENDLESS {
+                case
+            } else {
+                shortened(target, &case)
+            };
             let folder = findings(target);
             std::fs::create_dir_all(&folder).unwrap();
             let path = folder.join(format!("case-{cases}"));
@@ -114,7 +122,7 @@ fn hunt(target: &Target, time: Duration) {
 
 fn seconds() -> Duration {
     let written = std::env::var("MELTPATH_FUZZ_SECONDS").ok();
-    Duration::from_secs_f64(written.and_then(|s| s.parse().ok()).unwrap_or(5.0))
+    Duration::from_secs_f64(written.and_then(|s| s.parse().ok()).unwrap_or(1.0))
 }
 
 /// Whether a fuzz target of the name stands in `fuzz/Cargo.toml`.

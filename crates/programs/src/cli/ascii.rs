@@ -59,8 +59,9 @@ impl<R: BufRead> Commands<R> {
     fn read(&mut self) -> io::Result<()> {
         self.piece.clear();
         loop {
-            self.from.read_until(b'$', &mut self.piece)?;
-            if self.piece.last() != Some(&b'$') {
+            let read = self.from.read_until(b'$', &mut self.piece)?;
+            // a file may end in a single dollar
+            if read == 0 || self.piece.last() != Some(&b'$') {
                 self.over = true;
                 return Ok(());
             }
