@@ -1,5 +1,7 @@
 //! `meltpath compare`: a table of temperatures against a run, or against another table; a run's charts against its judge.
 
+pub mod comparison;
+pub mod error;
 pub mod pairs;
 pub mod present;
 pub mod quantity;
@@ -10,103 +12,14 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::calibration::comparison::{Apart, Pair, apart, relative};
+use meltpath_thermal::calibration::comparison::{apart, relative};
 
 use crate::ebm::present_voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::outcome::RunError;
 
-use quantity::Quantity;
+pub use comparison::{Compared, Comparison};
+pub use error::CompareError;
 pub use samples::SamplesError;
-
-/// Why nothing could be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// A table.
-    #[error(transparent)]
-    Samples(#[from] SamplesError),
-    /// A folder that is no run of an electron beam.
-    #[error(
-        "{} is no run of an electron beam: {what}; give the folder that `meltpath run` wrote, or a table",
-        .path.display()
-    )]
-    Run {
-        /// The folder.
-        path: PathBuf,
-        /// What is missing.
-        what: String,
-    },
-    /// A run without a judge, and no table.
-    #[error(
-        "{} has nothing to compare its charts with: no {VOXELS_REFERENCE}; run its job with [judge] solver = \"reference\", or give a table",
-        .path.display()
-    )]
-    NoJudge {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// Two tables that tell different things.
-    #[error("`{table}` tells the {ours}, `{against}` the {theirs}: nothing is told by both")]
-    Apart {
-        /// The table.
-        table: String,
-        /// What it tells.
-        ours: String,
-        /// The other one.
-        against: String,
-        /// What that tells.
-        theirs: String,
-    },
-    /// No sample has a counterpart.
-    #[error(
-        "none of the {samples} samples of `{table}` can be compared: {places} lie {place_words}, {times} are {time_words}"
-    )]
-    Nothing {
-        /// The table.
-        table: String,
-        /// Its samples.
-        samples: usize,
-        /// Without a counterpart in place.
-        places: usize,
-        /// What that means.
-        place_words: &'static str,
-        /// Without one in time.
-        times: usize,
-        /// What that means.
-        time_words: &'static str,
-    },
-}
-
-/// How far apart two tellings of one quantity are.
-#[derive(Debug, Clone)]
-pub struct Compared {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// The figures.
-    pub apart: Apart,
-    /// The pairs, in the order of the table.
-    pub pairs: Vec<Pair>,
-    /// The layer of each pair, from 1; 1 against a table.
-    pub layers: Vec<usize>,
-    /// Samples left out for their place, and for their time or because the other tells nothing there.
-    pub left_out: [usize; 2],
-}
-
-/// What a comparison found.
-#[derive(Debug, Clone)]
-pub struct Comparison {
-    /// Each quantity that was compared, one at least.
-    pub parts: Vec<Compared>,
-    /// What was compared, in words.
-    pub name: String,
-    /// What it was compared with, in words.
-    pub against: String,
-    /// Edge of a cell of the map, mm.
-    pub cell: f64,
-    /// Where it was written.
-    pub folder: PathBuf,
-    /// Notes.
-    pub verdict: Verdict,
-}
 
 /// Compares the samples of `table` with `against`, a run's folder or a table, and writes a folder. Without a table the charts of
 /// the run are compared with the field that its judge left.

@@ -1,8 +1,10 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+mod along;
 pub(crate) mod charts;
 pub mod cost;
 pub mod drawing;
+pub mod drawn;
 pub mod error;
 pub mod film;
 pub mod focus;

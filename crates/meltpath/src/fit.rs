@@ -1,5 +1,7 @@
 //! `meltpath fit`: efficiency and beam diameter from bodies that were built and measured.
 
+pub mod error;
+pub mod found;
 pub mod measurements;
 pub mod present;
 
@@ -15,9 +17,11 @@ use meltpath_thermal::calibration::fit::{
 };
 use meltpath_thermal::material::file::Readings;
 
-use crate::material::{MaterialFileError, load};
+use crate::material::load;
 use crate::outcome::RunError;
 
+pub use error::FitCommandError;
+pub use found::{Candidate, Found, Prediction};
 pub use measurements::{Measurements, MeasurementsError};
 
 /// Rounds of least squares at most.
@@ -26,62 +30,6 @@ const ROUNDS: u32 = 4;
 const RADIUS: f64 = 2e-3;
 /// Efficiencies and widths that can be.
 const BOUNDS: [[f64; 2]; 2] = [[0.3, 1.0], [0.4, 2.0]];
-
-/// Why nothing was fitted.
-#[derive(Debug, thiserror::Error)]
-pub enum FitCommandError {
-    /// The file.
-    #[error(transparent)]
-    Measurements(#[from] MeasurementsError),
-    /// The material.
-    #[error(transparent)]
-    Material(#[from] MaterialFileError),
-    /// A simulation.
-    #[error(transparent)]
-    Coupon(#[from] CouponError),
-    /// The fit.
-    #[error(transparent)]
-    Fit(#[from] least_squares::FitError<CouponError>),
-}
-
-/// A contour for the wanted diameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
-    /// Radius of the first circle, mm; absent where none between half and twice that measured gives the diameter.
-    pub radius: Option<f64>,
-    /// Diameter that the corrected beam gives with it, mm, and its standard uncertainty.
-    pub diameter: [f64; 2],
-}
-
-/// Contours for a diameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
-    /// The diameter wanted, mm.
-    pub wanted: f64,
-    /// With the beam as believed before, and as corrected.
-    pub candidates: [Candidate; 2],
-    /// Which of them to build.
-    pub build: Option<usize>,
-    /// Radius and diameter, mm, as believed before and as corrected.
-    pub curves: [Vec<[f64; 2]>; 2],
-}
-
-/// What was found.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// What was measured.
-    pub measurements: Measurements,
-    /// What the beam as believed before predicts for each.
-    pub before: Vec<f64>,
-    /// The fit.
-    pub fitted: Fitted,
-    /// Contours for the wanted diameter.
-    pub prediction: Option<Prediction>,
-    /// Notes.
-    pub verdict: Verdict,
-    /// Where it was written.
-    pub folder: PathBuf,
-}
 
 fn guess(values: &[f64]) -> BeamGuess {
     BeamGuess {

@@ -1,5 +1,6 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
+mod bead;
 mod checks;
 pub mod judge;
 pub mod plan;

@@ -9,7 +9,7 @@ use meltpath_thermal::calibration::comparison::{Missing, Pair, Places};
 use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::grid::sample::{Sample, around, between, nearest};
 
-use super::CompareError;
+use super::error::CompareError;
 use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;

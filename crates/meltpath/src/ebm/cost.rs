@@ -1,12 +1,13 @@
 //! What a job will cost, told before it starts: voxels, memory, time of computing.
 
 use meltpath_base::Reporter;
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::simulation::Memory;
 
 use super::charts::{Source, sources};
 use super::error::EbmError;
 use super::settings::Settings;
-use super::simulate::extent;
 
 /// Bytes of memory for each voxel, results included; measured on sections of 1 260 and 12 600 mm².
 const PER_VOXEL: f64 = 54.0;
@@ -22,6 +23,22 @@ const HEATED: f64 = 5e7;
 const MOST: f64 = 64e9;
 /// Time of computing the charts of one setting at 25 µm, s of one core; measured, 1.2 s at 270 W and 2.6 s at 108 W.
 const CHARTS: f64 = 3.0;
+
+/// Lowest and highest corner of the voxels round paths, mm.
+pub(super) fn extent<'a>(
+    settings: &Settings,
+    paths: impl Iterator<Item = &'a BeamPath>,
+) -> [DVec3; 2] {
+    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
+    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
+    for p in paths.flat_map(BeamPath::points) {
+        low = low.min(DVec3::new(p.x, p.y, 0.0));
+        high = high.max(DVec3::new(p.x, p.y, 0.0));
+    }
+    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
+    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
+    [low - margin - depth, high + margin]
+}
 
 /// What drawing with charts will cost.
 #[derive(Debug, Clone, Copy, PartialEq)]

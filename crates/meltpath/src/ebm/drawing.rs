@@ -12,9 +12,9 @@ use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::material::Material;
 
 use super::hatch::{Hatch, HatchError, modulated};
+use super::path_file::beam_path;
 use super::region::{Below, Contour};
 use super::section::{Cut, SectionError, Sections, sections};
-use super::settings::beam_path;
 use crate::job::ebm::{EbmJob, Ground, HatchStrategy, Ring};
 use crate::part;
 

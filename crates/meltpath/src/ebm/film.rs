@@ -9,7 +9,7 @@ use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 
-use super::present_sections::{Along, index};
+use super::along::{Along, index};
 use super::settings::Settings;
 
 /// Values of all pictures of the build plane at most, for each of the two quantities: 128 MB of memory.

@@ -13,10 +13,10 @@ use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::State;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
+use super::drawn::Drawn;
 use super::error::EbmError;
 use super::region::{Below, Contour};
 use super::settings::{Judge, Settings, Window};
-use super::simulate::Drawn;
 
 /// One run of the judge.
 #[derive(Debug, Clone)]

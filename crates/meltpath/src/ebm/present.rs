@@ -17,9 +17,10 @@ use meltpath_report::vtk::{
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
+use super::drawn::Drawn;
 use super::path_file::write_parquet;
 use super::settings::Settings;
-use super::simulate::{Drawn, Outcome};
+use super::simulate::Outcome;
 use super::{present_found, present_histogram, present_part, present_sections, present_voxels};
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {

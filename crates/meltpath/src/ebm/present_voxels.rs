@@ -11,9 +11,10 @@ use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::watch::Freezing;
 
+use super::drawn::Drawn;
 use super::judge::JudgedPath;
 use super::settings::Settings;
-use super::simulate::{Drawn, Outcome, top};
+use super::simulate::{Outcome, top};
 
 /// Voxels that melted, of the charts.
 pub(crate) const VOXELS: &str = "series/voxels.csv";

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::settings::{File, Problem, Setting};
+use meltpath_base::settings::Problem;
 use meltpath_base::{Observer, Provenance, Reporter, Warning};
 use meltpath_gun::Gun;
 use meltpath_gun::focus::FocusCalibration;
@@ -143,31 +143,6 @@ impl Settings {
             _ => Below::Metal,
         }
     }
-}
-
-/// Reads a beam path and the gun that drew it, at the settings with which the beam first is on.
-pub(super) fn beam_path(
-    file: &Path,
-    key: &Setting<Option<File>>,
-    focus: &FocusCalibration,
-) -> Result<(BeamPath, Gun), Problem> {
-    let shown = |what: String| key.problem(format!("{}: {what}", file.display()));
-    let record = path_file::read(file).map_err(|e| shown(e.to_string()))?;
-    let heats = record.rows().windows(2).find(|w| {
-        let power = w[0].voltage * w[0].current;
-        w[0].on && power > 0.0 && w[1].time > w[0].time
-    });
-    let Some(first) = heats.map(|w| w[0]) else {
-        return Err(shown("the beam is never on".to_owned()));
-    };
-    let motion = record.motion(focus).map_err(|e| shown(e.to_string()))?;
-    let path = BeamPath::of(&[motion]).map_err(|e| shown(e.to_string()))?;
-    let gun = Gun {
-        voltage: first.voltage,
-        focus: focus.clone(),
-        coil: first.focus,
-    };
-    Ok((path, gun))
 }
 
 /// Resolves a job whose file lies in `folder`.
@@ -367,7 +342,7 @@ fn window(
 ) -> Result<Window, Problem> {
     let w = &job.window;
     let path = match (&*w.good, &*w.body, hatch) {
-        (Some(file), _, _) => beam_path(&folder.join(&**file), &w.good, focus)?.0,
+        (Some(file), _, _) => path_file::beam_path(&folder.join(&**file), &w.good, focus)?.0,
         (None, Some(body), Some(hatch)) => {
             let region = Contour::rectangle(body.map(|edge| edge.0)).region();
             let path = hatch.of_lines().path(&[region], 1, &Reporter::new());

@@ -10,7 +10,8 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
 use super::charts::{Charts, charts_of};
-use super::cost::Cost;
+use super::cost::{Cost, extent};
+use super::drawn::Drawn;
 use super::error::EbmError;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
@@ -18,21 +19,6 @@ use super::optimise::search::{Found, on_charts, on_reference};
 use super::region::{Below, Contour};
 use super::settings::{Settings, Window};
 use crate::job::ebm::{Change, OptimiseSolver};
-
-/// A path and what it did.
-#[derive(Debug, Clone)]
-pub struct Drawn {
-    /// The path.
-    pub path: BeamPath,
-    /// The simulation after the last layer.
-    pub simulation: ChartSimulation,
-    /// Highest temperatures of the last layer, K.
-    pub highest: Field,
-    /// The judged voxels.
-    pub tally: Tally,
-    /// Pictures of the last layer.
-    pub film: Film,
-}
 
 /// Everything a run finds.
 #[derive(Debug, Clone)]
@@ -49,22 +35,6 @@ pub struct Outcome {
     pub judged: Option<Judged>,
     /// The charts, to be kept.
     pub charts: Vec<ChartSet>,
-}
-
-/// Lowest and highest corner of the voxels round paths, mm.
-pub(super) fn extent<'a>(
-    settings: &Settings,
-    paths: impl Iterator<Item = &'a BeamPath>,
-) -> [DVec3; 2] {
-    let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-    let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
-    for p in paths.flat_map(BeamPath::points) {
-        low = low.min(DVec3::new(p.x, p.y, 0.0));
-        high = high.max(DVec3::new(p.x, p.y, 0.0));
-    }
-    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
-    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
-    [low - margin - depth, high + margin]
 }
 
 /// Voxels round paths, fresh powder on what lies below.

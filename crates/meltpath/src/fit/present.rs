@@ -8,7 +8,7 @@ use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::calibration::coupon::Coupon;
 
-use super::{Found, Prediction};
+use super::found::{Found, Prediction};
 
 /// Factor and unit in which a measurement is shown.
 fn shown(coupon: &Coupon) -> (f64, &'static str) {

@@ -3,39 +3,28 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
-use meltpath_base::settings::{Problem, Setting};
+use meltpath_base::settings::Problem;
 use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
-use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{DataError, Datum, Gas, Wire, nearest_pool, pools};
+use meltpath_deposition::bead::{BeadModel, PoolModel};
+use meltpath_deposition::consumable::{DataError, Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
-use meltpath_deposition::feed_response::FeedResponse;
-use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
+use meltpath_deposition::process_map::{Bead, ProcessMap};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
 
+use super::bead::{check_heights, datum, feed_response, pool_of, process_map, solve_bead};
 use super::judge::{GrowthError, Limits};
 use super::target::Allowance;
-use crate::data::{Cell, is_file};
+use crate::data::Cell;
 use crate::job::waam::{
-    BeadTable, ChecksTable, FeedResponseChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
-    SourceTable, Spacing, Speeds, Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
+    Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
-
-/// m/min per mm/s.
-const PER_MINUTE: f64 = 0.06;
-
-/// How many times beyond the range of its process map a bead is extrapolated, with a warning, before it is refused.
-const FURTHEST: f64 = 2.0;
-
-/// Thinnest and thickest layer, in heights of a single bead: below, the plan is hundreds of layers that no bead can make;
-/// above, the beads never meet.
-const THINNEST: f64 = 0.1;
-const THICKEST: f64 = 3.0;
 
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
@@ -217,19 +206,6 @@ fn process(
     Ok((wire, gas, map))
 }
 
-/// A number of a data file with its source.
-fn datum<T>(d: &Datum, unit: impl Fn(f64) -> T) -> Resolved<T> {
-    let note = d
-        .note
-        .as_ref()
-        .map_or_else(String::new, |n| format!(": {n}"));
-    Resolved {
-        value: unit(d.value),
-        origin: Origin::Data(format!("{}, {}{note}", d.source, d.page)),
-        sigma: d.uncertainty.map(unit),
-    }
-}
-
 /// Records what the process map says where the job says nothing.
 fn tell_process(waam: &WaamTable, wire: &Wire, map: &ProcessMap, r: &mut Provenance) {
     let origin = Origin::Data(format!("process map {}", map.id));
@@ -269,173 +245,6 @@ fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
     }
     let area = Resolved::new(bead.area.value, origin(false)).with_sigma(bead.area.sigma);
     r.value("waam.bead.area_mm2", area);
-}
-
-fn process_map(
-    waam: &WaamTable,
-    folder: &Path,
-    wire: &Wire,
-    reporter: &Reporter,
-) -> Result<ProcessMap, Problem> {
-    let Some(name) = &*waam.map else {
-        let id = format!("{}-{}-{}", wire.id, *waam.mode, *waam.gas);
-        return ProcessMap::builtin(&id).map_err(|e| {
-            waam.mode.problem(e.to_string()).help(
-                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"",
-            )
-        });
-    };
-    let at = |message: String| waam.map.problem(message);
-    if !is_file(name) {
-        return ProcessMap::builtin(name).map_err(|e| at(e.to_string()));
-    }
-    let text = std::fs::read_to_string(folder.join(name))
-        .map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
-    let map = ProcessMap::parse(name, &text, wire, reporter).map_err(|e| at(e.to_string()))?;
-    for (what, of_map, of_job) in [
-        ("wire", &map.wire, &wire.id),
-        ("gas", &map.gas, &waam.gas.value),
-        ("mode", &map.mode, &waam.mode.value),
-    ] {
-        if of_map != of_job {
-            return Err(at(format!(
-                "the process map is for {what} \"{of_map}\", the job for \"{of_job}\""
-            )));
-        }
-    }
-    Ok(map)
-}
-
-/// What the source feeds at other contact tube distances: on where the process map knows, for wire, gas and mode.
-fn feed_response(
-    r: &mut Provenance,
-    source: &SourceTable,
-    map: &ProcessMap,
-    wire_feed: f64,
-    reporter: &Reporter,
-) -> Option<FeedResponse> {
-    let name = &source.feed_response.name;
-    if *source.feed_response == FeedResponseChoice::Off {
-        return None;
-    }
-    let stabiliser = source.penetration_stabiliser.map(|s| s.0);
-    let Some(measured) = &map.feed_response else {
-        if stabiliser.is_some_and(|s| s > 0.0) {
-            reporter.warn(
-                "feed-response-unknown",
-                format!("the process map {} does not say what the source feeds at other contact tube distances: the penetration stabiliser is left out", map.id),
-                "measure the wire feed on the first and on a high layer of a wall, and add a table [feed_response] to the map",
-            );
-        }
-        let why = "not measured for this wire, gas and mode".to_owned();
-        r.value(name, Resolved::new("off", Origin::Default(why)));
-        return None;
-    };
-    let slope = datum(&measured.slope, |slope| slope);
-    r.value(name, Resolved::new("on", slope.origin.clone()));
-    r.value("waam.source.feed_slope_m_min_per_mm", slope);
-    r.value(
-        "waam.source.feed_reference_ctwd",
-        datum(&measured.reference, Length),
-    );
-    let band = datum(&measured.stabiliser, |per_minute| {
-        Speed(per_minute / PER_MINUTE)
-    });
-    source
-        .penetration_stabiliser
-        .or_from(r, band.value, band.origin);
-    map.response(wire_feed, stabiliser)
-}
-
-fn solve_bead(given: &Setting<BeadTable>, map: &ProcessMap) -> Result<Bead, Problem> {
-    let mut target = Target {
-        wire_feed: given.wire_feed.map(|v| v.0),
-        travel_speed: given.travel_speed.map(|v| v.0),
-        width: given.width.map(|v| v.0),
-        height: given.height.map(|v| v.0),
-    };
-    if target == Target::default() {
-        let middle = |(low, high): (f64, f64)| Some(0.5 * (low + high) / PER_MINUTE);
-        target.wire_feed = middle(map.validity.wire_feed);
-        target.travel_speed = middle(map.validity.travel_speed);
-    }
-    let beads = map
-        .solve(&target)
-        .map_err(|e| given.problem(e.to_string()))?;
-    let none = || given.problem("the process map has no bead for these values");
-    let bead = beads.first().copied().ok_or_else(none)?;
-    let v = &map.validity;
-    let far = |speed: f64, (low, high): (f64, f64)| {
-        !(low / FURTHEST..=high * FURTHEST).contains(&(speed * PER_MINUTE))
-    };
-    if far(bead.wire_feed, v.wire_feed) || far(bead.travel_speed, v.travel_speed) {
-        let message = format!(
-            "the map \"{}\" cannot make a bead of {:.2} m/min wire feed at {:.3} m/min travel: it knows {} to {} m/min by {} to {} m/min, and {FURTHEST} times beyond that nothing can be said",
-            map.id,
-            bead.wire_feed * PER_MINUTE,
-            bead.travel_speed * PER_MINUTE,
-            v.wire_feed.0,
-            v.wire_feed.1,
-            v.travel_speed.0,
-            v.travel_speed.1
-        );
-        return Err(given.problem(message).help(
-            "choose settings inside the map, or measure beads there and name that map: map = \"my-map.toml\"",
-        ));
-    }
-    Ok(bead)
-}
-
-/// Refuses layers that no such bead can make.
-fn check_heights(heights: &Setting<Auto<LayerHeights>>, bead: &Bead) -> Result<(), Problem> {
-    let Auto::Value(list) = &**heights else {
-        return Ok(());
-    };
-    let h = bead.height.value;
-    let (least, most) = (THINNEST * h, THICKEST * h);
-    match list
-        .iter()
-        .map(|l| l.0)
-        .find(|l| !(least..=most).contains(l))
-    {
-        None => Ok(()),
-        Some(bad) => {
-            let message = format!(
-                "layers.height {bad} mm cannot be built with a bead {h:.2} mm high: between {least:.2} and {most:.2} mm could"
-            );
-            Err(heights
-                .problem(message)
-                .help("write height = \"auto\", or choose another bead"))
-        }
-    }
-}
-
-/// The pool measured for this configuration, or the only one there is, said so; scaled to the bead.
-fn pool_of(
-    wire: &str,
-    mode: &str,
-    gas: &str,
-    bead: &Bead,
-    model: &BeadModel,
-    reporter: &Reporter,
-) -> PoolModel {
-    const MEASURED: &str = "x90-ig-1.0-cmt-m14";
-    let own = pools(&format!("{wire}-{mode}-{gas}"));
-    if own.is_err() {
-        reporter.warn("pool-borrowed", format!("no weld pool was measured for {wire}, {mode}, {gas}: that of {MEASURED} is scaled to the bead"), "");
-    }
-    let rows = own.or_else(|_| pools(MEASURED)).unwrap_or_default();
-    match nearest_pool(&rows, bead.wire_feed, bead.travel_speed) {
-        Some(row) => PoolModel::for_bead(&row.model(PursuitLength::ByCorner), model),
-        // without any measured pool: round, centred under the wire
-        None => PoolModel {
-            front: 0.5 * model.width,
-            rear: 0.5 * model.width,
-            half_width: 0.5 * model.width,
-            offset: 0.0,
-            pursuit: PursuitLength::ByCorner,
-        },
-    }
 }
 
 fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {

@@ -1,0 +1,40 @@
+//! What a comparison found: the figures of each quantity.
+
+use std::path::PathBuf;
+
+use meltpath_base::Verdict;
+use meltpath_thermal::calibration::comparison::{Apart, Pair};
+
+use super::quantity::Quantity;
+
+/// How far apart two tellings of one quantity are.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// The figures.
+    pub apart: Apart,
+    /// The pairs, in the order of the table.
+    pub pairs: Vec<Pair>,
+    /// The layer of each pair, from 1; 1 against a table.
+    pub layers: Vec<usize>,
+    /// Samples left out for their place, and for their time or because the other tells nothing there.
+    pub left_out: [usize; 2],
+}
+
+/// What a comparison found.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Each quantity that was compared, one at least.
+    pub parts: Vec<Compared>,
+    /// What was compared, in words.
+    pub name: String,
+    /// What it was compared with, in words.
+    pub against: String,
+    /// Edge of a cell of the map, mm.
+    pub cell: f64,
+    /// Where it was written.
+    pub folder: PathBuf,
+    /// Notes.
+    pub verdict: Verdict,
+}
