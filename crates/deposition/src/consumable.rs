@@ -68,6 +68,25 @@ pub(crate) fn read<T: for<'de> Deserialize<'de>>(file: &str, text: &str) -> Resu
     })
 }
 
+fn within(
+    file: &str,
+    what: &str,
+    value: f64,
+    [low, high]: [f64; 2],
+    must: &'static str,
+) -> Result<f64, DataError> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(DataError::Value {
+            file: file.to_owned(),
+            what: what.to_owned(),
+            value,
+            must,
+        })
+    }
+}
+
 pub(crate) fn positive(file: &str, what: &str, value: f64) -> Result<f64, DataError> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
@@ -121,8 +140,20 @@ impl Wire {
     /// [`DataError`] when it does not read or a number is not positive.
     pub fn parse(file: &str, text: &str) -> Result<Self, DataError> {
         let wire: Wire = read(file, text)?;
-        positive(file, "diameter", wire.diameter.value)?;
-        positive(file, "density", wire.density.value)?;
+        within(
+            file,
+            "diameter",
+            wire.diameter.value,
+            [0.1, 10.0],
+            "it must be 0.1 to 10 mm",
+        )?;
+        within(
+            file,
+            "density",
+            wire.density.value,
+            [500.0, 25_000.0],
+            "it must be 500 to 25000 kg/m³",
+        )?;
         Ok(wire)
     }
 

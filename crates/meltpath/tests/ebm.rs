@@ -376,7 +376,7 @@ fn lines_overrun_the_contour() {
         (
             "planes = 2",
             "planes = 0",
-            "optimise.planes is 0: a layer has 1 to 16",
+            "optimise.planes is 0: it must be 1 to 16",
         ),
         (
             "[hatch]",

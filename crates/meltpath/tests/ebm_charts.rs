@@ -162,7 +162,7 @@ fn charts_serve_what_they_were_computed_for() {
     };
     let words = told(&between, "charts-between").unwrap();
     assert!(
-        words.contains("5.000 mA") && words.contains("4.500 and 5.500 mA"),
+        words.contains("300.0 W") && words.contains("270.0 and 330.0 W"),
         "{words}"
     );
     assert!((hottest(&between) - hottest(&own)).abs() < 30.0);
@@ -295,7 +295,7 @@ fn charts_serve_a_current_that_changes_all_the_time() {
     let told = warnings.iter().find(|w| w.code == "charts-in-steps");
     let told = &told.unwrap().message;
     assert!(
-        told.contains("12 beam powers from 270.0 to 330.0 W") && told.contains("for 2 of them"),
+        told.contains("11 beam powers from 270.0 to 330.0 W") && told.contains("for 2 of them"),
         "{told}"
     );
     let table = of_many.join("series/voxels.csv");

@@ -271,7 +271,7 @@ fn mistakes_are_named() {
     for (wrong, right, expected) in [
         ("two-axis-150", "four-axis", "three-axis-350"),
         ("[cascade", "axes = [\"z\"]\n[cascade", "no z axis"),
-        ("[cascade", "axes = []\n[cascade", "no axis"),
+        ("[cascade", "axes = []\n[cascade", "1 or more"),
         ("draws = 4", "draw = 4", "draw"),
         (
             "levels = 4",

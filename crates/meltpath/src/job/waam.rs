@@ -368,7 +368,10 @@ mod tests {
         let mut text = WHOLE.to_owned();
         for (wrong, right) in [
             ("strategy = \"hybrid\"", "strategi = \"hybrid\""),
-            ("wire_feed = \"8 m/min\"", "wire_feed = \"8,0 m/min\""),
+            (
+                "travel_speed = \"0.75 m/min\"",
+                "travel_speed = \"0,75 m/min\"",
+            ),
             ("ctwd = \"15 mm\"", "ctwd = 15"),
             ("starts = \"spread\"", "starts = \"spred\""),
             ("pause = \"30 s\"", "pause = \"30\""),
