@@ -216,7 +216,7 @@ fn what_cannot_be_is_refused_with_its_place() {
         refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
             .contains("known are \"ti6al4v-ebm\", \"in625-laser\"")
     );
-    assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("unknown field"));
+    assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
     let error = chain::run(&file, None, dir.path(), &Silent)

@@ -65,7 +65,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
     // frequencies on decades
     for words in [
-        "after the swarm",
+        "after the synthesis",
         "those of the head's file",
         "Current loop, open: phase",
         "10000",
