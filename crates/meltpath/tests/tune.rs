@@ -66,7 +66,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     // frequencies on decades
     for words in [
         "after the synthesis",
-        "those of the head's file",
+        "those of the head&#39;s file",
         "Current loop, open: phase",
         "10000",
         "Scattered motors",

@@ -67,7 +67,7 @@ fn a_damaged_or_foreign_chart_is_refused() {
     harmed[middle] ^= 1;
     let harmed = read(&mut harmed.as_slice()).unwrap_err().to_string();
     assert!(harmed.contains("checksum"), "{harmed}");
-    let name = b"meltpath-chart/2";
+    let name = b"meltpath-chart/3";
     let at = bytes.windows(16).position(|w| w == name).unwrap();
     for (version, name) in [(b'1', "meltpath-chart/1"), (b'9', "meltpath-chart/9")] {
         bytes[at + 15] = version;
