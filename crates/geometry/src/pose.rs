@@ -1,5 +1,5 @@
 //! Poses: where a named frame lies in another, with the W, P, R angles that robot controllers write.
-//! Source: Rouchon 2022, §2.2.2, eq. 2.9-2.11, pp. 38-40 (two signs of the printed matrix corrected, see [`rotation_from_wpr`]).
+//! Source: Rouchon 2022, §2.2.2, eq. 2.9-2.11, pp. 38-40 (two signs of the printed matrix corrected, see `rotation_from_wpr`).
 
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,7 @@ impl Pose {
         self.position + self.orientation * p
     }
 
-    /// The angles W, P, R in rad, see [`wpr_from_rotation`].
+    /// The angles W, P, R in rad, see `wpr_from_rotation`.
     pub fn wpr(self) -> DVec3 {
         wpr_from_rotation(&DMat3::from_quat(self.orientation))
     }

@@ -1,6 +1,6 @@
 //! KM0, the periodic health test of an axis: a signal in two stages, its analysis, and a rating against the first accepted test.
 //!
-//! The first stage (R, L, J, constants and modes) is an identification, [`bench`]; the second steps and ramps, [`signal`].
+//! The first stage (R, L, J, constants and modes) is an identification, [`mod@bench`]; the second steps and ramps, [`signal`].
 
 pub mod analysis;
 pub mod bench;

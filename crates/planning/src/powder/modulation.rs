@@ -109,7 +109,7 @@ mod tests {
 
     /// Near powder the passes lie farther apart, and fewer of them are needed than at constant spacing.
     #[test]
-    fn ebm_q10_passes_lie_farther_apart_near_powder() {
+    fn ebm_q10_offsets_lie_farther_apart_near_powder() {
         let m = Modulation::STARTING;
         let per_area = 300.0 / (980.0 * 0.05);
         let offsets = m.offsets(6.0, 5.0, per_area);
