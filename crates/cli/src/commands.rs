@@ -325,7 +325,7 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     let found = fit::fit(measurements, out, &runs, &progress)?;
     show_timers(&progress);
     line("");
-    for finding in fit::present::lines(&found) {
+    for finding in meltpath::views::fit::lines(&found) {
         line(&finding);
     }
     for warning in &found.verdict.warnings {

@@ -3,7 +3,6 @@
 pub mod comparison;
 pub mod error;
 pub mod pairs;
-pub mod present;
 pub mod quantity;
 pub mod samples;
 
@@ -14,8 +13,9 @@ use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::comparison::{apart, relative};
 
-use crate::ebm::present_voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::outcome::RunError;
+use crate::views;
+use crate::views::ebm::voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 
 pub use comparison::{Compared, Comparison};
 pub use error::CompareError;
@@ -64,14 +64,14 @@ pub fn compare(
         folder: PathBuf::new(),
         verdict,
     };
-    let report = present::report(&comparison, &provenance);
+    let report = views::compare::report(&comparison, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
             ReportError::Scene(e) => std::io::Error::other(e),
         })
     })?;
-    present::write_files(&folder, &comparison)?;
+    views::compare::write_files(&folder, &comparison)?;
     let written: Result<_, OutputError> = folder.commit();
     comparison.folder = written?;
     Ok(comparison)

@@ -1,6 +1,6 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
-mod along;
+pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
 pub mod drawing;
@@ -12,12 +12,6 @@ pub mod hatch;
 pub mod judge;
 pub mod optimise;
 pub mod path_file;
-pub mod present;
-mod present_found;
-mod present_histogram;
-mod present_part;
-mod present_sections;
-pub(crate) mod present_voxels;
 pub mod region;
 pub mod run;
 pub mod section;

@@ -3,7 +3,6 @@
 pub mod error;
 pub mod found;
 pub mod measurements;
-pub mod present;
 
 use std::path::{Path, PathBuf};
 
@@ -19,6 +18,7 @@ use meltpath_thermal::material::file::Readings;
 
 use crate::material::load;
 use crate::outcome::RunError;
+use crate::views;
 
 pub use error::FitCommandError;
 pub use found::{Candidate, Found, Prediction};
@@ -82,7 +82,7 @@ pub fn fit(
         ),
         Fact::new("width", "beam diameter, of the calibrated one", width, ""),
     ];
-    facts.extend(prediction.as_ref().and_then(present::to_build));
+    facts.extend(prediction.as_ref().and_then(views::fit::to_build));
     let verdict = Verdict {
         checks: Vec::new(),
         facts,
@@ -99,14 +99,14 @@ pub fn fit(
     observer.stage("write results", 0);
     observer.check()?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    let report = present::report(&file.display().to_string(), &found, &provenance);
+    let report = views::fit::report(&file.display().to_string(), &found, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
             ReportError::Scene(e) => std::io::Error::other(e),
         })
     })?;
-    present::write_files(&folder, &found)?;
+    views::fit::write_files(&folder, &found)?;
     found.folder = folder.commit()?;
     Ok(found)
 }

@@ -9,7 +9,7 @@ use meltpath_programs::fanuc_ls;
 
 use crate::job::PartUnit;
 use crate::outcome::RunError;
-use crate::part;
+use crate::stages::part;
 use crate::waam::read_toolpath;
 
 /// Chord error of the mesh made of a STEP file for inspection, mm.

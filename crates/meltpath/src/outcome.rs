@@ -13,7 +13,7 @@ use meltpath_thermal::pool::fusion::FusionError;
 
 use crate::job::JobError;
 use crate::lpbf::heat::HeatError;
-use crate::part::PartError;
+use crate::stages::part::PartError;
 use crate::start::StartError;
 use crate::waam::plan::PlanStageError;
 use crate::waam::program::ProgramStageError;

@@ -1,15 +1,13 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
 mod bead;
-mod checks;
+pub(crate) mod checks;
 pub mod judge;
 pub mod plan;
-pub mod present;
 pub mod program;
 pub mod record;
 pub mod run;
 pub mod settings;
-pub mod sheet;
 pub mod simulate;
 pub mod target;
 

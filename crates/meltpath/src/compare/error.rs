@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::samples::SamplesError;
-use crate::ebm::present_voxels::VOXELS_REFERENCE;
+use crate::views::ebm::voxels::VOXELS_REFERENCE;
 
 /// Why nothing could be compared.
 #[derive(Debug, thiserror::Error)]

@@ -16,7 +16,7 @@ use super::path_file::beam_path;
 use super::region::{Below, Contour};
 use super::section::{Cut, SectionError, Sections, sections};
 use crate::job::ebm::{EbmJob, Ground, HatchStrategy, Ring};
-use crate::part;
+use crate::stages::part;
 
 /// The part of which a section is drawn.
 #[derive(Debug, Clone, PartialEq)]

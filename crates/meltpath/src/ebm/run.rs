@@ -18,13 +18,14 @@ use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::SolverError;
 
+use super::cost;
 use super::error::EbmError;
 use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
-use super::{cost, present};
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined, RunError};
+use crate::views;
 
 /// The run's error: cancellation is told apart.
 pub(crate) fn told(error: EbmError) -> RunError {
@@ -104,7 +105,7 @@ pub fn run(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
     );
-    let report = present::report(&title, &settings, &outcome, &verdict, &provenance);
+    let report = views::ebm::report(&title, &settings, &outcome, &verdict, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
@@ -128,7 +129,7 @@ pub fn run(
             std::io::copy(&mut File::open(file)?, w).map(drop)
         })?;
     }
-    present::write_files(&folder, &settings, &outcome)?;
+    views::ebm::write_files(&folder, &settings, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)

@@ -77,7 +77,7 @@ fn before_last_layer(
 }
 
 /// The judged voxels: of the top plane, inside the contour.
-pub(super) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
+pub(crate) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
     judge::tally(highest, classes, contour, inside, None)
 }
 
@@ -108,7 +108,7 @@ fn draw_last(
 }
 
 /// The top plane of a field.
-pub(super) fn top(field: &Field) -> Vec<f64> {
+pub(crate) fn top(field: &Field) -> Vec<f64> {
     let plane = field.grid.cells[0] * field.grid.cells[1];
     field.values[field.values.len() - plane..]
         .iter()
@@ -146,7 +146,7 @@ fn classes(
 }
 
 /// Mean highest temperature in the middle of a body known to be good, K.
-pub(super) fn centre_of_good(
+pub(crate) fn centre_of_good(
     highest: &Field,
     path: &BeamPath,
     melting: f64,

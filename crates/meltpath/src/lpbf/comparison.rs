@@ -17,14 +17,14 @@ struct Line {
 }
 
 /// The recipes compared.
-pub(super) struct Comparison<'a> {
+pub(crate) struct Comparison<'a> {
     settings: &'a Settings,
     results: &'a [RecipeResult<'a>],
     lines: Vec<Line>,
 }
 
 impl<'a> Comparison<'a> {
-    pub(super) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
+    pub(crate) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
         let mut found = Comparison {
             settings,
             results,
@@ -122,7 +122,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// For the report.
-    pub(super) fn table(&self) -> Table {
+    pub(crate) fn table(&self) -> Table {
         let row = |line: &Line| {
             std::iter::once(Cell::text(&line.name))
                 .chain(line.cells.iter().cloned())
@@ -137,7 +137,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// `series/recipes.csv`: the same figures for other software.
-    pub(super) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
+    pub(crate) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
         folder.write("series/recipes.csv", |w| {
             let names: Vec<String> = self.columns().iter().map(|c| quoted(c)).collect();
             writeln!(w, "{}", names.join(","))?;

@@ -42,7 +42,7 @@ fn small(work: &Work) -> Work {
 }
 
 /// Searches within the job's bounds, beginning with its first recipe.
-pub(super) fn run(
+pub(crate) fn run(
     settings: &Settings,
     bounds: &Bounds,
     observer: &dyn Observer,
@@ -71,7 +71,7 @@ pub(super) fn run(
 }
 
 /// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
-pub(super) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
+pub(crate) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
     const ID: &str = "optimise";
     const TITLE: &str = "time saved by the fastest recipe within the bounds";
     let Some(best) = &found.best else {
@@ -118,7 +118,7 @@ fn filter_words(c: &Candidate) -> String {
 }
 
 /// The search in the report.
-pub(super) fn section(found: &Found) -> Section {
+pub(crate) fn section(found: &Found) -> Section {
     let mut table = Table::new(
         "Recipes that no other beats",
         &[
@@ -246,7 +246,7 @@ fn row(c: &Candidate) -> Vec<Cell> {
 }
 
 /// Writes every recipe that was tried, and the found one as a recipe file.
-pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
     folder.write("series/recipes-tried.csv", |w| {
         series(w, found).map_err(|e| match e {
             SeriesError::Io(e) => e,

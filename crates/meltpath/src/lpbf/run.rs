@@ -23,10 +23,11 @@ use super::heat::{self, BeamRecord};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
-use super::{motion, optimise, present, refuse};
+use super::{motion, optimise, refuse};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::outcome::{Examined, Outcome, RunError};
 use crate::tune::choose::ready_for;
+use crate::views;
 
 /// Lit points are compared with marks commanded at most this long before, s: longer than any lag and off-delay.
 const WINDOW: f64 = 4e-3;
@@ -114,7 +115,7 @@ pub fn run(
         });
     }
     let mut checks = checks(&settings, &results, &reporter);
-    let mut facts = present::facts(&settings, &results);
+    let mut facts = views::lpbf::facts(&settings, &results);
     if let Some(found) = &found {
         optimise::tell(found, &mut checks, &mut facts);
     }
@@ -129,13 +130,13 @@ pub fn run(
     inputs.extend(layers.as_deref());
     crate::outcome::record_inputs(&mut provenance, &inputs)?;
     observer.stage("write results", 0);
-    let title = present::title(path);
-    let told = present::Told {
+    let title = views::lpbf::title(path);
+    let told = views::lpbf::Told {
         settings: &settings,
         results: &results,
         found: found.as_ref(),
     };
-    present::write(&folder, &title, &told, &verdict, &provenance)?;
+    views::lpbf::write(&folder, &title, &told, &verdict, &provenance)?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
     observer.check()?;
     Ok(Outcome {

@@ -14,15 +14,15 @@ use meltpath_toolpath::{Toolpath, storage};
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
-use super::present;
 use super::program::{self, Commands};
 use super::settings::{Settings, resolve};
-use super::sheet::operator_sheet;
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Examined, Outcome, RunError, json, record_inputs};
-use crate::part::{self, Part, PartError};
+use crate::stages::part::{self, Part, PartError};
+use crate::views;
+use crate::views::waam::sheet::operator_sheet;
 
 /// Warnings of one kind that a verdict tells one by one.
 const SHOWN_WARNINGS: usize = 3;
@@ -172,7 +172,7 @@ pub fn run(
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
-    present::write_passes(&folder, &plan.toolpath)?;
+    views::waam::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
     for file in &programs.files {
@@ -227,7 +227,7 @@ fn write_common(
 ) -> Result<(), RunError> {
     let settings = shown.settings;
     let layers = &shown.commands.layer_of_command;
-    present::write_files(
+    views::waam::write_files(
         folder,
         shown.simulation,
         layers,
@@ -244,13 +244,13 @@ fn write_common(
             settings.cell_name
         ),
         verdict: verdict.clone(),
-        scene: Some(present::scene(
+        scene: Some(views::waam::scene(
             shown.simulation,
             layers,
             shown.bead_diameter,
             shown.part,
         )),
-        sections: present::sections(shown.simulation, &shown.growth, &settings.limits),
+        sections: views::waam::sections(shown.simulation, &shown.growth, &settings.limits),
         sheet: Some(operator_sheet(
             settings,
             shown.simulation,

@@ -8,9 +8,9 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
-use super::optimise::search::{Found, OnReference};
-use super::present_histogram;
-use super::settings::Settings;
+use super::histogram;
+use crate::ebm::optimise::search::{Found, OnReference};
+use crate::ebm::settings::Settings;
 use crate::job::ebm::Change;
 
 type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
@@ -41,7 +41,7 @@ pub(super) fn section(found: &Found, settings: &Settings) -> Section {
     }
     let intro = match &found.reference {
         Some(r) => {
-            plots.push(present_histogram::plot(
+            plots.push(histogram::plot(
                 "Highest temperatures on the reference solver",
                 &r.given.0,
                 Some(&r.better.0),

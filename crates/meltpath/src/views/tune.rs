@@ -1,19 +1,22 @@
 //! What a person sees of a tuning.
 
+mod bode;
+mod tables;
+
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_scan_head::servo::model::Loop;
 
-use super::design::AxisResult;
-use super::error::{TuneError, step};
-use super::refinement::words;
-use super::settings::Settings;
-use super::{bode, tables};
+use crate::tune::design::AxisResult;
+use crate::tune::error::{TuneError, step};
+use crate::tune::refinement::words;
+use crate::tune::settings::Settings;
+
 use crate::outcome::RunError;
 
 /// Writes the report, the verdict and the provenance.
-pub(super) fn write(
+pub(crate) fn write(
     folder: &OutputFolder,
     title: &str,
     settings: &Settings,
@@ -76,7 +79,7 @@ fn upper(result: &AxisResult) -> char {
 }
 
 /// What is told of an axis beside the checks.
-pub(super) fn facts(result: &AxisResult) -> [Fact; 2] {
+pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
     let (chosen, letter) = (result.chosen(), result.task.name.letter());
     let exported = match &result.as_exported {
         Some(_) => format!("{}, order {}", chosen.name, order(result)),

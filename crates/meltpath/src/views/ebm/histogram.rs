@@ -6,8 +6,8 @@ use meltpath_thermal::criteria::{Classes, histogram};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
-use super::judge::Judged;
-use super::settings::Settings;
+use crate::ebm::judge::Judged;
+use crate::ebm::settings::Settings;
 
 /// Width of a bar, K.
 const BIN: f64 = 20.0;

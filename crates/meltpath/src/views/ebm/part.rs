@@ -3,8 +3,8 @@
 use meltpath_report::html::Section;
 use meltpath_report::table::{Cell, Table};
 
-use super::region::Below;
-use super::settings::Settings;
+use crate::ebm::region::Below;
+use crate::ebm::settings::Settings;
 
 /// What is drawn and how rough it becomes; `None` where neither is known.
 pub(super) fn section(settings: &Settings) -> Option<Section> {

@@ -1,5 +1,7 @@
 //! What a person sees of a scan-head run.
 
+mod heat;
+
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -14,17 +16,17 @@ use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
-use super::comparison::Comparison;
-use super::result::{MODES, RecipeResult};
-use super::settings::Settings;
-use super::work::Work;
-use super::{optimise, present_heat};
+use crate::lpbf::comparison::Comparison;
+use crate::lpbf::optimise;
+use crate::lpbf::result::{MODES, RecipeResult};
+use crate::lpbf::settings::Settings;
+use crate::lpbf::work::Work;
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
 
 /// The run's name: the job file's, or its folder's.
-pub(super) fn title(job: &Path) -> String {
+pub(crate) fn title(job: &Path) -> String {
     let stem = job
         .file_stem()
         .map(|s| s.to_string_lossy().into_owned())
@@ -39,14 +41,14 @@ pub(super) fn title(job: &Path) -> String {
 }
 
 /// What is told.
-pub(super) struct Told<'a> {
-    pub(super) settings: &'a Settings,
-    pub(super) results: &'a [RecipeResult<'a>],
-    pub(super) found: Option<&'a Found>,
+pub(crate) struct Told<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) results: &'a [RecipeResult<'a>],
+    pub(crate) found: Option<&'a Found>,
 }
 
 /// Writes the report, the verdict, the provenance and the marked paths.
-pub(super) fn write(
+pub(crate) fn write(
     folder: &OutputFolder,
     title: &str,
     told: &Told<'_>,
@@ -62,7 +64,7 @@ pub(super) fn write(
         sections: {
             let mut all = sections(settings, results);
             if let Some(heat) = &settings.heat {
-                all.insert(2, present_heat::section(heat, results));
+                all.insert(2, heat::section(heat, results));
             }
             if let Some(found) = told.found {
                 all.insert(1, optimise::section(found));
@@ -88,7 +90,7 @@ pub(super) fn write(
     }
     for (k, r) in results.iter().enumerate() {
         if let Some(heat) = &r.heat {
-            present_heat::write(folder, k + 1, heat)?;
+            heat::write(folder, k + 1, heat)?;
         }
         if !r.front.is_empty() {
             folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
@@ -113,7 +115,7 @@ pub(super) fn write(
 }
 
 /// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
-pub(super) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fact> {
+pub(crate) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fact> {
     let mut facts = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;

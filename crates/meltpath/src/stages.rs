@@ -1,0 +1,3 @@
+//! Stages that the processes share.
+
+pub mod part;
