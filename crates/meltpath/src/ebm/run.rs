@@ -1,22 +1,17 @@
 //! From an electron-beam job to a folder of results.
 
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
-    Cancelled, Check, Fact, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
+    Cancelled, Check, Fact, Limit, Measure, Observer, Place, Reporter, Status, Verdict,
 };
-use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::file as chart_file;
-use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::solver::SolverError;
 
 use super::cost;
 use super::error::EbmError;
@@ -24,40 +19,27 @@ use super::judge::JudgedPath;
 use super::settings::{Settings, resolve};
 use super::simulate::{Outcome, simulate};
 use crate::job::{EbmJob, JobError, Written};
-use crate::outcome::{self, Examined, RunError};
+use crate::outcome::{self, Examined};
 use crate::views;
-
-/// The run's error: cancellation is told apart.
-pub(crate) fn told(error: EbmError) -> RunError {
-    match error {
-        EbmError::Reference(SolverError::Cancelled(c))
-        | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
-        | EbmError::Simulation(ChartSimulationError::Cancelled(c))
-        | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
-            RunError::Cancelled(c)
-        }
-        other => RunError::Ebm(other),
-    }
-}
 
 fn resolved(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Settings, RunError> {
+) -> Result<Settings, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
     resolve(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => RunError::Cancelled(cancelled),
-        Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
+        Err(cancelled) => EbmError::Cancelled(cancelled),
+        Ok(()) => EbmError::Job(JobError::in_file(job_file, text, e)),
     })
 }
 
 /// Runs a job: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`EbmError`]; nothing is written then.
 pub fn run(
     job_file: &Path,
     job: &Written<EbmJob>,
@@ -65,7 +47,7 @@ pub fn run(
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<outcome::Outcome, RunError> {
+) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
     let settings = resolved(job_file, job, text, observer)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
@@ -73,7 +55,7 @@ pub fn run(
         .warnings
         .iter()
         .for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&settings, &reporter, observer).map_err(told)?;
+    let outcome = simulate(&settings, &reporter, observer)?;
     let verdict = Verdict {
         checks: checks(&settings, &outcome),
         facts: facts(&outcome),
@@ -91,16 +73,16 @@ pub fn run(
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
-    record(&mut provenance, job_file)?;
+    outcome::record_inputs(&mut provenance, &[job_file])?;
     let part = settings.part.as_ref().map(|p| &p.file);
     let own = settings.path_file.iter().chain(part);
     for file in own.chain(&settings.material_file) {
-        record(&mut provenance, file)?;
+        outcome::record_inputs(&mut provenance, &[file])?;
     }
     observer.stage("write results", 0);
     observer
         .check()
-        .map_err(|c: Cancelled| RunError::Cancelled(c))?;
+        .map_err(|c: Cancelled| EbmError::Cancelled(c))?;
     let title = job_file.parent().and_then(Path::file_name).map_or_else(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
@@ -155,18 +137,6 @@ pub(crate) const MATERIAL_COPY: &str = "material.toml";
 pub(crate) fn part_copy(file: &Path) -> String {
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     format!("part.{}", extension.to_lowercase())
-}
-
-pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
-    let failed = |source| JobError::Io {
-        path: path.to_path_buf(),
-        source,
-    };
-    let mut reader = BufReader::new(File::open(path).map_err(failed)?);
-    let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-    provenance.inputs.insert(name.unwrap_or_default(), hash);
-    Ok(())
 }
 
 /// What is judged: of the path with better speeds where there is one.
@@ -323,16 +293,16 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// What is resolved in a job, what it costs, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`] for whatever a run refuses before it computes.
+/// [`EbmError`] for whatever a run refuses before it computes.
 pub fn examine(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Examined, RunError> {
+) -> Result<Examined, EbmError> {
     let settings = resolved(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&settings, &reporter).map_err(told)?;
+    let notes = cost::lines(&settings, &reporter)?;
     let mut warnings = settings.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {
