@@ -21,7 +21,8 @@ use meltpath_thermal::solver::SolverError;
 use super::cost;
 use super::error::EbmError;
 use super::judge::JudgedPath;
-use super::settings::{Settings, resolve};
+use super::plan::{Plan, planned};
+use super::settings::Settings;
 use super::simulate::{Outcome, simulate};
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined, RunError};
@@ -40,14 +41,14 @@ pub(crate) fn told(error: EbmError) -> RunError {
     }
 }
 
-fn resolved(
+fn plan_of(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Settings, RunError> {
+) -> Result<Plan, RunError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    resolve(job, folder, observer).map_err(|e| match observer.check() {
+    planned(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
         Err(cancelled) => RunError::Cancelled(cancelled),
         Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
@@ -67,15 +68,13 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<outcome::Outcome, RunError> {
     let reporter = Reporter::new();
-    let settings = resolved(job_file, job, text, observer)?;
+    let plan = plan_of(job_file, job, text, observer)?;
+    let settings = &plan.settings;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    settings
-        .warnings
-        .iter()
-        .for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&settings, &reporter, observer).map_err(told)?;
+    plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
+    let outcome = simulate(&plan, &reporter, observer).map_err(told)?;
     let verdict = Verdict {
-        checks: checks(&settings, &outcome),
+        checks: checks(settings, &outcome),
         facts: facts(&outcome),
         warnings: reporter.warnings(),
     };
@@ -92,9 +91,8 @@ pub fn run(
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     record(&mut provenance, job_file)?;
-    let part = settings.part.as_ref().map(|p| &p.file);
-    let own = settings.path_file.iter().chain(part);
-    for file in own.chain(&settings.material_file) {
+    let own = settings.subject.file().into_iter();
+    for file in own.chain(settings.material_file.as_deref()) {
         record(&mut provenance, file)?;
     }
     observer.stage("write results", 0);
@@ -105,7 +103,7 @@ pub fn run(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
     );
-    let report = views::ebm::report(&title, &settings, &outcome, &verdict, &provenance);
+    let report = views::ebm::report(&title, &plan, &outcome, &verdict, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
@@ -119,7 +117,7 @@ pub fn run(
         &serde_json::to_value(&provenance).unwrap_or_default(),
     )?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
-    if let Some(part) = part {
+    if let Some(part) = plan.part.as_ref().map(|p| &p.file) {
         folder.write(&part_copy(part), |w| {
             std::io::copy(&mut File::open(part)?, w).map(drop)
         })?;
@@ -129,7 +127,7 @@ pub fn run(
             std::io::copy(&mut File::open(file)?, w).map(drop)
         })?;
     }
-    views::ebm::write_files(&folder, &settings, &outcome)?;
+    views::ebm::write_files(&folder, &plan, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
@@ -330,13 +328,13 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, RunError> {
-    let settings = resolved(job_file, job, text, observer)?;
+    let plan = plan_of(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&settings, &reporter).map_err(told)?;
-    let mut warnings = settings.warnings;
+    let notes = cost::lines(&plan, &reporter).map_err(told)?;
+    let mut warnings = plan.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {
-        provenance: settings.provenance,
+        provenance: plan.settings.provenance,
         notes,
         warnings,
     })
