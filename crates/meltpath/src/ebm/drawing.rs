@@ -14,9 +14,9 @@ use meltpath_thermal::material::Material;
 use super::hatch::{Hatch, HatchError, modulated};
 use super::path_file::beam_path;
 use super::region::{Below, Contour};
-use super::section::{Cut, SectionError, Sections, sections};
 use crate::job::ebm::{EbmJob, Ground, HatchStrategy, Ring};
 use crate::stages::part;
+use crate::stages::section::{Cut, Sections, sections};
 
 /// The part of which a section is drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +105,10 @@ impl Drawing {
             observer,
         )
         .map_err(|e| job.part.problem(e.to_string()))?;
-        let found = sections(&part.mesh, &cut, reporter, observer).map_err(|e| refused(job, &e))?;
+        let found = sections(&part.mesh, &cut, reporter, observer).map_err(|e| {
+            let at = &job.section;
+            e.told([&at.height.span, &at.island.span, &job.part.span])
+        })?;
         let below = found.below.as_ref().map_or(Below::Metal, |regions| {
             Below::Areas(regions.iter().map(Contour::of).collect())
         });
@@ -127,7 +130,7 @@ impl Drawing {
                 file,
                 findings: part.findings,
                 layer: [number, of],
-                islands: [islands, cut.island as usize],
+                islands: [islands, *job.section.island as usize],
                 area: last.map_or(0.0, Region::area),
                 carried,
                 scaling: cut.scaling,
@@ -204,19 +207,9 @@ fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
     let scaling = table.scaling.or_computed(r, material.scaling.map(Ratio));
     Cut {
         height: table.height.map(|h| h.0),
-        island: *table.island,
+        island: Some(*table.island),
         scaling: scaling.map(|s| s.0),
         layer: job.ebm.layer.0,
         layers: *job.ebm.layers,
     }
-}
-
-/// The error at the place in the job where a value is to blame.
-fn refused(job: &EbmJob, e: &SectionError) -> Problem {
-    let span = match e {
-        SectionError::Above { .. } | SectionError::Empty { .. } => &job.section.height.span,
-        SectionError::Island { .. } => &job.section.island.span,
-        SectionError::Slice(_) | SectionError::Planar(_) | SectionError::Flat { .. } => &None,
-    };
-    Problem::new(e.to_string()).at(span.clone().or_else(|| job.part.span.clone()))
 }
