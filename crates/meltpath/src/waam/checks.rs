@@ -242,8 +242,11 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     const ID: &str = "energy";
     const TITLE: &str = "electric energy of the arc";
     let Some(per_volume) = &settings.energy else {
-        let words = "not known: no energy per volume is measured for this transfer mode";
-        return Fact::words(ID, TITLE, words);
+        let words = format!(
+            "cannot say: no energy per volume was measured on {} in mode {}",
+            settings.wire.name, settings.mode
+        );
+        return Fact::words(ID, TITLE, &words);
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;

@@ -358,11 +358,11 @@ fn energy_of(
     mode: &str,
     gas: &Gas,
 ) -> Result<Option<EnergyPerVolume>, DataError> {
-    let energy = energy_per_volume(wire.diameter.value, mode, &gas.id)?;
+    let energy = energy_per_volume(&wire.id, mode, &gas.id)?;
     if let Some(energy) = &energy {
         let beads = match energy.basis {
             EnergyBasis::Configuration => "beads of this wire, mode and gas",
-            EnergyBasis::Mode => "beads of this mode with other wires or gases",
+            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
         };
         r.value(
             "waam.energy_per_volume_j_mm3",
