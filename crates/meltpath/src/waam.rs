@@ -13,6 +13,7 @@ pub mod run;
 pub mod settings;
 pub mod simulate;
 pub mod target;
+mod tube;
 
 pub use error::WaamError;
 pub use foreign::simulate_program;

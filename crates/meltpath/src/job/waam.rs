@@ -133,11 +133,13 @@ table! {
         /// Largest difference between a layer's mean height and its planned height.
         height_error: Length where positive => default("1 mm", "a usual limit for a blank to be machined");
         /// Largest peak-to-valley height of a layer over its inner area.
-        flatness: Length where positive => default("1.5 mm", "a usual limit for a blank to be machined");
-        /// Smallest contact tube to work distance.
-        ctwd_min: Length where positive => default("8 mm", "a usual limit for a blank to be machined");
-        /// Largest contact tube to work distance.
-        ctwd_max: Length where positive => default("20 mm", "a usual limit for a blank to be machined");
+        flatness: Length where up_to(1000.0) => default("1.5 mm", "a usual limit for a blank to be machined");
+        /// Smallest contact tube to work distance, at any place.
+        ctwd_min: Length where up_to(100.0) => default("8 mm", "nearer, spatter and the arc reach the contact tube");
+        /// Largest contact tube to work distance, at any place: as far as the torch's gas covers the pool.
+        ctwd_max: Length where up_to(100.0) => default("20 mm", "usual reach of the gas; ask the maker of the torch");
+        /// How far beyond the distances at which the wire feed was measured its law is taken to hold; farther the verdict cannot say.
+        ctwd_beyond: Length where within(0.0, 100.0) => computed("how well the process map knows the distance of its own beads, one standard uncertainty");
         /// Largest local thickness of a layer beyond its mean, share of it.
         accumulation: Ratio where positive => default("100 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.

@@ -17,6 +17,7 @@ use super::run::{
 };
 use super::settings::{Settings, resolve};
 use super::simulate::{PlannedLayer, simulate};
+use super::tube;
 use crate::job::{self, Job, JobError};
 use crate::outcome::{Outcome, record_inputs};
 use crate::start::WAAM_TEMPLATE;
@@ -79,6 +80,7 @@ pub fn simulate_program(
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
     let no_job = job.is_none().then(no_job);
     let doubts: Vec<Doubt> = no_job
+    checks.extend(tube::checks(&simulation, &growth, settings));
         .into_iter()
         .chain(doubt::of_gaps(&commands.gaps))
         .collect();

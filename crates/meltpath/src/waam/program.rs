@@ -216,6 +216,8 @@ pub struct Commands {
     pub commands: Vec<Command>,
     /// The layer of each command, from 1.
     pub layer_of_command: Vec<u32>,
+    /// The pass of each command, where the program tells it.
+    pub pass_of_command: Vec<Option<u32>>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
     /// Lines that shape metal and were not simulated.
@@ -263,6 +265,7 @@ pub fn commands(
     };
     let mut commands: Vec<Command> = Vec::with_capacity(executed.steps.len());
     let mut layers = Vec::with_capacity(executed.steps.len());
+    let mut passes = Vec::with_capacity(executed.steps.len());
     let mut arc_length = 0.0;
     for step in &executed.steps {
         let id = commands.len() as u32;
@@ -277,6 +280,7 @@ pub fn commands(
                     last.orientation = here.orientation;
                 }
                 layers.push(None);
+                passes.push(None);
             }
             Executed::Motion(m) => {
                 if start.is_none() {
@@ -311,6 +315,7 @@ pub fn commands(
                     source: source(m.arc),
                 });
                 layers.push(m.layer.filter(|_| m.arc.is_some()));
+                passes.push(m.pass);
                 here = m.target;
             }
         }
@@ -331,6 +336,7 @@ pub fn commands(
         start: start.unwrap_or(here),
         commands,
         layer_of_command,
+        pass_of_command: passes,
         arc_length,
         gaps: executed.gaps,
     })

@@ -20,6 +20,8 @@ use super::program::{self, Commands};
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
+use super::tube;
+use crate::job::common::SubstrateTable;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Examined, Outcome, json, record_inputs};
 use crate::stages::part::{self, Part, PartError};
@@ -156,6 +158,7 @@ pub fn run(
         commands: &commands,
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
+    checks.extend(tube::checks(&simulation, &growth, settings));
         bead_diameter: 0.7 * plan.height.value,
     };
     observer.stage("write results", 0);
@@ -252,6 +255,7 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
+        pass_of_command: &commands.pass_of_command,
     let report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
