@@ -38,15 +38,17 @@ pub fn simulate_program(
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let parsed = program::read(main, &reporter)?;
-    let settings = match job {
-        Some(job) => load(job, &reporter)?.settings,
+    let loaded = job.map(|job| load(job, &reporter)).transpose()?;
+    let settings = match &loaded {
+        Some(loaded) => loaded.settings.clone(),
         None => defaults(main, &reporter)?,
     };
     let settings = &settings;
     let commands = program::commands(&parsed, &[], settings, &reporter)?;
     let folder = output(out, runs)?;
-    let part = job
-        .map(|_| load_part(settings, &reporter, observer))
+    let part = loaded
+        .as_ref()
+        .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
     let arc = |c: &&Command| matches!(c.source, Source::On { .. });
     let map = plan::plate(
@@ -78,9 +80,9 @@ pub fn simulate_program(
         ));
     }
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    checks.extend(tube::checks(&simulation, &growth, settings));
     let no_job = job.is_none().then(no_job);
     let doubts: Vec<Doubt> = no_job
-    checks.extend(tube::checks(&simulation, &growth, settings));
         .into_iter()
         .chain(doubt::of_gaps(&commands.gaps))
         .collect();

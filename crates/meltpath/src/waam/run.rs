@@ -24,7 +24,7 @@ use super::tube;
 use crate::job::common::SubstrateTable;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Examined, Outcome, json, record_inputs};
-use crate::stages::part::{self, Part, PartError};
+use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
 
@@ -37,6 +37,8 @@ pub(super) struct Loaded {
     text: String,
     name: String,
     pub(super) settings: Settings,
+    /// The plate as written.
+    plate: SubstrateTable,
 }
 
 /// The job, read and resolved.
@@ -53,6 +55,7 @@ pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError
         name: job_name(path, &job),
         text,
         settings,
+        plate: job.substrate.value.clone(),
     })
 }
 
@@ -83,19 +86,40 @@ pub(super) fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, Ou
     out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
 }
 
+/// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(
-    settings: &Settings,
+    loaded: &Loaded,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Part, PartError> {
-    part::load(
+) -> Result<Part, WaamError> {
+    let settings = &loaded.settings;
+    let part = part::load(
         &settings.part,
         settings.part_unit,
         settings.up,
         settings.chord_error,
         reporter,
         observer,
-    )
+    )?;
+    match too_small(&loaded.plate, &part) {
+        Some(problem) => Err(JobError::in_file(&loaded.path, &loaded.text, problem).into()),
+        None => Ok(part),
+    }
+}
+
+/// What is wrong with a plate that the part does not fit on.
+fn too_small(plate: &SubstrateTable, part: &Part) -> Option<Problem> {
+    let size = (*plate.size)?;
+    let (low, high) = part.mesh.bounds()?;
+    let part = (high - low).truncate().to_array();
+    let smaller = size.iter().zip(part).any(|(s, p)| s.0 < p);
+    smaller.then(|| {
+        let problem = plate.size.problem(format!(
+            "the part is {:.0} x {:.0} mm, larger than {}, {:.0} x {:.0} mm",
+            part[0], part[1], plate.size.name, size[0].0, size[1].0
+        ));
+        problem.help("give the size of the plate along x and y of the build, or leave it out: the plate then reaches 25 mm around the part")
+    })
 }
 
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
@@ -112,7 +136,7 @@ pub fn run(
     let loaded = load(job, &reporter)?;
     let folder = output(out, runs)?;
     let settings = &loaded.settings;
-    let part = load_part(settings, &reporter, observer)?;
+    let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
     let programs = program::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
@@ -134,6 +158,7 @@ pub fn run(
     )?;
     let mut checks = target_checks(&outcome, &settings.limits);
     checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    checks.extend(tube::checks(&simulation, &growth, settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
@@ -158,7 +183,6 @@ pub fn run(
         commands: &commands,
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
-    checks.extend(tube::checks(&simulation, &growth, settings));
         bead_diameter: 0.7 * plan.height.value,
     };
     observer.stage("write results", 0);
@@ -231,6 +255,7 @@ pub(super) fn built<'a>(
         start: commands.start,
         commands: &commands.commands,
         layer_of_command: commands.layer_of_command.clone(),
+        pass_of_command: &commands.pass_of_command,
         layers,
         controller: &settings.cell.motion,
         map,
@@ -255,7 +280,6 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
-        pass_of_command: &commands.pass_of_command,
     let report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
@@ -296,7 +320,7 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
     if out.exists() {
         return Err(OutputError::Exists(out.to_path_buf()).into());
     }
-    let part = load_part(&loaded.settings, &reporter, observer)?;
+    let part = load_part(&loaded, &reporter, observer)?;
     let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
     write_file(out, |w| storage::write(&plan.toolpath, w))?;
     let mut lines = vec![format!(
@@ -357,7 +381,7 @@ pub fn program_to_folder(
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    load_part(&loaded.settings, &reporter, observer)?;
+    load_part(&loaded, &reporter, observer)?;
     Ok(Examined {
         provenance: loaded.settings.provenance,
         notes: Vec::new(),
