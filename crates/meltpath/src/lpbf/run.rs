@@ -63,7 +63,7 @@ pub fn run(
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
     let settings = resolved(path, job, text)?;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = crate::outcome::folder(out, runs)?;
     for letter in &settings.foreign {
         reporter.warn(
             "controller-other-motor",

@@ -8,7 +8,7 @@ use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
 use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_report::html::{Report, ReportError, write_html};
+use meltpath_report::html::Report;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
@@ -20,7 +20,7 @@ use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use crate::job::{self, Job, JobError, WaamJob};
-use crate::outcome::{Examined, Outcome, json, record_inputs};
+use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part, PartError};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
@@ -76,10 +76,6 @@ fn job_name(path: &Path, job: &WaamJob) -> String {
         .unwrap_or_else(|| "job".to_owned())
 }
 
-fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
-    out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
-}
-
 fn load_part(
     settings: &Settings,
     reporter: &Reporter,
@@ -107,7 +103,7 @@ pub fn run(
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    let folder = output(out, runs)?;
+    let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
     let part = load_part(settings, &reporter, observer)?;
     observer.check()?;
@@ -259,19 +255,7 @@ fn write_common(
         )),
         provenance: provenance.clone(),
     };
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
-    json(folder, "verdict.json", &verdict.to_json())?;
-    // plain structs of numbers and strings: their JSON exists
-    json(
-        folder,
-        "provenance.json",
-        &serde_json::to_value(provenance).unwrap_or_default(),
-    )?;
+    outcome::tell(folder, &report)?;
     Ok(())
 }
 
@@ -359,7 +343,7 @@ pub fn simulate_program(
     };
     let settings = &loaded.settings;
     let commands = program::commands(&parsed, &[], settings.bead.wire_feed, settings, &reporter)?;
-    let folder = output(out, runs)?;
+    let folder = outcome::folder(out, runs)?;
     let part = job
         .map(|_| load_part(settings, &reporter, observer))
         .transpose()?;

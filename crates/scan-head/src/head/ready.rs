@@ -45,13 +45,6 @@ impl ReadyHead {
         }
     }
 
-    /// The same head with its table recalibrated or replaced.
-    #[must_use]
-    pub fn with_table(mut self, table: CorrectionTable) -> Self {
-        self.inverse = Inverse::Table(table);
-        self
-    }
-
     /// The same head with the set-points of its mirrors shaped, the path ahead being known.
     #[must_use]
     pub fn with_previews(mut self, previews: Previews) -> Self {

@@ -1,6 +1,6 @@
 //! Correction tables: the inverse transform on a grid, interpolated bilinearly, as controllers do it.
 //!
-//! Source: Rasoanarivo 2020, § 2.3.2.2 (65 × 65 points); recalibration from measured marks: ours.
+//! Source: Rasoanarivo 2020, § 2.3.2.2 (65 × 65 points).
 
 use meltpath_geometry::math::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -36,14 +36,6 @@ pub enum CorrectionError {
         /// Half the field, mm.
         half: f64,
     },
-    /// Measured marks that are no grid of the stated size.
-    #[error("{given} measured marks were given for a grid of {points} x {points}")]
-    Marks {
-        /// How many were given.
-        given: usize,
-        /// Points a side.
-        points: usize,
-    },
 }
 
 /// What happens beyond the border of the table.
@@ -77,17 +69,6 @@ pub struct TableError {
     pub at: DVec2,
     /// Mean distance, mm.
     pub mean: f64,
-}
-
-/// Distances between marks measured and marks commanded, on a coarse square grid over the same field.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredMarks {
-    /// Points a side.
-    pub points: usize,
-    /// Half the side of the grid, mm.
-    pub half: f64,
-    /// Measured − commanded, mm, row by row, x fastest.
-    pub errors: Vec<DVec2>,
 }
 
 /// Cell and weights of a point.
@@ -236,43 +217,5 @@ impl CorrectionTable {
         }
         worst.mean = sum / ((n + 1) * (n + 1)) as f64;
         worst
-    }
-
-    /// The table corrected from marks measured on a coarse grid: at each of its points the interpolated error is taken
-    /// back through the inverse Jacobian of the head as it is believed to be.
-    ///
-    /// # Errors
-    /// [`CorrectionError::Marks`], [`CorrectionError::Geometry`].
-    pub fn recalibrated(
-        &self,
-        geometry: &Geometry,
-        marks: &MeasuredMarks,
-    ) -> Result<Self, CorrectionError> {
-        if marks.points < 2
-            || marks.errors.len() != marks.points * marks.points
-            || marks.half <= 0.0
-        {
-            return Err(CorrectionError::Marks {
-                given: marks.errors.len(),
-                points: marks.points,
-            });
-        }
-        let step = 2.0 * marks.half / (marks.points - 1) as f64;
-        let mut table = self.clone();
-        for j in 0..self.points {
-            for i in 0..self.points {
-                let point = DVec2::new(i as f64, j as f64) * self.step - self.half;
-                let c = cell(point, marks.half, step, marks.points, Border::Clamp);
-                let at = c.j * marks.points + c.i;
-                let low = marks.errors[at].lerp(marks.errors[at + 1], c.u);
-                let high =
-                    marks.errors[at + marks.points].lerp(marks.errors[at + marks.points + 1], c.u);
-                let error = low.lerp(high, c.v);
-                let node = &mut table.angles[j * self.points + i];
-                let turn = geometry.inverse_jacobian(node.truncate())? * error;
-                *node -= turn.extend(0.0);
-            }
-        }
-        Ok(table)
     }
 }

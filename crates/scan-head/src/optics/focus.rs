@@ -92,11 +92,6 @@ impl Focus {
         })
     }
 
-    /// λ0: the lens spacing at rest, mm.
-    pub fn rest_spacing(&self) -> f64 {
-        self.rest_spacing
-    }
-
     /// The lens pair.
     pub fn lenses(&self) -> &Lenses {
         &self.lenses
@@ -127,10 +122,5 @@ impl Focus {
         let distance = self.geometry.path(angles) - z / self.projection(angles);
         let spacing = self.lenses.spacing(distance);
         (spacing - self.rest_spacing) / self.lenses.cam_radius + self.lenses.rest_angle
-    }
-
-    /// The height of the focus, mm, with the cam left at rest: a bowl.
-    pub fn uncorrected(&self, angles: DVec2) -> f64 {
-        self.direct(angles, self.lenses.rest_angle)
     }
 }
