@@ -3,12 +3,10 @@
 use std::fs::File;
 use std::path::Path;
 
-use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
     Cancelled, Check, Fact, Limit, Measure, Observer, Place, Reporter, Status, Verdict,
 };
 use meltpath_melt_strategy::judgement::Variant;
-use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::charts::file as chart_file;
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
@@ -52,7 +50,7 @@ pub fn run(
     let reporter = Reporter::new();
     let plan = plan_of(job_file, job, text, observer)?;
     let settings = &plan.settings;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = outcome::folder(out, runs)?;
     plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
     let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
@@ -86,18 +84,7 @@ pub fn run(
         |n| n.to_string_lossy().into_owned(),
     );
     let report = views::ebm::report(&title, &plan, &outcome, &verdict, &provenance);
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
-    json(&folder, "verdict.json", &verdict.to_json())?;
-    json(
-        &folder,
-        "provenance.json",
-        &serde_json::to_value(&provenance).unwrap_or_default(),
-    )?;
+    outcome::tell(&folder, &report)?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
     if let Some(part) = plan.part.as_ref().map(|p| &p.file) {
         folder.write(&part_copy(part), |w| {
@@ -118,13 +105,6 @@ pub fn run(
     Ok(outcome::Outcome {
         folder: folder.commit()?,
         verdict,
-    })
-}
-
-fn json(folder: &OutputFolder, name: &str, value: &serde_json::Value) -> Result<(), OutputError> {
-    folder.write(name, |w| {
-        serde_json::to_writer_pretty(&mut *w, value)?;
-        w.write_all(b"\n")
     })
 }
 
