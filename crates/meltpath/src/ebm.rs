@@ -3,7 +3,6 @@
 pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
-pub mod drawing;
 pub mod drawn;
 pub mod error;
 pub mod film;
@@ -12,6 +11,7 @@ pub mod hatch;
 pub mod judge;
 pub mod optimise;
 pub mod path_file;
+pub mod plan;
 pub mod region;
 pub mod run;
 pub mod settings;

@@ -10,7 +10,7 @@ use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 
 use super::along::{Along, index};
-use super::settings::Settings;
+use super::plan::Plan;
 
 /// Values of all pictures of the build plane at most, for each of the two quantities: 128 MB of memory.
 const PLANE_VALUES: usize = 32_000_000;
@@ -42,12 +42,12 @@ struct Cut {
 }
 
 /// Where sections in time go: through the middle of the region and the places of the job.
-pub(crate) fn places(settings: &Settings) -> Vec<(String, [f64; 2])> {
+pub(crate) fn places(plan: &Plan) -> Vec<(String, [f64; 2])> {
     let middle = (
         "the middle of the region".to_owned(),
-        settings.contour.deepest(),
+        plan.contour.deepest(),
     );
-    let chosen = settings.sections.iter();
+    let chosen = plan.settings.sections.iter();
     let chosen = chosen.map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
     std::iter::once(middle).chain(chosen).collect()
 }

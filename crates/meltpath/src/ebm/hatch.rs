@@ -29,27 +29,26 @@ pub enum HatchError {
     Beam(#[from] BeamError),
 }
 
-/// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³ on what lies `below`.
-pub fn modulated(table: &ModulationTable, nominal: f64, below: &Below) -> Modulated {
+/// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³.
+pub fn law(table: &ModulationTable, nominal: f64) -> Modulation {
     let ramp = |least: Ratio, length: Length| Ramp {
         least: least.0,
         length: length.0,
     };
-    Modulated {
-        law: Modulation {
-            nominal,
-            across: ramp(*table.across, *table.across_length),
-            along: ramp(*table.along, *table.along_length),
-        },
-        below: below.regions(),
+    Modulation {
+        nominal,
+        across: ramp(*table.across, *table.across_length),
+        along: ramp(*table.along, *table.along_length),
     }
 }
 
 /// A hatch with every value resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hatch {
-    /// What is planned.
+    /// What is planned, not modulated.
     pub plan: powder::Hatch,
+    /// Less energy near powder.
+    pub law: Option<Modulation>,
     /// How the gun follows it.
     pub drive: Drive,
     /// The gun.
@@ -80,12 +79,13 @@ impl Hatch {
                 speed: table.speed.0,
                 dwell: table.dwell.or_computed(r, on_spacing).0,
                 power: table.voltage.0 * table.current.0,
+                spot: focus.diameter(table.focus.0)?,
                 layer,
                 chord_error: CHORD_ERROR,
                 modulation: None,
             },
+            law: None,
             drive: Drive {
-                spot: focus.diameter(table.focus.0)?,
                 jump: table.jump.map_or(f64::INFINITY, |v| v.0),
                 chord_error: CHORD_ERROR,
             },
@@ -95,6 +95,17 @@ impl Hatch {
                 coil: table.focus.0,
             },
         })
+    }
+
+    /// The same with less energy near the powder that lies `below`, where the job asks for it.
+    #[must_use]
+    pub fn on(&self, below: &Below) -> Self {
+        let mut hatch = self.clone();
+        hatch.plan.modulation = self.law.map(|law| Modulated {
+            law,
+            below: below.regions(),
+        });
+        hatch
     }
 
     /// The same beam and distances with straight lines, not modulated.

@@ -16,20 +16,21 @@ use meltpath_thermal::grid::Field;
 use super::cost;
 use super::error::EbmError;
 use super::judge::JudgedPath;
-use super::settings::{Settings, resolve};
+use super::plan::{Plan, planned};
+use super::settings::Settings;
 use super::simulate::{Outcome, simulate};
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined};
 use crate::views;
 
-fn resolved(
+fn plan_of(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Settings, EbmError> {
+) -> Result<Plan, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    resolve(job, folder, observer).map_err(|e| match observer.check() {
+    planned(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
         Err(cancelled) => EbmError::Cancelled(cancelled),
         Ok(()) => EbmError::Job(JobError::in_file(job_file, text, e)),
@@ -49,15 +50,13 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
-    let settings = resolved(job_file, job, text, observer)?;
+    let plan = plan_of(job_file, job, text, observer)?;
+    let settings = &plan.settings;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    settings
-        .warnings
-        .iter()
-        .for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&settings, &reporter, observer)?;
+    plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
+    let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
-        checks: checks(&settings, &outcome),
+        checks: checks(settings, &outcome),
         facts: facts(&outcome),
         warnings: reporter.warnings(),
     };
@@ -74,9 +73,8 @@ pub fn run(
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
     outcome::record_inputs(&mut provenance, &[job_file])?;
-    let part = settings.part.as_ref().map(|p| &p.file);
-    let own = settings.path_file.iter().chain(part);
-    for file in own.chain(&settings.material_file) {
+    let own = settings.subject.file().into_iter();
+    for file in own.chain(settings.material_file.as_deref()) {
         outcome::record_inputs(&mut provenance, &[file])?;
     }
     observer.stage("write results", 0);
@@ -87,7 +85,7 @@ pub fn run(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
     );
-    let report = views::ebm::report(&title, &settings, &outcome, &verdict, &provenance);
+    let report = views::ebm::report(&title, &plan, &outcome, &verdict, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
@@ -101,7 +99,7 @@ pub fn run(
         &serde_json::to_value(&provenance).unwrap_or_default(),
     )?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
-    if let Some(part) = part {
+    if let Some(part) = plan.part.as_ref().map(|p| &p.file) {
         folder.write(&part_copy(part), |w| {
             std::io::copy(&mut File::open(part)?, w).map(drop)
         })?;
@@ -111,7 +109,7 @@ pub fn run(
             std::io::copy(&mut File::open(file)?, w).map(drop)
         })?;
     }
-    views::ebm::write_files(&folder, &settings, &outcome)?;
+    views::ebm::write_files(&folder, &plan, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
@@ -300,13 +298,13 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, EbmError> {
-    let settings = resolved(job_file, job, text, observer)?;
+    let plan = plan_of(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&settings, &reporter)?;
-    let mut warnings = settings.warnings;
+    let notes = cost::lines(&plan, &reporter)?;
+    let mut warnings = plan.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {
-        provenance: settings.provenance,
+        provenance: plan.settings.provenance,
         notes,
         warnings,
     })

@@ -25,7 +25,7 @@ use meltpath_thermal::material::CELSIUS;
 
 use crate::ebm::drawn::Drawn;
 use crate::ebm::path_file::write_parquet;
-use crate::ebm::settings::Settings;
+use crate::ebm::plan::Plan;
 use crate::ebm::simulate::Outcome;
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {
@@ -206,7 +206,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
 /// The report.
 pub fn report(
     title: &str,
-    settings: &Settings,
+    plan: &Plan,
     outcome: &Outcome,
     verdict: &Verdict,
     provenance: &Provenance,
@@ -225,11 +225,11 @@ pub fn report(
         before,
         after,
         &outcome.classes,
-        settings,
+        plan,
     )];
     let mut sections = Vec::new();
     if let Some(found) = &outcome.found {
-        sections.push(found::section(found, settings));
+        sections.push(found::section(found, plan));
     }
     sections.insert(
         0,
@@ -249,19 +249,19 @@ pub fn report(
                 plots: outcome
                     .judged
                     .iter()
-                    .map(|j| histogram::judged(j, settings))
+                    .map(|j| histogram::judged(j, plan))
                     .collect(),
                 tables: vec![table],
             },
         );
     }
-    sections.push(sections::section(settings, outcome));
-    sections.extend(part::section(settings));
+    sections.push(sections::section(&plan.settings, outcome));
+    sections.extend(part::section(plan));
     Report {
         title: title.to_owned(),
         subtitle: format!(
             "{} · {} voxels · window {low:.0} to {high:.0} °C",
-            settings.material.name,
+            plan.settings.material.name,
             outcome.given.simulation.grid().len()
         ),
         verdict: verdict.clone(),
@@ -282,7 +282,7 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
 /// [`OutputError`].
 pub fn write_files(
     folder: &OutputFolder,
-    settings: &Settings,
+    plan: &Plan,
     outcome: &Outcome,
 ) -> Result<(), OutputError> {
     let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
@@ -307,9 +307,9 @@ pub fn write_files(
     }
     folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
     let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
-    let record = || Record::of(&path.motion(), &settings.gun).map_err(as_io);
+    let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
     folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
     sections::write_volumes(folder, outcome)?;
-    voxels::write(folder, settings, shown, outcome)
+    voxels::write(folder, &plan.settings, shown, outcome)
 }

@@ -91,6 +91,8 @@ pub struct Hatch {
     pub dwell: f64,
     /// Power, W.
     pub power: f64,
+    /// Diameter of the spot, mm; 0 where the machine has its own.
+    pub spot: f64,
     /// Thickness of a layer, mm.
     pub layer: f64,
     /// Greatest distance between an arc and the lines in its place, mm.
@@ -133,6 +135,7 @@ impl Hatch {
                 name: "hatch".to_owned(),
                 speed: self.speed,
                 power: self.power,
+                spot: self.spot,
                 ..Profile::default()
             }],
             ..Toolpath::default()
@@ -359,6 +362,7 @@ mod tests {
             speed: 980.0,
             dwell: 0.125 / 980.0,
             power: 300.0,
+            spot: 0.4,
             layer: 0.05,
             chord_error: 2e-3,
             modulation: None,
