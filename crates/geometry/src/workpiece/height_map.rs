@@ -420,18 +420,6 @@ fn first_root(gap: &impl Fn(f64) -> f64, a: f64, b: f64) -> Option<f64> {
     Some(a + local * (b - a))
 }
 
-/// Distance from `p` to the segment `a`..`b`.
-fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let ab = b - a;
-    let squared = ab.length_squared();
-    let t = if squared > 0.0 {
-        ((p - a).dot(ab) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    p.distance(a + ab * t)
-}
-
 impl Workpiece for HeightMap {
     fn ray_to_surface(&self, from: DVec3, direction: DVec3) -> Option<f64> {
         let direction = direction.try_normalize()?;
