@@ -337,7 +337,7 @@ fn lines_that_shape_metal_and_are_not_simulated_are_told() {
         "$x",
         "",
     ] {
-        let expected = if line == "$x" { 1 } else { 0 };
+        let expected = usize::from(line == "$x");
         assert_eq!(gaps(&[line]).len(), expected, "{line}");
     }
     // what does

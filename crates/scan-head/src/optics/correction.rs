@@ -3,7 +3,6 @@
 //! Source: Rasoanarivo 2020, § 2.3.2.2 (65 × 65 points).
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 
 use crate::optics::focus::Focus;
 use crate::optics::geometry::{Geometry, GeometryError};

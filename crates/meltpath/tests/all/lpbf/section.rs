@@ -152,6 +152,74 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
     assert_eq!(fill["status"], "not-checked");
 }
 
+/// Part, what the job says more, how the line begins that is to blame, and words of the refusal.
+const REFUSED: [(&str, &str, &str, &str); 14] = [
+    ("none.stl", "", "part = ", "none.stl"),
+    ("sheet.stl", "", "part = ", "is empty"),
+    (
+        "block.stl",
+        "[section]\nheight = \"2.5 mm\"",
+        "height",
+        "2.000 mm high",
+    ),
+    (
+        "gap.stl",
+        "[section]\nheight = \"3 mm\"",
+        "height",
+        "is empty",
+    ),
+    (
+        "block.stl",
+        "[section]\nisland = 2",
+        "island",
+        "1 separate areas",
+    ),
+    (
+        "block.stl",
+        "[section]\nlayer = \"3 mm\"",
+        "part = ",
+        "less than a layer",
+    ),
+    (
+        "block.stl",
+        "[hatch]\nspacing = \"40 mm\"",
+        "spacing",
+        "narrower than the spacing",
+    ),
+    ("wide.stl", "", "part = ", "leaves the head's field"),
+    ("wide.stl", "", "part = ", "larger than the field"),
+    (
+        "block.stl",
+        "[section]\norigin = [\"300 mm\", \"0 mm\"]",
+        "part = ",
+        "origin = [\"0.0 mm\"",
+    ),
+    (
+        "block.stl",
+        "[hatch]\nstrategy = \"islands\"\ncontours = 1",
+        "contours",
+        "not before islands",
+    ),
+    (
+        "block.stl",
+        "[hatch]\nstrategy = \"spots\"",
+        "strategy",
+        "`islands`",
+    ),
+    (
+        "block.stl",
+        "[plate]\nside = \"3 mm\"",
+        "[plate]",
+        "a part and a plate",
+    ),
+    (
+        "block.stl",
+        "layers = \"a.cli\"",
+        "layers",
+        "a part and layers",
+    ),
+];
+
 #[test]
 fn parts_that_cannot_be_marked_are_refused_at_their_place() {
     let dir = tempfile::tempdir().unwrap();
@@ -169,72 +237,7 @@ fn parts_that_cannot_be_marked_are_refused_at_their_place() {
     let mut sheet = block.clone();
     sheet.triangles.truncate(2);
     write(dir.path(), "sheet.stl", &sheet);
-    for (part, more, at, words) in [
-        ("none.stl", "", "part = ", "none.stl"),
-        ("sheet.stl", "", "part = ", "is empty"),
-        (
-            "block.stl",
-            "[section]\nheight = \"2.5 mm\"",
-            "height",
-            "2.000 mm high",
-        ),
-        (
-            "gap.stl",
-            "[section]\nheight = \"3 mm\"",
-            "height",
-            "is empty",
-        ),
-        (
-            "block.stl",
-            "[section]\nisland = 2",
-            "island",
-            "1 separate areas",
-        ),
-        (
-            "block.stl",
-            "[section]\nlayer = \"3 mm\"",
-            "part = ",
-            "less than a layer",
-        ),
-        (
-            "block.stl",
-            "[hatch]\nspacing = \"40 mm\"",
-            "spacing",
-            "narrower than the spacing",
-        ),
-        ("wide.stl", "", "part = ", "leaves the head's field"),
-        ("wide.stl", "", "part = ", "larger than the field"),
-        (
-            "block.stl",
-            "[section]\norigin = [\"300 mm\", \"0 mm\"]",
-            "part = ",
-            "origin = [\"0.0 mm\"",
-        ),
-        (
-            "block.stl",
-            "[hatch]\nstrategy = \"islands\"\ncontours = 1",
-            "contours",
-            "not before islands",
-        ),
-        (
-            "block.stl",
-            "[hatch]\nstrategy = \"spots\"",
-            "strategy",
-            "`islands`",
-        ),
-        (
-            "block.stl",
-            "[plate]\nside = \"3 mm\"",
-            "[plate]",
-            "a part and a plate",
-        ),
-        (
-            "block.stl",
-            "layers = \"a.cli\"",
-            "layers",
-            "a part and layers",
-        ),
-    ] {
+    for (part, more, at, words) in REFUSED {
         let path = dir.path().join("job.toml");
         let text = job(part, more);
         fs::write(&path, &text).unwrap();
@@ -257,8 +260,13 @@ fn parts_that_cannot_be_marked_are_refused_at_their_place() {
         let before = chain::doctor(&path, &Silent).unwrap().refused.unwrap();
         assert_eq!(before.to_string(), said);
     }
-    // an open mesh is told, and marked where it closes
-    let mut open = block.clone();
+}
+
+/// A triangle is missing: it is told, and what cannot be closed is refused.
+#[test]
+fn an_open_mesh_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut open = shapes::extrude(&[shapes::plate(4.0, 4.0)], 2.0);
     open.triangles.pop();
     write(dir.path(), "open.stl", &open);
     let path = dir.path().join("open.toml");
