@@ -6,8 +6,6 @@ use meltpath_toolpath::{Channel, MotionBlock, Move, Pass, Profile, Times, Toolpa
 /// How a gun follows passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
-    /// Diameter of the spot, mm.
-    pub spot: f64,
     /// Speed of the beam from one pass to the next, where it is off, mm/s; infinite for jumps that take no time.
     pub jump: f64,
     /// Greatest distance between an arc and the lines in its place, mm.
@@ -17,7 +15,7 @@ pub struct Drive {
 /// Why a gun cannot follow passes.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DriveError {
-    /// A speed or power that no beam has.
+    /// A speed, power or spot that no beam has.
     #[error(
         "move {index} of pass {pass}: {what} is {value}, it must be {range}; correct the pass or its profile"
     )]
@@ -53,40 +51,56 @@ struct Pen {
     drive: Drive,
 }
 
+/// What the beam is on a stretch.
+#[derive(Clone, Copy)]
+struct Beam {
+    /// W.
+    power: f64,
+    /// mm.
+    spot: f64,
+}
+
+impl Beam {
+    /// The same beam, off.
+    fn off(self) -> Self {
+        Beam { power: 0.0, ..self }
+    }
+}
+
 impl Pen {
-    /// The beam is at `at` now, and had `power` W on its way there.
-    fn put(&mut self, at: DVec3, power: f64) {
+    /// The beam is at `at` now, and was `beam` on its way there.
+    fn put(&mut self, at: DVec3, beam: Beam) {
         let motion = &mut self.motion;
         if motion.position.last() == Some(&at) && self.times.last() == Some(&self.time) {
             return;
         }
         self.times.push(self.time);
         motion.position.push(at);
-        motion.power.push(power);
-        motion.spot.push(self.drive.spot);
+        motion.power.push(beam.power);
+        motion.spot.push(beam.spot);
     }
 
-    /// To `at`, beam off.
-    fn jump_to(&mut self, at: DVec3) {
+    /// To `at`, beam off, its spot as it will be there.
+    fn jump_to(&mut self, at: DVec3, beam: Beam) {
         if let Some(last) = self.motion.position.last() {
             self.time += last.truncate().distance(at.truncate()) / self.drive.jump;
         }
-        self.put(at, 0.0);
+        self.put(at, beam.off());
     }
 
-    fn line_to(&mut self, from: DVec3, to: DVec3, speed: f64, power: f64) {
+    fn line_to(&mut self, from: DVec3, to: DVec3, speed: f64, beam: Beam) {
         self.time += from.truncate().distance(to.truncate()) / speed;
-        self.put(to, power);
+        self.put(to, beam);
     }
 
     /// Stays where it is.
-    fn rest(&mut self, at: DVec3, time: f64, power: f64) {
+    fn rest(&mut self, at: DVec3, time: f64, beam: Beam) {
         self.time += time;
-        self.put(at, power);
+        self.put(at, beam);
     }
 }
 
-/// The beam along a toolpath in its order, beginning at `time` s: powers, speeds and dwell of each move from the pass' channels,
+/// The beam along a toolpath in its order, beginning at `time` s: power, spot, speed and dwell of each move from the pass' channels,
 /// else from its profile; beam off on travels and on the way from pass to pass. Spots are jumped to.
 /// Heights of points are left out: a layer is plane.
 ///
@@ -101,9 +115,9 @@ impl Pen {
 /// for y in [0.0, 0.125] {
 ///     layer.polyline(PassHead::default(), [DVec3::new(0.0, y, 0.0), DVec3::new(9.8, y, 0.0)]);
 /// }
-/// let profile = Profile { speed: 980.0, power: 300.0, ..Profile::default() };
+/// let profile = Profile { speed: 980.0, power: 300.0, spot: 0.4, ..Profile::default() };
 /// let toolpath = Toolpath { profiles: vec![profile], layers: vec![layer], ..Toolpath::default() };
-/// let how = Drive { spot: 0.4, jump: f64::INFINITY, chord_error: 0.005 };
+/// let how = Drive { jump: f64::INFINITY, chord_error: 0.005 };
 /// let motion = drive(&toolpath, how, 0.0).unwrap();
 /// assert_eq!(motion.power, [0.0, 300.0, 0.0, 300.0]);
 /// assert!((motion.time(3) - 0.02).abs() < 1e-12);
@@ -133,6 +147,7 @@ fn draw(pen: &mut Pen, pass: &Pass<'_>, profile: &Profile) -> Result<(), DriveEr
         let value = |channel, else_: f64| pass.value(channel, index).unwrap_or(else_);
         let speed = value(Channel::Speed, profile.speed);
         let power = value(Channel::Power, profile.power);
+        let spot = value(Channel::Spot, profile.spot);
         let wrong = |what, value, range| DriveError::Value {
             pass: pass.head.id.0,
             index,
@@ -148,19 +163,23 @@ fn draw(pen: &mut Pen, pass: &Pass<'_>, profile: &Profile) -> Result<(), DriveEr
         } else {
             0.0
         };
+        if !(spot.is_finite() && (spot > 0.0 || power == 0.0)) {
+            return Err(wrong("the spot (mm)", spot, "above 0"));
+        }
+        let beam = Beam { power, spot };
         let [start, end] = [pass.points[index], pass.points[index + 1]];
         if let Move::Spot { time } = kind {
             if !(time >= 0.0 && time.is_finite()) {
                 return Err(wrong("the time of a spot (s)", time, "0 or more"));
             }
-            pen.jump_to(end);
-            pen.rest(end, time, power);
+            pen.jump_to(end, beam);
+            pen.rest(end, time, beam);
             continue;
         }
         if !(speed > 0.0 && speed.is_finite()) {
             return Err(wrong("the speed (mm/s)", speed, "above 0"));
         }
-        pen.jump_to(start);
+        pen.jump_to(start, beam);
         let mut from = start;
         let arc = pass.arc(index);
         let pieces = arc.map_or(1, |a| a.chords(pen.drive.chord_error).max(1));
@@ -169,12 +188,12 @@ fn draw(pen: &mut Pen, pass: &Pass<'_>, profile: &Profile) -> Result<(), DriveEr
                 Some(arc) if k < pieces => arc.at(k as f64 / pieces as f64),
                 _ => end,
             };
-            pen.line_to(from, to, speed, power);
+            pen.line_to(from, to, speed, beam);
             from = to;
         }
         let dwell = value(Channel::Dwell, profile.dwell);
         if dwell > 0.0 {
-            pen.rest(end, dwell, power);
+            pen.rest(end, dwell, beam);
         }
     }
     Ok(())
@@ -187,7 +206,6 @@ mod tests {
     use proptest::prelude::*;
 
     const HOW: Drive = Drive {
-        spot: 0.4,
         jump: 1e4,
         chord_error: 1e-3,
     };
@@ -204,6 +222,7 @@ mod tests {
         Profile {
             speed: 1000.0,
             power: 300.0,
+            spot: 0.4,
             ..Profile::default()
         }
     }
@@ -269,5 +288,39 @@ mod tests {
                 .starts_with("move 0 of pass 3: the speed"),
             "{refused}"
         );
+    }
+
+    /// Each move has its own spot, those without one the profile's; the beam is never on without a width.
+    #[test]
+    fn spots_are_those_of_moves_and_profiles() {
+        let drawn = |spot: Option<f64>, profile: Profile| {
+            let mut layer = Layer::new(1, 0.0);
+            let mut pass = layer.begin(PassHead::default(), DVec3::ZERO);
+            pass.line_to(DVec3::X);
+            if let Some(spot) = spot {
+                pass.set(Channel::Spot, spot);
+            }
+            pass.line_to(DVec3::X * 2.0);
+            pass.set(Channel::Spot, 0.31);
+            let toolpath = Toolpath {
+                profiles: vec![profile],
+                layers: vec![layer],
+                ..Toolpath::default()
+            };
+            drive(&toolpath, HOW, 0.0)
+        };
+        assert_eq!(drawn(None, profile()).unwrap().spot, [0.4, 0.4, 0.31]);
+        assert_eq!(drawn(Some(0.5), profile()).unwrap().spot, [0.5, 0.5, 0.31]);
+        let without = Profile {
+            spot: 0.0,
+            ..profile()
+        };
+        let refused = drawn(None, without.clone()).unwrap_err().to_string();
+        assert!(refused.contains("the spot (mm) is 0"), "{refused}");
+        let dark = Profile {
+            power: 0.0,
+            ..without
+        };
+        assert!(drawn(None, dark).is_ok());
     }
 }

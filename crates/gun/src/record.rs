@@ -156,6 +156,34 @@ impl Record {
         Ok(motion)
     }
 
+    /// The gun at the settings of the first row that heats; `None` where none does.
+    pub fn gun(&self, focus: &FocusCalibration) -> Option<Gun> {
+        let first = self.heating().next()?;
+        Some(Gun {
+            voltage: first.voltage,
+            focus: focus.clone(),
+            coil: first.focus,
+        })
+    }
+
+    /// How many of the rows that heat a gun would be fed otherwise for the same power and spot, and how many rows heat: a
+    /// gun has one voltage and one branch of its focus calibration.
+    pub fn fed_otherwise(&self, gun: &Gun) -> [usize; 2] {
+        let other = |row: &Row| {
+            let coil = gun.focus.diameter(row.focus).map(|spot| gun.coil(spot));
+            row.voltage != gun.voltage || coil.is_ok_and(|coil| (coil - row.focus).abs() > 1e-8)
+        };
+        let rows: Vec<bool> = self.heating().map(other).collect();
+        [rows.iter().filter(|other| **other).count(), rows.len()]
+    }
+
+    /// Rows that heat until the next one.
+    fn heating(&self) -> impl Iterator<Item = &Row> {
+        let lit =
+            |w: &&[Row]| w[0].on && w[0].voltage * w[0].current > 0.0 && w[1].time > w[0].time;
+        self.rows.windows(2).filter(lit).map(|w| &w[0])
+    }
+
     /// The rows.
     pub fn rows(&self) -> &[Row] {
         &self.rows
@@ -291,6 +319,49 @@ mod tests {
             }
             prop_assert!(!again.rows()[rows.len() - 1].on);
         }
+    }
+
+    /// A second voltage, and a focus on the rising branch, are written back otherwise; what is off does not count.
+    #[test]
+    fn rows_of_another_voltage_or_branch_are_counted() {
+        let rising = FocusPiece {
+            range: [7.15e-3, 30e-3],
+            intercept: 0.132_15,
+            slope: 24.21,
+        };
+        let falling = FocusPiece {
+            range: [-3e-3, 7.15e-3],
+            intercept: 0.551_67,
+            slope: -34.5,
+        };
+        let focus = FocusCalibration::new(vec![falling, rising]).unwrap();
+        let row = |time: f64, voltage: f64, focus: f64, on: bool| Row {
+            time,
+            x: 0.0,
+            y: 0.0,
+            voltage,
+            current: 5e-3,
+            focus,
+            on,
+        };
+        let rows = vec![
+            row(0.0, 30e3, 9e-3, false),
+            row(1.0, 60e3, 4e-3, true),
+            row(2.0, 60e3, 3e-3, true),
+            row(3.0, 50e3, 4e-3, true),
+            row(4.0, 60e3, 12e-3, true),
+            row(5.0, 60e3, 4e-3, false),
+        ];
+        let record = Record::new(rows).unwrap();
+        let gun = record.gun(&focus).unwrap();
+        assert_eq!((gun.voltage, gun.coil), (60e3, 4e-3));
+        assert_eq!(record.fed_otherwise(&gun), [2, 4]);
+        assert!(
+            Record::new(vec![row(0.0, 60e3, 0.0, false)])
+                .unwrap()
+                .gun(&focus)
+                .is_none()
+        );
     }
 
     #[test]

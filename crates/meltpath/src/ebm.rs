@@ -1,9 +1,8 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
-mod along;
+pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
-pub mod drawing;
 pub mod drawn;
 pub mod error;
 pub mod film;
@@ -12,15 +11,9 @@ pub mod hatch;
 pub mod judge;
 pub mod optimise;
 pub mod path_file;
-pub mod present;
-mod present_found;
-mod present_histogram;
-mod present_part;
-mod present_sections;
-pub(crate) mod present_voxels;
+pub mod plan;
 pub mod region;
 pub mod run;
-pub mod section;
 pub mod settings;
 pub mod simulate;
 

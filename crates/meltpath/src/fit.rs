@@ -3,7 +3,6 @@
 pub mod error;
 pub mod found;
 pub mod measurements;
-pub mod present;
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +17,7 @@ use meltpath_thermal::calibration::fit::{
 use meltpath_thermal::material::file::Readings;
 
 use crate::material::load;
-use crate::outcome::RunError;
+use crate::views;
 
 pub use error::FitCommandError;
 pub use found::{Candidate, Found, Prediction};
@@ -41,19 +40,19 @@ fn guess(values: &[f64]) -> BeamGuess {
 /// Fits and writes a folder.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`FitCommandError`]; nothing is written then.
 pub fn fit(
     file: &Path,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Found, RunError> {
+) -> Result<Found, FitCommandError> {
     let reporter = Reporter::new();
     let mut provenance = Provenance::new();
-    let measured = measurements::read(file).map_err(FitCommandError::from)?;
-    crate::ebm::run::record(&mut provenance, file)?;
+    let measured = measurements::read(file)?;
+    crate::outcome::record_inputs(&mut provenance, &[file])?;
     let beside = file.parent().unwrap_or(Path::new(""));
-    let found = search(&measured, beside, &mut provenance, &reporter, observer).map_err(told)?;
+    let found = search(&measured, beside, &mut provenance, &reporter, observer)?;
     let (before, fitted, prediction) = found;
     for (n, m) in measured.all.iter().enumerate() {
         let miss = (m.value - fitted.predicted[n]) / m.sigma;
@@ -82,7 +81,7 @@ pub fn fit(
         ),
         Fact::new("width", "beam diameter, of the calibrated one", width, ""),
     ];
-    facts.extend(prediction.as_ref().and_then(present::to_build));
+    facts.extend(prediction.as_ref().and_then(views::fit::to_build));
     let verdict = Verdict {
         checks: Vec::new(),
         facts,
@@ -99,33 +98,16 @@ pub fn fit(
     observer.stage("write results", 0);
     observer.check()?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    let report = present::report(&file.display().to_string(), &found, &provenance);
+    let report = views::fit::report(&file.display().to_string(), &found, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
             ReportError::Scene(e) => std::io::Error::other(e),
         })
     })?;
-    present::write_files(&folder, &found)?;
+    views::fit::write_files(&folder, &found)?;
     found.folder = folder.commit()?;
     Ok(found)
-}
-
-/// The run's error: cancellation is told apart.
-fn told(error: FitCommandError) -> RunError {
-    use meltpath_thermal::charts::build::BuildError;
-    use meltpath_thermal::charts::simulation::ChartSimulationError;
-    use meltpath_thermal::solver::SolverError;
-    let (FitCommandError::Coupon(coupon)
-    | FitCommandError::Fit(least_squares::FitError::Model(coupon))) = &error
-    else {
-        return RunError::Fit(error);
-    };
-    match coupon {
-        CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
-        | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => RunError::Cancelled(*c),
-        _ => RunError::Fit(error),
-    }
 }
 
 type Answer = (Vec<f64>, Fitted, Option<Prediction>);

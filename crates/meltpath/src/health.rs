@@ -2,11 +2,11 @@
 //!
 //! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
 
-mod history;
-mod present;
+pub(crate) mod history;
 
 use std::path::{Path, PathBuf};
 
+use crate::views;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
 use meltpath_data::{find, names, scan_heads};
@@ -303,7 +303,7 @@ pub fn test(
     };
     let entry = Entry::new(record, circumstances.accept, rating, &drifts);
     let report = OutputFolder::create_numbered(&folder.join("reports"))?;
-    let told = present::Told {
+    let told = views::health::Told {
         name: &subject.name(),
         provenance: &provenance(subject),
         first: &first,
@@ -312,7 +312,7 @@ pub fn test(
         drifts: &drifts,
         verdict: &verdict,
     };
-    present::write(&report, &told)?;
+    views::health::write(&report, &told)?;
     history.add(entry)?;
     Ok(Outcome {
         rating,

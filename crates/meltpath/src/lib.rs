@@ -12,8 +12,10 @@ pub mod job;
 pub mod lpbf;
 pub mod material;
 pub mod outcome;
-pub mod part;
+
 pub mod reference;
+pub mod stages;
 pub mod start;
 pub mod tune;
+pub mod views;
 pub mod waam;

@@ -1,16 +1,18 @@
-//! The laser scan-head pipeline: recipes on a plate of squares or on read layers, where the laser really goes, comparison,
-//! verdict.
+//! The laser scan-head pipeline: recipes on a plate of squares, on read layers or on layers of a part, where the laser really
+//! goes, comparison, verdict.
 
-mod comparison;
+pub(crate) mod comparison;
+pub mod error;
+pub mod file_layers;
 pub mod heat;
 mod motion;
-mod optimise;
-mod present;
-mod present_heat;
+pub(crate) mod optimise;
 mod refuse;
-mod result;
+pub(crate) mod result;
 pub mod run;
+pub mod section;
 pub mod settings;
 pub mod work;
 
+pub use error::LpbfError;
 pub use run::{examine, run};

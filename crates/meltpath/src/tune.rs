@@ -3,17 +3,14 @@
 //! Source: Rasoanarivo 2020, § 2.2.2 (cascade, step by step), § 2.2.3 (refinement by swarm), chapter 3 (H-infinity). Beyond it:
 //! a controller that serves motors whose modes moved, and exported controllers judged as exported.
 
-mod bode;
 pub mod choose;
-mod design;
-mod error;
+pub(crate) mod design;
+pub(crate) mod error;
 mod export;
 pub mod file;
-mod present;
-mod refinement;
+pub(crate) mod refinement;
 pub mod settings;
-mod tables;
-mod trial;
+pub(crate) mod trial;
 
 use std::path::Path;
 
@@ -21,31 +18,23 @@ use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
 use crate::job::{JobError, Problems, Written};
-use crate::outcome::{Outcome, RunError};
+use crate::outcome::Outcome;
+use crate::views;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
 use file::TuneFile;
 use settings::Settings;
 
-impl From<TuneError> for RunError {
-    fn from(error: TuneError) -> Self {
-        match error {
-            TuneError::Cancelled(c) => RunError::Cancelled(c),
-            other => RunError::Tune(other),
-        }
-    }
-}
-
 /// Tunes the axes that a file names: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`TuneError`]; nothing is written then.
 pub fn tune(
     path: &Path,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, TuneError> {
     let text = std::fs::read_to_string(path).map_err(|source| JobError::Io {
         path: path.to_path_buf(),
         source,
@@ -77,14 +66,14 @@ pub fn tune(
     }
     let verdict = Verdict {
         checks: results.iter().flat_map(|r| checks(r, &settings)).collect(),
-        facts: results.iter().flat_map(present::facts).collect(),
+        facts: results.iter().flat_map(views::tune::facts).collect(),
         warnings: reporter.digest(3),
     };
     let mut provenance = settings.provenance.clone();
     crate::outcome::record_inputs(&mut provenance, &[path])?;
     observer.stage("write results", 0);
     let name = title(path);
-    present::write(&folder, &name, &settings, &results, &verdict, &provenance)?;
+    views::tune::write(&folder, &name, &settings, &results, &verdict, &provenance)?;
     export::write(&folder, &settings, &results)?;
     folder.write("tune.toml", |w| w.write_all(text.as_bytes()))?;
     observer.check()?;

@@ -1,16 +1,16 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
 mod bead;
-mod checks;
+pub(crate) mod checks;
+pub mod error;
 pub mod judge;
 pub mod plan;
-pub mod present;
 pub mod program;
 pub mod record;
 pub mod run;
 pub mod settings;
-pub mod sheet;
 pub mod simulate;
 pub mod target;
 
+pub use error::WaamError;
 pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};

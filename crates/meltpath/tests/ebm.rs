@@ -8,6 +8,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
@@ -188,8 +189,8 @@ fn optimiser_and_judge_speak_of_one_window() {
     let (Job::Ebm(read), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };
-    let settings = resolve(&read, dir.path(), &Silent).unwrap();
-    let outcome = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let outcome = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let found = outcome.found.unwrap().reference.unwrap();
     let judged = outcome.judged.unwrap();
     let apart = found.classes.window[0] - judged.classes.window[0];
@@ -241,6 +242,52 @@ fn what_cannot_be_is_refused_with_its_place() {
     std::fs::write(dir.path().join("path.csv"), "t_s,x_mm\n").unwrap();
     let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
     assert!(error.to_string().contains("the columns are"), "{error}");
+}
+
+/// Every file that is not there and every value that cannot be, at once; values alone are resolved without reading any of them.
+#[test]
+fn all_that_is_missing_is_told_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "path = \"beam.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nmaterial = \"gold\"\n[charts]\nfiles = [\"one.melt\", \"two.melt\"]\n[window]\ngood = \"good.csv\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, text).unwrap();
+    let told = chain::doctor(&file, &Silent).unwrap();
+    assert_eq!(told.problems(), 5);
+    let refused = told.refused.unwrap().to_string();
+    for name in ["beam.csv", "one.melt", "two.melt", "good.csv", "gold"] {
+        assert!(refused.contains(name), "{name}: {refused}");
+    }
+    // files that are there and do not read: both
+    for name in ["beam.csv", "good.csv"] {
+        std::fs::write(dir.path().join(name), "no path\n").unwrap();
+    }
+    let text = "path = \"beam.csv\"\n[process]\nkind = \"ebm\"\n[window]\ngood = \"good.csv\"\n";
+    std::fs::write(&file, text).unwrap();
+    let (Job::Ebm(read), _) = load(&file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    assert!(resolve(&read, dir.path()).is_ok());
+    assert_eq!(planned(&read, dir.path(), &Silent).unwrap_err().0.len(), 2);
+}
+
+/// A record in which the gun changes its voltage, or the side of its focus, is drawn as it is and written back otherwise.
+#[test]
+fn a_record_of_several_voltages_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = job(dir.path(), "", 4e-3);
+    let told = |text: String| {
+        std::fs::write(dir.path().join("path.csv"), text).unwrap();
+        let told = chain::doctor(&file, &Silent).unwrap();
+        told.lines
+            .into_iter()
+            .find(|l| l.contains("rows with the beam on"))
+    };
+    let one = path(6, 4e-3);
+    assert_eq!(told(one.clone()), None);
+    let two = told(one.replacen("60000,0.005,0.004,1\n", "50000,0.006,0.004,1\n", 3)).unwrap();
+    // the first three rows, so that the other eight with the beam on are otherwise
+    assert!(two.contains("path.csv: 8 of its 11 rows"), "{two}");
+    assert!(two.contains("50000 V"), "{two}");
 }
 
 #[test]

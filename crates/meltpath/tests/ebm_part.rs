@@ -8,11 +8,11 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::chain::RunError;
+use meltpath::ebm::plan::planned;
 use meltpath::ebm::region::Below;
-use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
-use meltpath::outcome::RunError;
 use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 
@@ -37,8 +37,8 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
     let (Job::Ebm(read), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };
-    let settings = resolve(&read, dir.path(), &Silent).unwrap();
-    let part = settings.part.as_ref().unwrap();
+    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let part = plan.part.as_ref().unwrap();
     // 16 x 4 mm, 0.86 % larger each way
     assert!((part.area - 64.0 * 1.0086_f64.powi(2)).abs() < 1e-6);
     // 8 mm of steps of 50 µm, 0.93 % higher
@@ -52,7 +52,7 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
         "{}",
         part.carried
     );
-    assert!(settings.below.is_metal([6.0, 0.0]) && !settings.below.is_metal([0.0, 0.0]));
+    assert!(plan.below.is_metal([6.0, 0.0]) && !plan.below.is_metal([0.0, 0.0]));
 
     let out = dir.path().join("out");
     let first = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
@@ -97,10 +97,10 @@ fn ebm_q11_roughness_knows_nothing_of_the_beam() {
         let (Job::Ebm(read), _) = load(&file).unwrap() else {
             unreachable!("the job is an electron-beam job")
         };
-        let settings = resolve(&read, dir.path(), &Silent).unwrap();
+        let plan = planned(&read, dir.path(), &Silent).unwrap();
         (
-            settings.material.roughness.unwrap(),
-            settings.gun.current(settings.path.points()[0].power),
+            plan.settings.material.roughness.unwrap(),
+            plan.gun.current(plan.path.points()[0].power),
         )
     };
     let (slow, fast) = (
@@ -167,15 +167,15 @@ fn a_layer_that_hangs_over_is_judged_on_the_reference_solver() {
     let (Job::Ebm(read), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };
-    let settings = resolve(&read, dir.path(), &Silent).unwrap();
-    let found = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let judged = found.judged.unwrap().given;
     let any = Classes {
         melting: 0.0,
         window: [0.0, f64::INFINITY],
     };
     // all of it on metal: colder where the opening was, as warm elsewhere, and the same window
-    let mut carried = settings.clone();
+    let mut carried = plan.clone();
     carried.below = Below::Metal;
     let on_metal = simulate(&carried, &Reporter::new(), &Silent).unwrap();
     let other = on_metal.judged.unwrap().given;

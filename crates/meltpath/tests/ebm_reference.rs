@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use meltpath::ebm::optimise::search::OnReference;
-use meltpath::ebm::settings::resolve;
+use meltpath::ebm::plan::planned;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
 use meltpath_base::{Reporter, Silent};
@@ -26,8 +26,8 @@ fn looked_at(folder: &Path, text: &str) -> OnReference {
     let (Job::Ebm(job), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };
-    let settings = resolve(&job, folder, &Silent).unwrap();
-    let found = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let plan = planned(&job, folder, &Silent).unwrap();
+    let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     found.found.unwrap().reference.unwrap()
 }
 

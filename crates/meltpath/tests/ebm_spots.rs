@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use meltpath::chain;
-use meltpath::ebm::settings::resolve;
+use meltpath::ebm::plan::planned;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
 use meltpath_base::{Reporter, Silent};
@@ -35,8 +35,8 @@ fn times_of_spots_are_found_through_a_job() {
     let (Job::Ebm(read), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };
-    let settings = resolve(&read, dir.path(), &Silent).unwrap();
-    let found = simulate(&settings, &Reporter::new(), &Silent).unwrap();
+    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let found = found.found.unwrap();
     let there = found.reference.unwrap();
     let [given, better] = [&there.given, &there.better].map(|(_, t)| t.share(Class::Good));

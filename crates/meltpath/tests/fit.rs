@@ -7,7 +7,8 @@
 
 use std::path::Path;
 
-use meltpath::fit::{fit, present};
+use meltpath::fit::fit;
+use meltpath::views::fit::lines;
 use meltpath_base::Silent;
 
 /// Thesis: 657 µm at 0.200 mm, 868 µm at 0.372 mm; the contour for 1.000 mm with and without that knowledge.
@@ -27,7 +28,7 @@ fn the_struts_of_the_thesis_correct_the_beam() {
     .unwrap();
     let out = dir.path().join("out");
     let found = fit(&file, Some(&out), dir.path(), &Silent).unwrap();
-    for line in present::lines(&found) {
+    for line in lines(&found) {
         println!("{line}");
     }
     let p = found.prediction.as_ref().unwrap();

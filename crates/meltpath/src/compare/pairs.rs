@@ -13,11 +13,11 @@ use super::error::CompareError;
 use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;
+use crate::ebm::plan::{Plan, planned};
 use crate::ebm::run::{MATERIAL_COPY, part_copy};
-use crate::ebm::settings::{Settings, resolve};
+use crate::ebm::settings::Settings;
 use crate::ebm::{path_file, simulate};
 use crate::job::{self, Job, JobError};
-use crate::outcome::RunError;
 
 /// Samples further than this from every place of a table have no counterpart there, mm.
 pub const WITHIN: f64 = 0.05;
@@ -55,7 +55,7 @@ pub(super) fn with_table(
     against: &Path,
     table: &Path,
     reporter: &Reporter,
-) -> Result<Found, RunError> {
+) -> Result<Found, CompareError> {
     let wrong = |e: SamplesError| CompareError::from(e);
     // heights tell the layers of two tables apart
     let (other, ours) = (
@@ -100,8 +100,7 @@ pub(super) fn with_table(
             ours: told(&ours),
             against: against.display().to_string(),
             theirs: told(&other),
-        }
-        .into());
+        });
     }
     Ok(Found {
         parts,
@@ -111,18 +110,18 @@ pub(super) fn with_table(
 }
 
 /// The job of a run, so that its field can be drawn again: its path and its charts lie in its folder.
-fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunError> {
+fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError> {
     let wrong = |what: String| CompareError::Run {
         path: folder.to_path_buf(),
         what,
     };
     let file = folder.join("job.toml");
     if !file.is_file() {
-        return Err(wrong("it has no job.toml".to_owned()).into());
+        return Err(wrong("it has no job.toml".to_owned()));
     }
     let (job, text) = job::load(&file)?;
     let Job::Ebm(job) = job else {
-        return Err(wrong("its job is of another process".to_owned()).into());
+        return Err(wrong("its job is of another process".to_owned()));
     };
     let mut charts = Vec::new();
     for n in 1.. {
@@ -133,7 +132,7 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
         charts.push(settings::File(name));
     }
     if !folder.join("path.csv").is_file() || charts.is_empty() {
-        return Err(wrong("it has no path.csv or no charts".to_owned()).into());
+        return Err(wrong("it has no path.csv or no charts".to_owned()));
     }
     let mut job = *job;
     let tables = &mut job.tables;
@@ -152,25 +151,25 @@ fn settings_of(folder: &Path, observer: &dyn Observer) -> Result<Settings, RunEr
     tables.window.value.body.value = None;
     tables.optimise.value = None;
     tables.judge.value = None;
-    let mut settings =
-        resolve(&job, folder, observer).map_err(|e| JobError::in_file(&file, &text, e))?;
+    let mut plan =
+        planned(&job, folder, observer).map_err(|e| JobError::in_file(&file, &text, e))?;
     // of a job that hatches its region the last layer too is the one in the folder
     let unreadable = |e: &dyn std::fmt::Display| wrong(format!("its path.csv does not read: {e}"));
     let record = path_file::read(&folder.join("path.csv")).map_err(|e| unreadable(&e))?;
     let motion = record
-        .motion(&settings.gun.focus)
+        .motion(&plan.settings.focus)
         .map_err(|e| unreadable(&e))?;
-    settings.path = BeamPath::of(&[motion]).map_err(|e| unreadable(&e))?;
-    let drawn = settings.lower.iter().chain([&settings.path]);
+    plan.path = BeamPath::of(&[motion]).map_err(|e| unreadable(&e))?;
+    let drawn = plan.lower.iter().chain([&plan.path]);
     let spots: BTreeSet<u64> = beam_settings(drawn)
         .iter()
         .map(|s| s[1].to_bits())
         .collect();
-    if spots.len() > settings.chart_files.len() {
+    if spots.len() > plan.settings.chart_files.len() {
         let what = "its path changes the focus along the way, which charts do not draw; compare the tables in its folder `series`";
-        return Err(wrong(what.to_owned()).into());
+        return Err(wrong(what.to_owned()));
     }
-    Ok(settings)
+    Ok(plan)
 }
 
 /// The samples of one layer, in order of time, and where they stand in the table.
@@ -252,12 +251,12 @@ pub(super) fn with_run(
     provenance: &mut Provenance,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Found, RunError> {
-    let settings = settings_of(folder, observer)?;
-    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+) -> Result<Found, CompareError> {
+    let plan = plan_of(folder, observer)?;
+    let paths: Vec<&BeamPath> = plan.lower.iter().chain([&plan.path]).collect();
     let layers = Layers {
         count: paths.len(),
-        thickness: settings.layer,
+        thickness: plan.settings.layer,
     };
     let mut told = Told::new();
     for table in tables {
@@ -274,15 +273,14 @@ pub(super) fn with_run(
     let mut of_layers: Vec<OfLayer> = paths
         .iter()
         .enumerate()
-        .map(|(n, path)| of_layer(&told, n + 1, path, &settings, &mut left_out))
+        .map(|(n, path)| of_layer(&told, n + 1, path, &plan.settings, &mut left_out))
         .collect();
     let times: Vec<Vec<f64>> = of_layers.iter().map(|l| l.times.clone()).collect();
     let mut found = Making::new();
     let mut see = |layer: usize, s: &ChartSimulation| {
         look(&mut of_layers[layer], s, &mut found, &mut left_out);
     };
-    simulate::look_at(&settings, &times, &mut see, reporter, observer)
-        .map_err(crate::ebm::run::told)?;
+    simulate::look_at(&plan, &times, &mut see, reporter, observer)?;
     found.sort_by_key(|(quantity, n, _)| (*quantity, *n));
     provenance.model(
         "chart simulation",
@@ -309,7 +307,7 @@ pub(super) fn with_run(
     Ok(Found {
         parts: parts.collect(),
         against: format!("the run {}", folder.display()),
-        cell: Some(settings.voxel),
+        cell: Some(plan.settings.voxel),
     })
 }
 

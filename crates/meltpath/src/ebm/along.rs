@@ -4,24 +4,24 @@ use meltpath_thermal::grid::Grid;
 
 /// A direction of sections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Along {
+pub(crate) enum Along {
     X,
     Y,
 }
 
 impl Along {
-    pub(super) fn axis(self) -> usize {
+    pub(crate) fn axis(self) -> usize {
         self as usize
     }
 
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Along::X => "x",
             Along::Y => "y",
         }
     }
 
-    pub(super) fn other(self) -> Along {
+    pub(crate) fn other(self) -> Along {
         match self {
             Along::X => Along::Y,
             Along::Y => Along::X,
@@ -29,7 +29,7 @@ impl Along {
     }
 
     /// The column of voxels `n` along and `row` across.
-    pub(super) fn cell(self, n: usize, row: usize) -> (usize, usize) {
+    pub(crate) fn cell(self, n: usize, row: usize) -> (usize, usize) {
         match self {
             Along::X => (n, row),
             Along::Y => (row, n),
@@ -38,7 +38,7 @@ impl Along {
 }
 
 /// Index of the cell round a place; `None` outside.
-pub(super) fn index(grid: &Grid, axis: usize, place: f64) -> Option<usize> {
+pub(crate) fn index(grid: &Grid, axis: usize, place: f64) -> Option<usize> {
     let at = ((place - grid.origin[axis]) / grid.edge[axis]).floor();
     (at >= 0.0 && at < grid.cells[axis] as f64).then_some(at as usize)
 }

@@ -7,6 +7,7 @@ use meltpath_thermal::charts::simulation::Memory;
 
 use super::charts::{Source, sources};
 use super::error::EbmError;
+use super::plan::Plan;
 use super::settings::Settings;
 
 /// Bytes of memory for each voxel, results included; measured on sections of 1 260 and 12 600 mm².
@@ -58,15 +59,16 @@ impl Cost {
     ///
     /// # Errors
     /// [`EbmError::Large`] beyond 64 GB.
-    pub(super) fn of(settings: &Settings) -> Result<Self, EbmError> {
-        let own = settings.lower.iter().chain([&settings.path]);
+    pub(super) fn of(plan: &Plan) -> Result<Self, EbmError> {
+        let settings = &plan.settings;
+        let own = plan.lower.iter().chain([&plan.path]);
         let [low, high] = extent(settings, own);
         let size = high - low;
         let columns = (size.x / settings.voxel).ceil() * (size.y / settings.voxel).ceil();
         let planes = (size.z / settings.layer - 1e-6).ceil();
         let step = settings.simulation.step;
         let mut updates = 0.0;
-        for path in settings.drawn() {
+        for path in plan.drawn() {
             for w in path.points().windows(2).filter(|w| w[0].is_on()) {
                 let radius = 0.7 * w[0].spot;
                 let area = std::f64::consts::PI * radius * radius;
@@ -123,10 +125,10 @@ impl Cost {
 ///
 /// # Errors
 /// What a run would refuse before it computes.
-pub(super) fn lines(settings: &Settings, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
-    let cost = Cost::of(settings)?;
+pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
+    let (settings, cost) = (&plan.settings, Cost::of(plan)?);
     let mut lines = Vec::new();
-    for source in sources(settings, &settings.drawn(), reporter)?.own {
+    for source in sources(settings, &plan.drawn(), reporter)?.own {
         let (s, from) = match source {
             Source::File(path, set) => (set.settings, path.display().to_string()),
             Source::Between([a, b], set) => {

@@ -10,7 +10,7 @@ use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 
 use super::along::{Along, index};
-use super::settings::Settings;
+use super::plan::Plan;
 
 /// Values of all pictures of the build plane at most, for each of the two quantities: 128 MB of memory.
 const PLANE_VALUES: usize = 32_000_000;
@@ -42,12 +42,12 @@ struct Cut {
 }
 
 /// Where sections in time go: through the middle of the region and the places of the job.
-pub(super) fn places(settings: &Settings) -> Vec<(String, [f64; 2])> {
+pub(crate) fn places(plan: &Plan) -> Vec<(String, [f64; 2])> {
     let middle = (
         "the middle of the region".to_owned(),
-        settings.contour.deepest(),
+        plan.contour.deepest(),
     );
-    let chosen = settings.sections.iter();
+    let chosen = plan.settings.sections.iter();
     let chosen = chosen.map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
     std::iter::once(middle).chain(chosen).collect()
 }
@@ -65,7 +65,7 @@ pub struct Film {
 
 impl Film {
     /// No picture yet of a simulation on `grid` from which `frames` will be taken, with sections through `places`.
-    pub(super) fn new(grid: &Grid, frames: usize, places: &[(String, [f64; 2])]) -> Self {
+    pub(crate) fn new(grid: &Grid, frames: usize, places: &[(String, [f64; 2])]) -> Self {
         let [nx, ny] = grid.cells;
         let frames = frames.max(1);
         let fits = |block: &usize| {
@@ -101,7 +101,7 @@ impl Film {
     }
 
     /// Takes a picture `time` s after the layer began.
-    pub(super) fn take(&mut self, time: f64, s: &ChartSimulation) {
+    pub(crate) fn take(&mut self, time: f64, s: &ChartSimulation) {
         let frame = Frame {
             time,
             now: self.blocks(&s.surface_temperature(), mean),
@@ -161,7 +161,7 @@ impl Film {
     }
 
     /// The sections in time, each with a slider.
-    pub(super) fn plots(&self) -> Vec<Plot> {
+    pub(crate) fn plots(&self) -> Vec<Plot> {
         let cuts = self.cuts.iter().enumerate();
         cuts.map(|(n, cut)| self.plot(n, cut)).collect()
     }

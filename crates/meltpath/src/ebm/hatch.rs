@@ -6,7 +6,7 @@ use meltpath_gun::Gun;
 use meltpath_gun::drive::{Drive, DriveError, drive};
 use meltpath_gun::focus::{FocusCalibration, FocusError};
 use meltpath_planning::powder::modulation::{Modulation, Ramp};
-use meltpath_planning::powder::{self, Modulated, Pattern};
+use meltpath_planning::powder::{self, Modulated, Pattern, Turns};
 use meltpath_thermal::beam::{BeamError, BeamPath};
 
 use super::region::Below;
@@ -29,27 +29,26 @@ pub enum HatchError {
     Beam(#[from] BeamError),
 }
 
-/// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³ on what lies `below`.
-pub fn modulated(table: &ModulationTable, nominal: f64, below: &Below) -> Modulated {
+/// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³.
+pub fn law(table: &ModulationTable, nominal: f64) -> Modulation {
     let ramp = |least: Ratio, length: Length| Ramp {
         least: least.0,
         length: length.0,
     };
-    Modulated {
-        law: Modulation {
-            nominal,
-            across: ramp(*table.across, *table.across_length),
-            along: ramp(*table.along, *table.along_length),
-        },
-        below: below.regions(),
+    Modulation {
+        nominal,
+        across: ramp(*table.across, *table.across_length),
+        along: ramp(*table.along, *table.along_length),
     }
 }
 
 /// A hatch with every value resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hatch {
-    /// What is planned.
+    /// What is planned, not modulated.
     pub plan: powder::Hatch,
+    /// Less energy near powder.
+    pub law: Option<Modulation>,
     /// How the gun follows it.
     pub drive: Drive,
     /// The gun.
@@ -71,6 +70,7 @@ impl Hatch {
         Ok(Hatch {
             plan: powder::Hatch {
                 pattern: pattern(*table.strategy),
+                turns: Turns::Joined,
                 spacing: table.spacing.0,
                 angles: [table.angle.0, table.turn.0],
                 contours: *table.contours,
@@ -79,12 +79,13 @@ impl Hatch {
                 speed: table.speed.0,
                 dwell: table.dwell.or_computed(r, on_spacing).0,
                 power: table.voltage.0 * table.current.0,
+                spot: focus.diameter(table.focus.0)?,
                 layer,
                 chord_error: CHORD_ERROR,
                 modulation: None,
             },
+            law: None,
             drive: Drive {
-                spot: focus.diameter(table.focus.0)?,
                 jump: table.jump.map_or(f64::INFINITY, |v| v.0),
                 chord_error: CHORD_ERROR,
             },
@@ -94,6 +95,17 @@ impl Hatch {
                 coil: table.focus.0,
             },
         })
+    }
+
+    /// The same with less energy near the powder that lies `below`, where the job asks for it.
+    #[must_use]
+    pub fn on(&self, below: &Below) -> Self {
+        let mut hatch = self.clone();
+        hatch.plan.modulation = self.law.map(|law| Modulated {
+            law,
+            below: below.regions(),
+        });
+        hatch
     }
 
     /// The same beam and distances with straight lines, not modulated.

@@ -15,8 +15,9 @@ use meltpath_thermal::solver::watch::{Watch, Watched};
 
 use super::drawn::Drawn;
 use super::error::EbmError;
+use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
-use super::settings::{Judge, Settings, Window};
+use super::settings::{Judge, Settings};
 
 /// One run of the judge.
 #[derive(Debug, Clone)]
@@ -149,13 +150,14 @@ fn cut(path: &BeamPath, rectangle: &Rectangle) -> Result<BeamPath, EbmError> {
 
 /// The window on the scale of the reference solver with these cells, steps and power.
 fn classes(
-    settings: &Settings,
+    plan: &Plan,
     judging: &Judge,
     resolution: &Resolution,
     observer: &dyn Observer,
 ) -> Result<Classes, EbmError> {
+    let settings = &plan.settings;
     let melting = settings.material.liquidus;
-    match &settings.window {
+    match &plan.window {
         Window::Fixed(window) => Ok(Classes {
             melting,
             window: *window,
@@ -164,8 +166,8 @@ fn classes(
             let (hull, square) = middle(path);
             let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
             // as many layers of the good body as of the job
-            let lower = vec![part.clone(); settings.lower.len()];
-            let below = settings.below_good();
+            let lower = vec![part.clone(); plan.lower.len()];
+            let below = plan.below_good();
             let ground = ground(&below);
             let drawn = judge(
                 &body(settings, &ground),
@@ -181,8 +183,8 @@ fn classes(
 }
 
 /// What is looked at in the run as asked: the places of the job, or the hottest one on the charts.
-fn watch(settings: &Settings, judging: &Judge, hottest: Option<[f64; 3]>) -> Watch {
-    let top = settings.lower.len() as f64 * settings.layer;
+fn watch(plan: &Plan, judging: &Judge, hottest: Option<[f64; 3]>) -> Watch {
+    let top = plan.lower.len() as f64 * plan.settings.layer;
     let asked = judging.places.iter();
     let asked = asked.map(|([x, y], z)| [*x, *y, z.unwrap_or(top)]);
     let hottest = hottest.filter(|_| judging.places.is_empty());
@@ -194,7 +196,7 @@ fn watch(settings: &Settings, judging: &Judge, hottest: Option<[f64; 3]>) -> Wat
 
 /// The windows of the variants, found when first needed.
 struct Windows<'a> {
-    settings: &'a Settings,
+    plan: &'a Plan,
     judging: &'a Judge,
     found: Vec<Classes>,
 }
@@ -209,7 +211,7 @@ impl Windows<'_> {
         if let Some(found) = self.found.get(variant) {
             return Ok(*found);
         }
-        let found = classes(self.settings, self.judging, resolution, observer)?;
+        let found = classes(self.plan, self.judging, resolution, observer)?;
         self.found.push(found);
         Ok(found)
     }
@@ -222,27 +224,28 @@ fn judged(
     charts: Option<&Field>,
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
-    let (settings, judging) = (windows.settings, windows.judging);
+    let (plan, judging) = (windows.plan, windows.judging);
+    let settings = &plan.settings;
     let wanted = |path: &BeamPath| match &judging.part {
         Some(part) => cut(path, &part.grown(judging.beyond)),
         None => Ok(path.clone()),
     };
-    let lower = settings.lower.iter().map(wanted);
+    let lower = plan.lower.iter().map(wanted);
     let lower = lower.collect::<Result<Vec<BeamPath>, _>>()?;
     let whole_begin = path.begin();
     let path = wanted(path)?;
     let part = judging.part.as_ref().map(|p| (p, judging.beyond));
     let of = |highest: &Field, classes: &Classes| {
-        tally(highest, classes, &settings.contour, settings.inside, part)
+        tally(highest, classes, &plan.contour, settings.inside, part)
     };
-    let ground = ground(&settings.below);
+    let ground = ground(&plan.below);
     let body = body(settings, &ground);
     let charts_tally = charts.map(|highest| (of(highest, on_charts), &highest.grid));
     let hottest = charts_tally.as_ref().map(|(tally, grid)| {
         let [i, j, k] = tally.hottest.1;
         grid.centre(i, j, k).to_array()
     });
-    let watch = watch(settings, judging, hottest);
+    let watch = watch(plan, judging, hottest);
     let mut runs: Vec<Run> = Vec::new();
     let mut first: Option<(Field, Classes, f64)> = None;
     let mut seen: Option<Watched> = None;
@@ -296,7 +299,7 @@ fn judged(
 /// # Errors
 /// [`EbmError`].
 pub fn judge_paths(
-    settings: &Settings,
+    plan: &Plan,
     judging: &Judge,
     on_charts: &Classes,
     given: &Drawn,
@@ -304,7 +307,7 @@ pub fn judge_paths(
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
     let mut windows = Windows {
-        settings,
+        plan,
         judging,
         found: Vec::new(),
     };

@@ -5,8 +5,7 @@ pub mod search;
 
 use std::time::Duration;
 
-use meltpath_base::{Length, Provenance, Reporter};
-use meltpath_geometry::Region;
+use meltpath_base::{Length, Provenance};
 use meltpath_gun::Gun;
 use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
@@ -15,9 +14,11 @@ use meltpath_melt_strategy::lever::Lever;
 use meltpath_melt_strategy::order::{Order, reorder};
 use meltpath_thermal::beam::BeamPath;
 
-use super::hatch::{Hatch, HatchError, pattern};
+use super::hatch::{Hatch, pattern};
+use super::plan::Plan;
 use crate::job::ebm::{
-    Change, ControllerKind, OptimiseMethod, OptimiseSolver, OptimiseTable, OrderChoice,
+    Change, ControllerKind, HatchStrategy, OptimiseMethod, OptimiseSolver, OptimiseTable,
+    OrderChoice,
 };
 
 /// How far beyond a piece its effect is looked at, mm: the hottest place follows the beam by half its width.
@@ -36,8 +37,8 @@ pub struct Optimise {
     pub solver: OptimiseSolver,
     /// How often it can be changed.
     pub controller: ControllerKind,
-    /// Paths to try besides the given one, each with its name.
-    pub others: Vec<(String, BeamPath)>,
+    /// Strategies to try besides the hatch's own.
+    pub strategies: Vec<HatchStrategy>,
     /// Orders to try.
     pub orders: Vec<OrderChoice>,
     /// Rounds of learning.
@@ -55,16 +56,8 @@ pub struct Optimise {
 }
 
 impl Optimise {
-    /// From the job's table; `hatch` and `region` where a hatch draws.
-    ///
-    /// # Errors
-    /// [`HatchError`] of a strategy that cannot fill the region.
-    pub fn resolve(
-        table: &OptimiseTable,
-        hatch: Option<&Hatch>,
-        region: &Region,
-        r: &mut Provenance,
-    ) -> Result<Self, HatchError> {
+    /// From the job's table; `hatch` where one draws.
+    pub fn resolve(table: &OptimiseTable, hatch: Option<&Hatch>, r: &mut Provenance) -> Self {
         let rounds = match *table.method {
             OptimiseMethod::Predictive => 0,
             _ => 12,
@@ -73,21 +66,14 @@ impl Optimise {
             OptimiseSolver::Reference => *table.cell,
             OptimiseSolver::Charts => Length(0.25),
         };
-        let mut others = Vec::new();
-        if let Some(hatch) = hatch {
-            let wanted = table.strategies.iter().copied();
-            for strategy in wanted.filter(|s| pattern(*s) != hatch.plan.pattern) {
-                let other = hatch.with(strategy);
-                let path = other.path(std::slice::from_ref(region), 1, &Reporter::new())?;
-                others.push((strategy.word().to_owned(), path));
-            }
-        }
-        Ok(Optimise {
+        let own = hatch.map(|h| h.plan.pattern);
+        let wanted = table.strategies.iter().copied();
+        Optimise {
             method: *table.method,
             change: *table.change,
             solver: *table.solver,
             controller: *table.controller,
-            others,
+            strategies: wanted.filter(|s| Some(pattern(*s)) != own).collect(),
             orders: table.orders.value.clone(),
             rounds: table.rounds.or_computed(r, rounds),
             bounds: table.speeds.map(|s| s.0),
@@ -95,13 +81,14 @@ impl Optimise {
             cell: table.cell.0,
             planes: *table.planes,
             step: table.step.0,
-        })
+        }
     }
 
-    /// The given path and the others to try.
-    fn candidates(&self, given: &BeamPath) -> Result<Vec<(String, BeamPath)>, StrategyError> {
+    /// The given path, those of other strategies, and the orders to try.
+    fn candidates(&self, plan: &Plan) -> Result<Vec<(String, BeamPath)>, StrategyError> {
+        let given = &plan.path;
         let mut found = vec![("as given".to_owned(), given.clone())];
-        found.extend(self.others.clone());
+        found.extend(plan.others.clone());
         for choice in &self.orders {
             let order = match choice {
                 OrderChoice::AsGiven => continue,
@@ -121,7 +108,7 @@ impl Optimise {
     /// What looking on the reference solver costs where one drawing takes `one`, in words.
     fn cost(&self, one: Duration) -> String {
         let orders = self.orders.iter().filter(|o| **o != OrderChoice::AsGiven);
-        let tried = match self.others.len() + orders.count() {
+        let tried = match self.strategies.len() + orders.count() {
             0 => 0,
             others => (others as u32 + 1) * (TRIAL_ROUNDS + 1),
         };

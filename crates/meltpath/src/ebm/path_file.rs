@@ -4,15 +4,11 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
-use meltpath_base::settings::{self, Problem, Setting};
-use meltpath_gun::Gun;
-use meltpath_gun::focus::FocusCalibration;
 use meltpath_gun::record::{COLUMNS, Record, RecordError, Row};
 use meltpath_perception::RecordError as TableError;
 use meltpath_perception::table;
 use meltpath_report::series::parquet::ParquetWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
-use meltpath_thermal::beam::BeamPath;
 
 /// Why a file is no beam path.
 #[derive(Debug, thiserror::Error)]
@@ -122,31 +118,6 @@ pub fn write_parquet(record: &Record, out: &mut dyn io::Write) -> io::Result<()>
         parquet.finish()
     };
     write().map_err(io::Error::other)
-}
-
-/// Reads a beam path and the gun that drew it, at the settings with which the beam first is on.
-pub(super) fn beam_path(
-    file: &Path,
-    key: &Setting<Option<settings::File>>,
-    focus: &FocusCalibration,
-) -> Result<(BeamPath, Gun), Problem> {
-    let shown = |what: String| key.problem(format!("{}: {what}", file.display()));
-    let record = read(file).map_err(|e| shown(e.to_string()))?;
-    let heats = record.rows().windows(2).find(|w| {
-        let power = w[0].voltage * w[0].current;
-        w[0].on && power > 0.0 && w[1].time > w[0].time
-    });
-    let Some(first) = heats.map(|w| w[0]) else {
-        return Err(shown("the beam is never on".to_owned()));
-    };
-    let motion = record.motion(focus).map_err(|e| shown(e.to_string()))?;
-    let path = BeamPath::of(&[motion]).map_err(|e| shown(e.to_string()))?;
-    let gun = Gun {
-        voltage: first.voltage,
-        focus: focus.clone(),
-        coil: first.focus,
-    };
-    Ok((path, gun))
 }
 
 #[cfg(test)]

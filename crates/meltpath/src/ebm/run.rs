@@ -1,62 +1,46 @@
 //! From an electron-beam job to a folder of results.
 
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{
-    Cancelled, Check, Fact, Limit, Measure, Observer, Place, Provenance, Reporter, Status, Verdict,
+    Cancelled, Check, Fact, Limit, Measure, Observer, Place, Reporter, Status, Verdict,
 };
-use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::Variant;
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::file as chart_file;
-use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::solver::SolverError;
 
+use super::cost;
 use super::error::EbmError;
 use super::judge::JudgedPath;
-use super::settings::{Settings, resolve};
+use super::plan::{Plan, planned};
+use super::settings::Settings;
 use super::simulate::{Outcome, simulate};
-use super::{cost, present};
 use crate::job::{EbmJob, JobError, Written};
-use crate::outcome::{self, Examined, RunError};
+use crate::outcome::{self, Examined};
+use crate::views;
 
-/// The run's error: cancellation is told apart.
-pub(crate) fn told(error: EbmError) -> RunError {
-    match error {
-        EbmError::Reference(SolverError::Cancelled(c))
-        | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
-        | EbmError::Simulation(ChartSimulationError::Cancelled(c))
-        | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
-            RunError::Cancelled(c)
-        }
-        other => RunError::Ebm(other),
-    }
-}
-
-fn resolved(
+fn plan_of(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Settings, RunError> {
+) -> Result<Plan, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
-    resolve(job, folder, observer).map_err(|e| match observer.check() {
+    planned(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => RunError::Cancelled(cancelled),
-        Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
+        Err(cancelled) => EbmError::Cancelled(cancelled),
+        Ok(()) => EbmError::Job(JobError::in_file(job_file, text, e)),
     })
 }
 
 /// Runs a job: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`EbmError`]; nothing is written then.
 pub fn run(
     job_file: &Path,
     job: &Written<EbmJob>,
@@ -64,17 +48,15 @@ pub fn run(
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<outcome::Outcome, RunError> {
+) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
-    let settings = resolved(job_file, job, text, observer)?;
+    let plan = plan_of(job_file, job, text, observer)?;
+    let settings = &plan.settings;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
-    settings
-        .warnings
-        .iter()
-        .for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&settings, &reporter, observer).map_err(told)?;
+    plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
+    let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
-        checks: checks(&settings, &outcome),
+        checks: checks(settings, &outcome),
         facts: facts(&outcome),
         warnings: reporter.warnings(),
     };
@@ -90,21 +72,20 @@ pub fn run(
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
-    record(&mut provenance, job_file)?;
-    let part = settings.part.as_ref().map(|p| &p.file);
-    let own = settings.path_file.iter().chain(part);
-    for file in own.chain(&settings.material_file) {
-        record(&mut provenance, file)?;
+    outcome::record_inputs(&mut provenance, &[job_file])?;
+    let own = settings.subject.file().into_iter();
+    for file in own.chain(settings.material_file.as_deref()) {
+        outcome::record_inputs(&mut provenance, &[file])?;
     }
     observer.stage("write results", 0);
     observer
         .check()
-        .map_err(|c: Cancelled| RunError::Cancelled(c))?;
+        .map_err(|c: Cancelled| EbmError::Cancelled(c))?;
     let title = job_file.parent().and_then(Path::file_name).map_or_else(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
     );
-    let report = present::report(&title, &settings, &outcome, &verdict, &provenance);
+    let report = views::ebm::report(&title, &plan, &outcome, &verdict, &provenance);
     folder.write("report.html", |w| {
         write_html(w, &report).map_err(|e| match e {
             ReportError::Io(e) => e,
@@ -118,7 +99,7 @@ pub fn run(
         &serde_json::to_value(&provenance).unwrap_or_default(),
     )?;
     folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
-    if let Some(part) = part {
+    if let Some(part) = plan.part.as_ref().map(|p| &p.file) {
         folder.write(&part_copy(part), |w| {
             std::io::copy(&mut File::open(part)?, w).map(drop)
         })?;
@@ -128,7 +109,7 @@ pub fn run(
             std::io::copy(&mut File::open(file)?, w).map(drop)
         })?;
     }
-    present::write_files(&folder, &settings, &outcome)?;
+    views::ebm::write_files(&folder, &plan, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
@@ -154,18 +135,6 @@ pub(crate) const MATERIAL_COPY: &str = "material.toml";
 pub(crate) fn part_copy(file: &Path) -> String {
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     format!("part.{}", extension.to_lowercase())
-}
-
-pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
-    let failed = |source| JobError::Io {
-        path: path.to_path_buf(),
-        source,
-    };
-    let mut reader = BufReader::new(File::open(path).map_err(failed)?);
-    let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-    provenance.inputs.insert(name.unwrap_or_default(), hash);
-    Ok(())
 }
 
 /// What is judged: of the path with better speeds where there is one.
@@ -322,20 +291,20 @@ fn on_reference(judged: &JudgedPath, window: [f64; 2], settings: &Settings, titl
 /// What is resolved in a job, what it costs, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`] for whatever a run refuses before it computes.
+/// [`EbmError`] for whatever a run refuses before it computes.
 pub fn examine(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Examined, RunError> {
-    let settings = resolved(job_file, job, text, observer)?;
+) -> Result<Examined, EbmError> {
+    let plan = plan_of(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&settings, &reporter).map_err(told)?;
-    let mut warnings = settings.warnings;
+    let notes = cost::lines(&plan, &reporter)?;
+    let mut warnings = plan.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {
-        provenance: settings.provenance,
+        provenance: plan.settings.provenance,
         notes,
         warnings,
     })

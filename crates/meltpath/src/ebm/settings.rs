@@ -2,30 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::settings::Problem;
-use meltpath_base::{Observer, Provenance, Reporter, Warning};
-use meltpath_gun::Gun;
+use meltpath_base::settings::{File, Problem, Setting};
+use meltpath_base::{Provenance, Ratio, Reporter, Warning};
+use meltpath_geometry::math::DVec3;
 use meltpath_gun::focus::FocusCalibration;
 use meltpath_melt_strategy::bed::Resolution;
 use meltpath_melt_strategy::part::Rectangle;
-use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
+use meltpath_thermal::beam::Beam;
 use meltpath_thermal::charts::simulation;
 use meltpath_thermal::material::Material;
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::solver::source::Depth;
 
-use super::drawing::{Drawing, DrawnPart};
-use super::hatch::Hatch;
+use super::focus;
+use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
-use super::{focus, path_file};
-use crate::job::Written;
-use crate::job::ebm::{ChartMemory, EbmJob, JudgeTable, Point};
+use crate::job::ebm::{ChartMemory, EbmJob, Ground, HatchStrategy, JudgeTable, Point, Ring};
+use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
-
-/// Places of a line that are looked at.
-const STRETCHES: u32 = 64;
+use crate::stages::section::Cut;
 
 /// The material of Béraud 2016.
 const THESIS_MATERIAL: &str = "ti6al4v-ebm";
@@ -34,15 +31,84 @@ const THESIS_MATERIAL: &str = "ti6al4v-ebm";
 /// reference solver that judges has it.
 const GROUND: Body = Body::Cooled { thickness: 0.5 };
 
-/// Where the window of good temperatures lies.
+/// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Window {
-    /// Between these, K.
-    Fixed([f64; 2]),
-    /// Of this width (K), centred on the middle of a body known to be good.
-    Good {
-        /// Its beam path.
-        path: Box<BeamPath>,
+pub enum Subject {
+    /// A beam path.
+    Path {
+        /// Its file.
+        file: PathBuf,
+        /// What of it is judged; its hull where absent.
+        contour: Option<Contour>,
+        /// What lies below the first layer.
+        below: Below,
+    },
+    /// A region that is hatched.
+    Region {
+        /// Its contour.
+        contour: Contour,
+        /// What lies below the first layer.
+        below: Below,
+        /// What fills it.
+        hatch: Hatch,
+    },
+    /// A part of which sections are hatched.
+    Part {
+        /// The part.
+        part: PartFile,
+        /// What fills them.
+        hatch: Hatch,
+    },
+}
+
+impl Subject {
+    /// The file that says what is drawn.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Subject::Path { file, .. } => Some(file),
+            Subject::Part { part, .. } => Some(&part.file),
+            Subject::Region { .. } => None,
+        }
+    }
+
+    /// What fills it.
+    pub fn hatch(&self) -> Option<&Hatch> {
+        match self {
+            Subject::Path { .. } => None,
+            Subject::Region { hatch, .. } | Subject::Part { hatch, .. } => Some(hatch),
+        }
+    }
+}
+
+/// A part and how it is cut.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartFile {
+    /// Its file.
+    pub file: PathBuf,
+    /// Unit of a file that carries none.
+    pub unit: PartUnit,
+    /// The direction of the file that points up.
+    pub up: DVec3,
+    /// Which layers are drawn.
+    pub cut: Cut,
+}
+
+/// What places the window of good temperatures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Good {
+    /// Two limits, K.
+    Limits([f64; 2]),
+    /// The path of a body known to be good, and a width, K.
+    Path {
+        /// The path's file.
+        file: PathBuf,
+        /// Width, K.
+        width: f64,
+    },
+    /// A rectangle that the hatch makes well, and a width, K.
+    Body {
+        /// Width and height, mm.
+        size: [f64; 2],
         /// Width, K.
         width: f64,
     },
@@ -66,30 +132,24 @@ pub struct Judge {
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// File of the beam path, where it comes from one.
-    pub path_file: Option<PathBuf>,
-    /// The beam path of the last layer.
-    pub path: BeamPath,
-    /// The paths of the layers below it, lowest first.
-    pub lower: Vec<BeamPath>,
-    /// What planning said of the hatch.
+    /// What is drawn.
+    pub subject: Subject,
+    /// How many layers of it.
+    pub layers: usize,
+    /// What the values themselves give cause to say.
     pub warnings: Vec<Warning>,
     /// The material.
     pub material: Material,
     /// Its file, where it is not one that ships.
     pub material_file: Option<PathBuf>,
-    /// The gun.
-    pub gun: Gun,
+    /// Spot against focus current.
+    pub focus: FocusCalibration,
     /// Beam to heat.
     pub beam: Beam,
     /// Penetration of the beam, mm.
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
-    /// What lies below the first layer.
-    pub below: Below,
-    /// The part it is a section of.
-    pub part: Option<DrawnPart>,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
     /// Heating of charts stops, cooling begins, K; spacing, mm.
@@ -108,12 +168,10 @@ pub struct Settings {
     pub sections: Vec<[f64; 2]>,
     /// How the simulation is carried out.
     pub simulation: simulation::Settings,
-    /// The contour.
-    pub contour: Contour,
-    /// How far inside it voxels are judged, mm.
+    /// How far inside the contour voxels are judged, mm.
     pub inside: f64,
-    /// The window.
-    pub window: Window,
+    /// What places the window.
+    pub window: Good,
     /// Whether and how speeds are changed.
     pub optimise: Option<Optimise>,
     /// Whether and how the reference solver judges.
@@ -126,76 +184,38 @@ pub struct Settings {
     pub provenance: Provenance,
 }
 
-impl Settings {
-    /// The paths that charts draw: of all layers, and of the body known to be good.
-    pub(super) fn drawn(&self) -> Vec<&BeamPath> {
-        let good = match &self.window {
-            Window::Good { path, .. } => Some(path.as_ref()),
-            Window::Fixed(_) => None,
-        };
-        self.lower.iter().chain([&self.path]).chain(good).collect()
-    }
-
-    /// What lies below the body known to be good: metal where the region hangs over, since what lies there is the region's own.
-    pub fn below_good(&self) -> Below {
-        match &self.below {
-            Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
-            _ => Below::Metal,
-        }
-    }
-}
-
-/// Resolves a job whose file lies in `folder`.
+/// Resolves a job whose file lies in `folder`: plain values; nothing is read but the material and the focus calibration.
 ///
 /// # Errors
-/// [`Problem`] with the place in the job where one value is to blame.
-pub fn resolve(
-    job: &Written<EbmJob>,
-    folder: &Path,
-    observer: &dyn Observer,
-) -> Result<Settings, Problem> {
+/// Everything wrong, each with its place in the job: files that are not there, values that cannot be.
+pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
-    let (loaded, beam, focus) = process(job, folder, &mut r)?;
-    let material = loaded.material;
-    let reporter = Reporter::new();
-    let drawn = Drawing::of(
-        job,
-        folder,
-        (&material, &focus),
-        (&reporter, observer),
-        &mut r,
-    )?;
-    if let (Some(file), Some(path)) = (&drawn.path_file, drawn.paths.last()) {
-        check_inside(path, file, &drawn.contour, job)?;
+    let mut problems = missing(job, folder);
+    let mut keep = |problem: Problem| problems.push(problem);
+    let material = material(job, folder, &mut r).map_err(&mut keep).ok();
+    let focus = focus_of(job, &mut r).map_err(&mut keep).ok();
+    let hatch = hatch(job, focus.as_ref(), &mut r).map_err(&mut keep).ok();
+    let (Some(loaded), Some(focus), Some(hatch)) = (material, focus, hatch) else {
+        return Err(problems.into());
+    };
+    if !problems.is_empty() {
+        return Err(problems.into());
     }
-    let window = window(job, folder, (drawn.hatch.as_ref(), &focus), &mut r)?;
-    warn_of_window(job, &window, &material, &reporter);
-    let Drawing {
-        path_file,
-        mut paths,
-        contour,
-        hatch: drawn_hatch,
-        gun,
-        below,
-        part,
-    } = drawn;
-    let path = paths
-        .pop()
-        .ok_or_else(|| Problem::new("there is no layer to draw"))?;
-    let optimise = job.optimise.as_ref().map(|o| {
-        Optimise::resolve(o, drawn_hatch.as_ref(), &contour.region(), &mut r)
-            .map_err(|e| o.strategies.problem(format!("optimise.strategies: {e}")))
-    });
+    let subject = subject(job, folder, hatch, &loaded.material, &mut r)?;
+    let window = window(job, folder, &mut r);
+    let reporter = Reporter::new();
+    warn_of_window(job, &window, &loaded.material, &reporter);
+    let material = loaded.material;
+    let optimise = job.optimise.as_ref();
     let (charts, sim) = (&job.charts, &job.simulation);
     Ok(Settings {
-        path_file,
-        path,
-        lower: paths,
+        optimise: optimise.map(|o| Optimise::resolve(o, subject.hatch(), &mut r)),
+        subject,
+        layers: *job.ebm.layers as usize,
         warnings: reporter.warnings(),
+        focus,
         penetration: job.ebm.penetration.0,
         layer: job.ebm.layer.0,
-        below,
-        part,
         chart_files: charts.files.iter().map(|f| folder.join(&**f)).collect(),
         chart_stop: charts.stop.0,
         chart_cooling_from: charts.cooling_from.0.min(charts.stop.0),
@@ -212,64 +232,132 @@ pub fn resolve(
             },
             ..simulation::Settings::of(&material)
         },
-        contour,
         inside: job.region.inside.0,
         window,
-        optimise: optimise.transpose()?,
         judge: job.judge.as_ref().map(judge),
         in_window: job.checks.in_window.0,
         unmelted: job.checks.unmelted.0,
         material,
         material_file: loaded.file,
-        gun,
-        beam,
+        beam: Beam {
+            efficiency: job.ebm.efficiency.0,
+            depth: Depth::Falling {
+                penetration: job.ebm.penetration.0,
+            },
+        },
         provenance: r,
     })
 }
 
-/// Refuses a path that never heats the region it is judged in.
-fn check_inside(
-    path: &BeamPath,
-    file: &Path,
-    contour: &Contour,
-    job: &EbmJob,
-) -> Result<(), Problem> {
-    let lit = || path.points().windows(2).filter(|w| w[0].is_on());
-    // a line may cross the region between two rows
-    let meets = |w: &[BeamPoint]| {
-        (0..=STRETCHES).any(|n| {
-            let share = f64::from(n) / f64::from(STRETCHES);
-            let at = |a: f64, b: f64| a + share * (b - a);
-            contour.depth([at(w[0].x, w[1].x), at(w[0].y, w[1].y)]) >= -1e-9
-        })
+/// Files that the job names and that are not there.
+fn missing(job: &EbmJob, folder: &Path) -> Vec<Problem> {
+    let one = |key: &Setting<Option<File>>| {
+        let file = key.as_ref().map(|file| folder.join(&**file));
+        absent(file).map(|message| key.problem(message))
     };
-    if lit().any(meets) {
-        return Ok(());
+    let charts = job.charts.files.iter().filter_map(|file| {
+        let message = absent(Some(folder.join(&**file)))?;
+        let help = "left out of charts.files, they are computed by the run";
+        Some(job.charts.files.problem(message).help(help))
+    });
+    let keys = [&job.path, &job.part, &job.window.good];
+    keys.into_iter().filter_map(one).chain(charts).collect()
+}
+
+/// Why a file cannot be opened.
+fn absent(file: Option<PathBuf>) -> Option<String> {
+    let file = file?;
+    let error = std::fs::metadata(&file).err()?;
+    Some(format!("cannot open {}: {error}", file.display()))
+}
+
+fn corners(ring: &Ring) -> Vec<[f64; 2]> {
+    ring.iter().map(|c| c.map(|v| v.0)).collect()
+}
+
+/// What the job says of what lies below.
+fn ground(job: &EbmJob) -> Below {
+    match (*job.ebm.ground, &*job.region.supported) {
+        (Ground::Metal, _) => Below::Metal,
+        (Ground::Powder, None) => Below::Areas(Vec::new()),
+        (Ground::Powder, Some(supported)) => Below::Areas(vec![Contour::new(corners(supported))]),
     }
-    let ends = lit().flatten().fold(
-        [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
-        |[low, high], p| {
-            [
-                [low[0].min(p.x), low[1].min(p.y)],
-                [high[0].max(p.x), high[1].max(p.y)],
-            ]
-        },
-    );
-    let message = format!(
-        "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
-        file.display(),
-        ends[0],
-        ends[1]
-    );
-    let help = "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then";
-    Err(job.path.problem(message).help(help))
+}
+
+/// What is drawn.
+fn subject(
+    job: &EbmJob,
+    folder: &Path,
+    hatch: Option<Hatch>,
+    material: &Material,
+    r: &mut Provenance,
+) -> Result<Subject, Problem> {
+    let region = &job.region;
+    let contour = region.contour.as_ref().map(|outer| {
+        Contour::new(corners(outer)).with_holes(region.holes.iter().map(corners).collect())
+    });
+    if let Some(file) = &*job.path {
+        return Ok(Subject::Path {
+            file: folder.join(&**file),
+            contour,
+            below: ground(job),
+        });
+    }
+    let nothing = || Problem::new("nothing draws the region: write [hatch]");
+    let hatch = hatch.ok_or_else(nothing)?;
+    let Some(file) = &*job.part else {
+        return Ok(Subject::Region {
+            contour: contour.unwrap_or_else(|| Contour::new(Vec::new())),
+            below: ground(job),
+            hatch,
+        });
+    };
+    // the part says it itself
+    r.parameters.remove(&job.ebm.ground.name);
+    let part = PartFile {
+        file: folder.join(&**file),
+        unit: *job.part_unit,
+        up: DVec3::from_array(job.build_direction.0),
+        cut: cut(job, material, r),
+    };
+    Ok(Subject::Part { part, hatch })
+}
+
+fn hatch(
+    job: &EbmJob,
+    focus: Option<&FocusCalibration>,
+    r: &mut Provenance,
+) -> Result<Option<Hatch>, Problem> {
+    let (Some(table), Some(focus)) = (job.hatch.as_ref(), focus) else {
+        return Ok(None);
+    };
+    let mut hatch = Hatch::of(table, job.ebm.layer.0, focus, r)
+        .map_err(|e| table.focus.problem(format!("hatch.focus: {e}")))?;
+    let modulation = match *table.strategy {
+        HatchStrategy::Modulated => job.modulation.clone().or_defaults(r),
+        _ => job.modulation.value.clone(),
+    };
+    hatch.law = modulation.map(|table| law(&table, hatch.plan.energy()));
+    Ok(Some(hatch))
+}
+
+fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
+    let table = &job.section;
+    let scaling = table.scaling.or_computed(r, material.scaling.map(Ratio));
+    Cut {
+        height: table.height.map(|h| h.0),
+        island: Some(*table.island),
+        scaling: scaling.map(|s| s.0),
+        layer: job.ebm.layer.0,
+        layers: *job.ebm.layers,
+    }
 }
 
 /// Warns where the window is the thesis' and the metal is not.
-fn warn_of_window(job: &EbmJob, window: &Window, material: &Material, reporter: &Reporter) {
+fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &Reporter) {
     let written = job.window.low.is_written() || job.window.high.is_written();
     let other = *job.ebm.material != THESIS_MATERIAL;
-    if other && !written && matches!(window, Window::Fixed(_)) {
+    if other && !written && matches!(window, Good::Limits(_)) {
         reporter.warn(
             "window-of-another-material",
             format!(
@@ -300,12 +388,8 @@ fn judge(table: &JudgeTable) -> Judge {
     }
 }
 
-/// Material, beam and its focus.
-fn process(
-    job: &EbmJob,
-    folder: &Path,
-    r: &mut Provenance,
-) -> Result<(Loaded, Beam, FocusCalibration), Problem> {
+/// The material.
+fn material(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Loaded, Problem> {
     let ebm = &job.ebm;
     let readings = Readings {
         porosity: *ebm.porosity,
@@ -315,48 +399,41 @@ fn process(
     let loaded =
         load(&ebm.material, readings, folder).map_err(|e| ebm.material.problem(e.to_string()))?;
     loaded.tell(r);
-    let focus = if let Some(d) = *ebm.diameter {
-        r.parameters.remove(&ebm.focus.name);
-        FocusCalibration::constant(d.0)
-    } else {
-        let (focus, source) =
-            focus::builtin(&ebm.focus).map_err(|e| ebm.focus.problem(e.to_string()))?;
-        r.model("focus calibration", &source);
-        focus
-    };
-    let beam = Beam {
-        efficiency: ebm.efficiency.0,
-        depth: Depth::Falling {
-            penetration: ebm.penetration.0,
-        },
-    };
-    Ok((loaded, beam, focus))
+    Ok(loaded)
 }
 
-/// Where the window lies: what does not place it is not recorded.
-fn window(
-    job: &EbmJob,
-    folder: &Path,
-    (hatch, focus): (Option<&Hatch>, &FocusCalibration),
-    r: &mut Provenance,
-) -> Result<Window, Problem> {
+/// Spot against focus current.
+fn focus_of(job: &EbmJob, r: &mut Provenance) -> Result<FocusCalibration, Problem> {
+    let ebm = &job.ebm;
+    if let Some(d) = *ebm.diameter {
+        r.parameters.remove(&ebm.focus.name);
+        return Ok(FocusCalibration::constant(d.0));
+    }
+    let found = focus::builtin(&ebm.focus);
+    let (focus, source) = found.map_err(|e| ebm.focus.problem(e.to_string()))?;
+    r.model("focus calibration", &source);
+    Ok(focus)
+}
+
+/// What places the window: what does not is not recorded.
+fn window(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Good {
     let w = &job.window;
-    let path = match (&*w.good, &*w.body, hatch) {
-        (Some(file), _, _) => path_file::beam_path(&folder.join(&**file), &w.good, focus)?.0,
-        (None, Some(body), Some(hatch)) => {
-            let region = Contour::rectangle(body.map(|edge| edge.0)).region();
-            let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
-            path.map_err(|e| w.body.problem(format!("window.body: {e}")))?
-        }
+    let width = w.width.0;
+    let placed = match (&*w.good, &*w.body) {
+        (Some(file), _) => Good::Path {
+            file: folder.join(&**file),
+            width,
+        },
+        (None, Some(body)) if job.hatch.is_some() => Good::Body {
+            size: body.map(|edge| edge.0),
+            width,
+        },
         _ => {
             r.parameters.remove(&w.width.name);
-            return Ok(Window::Fixed([w.low.0, w.high.0]));
+            return Good::Limits([w.low.0, w.high.0]);
         }
     };
     r.parameters.remove(&w.low.name);
     r.parameters.remove(&w.high.name);
-    Ok(Window::Good {
-        path: Box::new(path),
-        width: w.width.0,
-    })
+    placed
 }

@@ -16,8 +16,9 @@ use super::error::EbmError;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
 use super::optimise::search::{Found, on_charts, on_reference};
+use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
-use super::settings::{Settings, Window};
+use super::settings::Settings;
 use crate::job::ebm::{Change, OptimiseSolver};
 
 /// Everything a run finds.
@@ -77,30 +78,31 @@ fn before_last_layer(
 }
 
 /// The judged voxels: of the top plane, inside the contour.
-pub(super) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
+pub(crate) fn tally(highest: &Field, classes: &Classes, contour: &Contour, inside: f64) -> Tally {
     judge::tally(highest, classes, contour, inside, None)
 }
 
 fn draw_last(
     mut simulation: ChartSimulation,
     path: &BeamPath,
-    settings: &Settings,
+    plan: &Plan,
     classes: &Classes,
     observer: &dyn Observer,
 ) -> Result<Drawn, EbmError> {
+    let settings = &plan.settings;
     let duration = path.end() - path.begin();
     let at: Vec<f64> = (1..=settings.frames)
         .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
         .collect();
     let frames = settings.frames as usize;
-    let mut film = Film::new(simulation.grid(), frames, &film::places(settings));
+    let mut film = Film::new(simulation.grid(), frames, &film::places(plan));
     let begin = path.begin();
     let mut look = |time: f64, s: &ChartSimulation| film.take(time - begin, s);
     simulation.draw(path, &at, &mut look, observer)?;
     let highest = simulation.highest_temperature();
     Ok(Drawn {
         path: path.clone(),
-        tally: tally(&highest, classes, &settings.contour, settings.inside),
+        tally: tally(&highest, classes, &plan.contour, settings.inside),
         simulation,
         highest,
         film,
@@ -108,7 +110,7 @@ fn draw_last(
 }
 
 /// The top plane of a field.
-pub(super) fn top(field: &Field) -> Vec<f64> {
+pub(crate) fn top(field: &Field) -> Vec<f64> {
     let plane = field.grid.cells[0] * field.grid.cells[1];
     field.values[field.values.len() - plane..]
         .iter()
@@ -117,13 +119,10 @@ pub(super) fn top(field: &Field) -> Vec<f64> {
 }
 
 /// The window: as written, or round what the middle of a good body reaches.
-fn classes(
-    settings: &Settings,
-    charts: &Charts,
-    observer: &dyn Observer,
-) -> Result<Classes, EbmError> {
+fn classes(plan: &Plan, charts: &Charts, observer: &dyn Observer) -> Result<Classes, EbmError> {
+    let settings = &plan.settings;
     let melting = settings.material.liquidus;
-    match &settings.window {
+    match &plan.window {
         Window::Fixed(window) => Ok(Classes {
             melting,
             window: *window,
@@ -131,9 +130,9 @@ fn classes(
         Window::Good { path, width } => {
             let mut simulation = before_last_layer(
                 settings,
-                &vec![path.as_ref().clone(); settings.lower.len()],
+                &vec![path.as_ref().clone(); plan.lower.len()],
                 path,
-                &settings.below_good(),
+                &plan.below_good(),
                 charts,
                 observer,
             )?;
@@ -146,7 +145,7 @@ fn classes(
 }
 
 /// Mean highest temperature in the middle of a body known to be good, K.
-pub(super) fn centre_of_good(
+pub(crate) fn centre_of_good(
     highest: &Field,
     path: &BeamPath,
     melting: f64,
@@ -182,20 +181,21 @@ fn points_inside(field: &Field, hull: &Contour) -> f64 {
 /// # Errors
 /// [`EbmError`].
 pub fn simulate(
-    settings: &Settings,
+    plan: &Plan,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
-    let paths = settings.drawn();
-    let cost = Cost::of(settings)?;
+    let settings = &plan.settings;
+    let paths = plan.drawn();
+    let cost = Cost::of(plan)?;
     observer.stage(&cost.words(), 0);
     let charts = charts_of(settings, &paths, reporter, observer)?;
-    let classes = classes(settings, &charts, observer)?;
+    let classes = classes(plan, &charts, observer)?;
     let ready = before_last_layer(
         settings,
-        &settings.lower,
-        &settings.path,
-        &settings.below,
+        &plan.lower,
+        &plan.path,
+        &plan.below,
         &charts,
         observer,
     )?;
@@ -204,22 +204,22 @@ pub fn simulate(
         Some(how) => (ready.clone(), Some((how, ready))),
         None => (ready, None),
     };
-    let given = draw_last(start, &settings.path, settings, &classes, observer)?;
+    let given = draw_last(start, &plan.path, plan, &classes, observer)?;
     given.simulation.tell(reporter);
     let found = match &ready {
         Some((how, _)) if how.solver == OptimiseSolver::Reference => {
-            Some(on_reference(settings, how, observer)?)
+            Some(on_reference(plan, how, observer)?)
         }
-        Some((how, ready)) => Some(on_charts(settings, how, ready, &classes, observer)?),
+        Some((how, ready)) => Some(on_charts(plan, how, ready, &classes, observer)?),
         None => None,
     };
     let (better, more) = match (&found, ready) {
         (Some(found), Some((_, ready))) if charts.serve(&found.path) => {
-            let drawn = draw_last(ready, &found.path, settings, &classes, observer)?;
+            let drawn = draw_last(ready, &found.path, plan, &classes, observer)?;
             (Some(drawn), Vec::new())
         }
         (Some(found), Some((how, _))) if how.change == Change::Current => {
-            let (drawn, sets) = other_powers(settings, found, &classes, reporter, observer)?;
+            let (drawn, sets) = other_powers(plan, found, &classes, reporter, observer)?;
             (Some(drawn), sets)
         }
         // charts know nothing of other spots
@@ -228,8 +228,7 @@ pub fn simulate(
     let judged = match &settings.judge {
         Some(judging) => {
             let better = found.as_ref().map(|f| (&f.path, better.as_ref()));
-            let verdict =
-                judge::judge_paths(settings, judging, &classes, &given, better, observer)?;
+            let verdict = judge::judge_paths(plan, judging, &classes, &given, better, observer)?;
             Some(verdict)
         }
         None => None,
@@ -257,32 +256,33 @@ pub fn simulate(
 
 /// Draws a found path whose powers need charts of their own, which come back too.
 fn other_powers(
-    settings: &Settings,
+    plan: &Plan,
     found: &Found,
     classes: &Classes,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<(Drawn, Vec<ChartSet>), EbmError> {
-    let (lower, path) = (&settings.lower, &found.path);
+    let (settings, lower, path) = (&plan.settings, &plan.lower, &found.path);
     let paths: Vec<&BeamPath> = lower.iter().chain([path]).collect();
     let charts = charts_of(settings, &paths, reporter, observer)?;
-    let ready = before_last_layer(settings, lower, path, &settings.below, &charts, observer)?;
-    let drawn = draw_last(ready, path, settings, classes, observer)?;
+    let ready = before_last_layer(settings, lower, path, &plan.below, &charts, observer)?;
+    let drawn = draw_last(ready, path, plan, classes, observer)?;
     Ok((drawn, charts.own))
 }
 
 /// Draws the paths of all layers again with charts and looks at each at its `times`, in order; layers count from 0, times are
 /// those of the layer's path.
 pub(crate) fn look_at(
-    settings: &Settings,
+    plan: &Plan,
     times: &[Vec<f64>],
     look: &mut dyn FnMut(usize, &ChartSimulation),
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<(), EbmError> {
-    let paths: Vec<&BeamPath> = settings.lower.iter().chain([&settings.path]).collect();
+    let settings = &plan.settings;
+    let paths: Vec<&BeamPath> = plan.lower.iter().chain([&plan.path]).collect();
     let charts = charts_of(settings, &paths, reporter, observer)?;
-    let mut simulation = start(settings, paths.iter().copied(), &settings.below, &charts)?;
+    let mut simulation = start(settings, paths.iter().copied(), &plan.below, &charts)?;
     for (layer, (path, times)) in paths.into_iter().zip(times).enumerate() {
         if layer > 0 {
             simulation.add_layer();

@@ -4,7 +4,6 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
-use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
 
 use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
@@ -17,14 +16,14 @@ struct Line {
 }
 
 /// The recipes compared.
-pub(super) struct Comparison<'a> {
+pub(crate) struct Comparison<'a> {
     settings: &'a Settings,
     results: &'a [RecipeResult<'a>],
     lines: Vec<Line>,
 }
 
 impl<'a> Comparison<'a> {
-    pub(super) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
+    pub(crate) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
         let mut found = Comparison {
             settings,
             results,
@@ -53,7 +52,7 @@ impl<'a> Comparison<'a> {
             });
         }
         self.add("mark length, m", &|r| {
-            Cell::Fixed((r.job.length(Contour) + r.job.length(Fill)) / 1000.0, 2)
+            Cell::Fixed((r.survey.contours + r.survey.fills) / 1000.0, 2)
         });
         self.add("laser-on delay, µs", &|r| {
             Cell::Fixed(1e6 * r.delays.on, 0)
@@ -94,7 +93,11 @@ impl<'a> Comparison<'a> {
     fn fills(&mut self) {
         for (m, mode) in MODES.iter().enumerate() {
             self.add(&format!("fill rate, {}, %", mode.words()), &|r| {
-                Cell::Fixed(100.0 * r.fill[m], 2)
+                if r.fills() {
+                    Cell::Fixed(100.0 * r.fill[m], 2)
+                } else {
+                    Cell::Empty
+                }
             });
         }
         for (q, name) in [(0.5, "median"), (0.99, "99 % of pieces below")] {
@@ -122,7 +125,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// For the report.
-    pub(super) fn table(&self) -> Table {
+    pub(crate) fn table(&self) -> Table {
         let row = |line: &Line| {
             std::iter::once(Cell::text(&line.name))
                 .chain(line.cells.iter().cloned())
@@ -137,7 +140,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// `series/recipes.csv`: the same figures for other software.
-    pub(super) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
+    pub(crate) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
         folder.write("series/recipes.csv", |w| {
             let names: Vec<String> = self.columns().iter().map(|c| quoted(c)).collect();
             writeln!(w, "{}", names.join(","))?;

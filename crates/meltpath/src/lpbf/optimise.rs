@@ -13,10 +13,12 @@ use meltpath_report::series::csv::CsvWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::interpolation::sample_count;
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
-use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
+use meltpath_scan_head::measures::fill_rate::FillRate;
+use meltpath_scan_head::measures::hatch::HatchDistance;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::result::MODES;
@@ -42,7 +44,7 @@ fn small(work: &Work) -> Work {
 }
 
 /// Searches within the job's bounds, beginning with its first recipe.
-pub(super) fn run(
+pub(crate) fn run(
     settings: &Settings,
     bounds: &Bounds,
     observer: &dyn Observer,
@@ -51,10 +53,13 @@ pub(super) fn run(
     let spot = 2.0 * settings.data.head.beam.waist;
     let judged = &MODES[2..];
     let job = |recipe: &Recipe| work.tuning_job(recipe);
-    let whole = |recipe: &Recipe| settings.work.job(recipe).map(|p| p.job);
+    let samples = |recipe: &Recipe, period: f64| {
+        let layers = settings.work.layers(recipe)?;
+        sample_count(layers, period)
+    };
     let surface = |job: &ScanJob| match &work {
         Work::Plate(_) => spot,
-        Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+        Work::Layers(set) => set.hatch.or_else(|| HatchDistance::of(job)).unwrap_or(spot),
     };
     let recipe = &settings.recipes[0];
     let problem = Problem {
@@ -62,16 +67,16 @@ pub(super) fn run(
         recipe,
         job: &job,
         fill: &|job| match &work {
-            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, judged),
-            Work::Layers(_) => FillRate::of_layers(job, &[0], surface(job), spot, judged),
+            Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, judged),
+            Work::Layers(_) => FillRate::of_layers(surface(job), spot, judged),
         },
-        whole: &whole,
+        samples: &samples,
     };
     search(&problem, bounds, observer)
 }
 
 /// Tells what the search found: a fact, or what is to be looked at where nothing keeps the bounds.
-pub(super) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
+pub(crate) fn tell(found: &Found, checks: &mut Vec<Check>, facts: &mut Vec<Fact>) {
     const ID: &str = "optimise";
     const TITLE: &str = "time saved by the fastest recipe within the bounds";
     let Some(best) = &found.best else {
@@ -118,7 +123,7 @@ fn filter_words(c: &Candidate) -> String {
 }
 
 /// The search in the report.
-pub(super) fn section(found: &Found) -> Section {
+pub(crate) fn section(found: &Found) -> Section {
     let mut table = Table::new(
         "Recipes that no other beats",
         &[
@@ -246,7 +251,7 @@ fn row(c: &Candidate) -> Vec<Cell> {
 }
 
 /// Writes every recipe that was tried, and the found one as a recipe file.
-pub(super) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &OutputFolder, found: &Found) -> Result<(), OutputError> {
     folder.write("series/recipes-tried.csv", |w| {
         series(w, found).map_err(|e| match e {
             SeriesError::Io(e) => e,

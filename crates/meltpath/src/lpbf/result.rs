@@ -2,8 +2,8 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
-use meltpath_scan_head::head::job::LayerSpan;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
+use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
@@ -13,7 +13,7 @@ use meltpath_scan_head::measures::fill_rate::FillMode;
 use super::heat::RecipeHeat;
 
 /// The modes in which fill rates are told.
-pub(super) const MODES: [FillMode; 3] = [
+pub(crate) const MODES: [FillMode; 3] = [
     FillMode::SampledPoints { every: 1 },
     FillMode::Segments,
     FillMode::SweptSpot,
@@ -22,41 +22,48 @@ pub(super) const MODES: [FillMode; 3] = [
 const SHOWN: usize = 400_000;
 
 /// What one recipe did.
-pub(super) struct RecipeResult<'a> {
-    pub(super) recipe: &'a Recipe,
-    pub(super) job: &'a ScanJob,
-    pub(super) layers: &'a [LayerSpan],
-    pub(super) delays: LaserDelays,
-    pub(super) tuned: Option<Tuned>,
+pub(crate) struct RecipeResult<'a> {
+    pub(crate) recipe: &'a Recipe,
+    /// What its whole job is.
+    pub(crate) survey: &'a Survey,
+    /// The first square or layer.
+    pub(crate) first: ScanJob,
+    pub(crate) delays: LaserDelays,
+    pub(crate) tuned: Option<Tuned>,
     /// The pairs of delays that no other beats.
-    pub(super) front: Vec<DelayScore>,
-    pub(super) duration: f64,
-    pub(super) errors: PathErrors<'a>,
-    pub(super) energy: EnergyAlong<'a>,
+    pub(crate) front: Vec<DelayScore>,
+    pub(crate) duration: f64,
+    pub(crate) errors: PathErrors,
+    pub(crate) energy: EnergyAlong,
     /// Mean rate over the squares or layers, in each of [`MODES`].
-    pub(super) fill: Vec<f64>,
-    /// For each square or layer, its rates.
-    pub(super) rates: Vec<Vec<f64>>,
-    pub(super) path: Path2d,
+    pub(crate) fill: Vec<f64>,
+    /// For each square or layer, its rates; none where no line fills it.
+    pub(crate) rates: Vec<Vec<f64>>,
+    pub(crate) path: Path2d,
     /// What the first square or layer melts, where the job asks for it.
-    pub(super) heat: Option<RecipeHeat>,
+    pub(crate) heat: Option<RecipeHeat>,
 }
 
 impl RecipeResult<'_> {
+    /// Whether any line of a fill was marked.
+    pub(crate) fn fills(&self) -> bool {
+        self.survey.fills > 0.0
+    }
+
     /// What its fill rate is called.
-    pub(super) fn fill_title(&self) -> String {
+    pub(crate) fn fill_title(&self) -> String {
         format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())
     }
 }
 
 /// The path of the first square or layer, as far as it is shown: point hit, whether lit, vector.
 #[derive(Debug, Default)]
-pub(super) struct Path2d {
-    pub(super) hits: Vec<DVec2>,
-    pub(super) lit: Vec<bool>,
-    pub(super) vectors: Vec<u32>,
+pub(crate) struct Path2d {
+    pub(crate) hits: Vec<DVec2>,
+    pub(crate) lit: Vec<bool>,
+    pub(crate) vectors: Vec<u32>,
     /// The last vector that belongs to it.
-    pub(super) last: u32,
+    pub(crate) last: u32,
 }
 
 impl HeadSink for Path2d {

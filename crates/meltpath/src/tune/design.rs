@@ -28,71 +28,71 @@ const SWEEP: usize = 25;
 
 /// A controller and what became of it.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
-    pub(super) choice: Choice,
-    pub(super) name: &'static str,
-    pub(super) controller: Controller,
+pub(crate) struct Candidate {
+    pub(crate) choice: Choice,
+    pub(crate) name: &'static str,
+    pub(crate) controller: Controller,
     /// Without the pre-filter, and with it where the head has one.
-    pub(super) bare: Trial,
-    pub(super) filtered: Option<Trial>,
-    pub(super) draws: Vec<Draw>,
+    pub(crate) bare: Trial,
+    pub(crate) filtered: Option<Trial>,
+    pub(crate) draws: Vec<Draw>,
     /// First amplitude of the signal, rad.
-    pub(super) amplitude: f64,
+    pub(crate) amplitude: f64,
     /// Factor on the modes, distance to the critical point (0 where unstable).
-    pub(super) sweep: Vec<(f64, f64)>,
+    pub(crate) sweep: Vec<(f64, f64)>,
     /// The smallest of them within the spread.
-    pub(super) least_distance: Option<f64>,
+    pub(crate) least_distance: Option<f64>,
 }
 
 impl Candidate {
     /// Scattered motors that ran away or ring.
-    pub(super) fn lost(&self) -> usize {
+    pub(crate) fn lost(&self) -> usize {
         self.draws.len() - self.errors_kept().len()
     }
 
     /// Root mean square and largest error (rad) of the others, in ascending order.
-    pub(super) fn errors_kept(&self) -> Vec<(f64, f64)> {
+    pub(crate) fn errors_kept(&self) -> Vec<(f64, f64)> {
         errors_kept(&self.draws, self.amplitude)
     }
 }
 
 /// All that was designed for an axis.
 #[derive(Debug, Clone)]
-pub(super) struct AxisResult {
-    pub(super) task: AxisTask,
-    pub(super) tuned: Tuned,
+pub(crate) struct AxisResult {
+    pub(crate) task: AxisTask,
+    pub(crate) tuned: Tuned,
     /// The position loop after the synthesis.
-    pub(super) position: Option<LoopFigures>,
-    pub(super) refined: Option<Refined>,
+    pub(crate) position: Option<LoopFigures>,
+    pub(crate) refined: Option<Refined>,
     /// The gains that the comparison uses: refined where they were.
-    pub(super) gains: CascadeGains,
-    pub(super) hinf: HinfServo,
+    pub(crate) gains: CascadeGains,
+    pub(crate) hinf: HinfServo,
     /// Its loop on its own motor, continuous and sampled.
-    pub(super) quality: [LoopQuality; 2],
-    pub(super) robust: Option<RobustDesign>,
-    pub(super) candidates: Vec<Candidate>,
-    pub(super) choice: Choice,
-    pub(super) set_points: Vec<f64>,
-    pub(super) export: Option<Exported>,
-    pub(super) as_exported: Option<Trial>,
+    pub(crate) quality: [LoopQuality; 2],
+    pub(crate) robust: Option<RobustDesign>,
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) choice: Choice,
+    pub(crate) set_points: Vec<f64>,
+    pub(crate) export: Option<Exported>,
+    pub(crate) as_exported: Option<Trial>,
 }
 
 impl AxisResult {
     /// The candidate that leaves.
-    pub(super) fn chosen(&self) -> &Candidate {
+    pub(crate) fn chosen(&self) -> &Candidate {
         let found = self.candidates.iter().find(|c| c.choice == self.choice);
         // the cascade is always first
         found.unwrap_or(&self.candidates[0])
     }
 
     /// The feed-forward of the H-infinity structure.
-    pub(super) fn feed_forward(&self) -> FeedForward {
+    pub(crate) fn feed_forward(&self) -> FeedForward {
         self.tuned.gains.feed_forward
     }
 }
 
 /// The record that gains are refined on: set-points and angles, rad.
-pub(super) fn record(
+pub(crate) fn record(
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Option<Vec<[f64; 2]>>, TuneError> {
@@ -120,7 +120,7 @@ pub(super) fn record(
 }
 
 /// Designs and compares.
-pub(super) fn design(
+pub(crate) fn design(
     task: &AxisTask,
     settings: &Settings,
     record: Option<&[[f64; 2]]>,

@@ -63,7 +63,7 @@ fn trials(task: &AxisTask, settings: &Settings) -> Vec<Trial> {
 }
 
 /// Refined gains; none where no refinement is asked for.
-pub(super) fn refined(
+pub(crate) fn refined(
     task: &AxisTask,
     settings: &Settings,
     start: &CascadeGains,
@@ -164,7 +164,7 @@ impl Outcome {
 
 /// The gains that the tuning goes on with: the refined ones, unless their linear loop is unstable or, where they were refined for
 /// tracking, they do worse than those of the synthesis on the whole signal or on scattered motors.
-pub(super) fn kept(
+pub(crate) fn kept(
     task: &AxisTask,
     settings: &Settings,
     start: &CascadeGains,
@@ -246,7 +246,7 @@ pub(super) fn kept(
 }
 
 /// What the swarm did, for people: `kept` are the gains that the tuning went on with.
-pub(super) fn words(refined: &Refined, kept: &CascadeGains) -> String {
+pub(crate) fn words(refined: &Refined, kept: &CascadeGains) -> String {
     let mut said = format!(
         "A swarm then changed all eight parameters ({} places tried): its runs are in a table below.",
         refined.search.evaluations

@@ -13,20 +13,20 @@ const LOST: f64 = 0.05;
 
 /// One run of the comparison signal.
 #[derive(Debug, Clone)]
-pub(super) struct Trial {
-    pub(super) error: TrackingError,
-    pub(super) record: AxisRecord,
-    pub(super) peak_current: f64,
+pub(crate) struct Trial {
+    pub(crate) error: TrackingError,
+    pub(crate) record: AxisRecord,
+    pub(crate) peak_current: f64,
 }
 
 /// Whether an axis with this largest error (rad) under steps of an `amplitude` counts as lost.
-pub(super) fn is_lost(largest: f64, amplitude: f64) -> bool {
+pub(crate) fn is_lost(largest: f64, amplitude: f64) -> bool {
     largest > LOST * amplitude
 }
 
 /// Root mean square and largest error (rad), in ascending order, of scattered motors that neither ran away nor ring under steps of
 /// an `amplitude`, rad.
-pub(super) fn errors_kept(draws: &[Draw], amplitude: f64) -> Vec<(f64, f64)> {
+pub(crate) fn errors_kept(draws: &[Draw], amplitude: f64) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = draws
         .iter()
         .filter_map(|d| d.error)
@@ -37,7 +37,7 @@ pub(super) fn errors_kept(draws: &[Draw], amplitude: f64) -> Vec<(f64, f64)> {
 }
 
 /// The comparison signal with its holds cut.
-pub(super) fn short_signal(task: &AxisTask, settings: &Settings) -> Result<Vec<f64>, AxisError> {
+pub(crate) fn short_signal(task: &AxisTask, settings: &Settings) -> Result<Vec<f64>, AxisError> {
     let signal = MultiStep {
         hold: SHORT_HOLD.min(task.signal.hold),
         ..task.signal
@@ -46,7 +46,7 @@ pub(super) fn short_signal(task: &AxisTask, settings: &Settings) -> Result<Vec<f
 }
 
 /// One run of the comparison signal.
-pub(super) fn trial(
+pub(crate) fn trial(
     axis: &Axis,
     set_points: &[f64],
     settings: &Settings,

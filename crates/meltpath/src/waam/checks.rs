@@ -12,7 +12,7 @@ use super::settings::Settings;
 use super::simulate::Simulation;
 
 /// How far layers hang over.
-pub(super) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
+pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
     let width = settings.bead.width.value;
     let worst = plan.overhangs.iter().max_by(|a, b| {
         a.shift
@@ -44,7 +44,7 @@ pub(super) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
 }
 
 /// What the plan tells: area without a bead, growth by a second opinion.
-pub(super) fn plan_facts(plan: &Plan, settings: &Settings) -> Vec<Fact> {
+pub(crate) fn plan_facts(plan: &Plan, settings: &Settings) -> Vec<Fact> {
     vec![coverage(plan), assembly(plan, settings)]
 }
 
@@ -84,7 +84,7 @@ fn coverage(plan: &Plan) -> Fact {
 }
 
 /// Whether the beads fit on the plate, which is centred under them; `None` where the job gives no plate.
-pub(super) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
+pub(crate) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
     let plate = DVec2::from_array(settings.plate?);
     let points = plan.toolpath.passes().flat_map(|p| p.flatten(0.05).0);
     let (lo, hi) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| {
@@ -135,7 +135,7 @@ fn assembly(plan: &Plan, settings: &Settings) -> Fact {
 }
 
 /// The program parses back to what was planned, and the arc burns on beads alone.
-pub(super) fn program_check(
+pub(crate) fn program_check(
     programs: &Programs,
     toolpath: &Toolpath,
     commands: &Commands,
@@ -161,7 +161,7 @@ pub(super) fn program_check(
 }
 
 /// What the simulated build tells: size, wire, energy, times.
-pub(super) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
+pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<Fact> {
     let s = &simulation.summary;
     let mass = wire_mass(simulation, settings);
     let sigma = settings
@@ -233,7 +233,7 @@ fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
 }
 
 /// Mass of the wire used, kg.
-pub(super) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
+pub(crate) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
     simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.value
 }
 

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::settings::Settings;
 use super::simulate::PlannedLayer;
-use crate::part::Part;
+use crate::stages::part::Part;
 
 /// Why there is no plan.
 #[derive(Debug, thiserror::Error)]

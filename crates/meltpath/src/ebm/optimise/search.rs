@@ -20,7 +20,8 @@ use meltpath_thermal::solver::run::draw as draw_path;
 use super::{AHEAD, Optimise, TRIAL_ROUNDS};
 use crate::ebm::error::EbmError;
 use crate::ebm::judge::{body, centre, ground, middle, tally};
-use crate::ebm::settings::{Settings, Window};
+use crate::ebm::plan::{Plan, Window};
+use crate::ebm::settings::Settings;
 use crate::job::ebm::OptimiseMethod;
 
 /// What was tried of a candidate.
@@ -61,7 +62,7 @@ pub struct OnReference {
 }
 
 struct Search<'a> {
-    settings: &'a Settings,
+    plan: &'a Plan,
     how: &'a Optimise,
     classes: &'a Classes,
     /// Relative change of the factor per relative excess.
@@ -73,8 +74,15 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn share(&self, highest: &Field) -> f64 {
-        let s = self.settings;
-        tally(highest, self.classes, &s.contour, s.inside, None).share(Class::Good)
+        let plan = self.plan;
+        tally(
+            highest,
+            self.classes,
+            &plan.contour,
+            plan.settings.inside,
+            None,
+        )
+        .share(Class::Good)
     }
 
     fn aim(&self) -> f64 {
@@ -95,11 +103,11 @@ impl Search<'_> {
             gain: self.gain,
             bounds: self.how.bounds,
             length: self.how.piece,
-            lever: self.how.lever(&self.settings.gun)?,
+            lever: self.how.lever(&self.plan.gun)?,
             levels: Vec::new(),
             freedom: self.how.freedom(),
         };
-        let s = self.settings;
+        let (plan, s) = (self.plan, &self.plan.settings);
         // a voxel at the border teaches too, so that those just inside are warm from both sides
         let lines = self.lines.map(|grid| (grid, crossed(grid, path)));
         let on_line = |p: [f64; 2]| {
@@ -109,7 +117,7 @@ impl Search<'_> {
                 crossed[j * grid.cells[0] + i]
             })
         };
-        let judged = |p: [f64; 2]| s.contour.depth(p) > 0.75 * s.inside && on_line(p);
+        let judged = |p: [f64; 2]| plan.contour.depth(p) > 0.75 * s.inside && on_line(p);
         let score = |f: &Field| self.share(f);
         let found = learn(
             draw,
@@ -130,9 +138,9 @@ impl Search<'_> {
         draw: &mut Draw<'_>,
         observer: &dyn Observer,
     ) -> Result<(BeamPath, Option<SpeedProfile>, Vec<Trial>), EbmError> {
-        let candidates = self.how.candidates(&self.settings.path)?;
+        let candidates = self.how.candidates(self.plan)?;
         if candidates.len() == 1 {
-            return Ok((self.settings.path.clone(), None, Vec::new()));
+            return Ok((self.plan.path.clone(), None, Vec::new()));
         }
         let mut trials = Vec::new();
         let mut best: Option<(f64, BeamPath, SpeedProfile)> = None;
@@ -148,18 +156,18 @@ impl Search<'_> {
             }
         }
         let best = best.map(|(_, path, profile)| (path, Some(profile)));
-        let (path, profile) = best.unwrap_or((self.settings.path.clone(), None));
+        let (path, profile) = best.unwrap_or((self.plan.path.clone(), None));
         Ok((path, profile, trials))
     }
 
     fn prediction(&self) -> Result<Prediction, EbmError> {
-        let speed = fastest(&self.settings.path).0;
+        let speed = fastest(&self.plan.path).0;
         Ok(Prediction {
             aim: self.aim(),
             bounds: self.how.bounds,
             length: self.how.predicted_piece(),
             ahead: AHEAD / speed.max(1.0),
-            lever: self.how.lever(&self.settings.gun)?,
+            lever: self.how.lever(&self.plan.gun)?,
             levels: Vec::new(),
         })
     }
@@ -170,14 +178,15 @@ impl Search<'_> {
 /// # Errors
 /// [`EbmError`].
 pub fn on_charts(
-    settings: &Settings,
+    plan: &Plan,
     how: &Optimise,
     ready: &ChartSimulation,
     classes: &Classes,
     observer: &dyn Observer,
 ) -> Result<Found, EbmError> {
+    let settings = &plan.settings;
     let search = Search {
-        settings,
+        plan,
         how,
         classes,
         gain: 0.8,
@@ -244,10 +253,11 @@ fn online(settings: &Settings, how: &Optimise, aim: f64, path: &BeamPath) -> Box
 /// # Errors
 /// [`EbmError`].
 pub fn on_reference(
-    settings: &Settings,
+    plan: &Plan,
     how: &Optimise,
     observer: &dyn Observer,
 ) -> Result<Found, EbmError> {
+    let settings = &plan.settings;
     let melting = settings.material.liquidus;
     let resolution = Resolution {
         cell: how.cell,
@@ -255,14 +265,14 @@ pub fn on_reference(
         step: how.step,
         power: 1.0,
     };
-    let classes = match &settings.window {
+    let classes = match &plan.window {
         Window::Fixed(window) => Classes {
             melting,
             window: *window,
         },
         Window::Good { path, width } => {
-            let lower = vec![path.as_ref().clone(); settings.lower.len()];
-            let below = settings.below_good();
+            let lower = vec![path.as_ref().clone(); plan.lower.len()];
+            let below = plan.below_good();
             let ground = ground(&below);
             let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
             let bed = bed.map_err(StrategyError::from)?;
@@ -275,19 +285,19 @@ pub fn on_reference(
         }
     };
     let search = Search {
-        settings,
+        plan,
         how,
         classes: &classes,
         gain: 0.5,
         lines: None,
     };
-    let mut around: Vec<&BeamPath> = how.others.iter().map(|(_, path)| path).collect();
-    around.push(&settings.path);
-    let ground = ground(&settings.below);
-    let bed = body(settings, &ground).bed(&around, &settings.lower, &resolution, observer);
+    let mut around: Vec<&BeamPath> = plan.others.iter().map(|(_, path)| path).collect();
+    around.push(&plan.path);
+    let ground = ground(&plan.below);
+    let bed = body(settings, &ground).bed(&around, &plan.lower, &resolution, observer);
     let Bed { solver, beam, step } = bed.map_err(StrategyError::from)?;
     let begun = Instant::now();
-    let (given, updates) = drawn_as_given(&solver, &beam, step, settings, observer)?;
+    let (given, updates) = drawn_as_given(&solver, &beam, step, plan, observer)?;
     let told = Told {
         observer,
         what: how.cost(begun.elapsed()),
@@ -314,7 +324,7 @@ pub fn on_reference(
     };
     let found = search.learned(&mut draw, &path, how.rounds, first, observer)?;
     let judged = |highest: Field| {
-        let found = tally(&highest, &classes, &settings.contour, settings.inside, None);
+        let found = tally(&highest, &classes, &plan.contour, settings.inside, None);
         (highest, found)
     };
     Ok(Found {
@@ -336,15 +346,15 @@ fn drawn_as_given(
     bed: &Solver<f32>,
     beam: &Beam,
     step: f64,
-    settings: &Settings,
+    plan: &Plan,
     observer: &dyn Observer,
 ) -> Result<(Field, f64), EbmError> {
-    let path = &settings.path;
+    let path = &plan.path;
     let mut solver = bed.clone();
     draw_path(&mut solver, path, beam, step, &mut [], observer).map_err(StrategyError::from)?;
     let updates = solver.updates() - bed.updates();
     let highest = solver.highest_temperature();
-    Ok((highest.over_layer(settings.layer), updates as f64))
+    Ok((highest.over_layer(plan.settings.layer), updates as f64))
 }
 
 /// Adds to the name of every stage how long it will take in all.

@@ -11,10 +11,10 @@ use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::watch::Freezing;
 
-use super::drawn::Drawn;
-use super::judge::JudgedPath;
-use super::settings::Settings;
-use super::simulate::{Outcome, top};
+use crate::ebm::drawn::Drawn;
+use crate::ebm::judge::JudgedPath;
+use crate::ebm::settings::Settings;
+use crate::ebm::simulate::{Outcome, top};
 
 /// Voxels that melted, of the charts.
 pub(crate) const VOXELS: &str = "series/voxels.csv";

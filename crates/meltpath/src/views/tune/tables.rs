@@ -8,8 +8,8 @@ use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
 use meltpath_scan_head::servo::refine::Refined;
 use meltpath_scan_head::servo::synthesis::Stage;
 
-use super::design::AxisResult;
-use super::trial::Trial;
+use crate::tune::design::AxisResult;
+use crate::tune::trial::Trial;
 
 /// What the loops are called, with the unit.
 const PARAMETERS: [&str; 8] = [

@@ -15,8 +15,8 @@ use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
 use meltpath_thermal::calibration::comparison::{PERCENTILES, Pair, apart, relative};
 
-use super::comparison::{Compared, Comparison};
-use super::quantity::Quantity;
+use crate::compare::comparison::{Compared, Comparison};
+use crate::compare::quantity::Quantity;
 
 /// Dots drawn of temperature against temperature, at most.
 const DOTS: usize = 3000;

@@ -8,15 +8,15 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
-use super::optimise::search::{Found, OnReference};
-use super::present_histogram;
-use super::settings::Settings;
+use super::histogram;
+use crate::ebm::optimise::search::{Found, OnReference};
+use crate::ebm::plan::Plan;
 use crate::job::ebm::Change;
 
 type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
 
 /// What was found.
-pub(super) fn section(found: &Found, settings: &Settings) -> Section {
+pub(super) fn section(found: &Found, plan: &Plan) -> Section {
     let points = (0..)
         .zip(&found.scores)
         .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
@@ -30,25 +30,26 @@ pub(super) fn section(found: &Found, settings: &Settings) -> Section {
         name: "share".to_owned(),
         points,
     });
-    let change = settings
+    let change = plan
+        .settings
         .optimise
         .as_ref()
         .map_or(Change::Speed, |o| o.change);
-    let mut plots = vec![rounds, along_the_path(&found.path, change, settings)];
+    let mut plots = vec![rounds, along_the_path(&found.path, change, plan)];
     let mut tables = Vec::new();
     if !found.trials.is_empty() {
         tables.push(trials(found));
     }
     let intro = match &found.reference {
         Some(r) => {
-            plots.push(present_histogram::plot(
+            plots.push(histogram::plot(
                 "Highest temperatures on the reference solver",
                 &r.given.0,
                 Some(&r.better.0),
                 &r.classes,
-                settings,
+                plan,
             ));
-            tables.push(shares(r, found, settings));
+            tables.push(shares(r, found, plan));
             r.told()
         }
         None => "Found on the charts, not judged on the reference solver here.".to_owned(),
@@ -78,7 +79,7 @@ fn trials(found: &Found) -> Table {
     table
 }
 
-fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
+fn shares(r: &OnReference, found: &Found, plan: &Plan) -> Table {
     let mut table = Table::new(
         "Voxels of the region on the reference solver",
         &[
@@ -106,7 +107,7 @@ fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
             Cell::Fixed(t.deviation, 0),
         ]);
     };
-    row("as given", &settings.path, &r.given.1);
+    row("as given", &plan.path, &r.given.1);
     row("better path", &found.path, &r.better.1);
     let [low, high] = r.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
@@ -116,7 +117,7 @@ fn shares(r: &OnReference, found: &Found, settings: &Settings) -> Table {
 }
 
 /// What is changed: along lines, or from spot to spot where the path is made of spots.
-fn along_the_path(path: &BeamPath, change: Change, settings: &Settings) -> Plot {
+fn along_the_path(path: &BeamPath, change: Change, plan: &Plan) -> Plot {
     let spots = path.rests().next().is_some();
     let what = match change {
         Change::Speed | Change::Dwell if spots => "Time",
@@ -127,10 +128,10 @@ fn along_the_path(path: &BeamPath, change: Change, settings: &Settings) -> Plot 
     let (axis, of): (Axis, Quantity<'_>) = match change {
         Change::Speed | Change::Dwell => (Axis::new("speed", "mm/s"), &|_, speed| speed),
         Change::Current => (Axis::new("beam current", "mA"), &|p, _| {
-            1e3 * settings.gun.current(p.power)
+            1e3 * plan.gun.current(p.power)
         }),
         Change::Focus => (Axis::new("focus current", "mA"), &|p, _| {
-            1e3 * settings.gun.coil(p.spot)
+            1e3 * plan.gun.coil(p.spot)
         }),
     };
     if !spots {
@@ -149,7 +150,7 @@ fn along_the_path(path: &BeamPath, change: Change, settings: &Settings) -> Plot 
         } else {
             of(&p, 0.0)
         };
-        DVec2::new(settings.contour.depth([p.x, p.y]), value)
+        DVec2::new(plan.contour.depth([p.x, p.y]), value)
     });
     let dots = Mark::Dots {
         name: "spot".to_owned(),

@@ -1,5 +1,11 @@
 //! From temperatures to what people look at: the report, ParaView fields, tables.
 
+mod found;
+mod histogram;
+mod part;
+mod sections;
+pub(crate) mod voxels;
+
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -17,11 +23,10 @@ use meltpath_report::vtk::{
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
-use super::drawn::Drawn;
-use super::path_file::write_parquet;
-use super::settings::Settings;
-use super::simulate::Outcome;
-use super::{present_found, present_histogram, present_part, present_sections, present_voxels};
+use crate::ebm::drawn::Drawn;
+use crate::ebm::path_file::write_parquet;
+use crate::ebm::plan::Plan;
+use crate::ebm::simulate::Outcome;
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {
     kelvin.iter().map(|k| k - CELSIUS as f32).collect()
@@ -201,7 +206,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
 /// The report.
 pub fn report(
     title: &str,
-    settings: &Settings,
+    plan: &Plan,
     outcome: &Outcome,
     verdict: &Verdict,
     provenance: &Provenance,
@@ -215,16 +220,16 @@ pub fn report(
     let [low, high] = outcome.classes.window.map(|k| k - CELSIUS);
     let before = &outcome.given.highest;
     let after = outcome.better.as_ref().map(|b| &b.highest);
-    let plots = vec![present_histogram::plot(
+    let plots = vec![histogram::plot(
         "Highest temperatures",
         before,
         after,
         &outcome.classes,
-        settings,
+        plan,
     )];
     let mut sections = Vec::new();
     if let Some(found) = &outcome.found {
-        sections.push(present_found::section(found, settings));
+        sections.push(found::section(found, plan));
     }
     sections.insert(
         0,
@@ -244,19 +249,19 @@ pub fn report(
                 plots: outcome
                     .judged
                     .iter()
-                    .map(|j| present_histogram::judged(j, settings))
+                    .map(|j| histogram::judged(j, plan))
                     .collect(),
                 tables: vec![table],
             },
         );
     }
-    sections.push(present_sections::section(settings, outcome));
-    sections.extend(present_part::section(settings));
+    sections.push(sections::section(&plan.settings, outcome));
+    sections.extend(part::section(plan));
     Report {
         title: title.to_owned(),
         subtitle: format!(
             "{} · {} voxels · window {low:.0} to {high:.0} °C",
-            settings.material.name,
+            plan.settings.material.name,
             outcome.given.simulation.grid().len()
         ),
         verdict: verdict.clone(),
@@ -277,7 +282,7 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
 /// [`OutputError`].
 pub fn write_files(
     folder: &OutputFolder,
-    settings: &Settings,
+    plan: &Plan,
     outcome: &Outcome,
 ) -> Result<(), OutputError> {
     let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
@@ -302,9 +307,9 @@ pub fn write_files(
     }
     folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
     let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
-    let record = || Record::of(&path.motion(), &settings.gun).map_err(as_io);
+    let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
     folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
-    present_sections::write_volumes(folder, outcome)?;
-    present_voxels::write(folder, settings, shown, outcome)
+    sections::write_volumes(folder, outcome)?;
+    voxels::write(folder, &plan.settings, shown, outcome)
 }

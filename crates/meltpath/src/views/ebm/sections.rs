@@ -14,9 +14,9 @@ use meltpath_thermal::criteria::{Class, Classes};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 
-use super::along::{Along, index};
-use super::settings::Settings;
-use super::simulate::Outcome;
+use crate::ebm::along::{Along, index};
+use crate::ebm::settings::Settings;
+use crate::ebm::simulate::Outcome;
 
 /// Highest temperatures to be cut.
 struct Cut<'a> {

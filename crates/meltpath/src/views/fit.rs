@@ -8,7 +8,7 @@ use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::calibration::coupon::Coupon;
 
-use super::found::{Found, Prediction};
+use crate::fit::found::{Found, Prediction};
 
 /// Factor and unit in which a measurement is shown.
 fn shown(coupon: &Coupon) -> (f64, &'static str) {
@@ -160,7 +160,7 @@ pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
 }
 
 /// The contour that is better built of the two, mm.
-pub(super) fn to_build(p: &Prediction) -> Option<Fact> {
+pub(crate) fn to_build(p: &Prediction) -> Option<Fact> {
     let (n, radius) = p.build.and_then(|n| Some((n, p.candidates[n].radius?)))?;
     let title = format!("contour to build ({})", NAMES[n]);
     let radius = Measure::exact(radius, "mm");

@@ -3,12 +3,13 @@
 use meltpath_report::html::Section;
 use meltpath_report::table::{Cell, Table};
 
-use super::region::Below;
-use super::settings::Settings;
+use crate::ebm::plan::Plan;
+use crate::ebm::region::Below;
+use crate::ebm::settings::Settings;
 
 /// What is drawn and how rough it becomes; `None` where neither is known.
-pub(super) fn section(settings: &Settings) -> Option<Section> {
-    let tables: Vec<Table> = [drawn(settings), roughness(settings)]
+pub(super) fn section(plan: &Plan) -> Option<Section> {
+    let tables: Vec<Table> = [drawn(plan), roughness(&plan.settings)]
         .into_iter()
         .flatten()
         .collect();
@@ -20,8 +21,8 @@ pub(super) fn section(settings: &Settings) -> Option<Section> {
     })
 }
 
-fn drawn(settings: &Settings) -> Option<Table> {
-    let part = settings.part.as_ref()?;
+fn drawn(plan: &Plan) -> Option<Table> {
+    let part = plan.part.as_ref()?;
     let mut table = Table::new("The section", &["", ""]);
     let mut row = |name: &str, value: String| {
         table.rows.push(vec![Cell::text(name), Cell::text(&value)]);
@@ -37,18 +38,18 @@ fn drawn(settings: &Settings) -> Option<Table> {
     let [number, of] = part.layer;
     row(
         "layer",
-        format!("{number} of {of}, {} µm each", 1e3 * settings.layer),
+        format!("{number} of {of}, {} µm each", 1e3 * plan.settings.layer),
     );
     let [islands, island] = part.islands;
     row(
         "area",
         format!("{:.1} mm², {island} of {islands} separate areas", part.area),
     );
-    let lower = settings.lower.len();
+    let lower = plan.lower.len();
     row("layers drawn below it", lower.to_string());
     row(
         "metal below the lowest drawn layer",
-        match &settings.below {
+        match &plan.below {
             Below::Metal => "everywhere: the start plate".to_owned(),
             Below::Areas(_) => format!(
                 "{:.1} % of the last layer's area, powder below the rest",

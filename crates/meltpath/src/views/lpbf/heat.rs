@@ -11,8 +11,8 @@ use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
-use super::heat::{Cold, HeatSettings, RecipeHeat};
-use super::result::RecipeResult;
+use crate::lpbf::heat::{Cold, HeatSettings, RecipeHeat};
+use crate::lpbf::result::RecipeResult;
 
 /// Bars of histograms.
 const BARS: usize = 40;

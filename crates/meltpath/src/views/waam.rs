@@ -1,5 +1,7 @@
 //! From results to what people look at: the 3D scene, plots, tables, series and field files.
 
+pub mod sheet;
+
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -17,10 +19,10 @@ use meltpath_report::vtk::{
 };
 use meltpath_toolpath::{Pass, Toolpath};
 
-use super::judge::{GrowthError, LayerOutcome, Limits};
-use super::record::Sample;
-use super::simulate::Simulation;
-use crate::part::Part;
+use crate::stages::part::Part;
+use crate::waam::judge::{GrowthError, LayerOutcome, Limits};
+use crate::waam::record::Sample;
+use crate::waam::simulate::Simulation;
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;

@@ -1,26 +1,27 @@
 //! What a person sees of a tuning.
 
-use meltpath_base::output::{OutputError, OutputFolder};
+mod bode;
+mod tables;
+
+use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_scan_head::servo::model::Loop;
 
-use super::design::AxisResult;
-use super::error::{TuneError, step};
-use super::refinement::words;
-use super::settings::Settings;
-use super::{bode, tables};
-use crate::outcome::RunError;
+use crate::tune::design::AxisResult;
+use crate::tune::error::{TuneError, step};
+use crate::tune::refinement::words;
+use crate::tune::settings::Settings;
 
 /// Writes the report, the verdict and the provenance.
-pub(super) fn write(
+pub(crate) fn write(
     folder: &OutputFolder,
     title: &str,
     settings: &Settings,
     results: &[AxisResult],
     verdict: &Verdict,
     provenance: &Provenance,
-) -> Result<(), RunError> {
+) -> Result<(), TuneError> {
     let mut all = Vec::new();
     for (k, result) in results.iter().enumerate() {
         let twin = results[..k]
@@ -56,14 +57,12 @@ pub(super) fn write(
         sheet: None,
         provenance: provenance.clone(),
     };
-    folder
-        .write("report.html", |w| {
-            write_html(w, &report).map_err(|e| match e {
-                ReportError::Io(e) => e,
-                ReportError::Scene(e) => std::io::Error::other(e),
-            })
+    folder.write("report.html", |w| {
+        write_html(w, &report).map_err(|e| match e {
+            ReportError::Io(e) => e,
+            ReportError::Scene(e) => std::io::Error::other(e),
         })
-        .map_err(|e: OutputError| RunError::from(e))?;
+    })?;
     crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();
@@ -76,7 +75,7 @@ fn upper(result: &AxisResult) -> char {
 }
 
 /// What is told of an axis beside the checks.
-pub(super) fn facts(result: &AxisResult) -> [Fact; 2] {
+pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
     let (chosen, letter) = (result.chosen(), result.task.name.letter());
     let exported = match &result.as_exported {
         Some(_) => format!("{}, order {}", chosen.name, order(result)),

@@ -6,25 +6,25 @@ use meltpath_thermal::criteria::{Classes, histogram};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 
-use super::judge::Judged;
-use super::settings::Settings;
+use crate::ebm::judge::Judged;
+use crate::ebm::plan::Plan;
 
 /// Width of a bar, K.
 const BIN: f64 = 20.0;
 
 /// Shares of the voxels of the last layer inside the contour that `whole` keeps, by temperature.
-fn bars(highest: &Field, settings: &Settings, whole: impl Fn([f64; 2]) -> bool) -> Vec<Bar> {
+fn bars(highest: &Field, plan: &Plan, whole: impl Fn([f64; 2]) -> bool) -> Vec<Bar> {
     let top = highest.grid.planes() - 1;
     let judged = |[i, j, k]: [usize; 3]| {
         let c = highest.grid.centre(i, j, k);
         let point = [c.x, c.y];
-        k == top && settings.contour.depth(point) > settings.inside && whole(point)
+        k == top && plan.contour.depth(point) > plan.settings.inside && whole(point)
     };
     let found = histogram(highest, BIN, judged);
     let all: usize = found.iter().map(|b| b.1).sum();
     found
         .into_iter()
-        .filter(|(from, _)| *from > settings.material.solidus - 200.0)
+        .filter(|(from, _)| *from > plan.settings.material.solidus - 200.0)
         .map(|(from, count)| Bar {
             from: from - CELSIUS,
             to: from + BIN - CELSIUS,
@@ -89,17 +89,17 @@ pub(super) fn plot(
     given: &Field,
     better: Option<&Field>,
     classes: &Classes,
-    settings: &Settings,
+    plan: &Plan,
 ) -> Plot {
-    let of = |field: &Field| bars(field, settings, |_| true);
+    let of = |field: &Field| bars(field, plan, |_| true);
     drawn(title, of(given), better.map(of), classes)
 }
 
 /// Of the part that the reference solver judged.
-pub(super) fn judged(judged: &Judged, settings: &Settings) -> Plot {
-    let part = settings.judge.as_ref().and_then(|j| j.part.as_ref());
+pub(super) fn judged(judged: &Judged, plan: &Plan) -> Plot {
+    let part = plan.settings.judge.as_ref().and_then(|j| j.part.as_ref());
     let of = |field: &Field| {
-        bars(field, settings, |point| {
+        bars(field, plan, |point| {
             part.is_none_or(|p| p.depth(point) > 0.0)
         })
     };

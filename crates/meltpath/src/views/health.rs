@@ -11,25 +11,25 @@ use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
 use meltpath_scan_head::health::rating::{Drift, Km0Record, rate};
 
-use super::history::{Entry, History};
+use crate::health::history::{Entry, History};
 
 /// Quantities drawn in the trend, at most.
 const DRAWN: usize = 6;
 
 /// What is told.
-pub(super) struct Told<'a> {
+pub(crate) struct Told<'a> {
     /// Machine, head and axis.
-    pub(super) name: &'a str,
-    pub(super) provenance: &'a Provenance,
-    pub(super) first: &'a Km0Stage1,
+    pub(crate) name: &'a str,
+    pub(crate) provenance: &'a Provenance,
+    pub(crate) first: &'a Km0Stage1,
     /// The tests before this one.
-    pub(super) history: &'a History,
-    pub(super) entry: &'a Entry,
-    pub(super) drifts: &'a [Drift],
-    pub(super) verdict: &'a Verdict,
+    pub(crate) history: &'a History,
+    pub(crate) entry: &'a Entry,
+    pub(crate) drifts: &'a [Drift],
+    pub(crate) verdict: &'a Verdict,
 }
 
-pub(super) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), OutputError> {
     let record = &told.entry.record;
     let report = Report {
         title: format!("Health of {}", told.name),

@@ -3,9 +3,9 @@
 use meltpath_report::sheet::{OperatorSheet, Setting};
 use meltpath_report::table::{Cell, Table};
 
-use super::checks::wire_mass;
-use super::settings::Settings;
-use super::simulate::Simulation;
+use crate::waam::checks::wire_mass;
+use crate::waam::settings::Settings;
+use crate::waam::simulate::Simulation;
 
 /// m/min per mm/s.
 const PER_MINUTE: f64 = 0.06;

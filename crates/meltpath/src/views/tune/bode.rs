@@ -13,7 +13,7 @@ use meltpath_scan_head::servo::h_infinity::current_plant;
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
 use meltpath_scan_head::servo::synthesis::{Stage, Step};
 
-use super::design::{AxisResult, Candidate};
+use crate::tune::design::{AxisResult, Candidate};
 
 /// Points of a drawn response.
 const POINTS: usize = 700;

@@ -1,0 +1,413 @@
+//! The plan of an electron-beam job: paths read, a part cut, regions hatched, from the resolved settings.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::settings::{File, Problem, Setting};
+use meltpath_base::{Observer, Reporter, Warning};
+use meltpath_geometry::Region;
+use meltpath_gun::Gun;
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
+
+use super::hatch::Hatch;
+use super::path_file;
+use super::region::{Below, Contour};
+use super::settings::{Good, PartFile, Settings, Subject, resolve};
+use crate::job::ebm::EbmJob;
+use crate::job::{Problems, Written};
+use crate::stages::part;
+use crate::stages::section::{Sections, sections};
+
+/// Places of a line that are looked at.
+const STRETCHES: u32 = 64;
+
+/// Where the window of good temperatures lies.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Window {
+    /// Between these, K.
+    Fixed([f64; 2]),
+    /// Of this width (K), centred on the middle of a body known to be good.
+    Good {
+        /// Its beam path.
+        path: Box<BeamPath>,
+        /// Width, K.
+        width: f64,
+    },
+}
+
+/// The part of which a section is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnPart {
+    /// Its file.
+    pub file: PathBuf,
+    /// What was found and repaired.
+    pub findings: Vec<String>,
+    /// Number of the layer that is drawn last, from 1 on the plate, and how many the part has.
+    pub layer: [u32; 2],
+    /// Separate areas of that layer, and the one that is drawn, from 1.
+    pub islands: [usize; 2],
+    /// Area of the drawn one, mm².
+    pub area: f64,
+    /// Share of it with metal below the lowest layer that is drawn.
+    pub carried: f64,
+    /// What the part is drawn larger by, in the plane and along the build direction.
+    pub scaling: [f64; 2],
+}
+
+/// What is drawn, on what, and what it is compared with.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The values of the job.
+    pub settings: Settings,
+    /// The beam path of the last layer.
+    pub path: BeamPath,
+    /// The paths of the layers below it, lowest first.
+    pub lower: Vec<BeamPath>,
+    /// What the last layer fills.
+    pub contour: Contour,
+    /// The gun, at the settings of the hatch or of the file.
+    pub gun: Gun,
+    /// What lies below the first layer.
+    pub below: Below,
+    /// The part it is a section of.
+    pub part: Option<DrawnPart>,
+    /// The window.
+    pub window: Window,
+    /// Paths of other strategies to try, each with its name.
+    pub others: Vec<(String, BeamPath)>,
+    /// What the settings and planning said.
+    pub warnings: Vec<Warning>,
+}
+
+impl Plan {
+    /// The paths that charts draw: of all layers, and of the body known to be good.
+    pub(super) fn drawn(&self) -> Vec<&BeamPath> {
+        let good = match &self.window {
+            Window::Good { path, .. } => Some(path.as_ref()),
+            Window::Fixed(_) => None,
+        };
+        self.lower.iter().chain([&self.path]).chain(good).collect()
+    }
+
+    /// What lies below the body known to be good: metal where the region hangs over, since what lies there is the region's own.
+    pub fn below_good(&self) -> Below {
+        match &self.below {
+            Below::Areas(areas) if areas.is_empty() => Below::Areas(Vec::new()),
+            _ => Below::Metal,
+        }
+    }
+}
+
+/// Resolves and plans a job whose file lies in `folder`.
+///
+/// # Errors
+/// Everything wrong with its values, or with what is planned from them, each with its place in the job.
+pub fn planned(
+    job: &Written<EbmJob>,
+    folder: &Path,
+    observer: &dyn Observer,
+) -> Result<Plan, Problems> {
+    plan(resolve(job, folder)?, job, observer)
+}
+
+/// Plans what `settings` say; `job` gives the places of problems.
+///
+/// # Errors
+/// Files that do not read, a part that cannot be cut, a region that cannot be hatched.
+pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result<Plan, Problems> {
+    let reporter = Reporter::new();
+    let drawn = Drawing::of(&settings, job, &reporter, observer);
+    let (drawn, window) = match (drawn, window(&settings, job, &reporter)) {
+        (Ok(drawn), Ok(window)) => (drawn, window),
+        (drawn, window) => {
+            let wrong = drawn.err().into_iter().chain(window.err());
+            return Err(wrong.collect::<Vec<_>>().into());
+        }
+    };
+    let Drawing {
+        mut paths,
+        contour,
+        hatch,
+        gun,
+        below,
+        part,
+    } = drawn;
+    let path = paths
+        .pop()
+        .ok_or_else(|| Problem::new("there is no layer to draw"))?;
+    let others = others(&settings, hatch.as_ref(), &contour.region(), job)?;
+    let mut warnings = settings.warnings.clone();
+    warnings.extend(reporter.warnings());
+    Ok(Plan {
+        settings,
+        path,
+        lower: paths,
+        contour,
+        gun,
+        below,
+        part,
+        window,
+        others,
+        warnings,
+    })
+}
+
+/// What the beam draws.
+struct Drawing {
+    /// A path for each layer, the lowest first.
+    paths: Vec<BeamPath>,
+    contour: Contour,
+    hatch: Option<Hatch>,
+    gun: Gun,
+    below: Below,
+    part: Option<DrawnPart>,
+}
+
+impl Drawing {
+    fn of(
+        settings: &Settings,
+        job: &EbmJob,
+        reporter: &Reporter,
+        observer: &dyn Observer,
+    ) -> Result<Self, Problem> {
+        match &settings.subject {
+            Subject::Path {
+                file,
+                contour,
+                below,
+            } => {
+                let (path, gun) = beam_path(file, &job.path, settings, reporter)?;
+                let hull = || {
+                    let on: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
+                    Contour::hull(&on)
+                };
+                let contour = contour.clone().unwrap_or_else(hull);
+                check_inside(&path, file, &contour, job)?;
+                Ok(Drawing {
+                    paths: vec![path; settings.layers],
+                    contour,
+                    hatch: None,
+                    gun,
+                    below: below.clone(),
+                    part: None,
+                })
+            }
+            Subject::Region {
+                contour,
+                below,
+                hatch,
+            } => {
+                let regions = vec![vec![contour.region()]; settings.layers];
+                let drawn = Hatched {
+                    regions: &regions,
+                    contour: contour.clone(),
+                    below: below.clone(),
+                    part: None,
+                };
+                drawn.by(hatch, job, reporter)
+            }
+            Subject::Part { part, hatch } => {
+                let (drawn, found) = cut(part, settings, job, reporter, observer)?;
+                let Sections {
+                    drawn: regions,
+                    below,
+                    ..
+                } = found;
+                let last = regions.last().and_then(|regions| regions.first());
+                let drawn = Hatched {
+                    contour: last.map_or_else(|| Contour::new(Vec::new()), Contour::of),
+                    below: below.map_or(Below::Metal, |regions| {
+                        Below::Areas(regions.iter().map(Contour::of).collect())
+                    }),
+                    part: Some(drawn),
+                    regions: &regions,
+                };
+                drawn.by(hatch, job, reporter)
+            }
+        }
+    }
+}
+
+/// What is hatched.
+struct Hatched<'a> {
+    /// Of each layer, the lowest first.
+    regions: &'a [Vec<Region>],
+    contour: Contour,
+    below: Below,
+    part: Option<DrawnPart>,
+}
+
+impl Hatched<'_> {
+    fn by(self, hatch: &Hatch, job: &EbmJob, reporter: &Reporter) -> Result<Drawing, Problem> {
+        let hatch = hatch.on(&self.below);
+        let paths = self
+            .regions
+            .iter()
+            .zip(1..)
+            .map(|(regions, number)| hatch.path(regions, number, reporter))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|e| job.hatch.problem(format!("[hatch]: {e}")))?;
+        Ok(Drawing {
+            paths,
+            contour: self.contour,
+            gun: hatch.gun.clone(),
+            hatch: Some(hatch),
+            below: self.below,
+            part: self.part,
+        })
+    }
+}
+
+/// The sections of a part.
+fn cut(
+    part: &PartFile,
+    settings: &Settings,
+    job: &EbmJob,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(DrawnPart, Sections), Problem> {
+    // far below a voxel
+    let chord_error = 0.1 * settings.layer;
+    let read = part::load(
+        &part.file,
+        part.unit,
+        part.up,
+        chord_error,
+        reporter,
+        observer,
+    )
+    .map_err(|e| job.part.problem(e.to_string()))?;
+    let found = sections(&read.mesh, &part.cut, reporter, observer).map_err(|e| {
+        let at = &job.section;
+        e.told([&at.height.span, &at.island.span, &job.part.span])
+    })?;
+    let last = found.drawn.last().and_then(|regions| regions.first());
+    let drawn = DrawnPart {
+        file: part.file.clone(),
+        findings: read.findings,
+        layer: [found.number, found.of],
+        islands: [found.islands, *job.section.island as usize],
+        area: last.map_or(0.0, Region::area),
+        carried: found.carried,
+        scaling: part.cut.scaling,
+    };
+    Ok((drawn, found))
+}
+
+/// Reads the beam path that a key names, and the gun that drew it.
+fn beam_path(
+    file: &Path,
+    key: &Setting<Option<File>>,
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<(BeamPath, Gun), Problem> {
+    let shown = |what: String| key.problem(format!("{}: {what}", file.display()));
+    let record = path_file::read(file).map_err(|e| shown(e.to_string()))?;
+    let gun = record.gun(&settings.focus);
+    let gun = gun.ok_or_else(|| shown("the beam is never on".to_owned()))?;
+    let motion = record.motion(&settings.focus);
+    let motion = motion.map_err(|e| shown(e.to_string()))?;
+    let path = BeamPath::of(&[motion]).map_err(|e| shown(e.to_string()))?;
+    let [otherwise, lit] = record.fed_otherwise(&gun);
+    if otherwise > 0 {
+        reporter.warn(
+            "record-of-several-settings",
+            format!(
+                "{}: {otherwise} of its {lit} rows with the beam on have another voltage than the first one's {} V, or a focus current that the calibration gives otherwise for the same spot",
+                file.display(),
+                gun.voltage
+            ),
+            "path.csv says the same powers and spots with the first row's voltage and branch of the focus, as far as that branch reaches: read voltage and focus from your own file",
+        );
+    }
+    Ok((path, gun))
+}
+
+/// Refuses a path that never heats the region it is judged in.
+fn check_inside(
+    path: &BeamPath,
+    file: &Path,
+    contour: &Contour,
+    job: &EbmJob,
+) -> Result<(), Problem> {
+    let lit = || path.points().windows(2).filter(|w| w[0].is_on());
+    // a line may cross the region between two rows
+    let meets = |w: &[BeamPoint]| {
+        (0..=STRETCHES).any(|n| {
+            let share = f64::from(n) / f64::from(STRETCHES);
+            let at = |a: f64, b: f64| a + share * (b - a);
+            contour.depth([at(w[0].x, w[1].x), at(w[0].y, w[1].y)]) >= -1e-9
+        })
+    };
+    if lit().any(meets) {
+        return Ok(());
+    }
+    let ends = lit().flatten().fold(
+        [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
+        |[low, high], p| {
+            [
+                [low[0].min(p.x), low[1].min(p.y)],
+                [high[0].max(p.x), high[1].max(p.y)],
+            ]
+        },
+    );
+    let message = format!(
+        "{}: the beam is on between {:?} and {:?} mm, and nowhere inside region.contour",
+        file.display(),
+        ends[0],
+        ends[1]
+    );
+    let help = "give both in one frame and in mm, or leave region.contour out: the hull of the path is judged then";
+    Err(job.path.problem(message).help(help))
+}
+
+/// The window: a body known to be good is read or hatched.
+fn window(settings: &Settings, job: &EbmJob, reporter: &Reporter) -> Result<Window, Problem> {
+    let (path, width) = match (&settings.window, settings.subject.hatch()) {
+        (Good::Limits(window), _) => return Ok(Window::Fixed(*window)),
+        (Good::Path { file, width }, _) => {
+            let (path, _) = beam_path(file, &job.window.good, settings, reporter)?;
+            (path, *width)
+        }
+        (Good::Body { size, width }, Some(hatch)) => {
+            let region = Contour::rectangle(*size).region();
+            let path = hatch.of_lines().path(&[region], 1, &Reporter::new());
+            let body = &job.window.body;
+            let path = path.map_err(|e| body.problem(format!("window.body: {e}")))?;
+            (path, *width)
+        }
+        (Good::Body { .. }, None) => {
+            return Err(job
+                .window
+                .body
+                .problem("nothing draws window.body: write [hatch]"));
+        }
+    };
+    Ok(Window::Good {
+        path: Box::new(path),
+        width,
+    })
+}
+
+/// The paths of the strategies to try besides the hatch's own.
+fn others(
+    settings: &Settings,
+    hatch: Option<&Hatch>,
+    region: &Region,
+    job: &EbmJob,
+) -> Result<Vec<(String, BeamPath)>, Problem> {
+    let mut others = Vec::new();
+    let (Some(hatch), Some(how), Some(table)) = (hatch, &settings.optimise, &*job.optimise) else {
+        return Ok(others);
+    };
+    for strategy in &how.strategies {
+        let path = hatch
+            .with(*strategy)
+            .path(std::slice::from_ref(region), 1, &Reporter::new())
+            .map_err(|e| {
+                let message = format!("optimise.strategies: {e}");
+                table.strategies.problem(message)
+            })?;
+        others.push((strategy.word().to_owned(), path));
+    }
+    Ok(others)
+}
