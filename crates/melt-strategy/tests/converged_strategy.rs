@@ -11,7 +11,7 @@
 mod support;
 
 use meltpath_base::Silent;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::judge;
 use meltpath_melt_strategy::learning::{Freedom, Learned, Learning, learn};
 use meltpath_melt_strategy::lever::Lever;
@@ -32,6 +32,7 @@ const COARSE: Resolution = Resolution {
     cell: 0.0625,
     planes: 1,
     step: 8e-6,
+    domain: Domain::THESIS,
     power: 1.0,
 };
 const FINE: Resolution = Resolution {

@@ -4,7 +4,7 @@
 mod support;
 
 use meltpath_base::Silent;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::{Drawn, watched};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::solver::watch::Watch;
@@ -19,6 +19,7 @@ fn drawn(corners: &[[f64; 2]], places: Vec<[f64; 3]>) -> Drawn {
         cell: 0.1,
         planes: 1,
         step: 1e-5,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     let watch = Watch {

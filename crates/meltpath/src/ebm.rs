@@ -17,6 +17,7 @@ pub mod run;
 pub mod section;
 pub mod settings;
 pub mod simulate;
+mod verdict;
 
 pub use error::EbmError;
 pub use run::{examine, run};
