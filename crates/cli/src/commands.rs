@@ -1,19 +1,17 @@
 //! What each command does: calls the library, shows the outcome, chooses the exit code.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use meltpath::job::JobError;
-use meltpath::outcome::{Outcome, RunError};
+use meltpath::outcome::Outcome;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Place, Reporter, Status, Verdict};
-use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess, SchemaOf};
-use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, INTERRUPTED, PART_FAILS};
+use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, PART_FAILS};
+use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::show::{line, line_to_stderr};
 
@@ -66,44 +64,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             identified(record, mapping, ramps)
         }
     };
-    match outcome {
-        Ok(code) => code,
-        Err(RunError::Cancelled(_)) => {
-            line_to_stderr("cancelled: nothing was written");
-            INTERRUPTED
-        }
-        Err(error) => {
-            show_error(error);
-            INPUT_WRONG
-        }
-    }
-}
-
-/// Shows an error; those in a job file each with its place marked in the text.
-fn show_error(error: RunError) {
-    let RunError::Job(JobError::Text {
-        path,
-        text,
-        problems,
-    }) = error
-    else {
-        line_to_stderr(&format!("error: {error}"));
-        return;
-    };
-    let source = Arc::new(NamedSource::new(path.display().to_string(), text));
-    for problem in problems {
-        let mut diagnostic = MietteDiagnostic::new(problem.message);
-        if let Some(help) = problem.help {
-            diagnostic = diagnostic.with_help(help);
-        }
-        if let Some(span) = problem.span {
-            diagnostic = diagnostic.with_label(LabeledSpan::underline(span));
-        }
-        line_to_stderr(&format!(
-            "{:?}",
-            Report::new(diagnostic).with_source_code(Arc::clone(&source))
-        ));
-    }
+    outcome.unwrap_or_else(Failure::show)
 }
 
 /// A name beside `file`: its stem and a suffix.
@@ -190,14 +151,14 @@ fn show_report(folder: &Path) {
     ));
 }
 
-fn run(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn run(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(job, "-runs");
     let outcome = chain::run(job, out, &runs, &progress)?;
     Ok(judged(&progress, &outcome))
 }
 
-fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(file, "-runs");
     let outcome = tune::tune(file, out, &runs, &progress)?;
@@ -209,7 +170,7 @@ fn tuned(file: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     Ok(code)
 }
 
-fn plan(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn plan(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let path = out.map_or_else(|| beside(job, "-toolpath.melt"), Path::to_path_buf);
     let summary = waam::plan_to_file(job, &path, &progress)?;
@@ -219,7 +180,7 @@ fn plan(job: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     Ok(0)
 }
 
-fn program(job: &Path, toolpath: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn program(job: &Path, toolpath: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let path = out.map_or_else(|| beside(job, "-program"), Path::to_path_buf);
     for file in waam::program_to_folder(job, toolpath, &path)? {
         line(&path.join(file).display().to_string());
@@ -227,14 +188,14 @@ fn program(job: &Path, toolpath: &Path, out: Option<&Path>) -> Result<u8, RunErr
     Ok(0)
 }
 
-fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8, RunError> {
+fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(program, "-runs");
     let outcome = waam::simulate_program(program, job, out, &runs, &progress)?;
     Ok(judged(&progress, &outcome))
 }
 
-fn inspect_file(file: &Path) -> Result<u8, RunError> {
+fn inspect_file(file: &Path) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
     let findings = inspect::inspect(file, &reporter, &progress)?;
@@ -246,18 +207,14 @@ fn inspect_file(file: &Path) -> Result<u8, RunError> {
     Ok(0)
 }
 
-fn made(job: Result<PathBuf, StartError>) -> Result<u8, RunError> {
+fn made(job: Result<PathBuf, StartError>) -> Result<u8, Failure> {
     let job = job?;
     line(&format!("made {}", job.display()));
     line(&format!("next: meltpath run {}", job.display()));
     Ok(0)
 }
 
-fn identified(
-    record: &Path,
-    mapping: &Path,
-    ramps: Option<(&Path, &Path)>,
-) -> Result<u8, RunError> {
+fn identified(record: &Path, mapping: &Path, ramps: Option<(&Path, &Path)>) -> Result<u8, Failure> {
     let reporter = Reporter::new();
     let mut found = identify::identify(record, mapping, &reporter)?;
     if let Some((ramps, mapping)) = ramps {
@@ -270,7 +227,7 @@ fn identified(
     Ok(0)
 }
 
-fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<u8, RunError> {
+fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(table.unwrap_or(against), "-compare");
     let found = compare::compare(against, table, out, &runs, &progress)?;
@@ -319,7 +276,7 @@ fn compared(against: &Path, table: Option<&Path>, out: Option<&Path>) -> Result<
     Ok(0)
 }
 
-fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
+fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     let progress = Progress::new();
     let runs = beside(measurements, "-fit");
     let found = fit::fit(measurements, out, &runs, &progress)?;
@@ -335,7 +292,7 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, RunError> {
     Ok(0)
 }
 
-fn tested(arguments: &HealthArguments) -> Result<u8, RunError> {
+fn tested(arguments: &HealthArguments) -> Result<u8, Failure> {
     let a = arguments;
     let subject = health::Subject::find(&a.machine, &a.head, &a.axis)?;
     if let Some(folder) = &a.signal {
@@ -384,7 +341,7 @@ fn show_notes(reporter: &Reporter) {
     }
 }
 
-fn doctor(job: &Path) -> Result<u8, RunError> {
+fn doctor(job: &Path) -> Result<u8, Failure> {
     let progress = Progress::new();
     let diagnosis = chain::doctor(job, &progress)?;
     progress.finish();
@@ -401,7 +358,7 @@ fn doctor(job: &Path) -> Result<u8, RunError> {
     Ok(match diagnosis.refused {
         None => 0,
         Some(refused) => {
-            show_error(refused);
+            Failure::from(refused).show();
             INPUT_WRONG
         }
     })

@@ -6,6 +6,7 @@
 mod arguments;
 mod commands;
 mod exit_code;
+mod failure;
 mod progress;
 mod show;
 

@@ -339,7 +339,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         sections: vec![
             section(
                 "Energy (2.4)",
-                "Stiffness of cylinders against energy, and how energy is taken off near powder; the thesis prints no ramps: ours are starting values.",
+                "How energy is taken off near powder; the thesis prints no ramps: ours are starting values.",
                 modulation(),
             ),
             section(

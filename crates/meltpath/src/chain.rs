@@ -2,12 +2,52 @@
 
 use std::path::Path;
 
-use meltpath_base::Observer;
 use meltpath_base::settings::listing;
+use meltpath_base::{Cancelled, Observer};
 
+use crate::ebm::{self, EbmError};
 use crate::job::{self, Job, JobError};
-use crate::outcome::{Examined, Outcome, RunError, warning_line};
-use crate::{ebm, lpbf, waam};
+use crate::lpbf::{self, LpbfError};
+use crate::outcome::{Examined, Outcome, warning_line};
+use crate::waam::{self, WaamError};
+
+/// Why a job could not be run. Everything here is the input's or the system's doing; nothing was written.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(Cancelled),
+    /// The job file.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// A wire-arc job.
+    #[error(transparent)]
+    Waam(WaamError),
+    /// An electron-beam job.
+    #[error(transparent)]
+    Ebm(EbmError),
+    /// A scan-head job.
+    #[error(transparent)]
+    Lpbf(LpbfError),
+}
+
+/// What every process says alike is told apart from what is its own.
+macro_rules! of_process {
+    ($error:ident, $variant:ident) => {
+        impl From<$error> for RunError {
+            fn from(error: $error) -> Self {
+                match error {
+                    $error::Cancelled(c) => RunError::Cancelled(c),
+                    $error::Job(job) => RunError::Job(job),
+                    other => RunError::$variant(other),
+                }
+            }
+        }
+    };
+}
+of_process!(WaamError, Waam);
+of_process!(EbmError, Ebm);
+of_process!(LpbfError, Lpbf);
 
 /// Runs the whole chain of a job: a new folder `out`, else the next free number in `runs`.
 ///
@@ -19,11 +59,11 @@ pub fn run(
     runs: &Path,
     observer: &dyn Observer,
 ) -> Result<Outcome, RunError> {
-    match job::load(job)? {
-        (Job::Waam(_), _) => waam::run(job, out, runs, observer),
-        (Job::Ebm(ebm), text) => ebm::run(job, &ebm, &text, out, runs, observer),
-        (Job::Lpbf(lpbf), text) => lpbf::run(job, &lpbf, &text, out, runs, observer),
-    }
+    Ok(match job::load(job)? {
+        (Job::Waam(_), _) => waam::run(job, out, runs, observer)?,
+        (Job::Ebm(ebm), text) => ebm::run(job, &ebm, &text, out, runs, observer)?,
+        (Job::Lpbf(lpbf), text) => lpbf::run(job, &lpbf, &text, out, runs, observer)?,
+    })
 }
 
 /// What `meltpath doctor` says of a job.
@@ -55,9 +95,9 @@ pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunErro
     let reading = job::read(&text);
     let examined = match &reading.job {
         None => Err(JobError::in_file(file, &text, reading.problems).into()),
-        Some(Job::Waam(_)) => waam::examine(file, observer),
-        Some(Job::Ebm(ebm)) => ebm::examine(file, ebm, &text, observer),
-        Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text),
+        Some(Job::Waam(_)) => waam::examine(file, observer).map_err(RunError::from),
+        Some(Job::Ebm(ebm)) => ebm::examine(file, ebm, &text, observer).map_err(RunError::from),
+        Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text).map_err(RunError::from),
     };
     let (examined, refused) = match examined {
         Ok(examined) => (examined, None),

@@ -13,7 +13,6 @@ use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::comparison::{apart, relative};
 
-use crate::outcome::RunError;
 use crate::views;
 use crate::views::ebm::voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 
@@ -25,14 +24,14 @@ pub use samples::SamplesError;
 /// the run are compared with the field that its judge left.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`CompareError`]; nothing is written then.
 pub fn compare(
     against: &Path,
     table: Option<&Path>,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Comparison, RunError> {
+) -> Result<Comparison, CompareError> {
     let reporter = Reporter::new();
     let mut provenance = Provenance::new();
     let (name, tables) = match table {
@@ -45,7 +44,7 @@ pub fn compare(
     };
     let against_file = [against.to_path_buf()];
     for file in tables.iter().chain(&against_file).filter(|f| f.is_file()) {
-        crate::ebm::run::record(&mut provenance, file)?;
+        crate::outcome::record_inputs(&mut provenance, &[file])?;
     }
     let parts = figures(&name, found.parts, &reporter)?;
     let verdict = Verdict {

@@ -17,7 +17,6 @@ use meltpath_thermal::calibration::fit::{
 use meltpath_thermal::material::file::Readings;
 
 use crate::material::load;
-use crate::outcome::RunError;
 use crate::views;
 
 pub use error::FitCommandError;
@@ -41,19 +40,19 @@ fn guess(values: &[f64]) -> BeamGuess {
 /// Fits and writes a folder.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`FitCommandError`]; nothing is written then.
 pub fn fit(
     file: &Path,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Found, RunError> {
+) -> Result<Found, FitCommandError> {
     let reporter = Reporter::new();
     let mut provenance = Provenance::new();
-    let measured = measurements::read(file).map_err(FitCommandError::from)?;
-    crate::ebm::run::record(&mut provenance, file)?;
+    let measured = measurements::read(file)?;
+    crate::outcome::record_inputs(&mut provenance, &[file])?;
     let beside = file.parent().unwrap_or(Path::new(""));
-    let found = search(&measured, beside, &mut provenance, &reporter, observer).map_err(told)?;
+    let found = search(&measured, beside, &mut provenance, &reporter, observer)?;
     let (before, fitted, prediction) = found;
     for (n, m) in measured.all.iter().enumerate() {
         let miss = (m.value - fitted.predicted[n]) / m.sigma;
@@ -109,23 +108,6 @@ pub fn fit(
     views::fit::write_files(&folder, &found)?;
     found.folder = folder.commit()?;
     Ok(found)
-}
-
-/// The run's error: cancellation is told apart.
-fn told(error: FitCommandError) -> RunError {
-    use meltpath_thermal::charts::build::BuildError;
-    use meltpath_thermal::charts::simulation::ChartSimulationError;
-    use meltpath_thermal::solver::SolverError;
-    let (FitCommandError::Coupon(coupon)
-    | FitCommandError::Fit(least_squares::FitError::Model(coupon))) = &error
-    else {
-        return RunError::Fit(error);
-    };
-    match coupon {
-        CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
-        | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => RunError::Cancelled(*c),
-        _ => RunError::Fit(error),
-    }
 }
 
 type Answer = (Vec<f64>, Fitted, Option<Prediction>);

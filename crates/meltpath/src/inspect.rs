@@ -1,29 +1,59 @@
 //! Looking into files: parts, programs, plans.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use meltpath_base::{Observer, Reporter};
+use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
 use crate::job::PartUnit;
-use crate::outcome::RunError;
-use crate::stages::part;
-use crate::waam::read_toolpath;
+use crate::stages::part::{self, PartError};
+use crate::waam::{WaamError, read_toolpath};
 
 /// Chord error of the mesh made of a STEP file for inspection, mm.
 const CHORD_ERROR: f64 = 0.02;
 
+/// Why a file cannot be looked into.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A part.
+    #[error(transparent)]
+    Part(PartError),
+    /// A plan.
+    #[error(transparent)]
+    Plan(#[from] WaamError),
+    /// A program.
+    #[error("cannot read {}: {message}", .path.display())]
+    Program {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+impl From<PartError> for InspectError {
+    fn from(error: PartError) -> Self {
+        match error {
+            PartError::Cancelled(c) => InspectError::Cancelled(c),
+            other => InspectError::Part(other),
+        }
+    }
+}
+
 /// What a file holds, in lines of words. Warnings go to `reporter`.
 ///
 /// # Errors
-/// [`RunError`] where the file cannot be read or is of no known kind.
+/// [`InspectError`] where the file cannot be read or is of no known kind.
 pub fn inspect(
     path: &Path,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Vec<String>, RunError> {
+) -> Result<Vec<String>, InspectError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
@@ -39,7 +69,7 @@ fn inspect_part(
     path: &Path,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Vec<String>, RunError> {
+) -> Result<Vec<String>, InspectError> {
     let part = part::load(
         path,
         PartUnit::Millimetre,
@@ -61,11 +91,13 @@ fn inspect_part(
     Ok(lines)
 }
 
-fn program(path: &Path) -> Result<Vec<String>, RunError> {
-    let bytes = std::fs::read(path)
-        .map_err(|e| RunError::Inspect(format!("cannot open {}: {e}", path.display())))?;
-    let parsed = fanuc_ls::read(&bytes)
-        .map_err(|e| RunError::Inspect(format!("cannot read {}: {e}", path.display())))?;
+fn program(path: &Path) -> Result<Vec<String>, InspectError> {
+    let wrong = |message: String| InspectError::Program {
+        path: path.to_path_buf(),
+        message,
+    };
+    let bytes = std::fs::read(path).map_err(|e| wrong(e.to_string()))?;
+    let parsed = fanuc_ls::read(&bytes).map_err(|e| wrong(e.to_string()))?;
     let p = &parsed.program;
     let mut lines = vec![format!(
         "program {}: {} instructions, {} positions",
@@ -83,7 +115,7 @@ fn program(path: &Path) -> Result<Vec<String>, RunError> {
     Ok(lines)
 }
 
-fn plan(path: &Path) -> Result<Vec<String>, RunError> {
+fn plan(path: &Path) -> Result<Vec<String>, InspectError> {
     let toolpath = read_toolpath(path)?;
     let mut layers = BTreeMap::<(u32, u32), (usize, f64)>::new();
     for pass in toolpath.passes() {

@@ -2,6 +2,7 @@
 //! verdict.
 
 pub(crate) mod comparison;
+pub mod error;
 pub mod heat;
 mod motion;
 pub(crate) mod optimise;
@@ -11,4 +12,5 @@ pub mod run;
 pub mod settings;
 pub mod work;
 
+pub use error::LpbfError;
 pub use run::{examine, run};

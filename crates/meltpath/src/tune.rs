@@ -18,32 +18,23 @@ use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
 use crate::job::{JobError, Problems, Written};
-use crate::outcome::{Outcome, RunError};
+use crate::outcome::Outcome;
 use crate::views;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
 use file::TuneFile;
 use settings::Settings;
 
-impl From<TuneError> for RunError {
-    fn from(error: TuneError) -> Self {
-        match error {
-            TuneError::Cancelled(c) => RunError::Cancelled(c),
-            other => RunError::Tune(other),
-        }
-    }
-}
-
 /// Tunes the axes that a file names: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`TuneError`]; nothing is written then.
 pub fn tune(
     path: &Path,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, TuneError> {
     let text = std::fs::read_to_string(path).map_err(|source| JobError::Io {
         path: path.to_path_buf(),
         source,

@@ -2,6 +2,7 @@
 
 mod bead;
 pub(crate) mod checks;
+pub mod error;
 pub mod judge;
 pub mod plan;
 pub mod program;
@@ -11,4 +12,5 @@ pub mod settings;
 pub mod simulate;
 pub mod target;
 
+pub use error::WaamError;
 pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};

@@ -8,11 +8,11 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::chain;
+use meltpath::chain::RunError;
 use meltpath::ebm::plan::planned;
 use meltpath::ebm::region::Below;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
-use meltpath::outcome::RunError;
 use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 

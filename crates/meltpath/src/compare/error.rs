@@ -2,12 +2,29 @@
 
 use std::path::PathBuf;
 
+use meltpath_base::Cancelled;
+use meltpath_base::output::OutputError;
+
 use super::samples::SamplesError;
+use crate::ebm::EbmError;
+use crate::job::JobError;
 use crate::views::ebm::voxels::VOXELS_REFERENCE;
 
 /// Why nothing could be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The job of the run.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The field of the run.
+    #[error(transparent)]
+    Ebm(EbmError),
     /// A table.
     #[error(transparent)]
     Samples(#[from] SamplesError),
@@ -61,4 +78,14 @@ pub enum CompareError {
         /// What that means.
         time_words: &'static str,
     },
+}
+
+impl From<EbmError> for CompareError {
+    fn from(error: EbmError) -> Self {
+        match error {
+            EbmError::Cancelled(c) => CompareError::Cancelled(c),
+            EbmError::Job(job) => CompareError::Job(job),
+            other => CompareError::Ebm(other),
+        }
+    }
 }

@@ -18,7 +18,6 @@ use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::Settings;
 use crate::ebm::{path_file, simulate};
 use crate::job::{self, Job, JobError};
-use crate::outcome::RunError;
 
 /// Samples further than this from every place of a table have no counterpart there, mm.
 pub const WITHIN: f64 = 0.05;
@@ -56,7 +55,7 @@ pub(super) fn with_table(
     against: &Path,
     table: &Path,
     reporter: &Reporter,
-) -> Result<Found, RunError> {
+) -> Result<Found, CompareError> {
     let wrong = |e: SamplesError| CompareError::from(e);
     // heights tell the layers of two tables apart
     let (other, ours) = (
@@ -101,8 +100,7 @@ pub(super) fn with_table(
             ours: told(&ours),
             against: against.display().to_string(),
             theirs: told(&other),
-        }
-        .into());
+        });
     }
     Ok(Found {
         parts,
@@ -112,18 +110,18 @@ pub(super) fn with_table(
 }
 
 /// The job of a run, so that its field can be drawn again: its path and its charts lie in its folder.
-fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, RunError> {
+fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError> {
     let wrong = |what: String| CompareError::Run {
         path: folder.to_path_buf(),
         what,
     };
     let file = folder.join("job.toml");
     if !file.is_file() {
-        return Err(wrong("it has no job.toml".to_owned()).into());
+        return Err(wrong("it has no job.toml".to_owned()));
     }
     let (job, text) = job::load(&file)?;
     let Job::Ebm(job) = job else {
-        return Err(wrong("its job is of another process".to_owned()).into());
+        return Err(wrong("its job is of another process".to_owned()));
     };
     let mut charts = Vec::new();
     for n in 1.. {
@@ -134,7 +132,7 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, RunError> {
         charts.push(settings::File(name));
     }
     if !folder.join("path.csv").is_file() || charts.is_empty() {
-        return Err(wrong("it has no path.csv or no charts".to_owned()).into());
+        return Err(wrong("it has no path.csv or no charts".to_owned()));
     }
     let mut job = *job;
     let tables = &mut job.tables;
@@ -169,7 +167,7 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, RunError> {
         .collect();
     if spots.len() > plan.settings.chart_files.len() {
         let what = "its path changes the focus along the way, which charts do not draw; compare the tables in its folder `series`";
-        return Err(wrong(what.to_owned()).into());
+        return Err(wrong(what.to_owned()));
     }
     Ok(plan)
 }
@@ -253,7 +251,7 @@ pub(super) fn with_run(
     provenance: &mut Provenance,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Found, RunError> {
+) -> Result<Found, CompareError> {
     let plan = plan_of(folder, observer)?;
     let paths: Vec<&BeamPath> = plan.lower.iter().chain([&plan.path]).collect();
     let layers = Layers {
@@ -282,8 +280,7 @@ pub(super) fn with_run(
     let mut see = |layer: usize, s: &ChartSimulation| {
         look(&mut of_layers[layer], s, &mut found, &mut left_out);
     };
-    simulate::look_at(&plan, &times, &mut see, reporter, observer)
-        .map_err(crate::ebm::run::told)?;
+    simulate::look_at(&plan, &times, &mut see, reporter, observer)?;
     found.sort_by_key(|(quantity, n, _)| (*quantity, *n));
     provenance.model(
         "chart simulation",

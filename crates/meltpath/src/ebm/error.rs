@@ -2,15 +2,28 @@
 
 use std::path::PathBuf;
 
+use meltpath_base::Cancelled;
+use meltpath_base::output::OutputError;
 use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
-/// Why an electron-beam job could not be done.
+use crate::job::JobError;
+
+/// Why an electron-beam job could not be done. Nothing was written then.
 #[derive(Debug, thiserror::Error)]
 pub enum EbmError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The job file.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// A chart file.
     #[error(
         "cannot use the charts {}: {message}; left out of charts.files, they are computed by the run", .path.display()
@@ -23,19 +36,19 @@ pub enum EbmError {
     },
     /// Charts that could not be computed.
     #[error(transparent)]
-    Build(#[from] BuildError),
+    Build(BuildError),
     /// The simulation.
     #[error(transparent)]
-    Simulation(#[from] ChartSimulationError),
+    Simulation(ChartSimulationError),
     /// Better speeds.
     #[error(transparent)]
-    Strategy(#[from] StrategyError),
+    Strategy(StrategyError),
     /// The focus.
     #[error(transparent)]
     Focus(#[from] FocusError),
     /// The reference solver.
     #[error("the judge: {0}")]
-    Reference(#[from] SolverError),
+    Reference(SolverError),
     /// A part to judge that the beam does not enter.
     #[error(
         "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
@@ -83,4 +96,42 @@ pub enum EbmError {
         "the path of window.good melts nothing in the middle of its body: the window cannot be centred on it"
     )]
     GoodBody,
+}
+
+// that a person stopped a stage is no error of the stage
+
+impl From<BuildError> for EbmError {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Solver(SolverError::Cancelled(c)) => EbmError::Cancelled(c),
+            other => EbmError::Build(other),
+        }
+    }
+}
+
+impl From<ChartSimulationError> for EbmError {
+    fn from(error: ChartSimulationError) -> Self {
+        match error {
+            ChartSimulationError::Cancelled(c) => EbmError::Cancelled(c),
+            other => EbmError::Simulation(other),
+        }
+    }
+}
+
+impl From<StrategyError> for EbmError {
+    fn from(error: StrategyError) -> Self {
+        match error {
+            StrategyError::Simulation(ChartSimulationError::Cancelled(c)) => EbmError::Cancelled(c),
+            other => EbmError::Strategy(other),
+        }
+    }
+}
+
+impl From<SolverError> for EbmError {
+    fn from(error: SolverError) -> Self {
+        match error {
+            SolverError::Cancelled(c) => EbmError::Cancelled(c),
+            other => EbmError::Reference(other),
+        }
+    }
 }

@@ -1,57 +1,39 @@
 //! From an electron-beam job to a folder of results.
 
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Cancelled, Observer, Provenance, Reporter, Verdict};
-use meltpath_melt_strategy::error::StrategyError;
+use meltpath_base::{Cancelled, Observer, Reporter, Verdict};
 use meltpath_report::html::{ReportError, write_html};
-use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::file as chart_file;
-use meltpath_thermal::charts::simulation::ChartSimulationError;
-use meltpath_thermal::solver::SolverError;
 
 use super::error::EbmError;
 use super::plan::{Plan, planned};
 use super::simulate::{Outcome, simulate};
 use super::{cost, verdict};
 use crate::job::{EbmJob, JobError, Written};
-use crate::outcome::{self, Examined, RunError};
+use crate::outcome::{self, Examined};
 use crate::views;
-
-/// The run's error: cancellation is told apart.
-pub(crate) fn told(error: EbmError) -> RunError {
-    match error {
-        EbmError::Reference(SolverError::Cancelled(c))
-        | EbmError::Build(BuildError::Solver(SolverError::Cancelled(c)))
-        | EbmError::Simulation(ChartSimulationError::Cancelled(c))
-        | EbmError::Strategy(StrategyError::Simulation(ChartSimulationError::Cancelled(c))) => {
-            RunError::Cancelled(c)
-        }
-        other => RunError::Ebm(other),
-    }
-}
 
 fn plan_of(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Plan, RunError> {
+) -> Result<Plan, EbmError> {
     let folder = job_file.parent().unwrap_or(Path::new(""));
     planned(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => RunError::Cancelled(cancelled),
-        Ok(()) => RunError::Job(JobError::in_file(job_file, text, e)),
+        Err(cancelled) => EbmError::Cancelled(cancelled),
+        Ok(()) => EbmError::Job(JobError::in_file(job_file, text, e)),
     })
 }
 
 /// Runs a job: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`EbmError`]; nothing is written then.
 pub fn run(
     job_file: &Path,
     job: &Written<EbmJob>,
@@ -59,13 +41,13 @@ pub fn run(
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<outcome::Outcome, RunError> {
+) -> Result<outcome::Outcome, EbmError> {
     let reporter = Reporter::new();
     let plan = plan_of(job_file, job, text, observer)?;
     let settings = &plan.settings;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     plan.warnings.iter().for_each(|w| reporter.push(w.clone()));
-    let outcome = simulate(&plan, &reporter, observer).map_err(told)?;
+    let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
         checks: verdict::checks(settings, &outcome),
         facts: verdict::facts(&outcome),
@@ -83,15 +65,15 @@ pub fn run(
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
-    record(&mut provenance, job_file)?;
+    outcome::record_inputs(&mut provenance, &[job_file])?;
     let own = settings.subject.file().into_iter();
     for file in own.chain(settings.material_file.as_deref()) {
-        record(&mut provenance, file)?;
+        outcome::record_inputs(&mut provenance, &[file])?;
     }
     observer.stage("write results", 0);
     observer
         .check()
-        .map_err(|c: Cancelled| RunError::Cancelled(c))?;
+        .map_err(|c: Cancelled| EbmError::Cancelled(c))?;
     let title = job_file.parent().and_then(Path::file_name).map_or_else(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),
@@ -148,31 +130,19 @@ pub(crate) fn part_copy(file: &Path) -> String {
     format!("part.{}", extension.to_lowercase())
 }
 
-pub(crate) fn record(provenance: &mut Provenance, path: &Path) -> Result<(), RunError> {
-    let failed = |source| JobError::Io {
-        path: path.to_path_buf(),
-        source,
-    };
-    let mut reader = BufReader::new(File::open(path).map_err(failed)?);
-    let hash = meltpath_base::provenance::sha256(&mut reader).map_err(failed)?;
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-    provenance.inputs.insert(name.unwrap_or_default(), hash);
-    Ok(())
-}
-
 /// What is resolved in a job, what it costs, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`] for whatever a run refuses before it computes.
+/// [`EbmError`] for whatever a run refuses before it computes.
 pub fn examine(
     job_file: &Path,
     job: &Written<EbmJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<Examined, RunError> {
+) -> Result<Examined, EbmError> {
     let plan = plan_of(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&plan, &reporter).map_err(told)?;
+    let notes = cost::lines(&plan, &reporter)?;
     let mut warnings = plan.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {

@@ -1,14 +1,29 @@
 //! Why nothing was fitted.
 
+use meltpath_base::Cancelled;
+use meltpath_base::output::OutputError;
 use meltpath_thermal::calibration::coupon::CouponError;
 use meltpath_thermal::calibration::fit::FitError;
+use meltpath_thermal::charts::build::BuildError;
+use meltpath_thermal::charts::simulation::ChartSimulationError;
+use meltpath_thermal::solver::SolverError;
 
 use super::measurements::MeasurementsError;
+use crate::job::JobError;
 use crate::material::MaterialFileError;
 
 /// Why nothing was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum FitCommandError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A file that cannot be read.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The file.
     #[error(transparent)]
     Measurements(#[from] MeasurementsError),
@@ -17,8 +32,31 @@ pub enum FitCommandError {
     Material(#[from] MaterialFileError),
     /// A simulation.
     #[error(transparent)]
-    Coupon(#[from] CouponError),
+    Coupon(CouponError),
     /// The fit.
     #[error(transparent)]
-    Fit(#[from] FitError<CouponError>),
+    Fit(FitError<CouponError>),
+}
+
+// that a person stopped a simulation is no error of the fit
+
+impl From<CouponError> for FitCommandError {
+    fn from(error: CouponError) -> Self {
+        match error {
+            CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
+            | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => {
+                FitCommandError::Cancelled(c)
+            }
+            other => FitCommandError::Coupon(other),
+        }
+    }
+}
+
+impl From<FitError<CouponError>> for FitCommandError {
+    fn from(error: FitError<CouponError>) -> Self {
+        match error {
+            FitError::Model(coupon) => coupon.into(),
+            other => FitCommandError::Fit(other),
+        }
+    }
 }

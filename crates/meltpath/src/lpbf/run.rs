@@ -19,13 +19,14 @@ use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
+use super::error::LpbfError;
 use super::heat::{self, BeamRecord};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
 use super::{motion, optimise, refuse};
 use crate::job::{JobError, LpbfJob, Written};
-use crate::outcome::{Examined, Outcome, RunError};
+use crate::outcome::{Examined, Outcome};
 use crate::tune::choose::ready_for;
 use crate::views;
 
@@ -50,7 +51,7 @@ impl HeadSink for Reach {
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`LpbfError`]; nothing is written then.
 pub fn run(
     path: &Path,
     job: &Written<LpbfJob>,
@@ -58,7 +59,7 @@ pub fn run(
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, LpbfError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
     let settings = resolved(path, job, text)?;
@@ -161,7 +162,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Tunes the delays where the job asks for it; `None` else.
-    fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, RunError> {
+    fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, LpbfError> {
         if self.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
             return Ok(None);
         }
@@ -205,7 +206,7 @@ impl<'a> Run<'a> {
     fn execute(
         &self,
         motion: Option<&mut (dyn MotionSink + Send)>,
-    ) -> Result<RecipeResult<'a>, RunError> {
+    ) -> Result<RecipeResult<'a>, LpbfError> {
         let spot = 2.0 * self.head.head().beam.waist;
         let period = self.head.head().period;
         let job = &self.prepared.job;
@@ -424,8 +425,8 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
 /// What is resolved in a job.
 ///
 /// # Errors
-/// [`RunError`] for whatever a run refuses before it computes.
-pub fn examine(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Examined, RunError> {
+/// [`LpbfError`] for whatever a run refuses before it computes.
+pub fn examine(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Examined, LpbfError> {
     let settings = resolved(job_file, job, text)?;
     Ok(Examined {
         provenance: settings.provenance,

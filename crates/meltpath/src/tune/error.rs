@@ -1,6 +1,7 @@
 //! Why an axis is not tuned.
 
 use meltpath_base::Cancelled;
+use meltpath_base::output::OutputError;
 use meltpath_control::export::ExportError;
 use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
@@ -10,6 +11,8 @@ use meltpath_scan_head::servo::h_infinity::HinfError;
 use meltpath_scan_head::servo::refine::RefineError;
 use meltpath_scan_head::servo::robust::RobustError;
 use meltpath_scan_head::servo::synthesis::ServoError;
+
+use crate::job::JobError;
 
 /// Why an axis is not tuned.
 #[derive(Debug, thiserror::Error)]
@@ -37,9 +40,15 @@ pub enum TuneError {
         /// The head's, µs.
         wanted: f64,
     },
-    /// Stopped.
+    /// The person stopped it.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// The tuning file.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
 }
 
 /// Why a step of the tuning fails.

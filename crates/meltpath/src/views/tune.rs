@@ -3,7 +3,7 @@
 mod bode;
 mod tables;
 
-use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_report::html::{Report, ReportError, Section, write_html};
 use meltpath_scan_head::servo::model::Loop;
@@ -13,8 +13,6 @@ use crate::tune::error::{TuneError, step};
 use crate::tune::refinement::words;
 use crate::tune::settings::Settings;
 
-use crate::outcome::RunError;
-
 /// Writes the report, the verdict and the provenance.
 pub(crate) fn write(
     folder: &OutputFolder,
@@ -23,7 +21,7 @@ pub(crate) fn write(
     results: &[AxisResult],
     verdict: &Verdict,
     provenance: &Provenance,
-) -> Result<(), RunError> {
+) -> Result<(), TuneError> {
     let mut all = Vec::new();
     for (k, result) in results.iter().enumerate() {
         let twin = results[..k]
@@ -59,14 +57,12 @@ pub(crate) fn write(
         sheet: None,
         provenance: provenance.clone(),
     };
-    folder
-        .write("report.html", |w| {
-            write_html(w, &report).map_err(|e| match e {
-                ReportError::Io(e) => e,
-                ReportError::Scene(e) => std::io::Error::other(e),
-            })
+    folder.write("report.html", |w| {
+        write_html(w, &report).map_err(|e| match e {
+            ReportError::Io(e) => e,
+            ReportError::Scene(e) => std::io::Error::other(e),
         })
-        .map_err(|e: OutputError| RunError::from(e))?;
+    })?;
     crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
     // plain structs of numbers and strings: their JSON exists
     let provenance = serde_json::to_value(provenance).unwrap_or_default();

@@ -12,6 +12,7 @@ use meltpath_report::html::{Report, ReportError, write_html};
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
+use super::error::WaamError;
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
@@ -19,7 +20,7 @@ use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use crate::job::{self, Job, JobError, WaamJob};
-use crate::outcome::{Examined, Outcome, RunError, json, record_inputs};
+use crate::outcome::{Examined, Outcome, json, record_inputs};
 use crate::stages::part::{self, Part, PartError};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
@@ -36,7 +37,7 @@ struct Loaded {
 }
 
 /// The job, read and resolved.
-fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
+fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
     let (job, text) = job::load(path)?;
     let Job::Waam(job) = job else {
         return Err(other_process(path, &text));
@@ -53,12 +54,12 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
 }
 
 /// A job of another process where a wire-arc one is needed.
-fn other_process(path: &Path, text: &str) -> RunError {
+fn other_process(path: &Path, text: &str) -> WaamError {
     let place = text.find("[process]").map(|at| at..at + 9);
     let problem = Problem::new("this command is for wire-arc jobs")
         .at(place)
         .help("`meltpath run` takes jobs of every process");
-    RunError::Job(JobError::in_file(path, text, problem))
+    WaamError::Job(JobError::in_file(path, text, problem))
 }
 
 /// A name for people: the part's, or the folder's where the job file has none of its own.
@@ -97,13 +98,13 @@ fn load_part(
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`WaamError`]; nothing is written then.
 pub fn run(
     job: &Path,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let folder = output(out, runs)?;
@@ -224,7 +225,7 @@ fn write_common(
     shown: &Shown<'_>,
     verdict: &Verdict,
     provenance: &Provenance,
-) -> Result<(), RunError> {
+) -> Result<(), WaamError> {
     let settings = shown.settings;
     let layers = &shown.commands.layer_of_command;
     views::waam::write_files(
@@ -277,8 +278,8 @@ fn write_common(
 /// Plans only, into a new file. Returns a summary in words.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<String, RunError> {
+/// [`WaamError`].
+pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<String, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     if out.exists() {
@@ -307,9 +308,9 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
 /// Reads a plan.
 ///
 /// # Errors
-/// [`RunError::Container`].
-pub fn read_toolpath(path: &Path) -> Result<Toolpath, RunError> {
-    let failed = |source| RunError::Container {
+/// [`WaamError::Container`].
+pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
+    let failed = |source| WaamError::Container {
         path: path.to_path_buf(),
         source,
     };
@@ -320,8 +321,12 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, RunError> {
 /// Writes the program of a plan into a new folder. Returns the names of its files.
 ///
 /// # Errors
-/// [`RunError`].
-pub fn program_to_folder(job: &Path, toolpath: &Path, out: &Path) -> Result<Vec<String>, RunError> {
+/// [`WaamError`].
+pub fn program_to_folder(
+    job: &Path,
+    toolpath: &Path,
+    out: &Path,
+) -> Result<Vec<String>, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let toolpath = read_toolpath(toolpath)?;
@@ -338,14 +343,14 @@ pub fn program_to_folder(job: &Path, toolpath: &Path, out: &Path) -> Result<Vec<
 /// names one.
 ///
 /// # Errors
-/// [`RunError`]; nothing is written then.
+/// [`WaamError`]; nothing is written then.
 pub fn simulate_program(
     main: &Path,
     job: Option<&Path>,
     out: Option<&Path>,
     runs: &Path,
     observer: &dyn Observer,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let parsed = program::read(main, &reporter)?;
     let loaded = match job {
@@ -466,7 +471,7 @@ fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
 }
 
 /// The job that stands for a missing one: the template of `meltpath new waam`.
-fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
+fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
     reporter.warn(
         "defaults",
         "no job was given: wire, gas, mode, wire feed, cell and limits are those of a new job",
@@ -489,8 +494,8 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, RunError> {
 /// What is resolved in a job, and what it warns of.
 ///
 /// # Errors
-/// [`RunError`] for whatever a run refuses before it computes: a part that cannot be used too.
-pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, RunError> {
+/// [`WaamError`] for whatever a run refuses before it computes: a part that cannot be used too.
+pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     load_part(&loaded.settings, &reporter, observer)?;

@@ -1,0 +1,117 @@
+//! Why a command ended without a result, as far as a person is told differently.
+
+use std::sync::Arc;
+
+use meltpath::chain::RunError;
+use meltpath::compare::CompareError;
+use meltpath::fit::FitCommandError;
+use meltpath::health::HealthError;
+use meltpath::identify::IdentifyError;
+use meltpath::inspect::InspectError;
+use meltpath::job::JobError;
+use meltpath::start::StartError;
+use meltpath::tune::TuneError;
+use meltpath::waam::WaamError;
+use meltpath_base::Cancelled;
+use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
+
+use crate::exit_code::{INPUT_WRONG, INTERRUPTED};
+use crate::show::line_to_stderr;
+
+/// Why a command ended without a result.
+pub(crate) enum Failure {
+    /// The person stopped it.
+    Cancelled,
+    /// A file that a person wrote, with the places of what is wrong in it.
+    Written(JobError),
+    /// Anything else, in words.
+    Other(String),
+}
+
+impl From<Cancelled> for Failure {
+    fn from(_: Cancelled) -> Self {
+        Failure::Cancelled
+    }
+}
+
+impl From<JobError> for Failure {
+    fn from(error: JobError) -> Self {
+        Failure::Written(error)
+    }
+}
+
+/// One conversion per error: the variants named are told differently, the others in words.
+macro_rules! failures {
+    ($($error:ident: $($variant:ident)+;)+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                match error {
+                    $($error::$variant(inner) => Failure::from(inner),)+
+                    other => Failure::Other(other.to_string()),
+                }
+            }
+        })+
+    };
+}
+failures! {
+    RunError: Cancelled Job;
+    WaamError: Cancelled Job;
+    CompareError: Cancelled Job;
+    FitCommandError: Cancelled Job;
+    TuneError: Cancelled Job;
+    InspectError: Cancelled;
+}
+
+/// Errors that are told in words alone.
+macro_rules! in_words {
+    ($($error:ident)+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Failure::Other(error.to_string())
+            }
+        })+
+    };
+}
+in_words!(HealthError IdentifyError StartError);
+
+impl Failure {
+    /// Shows it and returns the exit code.
+    pub(crate) fn show(self) -> u8 {
+        match self {
+            Failure::Cancelled => {
+                line_to_stderr("cancelled: nothing was written");
+                return INTERRUPTED;
+            }
+            Failure::Other(message) => line_to_stderr(&format!("error: {message}")),
+            Failure::Written(error) => show_written(error),
+        }
+        INPUT_WRONG
+    }
+}
+
+/// Errors of a file that a person wrote, each with its place marked in the text.
+fn show_written(error: JobError) {
+    let JobError::Text {
+        path,
+        text,
+        problems,
+    } = error
+    else {
+        line_to_stderr(&format!("error: {error}"));
+        return;
+    };
+    let source = Arc::new(NamedSource::new(path.display().to_string(), text));
+    for problem in problems {
+        let mut diagnostic = MietteDiagnostic::new(problem.message);
+        if let Some(help) = problem.help {
+            diagnostic = diagnostic.with_help(help);
+        }
+        if let Some(span) = problem.span {
+            diagnostic = diagnostic.with_label(LabeledSpan::underline(span));
+        }
+        line_to_stderr(&format!(
+            "{:?}",
+            Report::new(diagnostic).with_source_code(Arc::clone(&source))
+        ));
+    }
+}

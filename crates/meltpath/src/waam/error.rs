@@ -1,0 +1,102 @@
+//! Why a wire-arc job or one of its stages could not be done.
+
+use std::path::PathBuf;
+
+use meltpath_base::Cancelled;
+use meltpath_base::container::ContainerError;
+use meltpath_base::output::OutputError;
+use meltpath_geometry::overhang::OverhangError;
+use meltpath_geometry::section::SliceError;
+use meltpath_geometry::workpiece::WorkpieceError;
+use meltpath_planning::PlanError;
+use meltpath_robot::interpolation::fir::MotionError;
+
+use super::plan::PlanStageError;
+use super::program::ProgramStageError;
+use super::simulate::SimulateError;
+use super::target::TargetError;
+use crate::job::JobError;
+use crate::stages::part::PartError;
+
+/// Why a wire-arc job or one of its stages could not be done. Nothing was written then.
+#[derive(Debug, thiserror::Error)]
+pub enum WaamError {
+    /// The person stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The job file.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// Output.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The part.
+    #[error(transparent)]
+    Part(PartError),
+    /// The plan.
+    #[error(transparent)]
+    Plan(PlanStageError),
+    /// The program.
+    #[error(transparent)]
+    Program(#[from] ProgramStageError),
+    /// The simulation.
+    #[error(transparent)]
+    Simulate(SimulateError),
+    /// The comparison with the part.
+    #[error("cannot compare with the part: {0}")]
+    Target(TargetError),
+    /// The height map.
+    #[error(transparent)]
+    Workpiece(#[from] WorkpieceError),
+    /// A native file.
+    #[error("cannot use {}: {source}", .path.display())]
+    Container {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: ContainerError,
+    },
+}
+
+// that a person stopped a stage is no error of the stage
+
+impl From<PartError> for WaamError {
+    fn from(error: PartError) -> Self {
+        match error {
+            PartError::Cancelled(c) => WaamError::Cancelled(c),
+            other => WaamError::Part(other),
+        }
+    }
+}
+
+impl From<PlanStageError> for WaamError {
+    fn from(error: PlanStageError) -> Self {
+        match error {
+            PlanStageError::Cancelled(c)
+            | PlanStageError::Slice(SliceError::Cancelled(c))
+            | PlanStageError::Overhang(OverhangError::Cancelled(c))
+            | PlanStageError::Fill(PlanError::Cancelled(c)) => WaamError::Cancelled(c),
+            other => WaamError::Plan(other),
+        }
+    }
+}
+
+impl From<SimulateError> for WaamError {
+    fn from(error: SimulateError) -> Self {
+        match error {
+            SimulateError::Motion(MotionError::Cancelled(c)) => WaamError::Cancelled(c),
+            other => WaamError::Simulate(other),
+        }
+    }
+}
+
+impl From<TargetError> for WaamError {
+    fn from(error: TargetError) -> Self {
+        match error {
+            TargetError::Cancelled(c) | TargetError::Slice(SliceError::Cancelled(c)) => {
+                WaamError::Cancelled(c)
+            }
+            other => WaamError::Target(other),
+        }
+    }
+}
