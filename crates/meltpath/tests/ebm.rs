@@ -336,10 +336,15 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
         std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
     let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
-    let judge = "\n[judge]\nsolver = \"reference\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
+    let whole = "solver = \"reference\"\n";
+    let part = format!(
+        "{whole}part = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n"
+    );
+    assert!(text.contains(whole));
+    let text = text.replace(whole, &part);
     let file = dir.path().join("job.toml");
     let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
-    std::fs::write(&file, text + judge).unwrap();
+    std::fs::write(&file, text).unwrap();
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
