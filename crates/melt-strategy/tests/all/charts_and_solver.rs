@@ -3,7 +3,7 @@
 use crate::support::{beam, compute_charts, fresh_layer, on_metal, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::judge;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::simulation::{ChartSimulation, Settings};
@@ -53,6 +53,7 @@ fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         cell,
         planes,
         step: 4e-6,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     judge(&body, &[], path, &resolution, &Silent)

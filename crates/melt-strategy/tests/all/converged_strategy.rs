@@ -4,7 +4,7 @@
 //! highest temperatures over the layer's thickness, so that it does not depend on the height of the planes.
 use crate::support::{HATCH, SPEED, beam, good_body, on_metal, settings, titanium, window_round};
 use meltpath_base::Silent;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::judge;
 use meltpath_melt_strategy::learning::{Freedom, Learned, Learning, learn};
 use meltpath_melt_strategy::lever::Lever;
@@ -24,6 +24,7 @@ const COARSE: Resolution = Resolution {
     cell: 0.0625,
     planes: 1,
     step: 8e-6,
+    domain: Domain::THESIS,
     power: 1.0,
 };
 const FINE: Resolution = Resolution {

@@ -4,7 +4,7 @@ use std::time::Instant;
 use crate::support::{beam, compute_warm_charts, fresh_layer, on_metal, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::judge;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::ChartSet;
@@ -68,6 +68,7 @@ fn on_solver(path: &BeamPath) -> Field {
         cell: CELL,
         planes: 1,
         step: 4e-6,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     judge(&body, &[], path, &resolution, &Silent)

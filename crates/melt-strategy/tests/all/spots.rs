@@ -2,7 +2,7 @@
 use crate::support::{beam, on_metal, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_melt_strategy::bed::Bed;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::learning::{Freedom, Learned, Learning, learn};
 use meltpath_melt_strategy::lever::Lever;
 use meltpath_melt_strategy::peaks::with_reference;
@@ -52,6 +52,7 @@ fn bed(path: &BeamPath, step: f64) -> Bed {
         cell: 0.0625,
         planes: 1,
         step,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     let body = on_metal(&material, &beam);

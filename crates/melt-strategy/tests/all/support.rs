@@ -3,7 +3,7 @@
 #[path = "../../../thermal/tests/all/support.rs"]
 mod heat;
 
-use meltpath_melt_strategy::bed::Body;
+use meltpath_melt_strategy::bed::{Body, Reading};
 use meltpath_thermal::beam::Beam;
 use meltpath_thermal::material::Material;
 use meltpath_thermal::solver::State;
@@ -16,6 +16,7 @@ pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
         material,
         beam,
         layer: 0.05,
+        reading: Reading::LayerMean,
         ground: &|_| State::Dense,
     }
 }

@@ -1,7 +1,7 @@
 //! What the reference solver shows besides highest temperatures agrees with itself, and with a path whose axes are exchanged.
 use crate::support::{beam, on_metal, settings, titanium};
 use meltpath_base::Silent;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::{Drawn, watched};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::solver::watch::Watch;
@@ -15,6 +15,7 @@ fn drawn(corners: &[[f64; 2]], places: Vec<[f64; 3]>) -> Drawn {
         cell: 0.1,
         planes: 1,
         step: 1e-5,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     let watch = Watch {

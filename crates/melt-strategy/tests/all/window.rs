@@ -2,7 +2,7 @@
 use crate::support::{beam, faces, fresh_layer, on_metal, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::judgement::judge;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::grid::Grid;
@@ -86,6 +86,7 @@ fn a_long_track_costs_where_it_is_hot() {
         cell: 0.0625,
         planes: 1,
         step: 4e-6,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     let cost = |length: f64| {

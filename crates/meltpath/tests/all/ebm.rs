@@ -48,9 +48,18 @@ fn a_small_job_runs_and_learns() {
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    // charts preview: what they say is kept, and nothing passes by it
+    assert_eq!(outcome.verdict.status(), Status::CannotSay);
     let share = &outcome.verdict.checks[0];
-    assert_eq!(share.id, "in-window");
-    assert_eq!(share.status, Status::Pass, "{}", share.reason);
+    assert_eq!(
+        (share.id.as_str(), share.status),
+        ("in-window", Status::CannotSay)
+    );
+    assert!(share.remedy.as_ref().unwrap().contains("under [judge]"));
+    for id in ["in-window-charts", "unmelted-charts"] {
+        let fact = outcome.verdict.facts.iter().find(|f| f.id == id).unwrap();
+        assert!(fact.value.is_some() && fact.reason == "preview by charts");
+    }
     let told = outcome
         .verdict
         .warnings
@@ -143,7 +152,14 @@ fn a_path_is_found_on_the_reference_solver() {
     std::fs::write(&file, &text).unwrap();
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-    assert_eq!(outcome.verdict.checks[0].status, Status::Pass);
+    // one run of the solver shows no convergence
+    assert_eq!(outcome.verdict.status(), Status::CannotSay);
+    let fact = outcome
+        .verdict
+        .facts
+        .iter()
+        .find(|f| f.id == "in-window-search");
+    assert!(fact.unwrap().value.as_ref().unwrap().value > 5.0);
     // what lies beyond the laws is said of the solver too, not of charts alone
     let warned = |code: &str| outcome.verdict.warnings.iter().any(|w| w.code == code);
     assert!(warned("laws-extrapolated-reference"));
@@ -322,10 +338,15 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
         std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
     let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
-    let judge = "\n[judge]\nsolver = \"reference\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
+    let whole = "solver = \"reference\"\n";
+    let part = format!(
+        "{whole}part = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n"
+    );
+    assert!(text.contains(whole));
+    let text = text.replace(whole, &part);
     let file = dir.path().join("job.toml");
     let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
-    std::fs::write(&file, text + judge).unwrap();
+    std::fs::write(&file, text).unwrap();
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
@@ -392,6 +413,73 @@ fn a_small_job_is_judged() {
     ] {
         assert!(report.contains(said), "{said}");
     }
+}
+
+/// The whole section is judged, what melts outside it too; a part of it, or one in which nothing melts, never passes.
+#[test]
+fn the_whole_section_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let checked = |extra: &str| {
+        let extra = format!(
+            "[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
+        );
+        let file = job(dir.path(), &extra, 4e-3);
+        let out = dir.path().join("out");
+        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        std::fs::remove_dir_all(&out).unwrap();
+        println!("{}", outcome.verdict.to_json());
+        move |id: &str| {
+            let found = outcome.verdict.checks.iter().find(|c| c.id == id);
+            let check = found.unwrap();
+            (
+                check.status,
+                check.value.as_ref().unwrap().value,
+                check.reason.clone(),
+            )
+        }
+    };
+    // lines on the contour itself: all of it melts, and what lies beside it
+    let whole = checked("");
+    let (status, share, reason) = whole("in-window");
+    assert_eq!(status, Status::Pass, "{reason}");
+    assert!(share > 99.0, "{share}");
+    for variant in [
+        "twice the planes",
+        "the ground twice as deep",
+        "the ground twice as wide",
+    ] {
+        assert!(reason.contains(variant), "{variant}: {reason}");
+    }
+    assert_eq!(whole("unmelted").0, Status::Pass);
+    let (status, share, _) = whole("molten-outside");
+    assert!(status == Status::Fail && share > 10.0, "{status:?} {share}");
+    let (status, away, _) = whole("molten-farthest");
+    assert!(status == Status::Fail && away > 0.2, "{status:?} {away}");
+    // a part of it
+    let part = checked("part = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n");
+    let (status, _, reason) = part("in-window");
+    assert_eq!(status, Status::CannotSay, "{reason}");
+    assert!(reason.contains("only judge.part"), "{reason}");
+    // a corner of the region that the beam does not reach, and one that no cell lies in
+    let region = "[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"4 mm\", \"0 mm\"], [\"4 mm\", \"0.5 mm\"], [\"0 mm\", \"0.5 mm\"]]\n[checks]\nin_window = \"0 %\"\nunmelted = \"100 %\"\n";
+    let nothing = checked(&format!(
+        "beyond = \"1 mm\"\npart = [[\"2.375 mm\", \"0.1 mm\"], [\"2.5 mm\", \"0.5 mm\"]]\n{region}"
+    ));
+    for id in ["in-window", "unmelted", "molten-outside"] {
+        let (status, _, reason) = nothing(id);
+        assert!(
+            status == Status::Fail && reason.contains("nothing melts"),
+            "{id}: {reason}"
+        );
+    }
+    let empty = checked(&format!(
+        "beyond = \"2 mm\"\npart = [[\"3.4 mm\", \"0.1 mm\"], [\"3.5 mm\", \"0.2 mm\"]]\n{region}"
+    ));
+    let (status, _, reason) = empty("in-window");
+    assert!(
+        status == Status::CannotSay && reason.contains("no cell"),
+        "{reason}"
+    );
 }
 
 /// Lines go beyond the contour where the job says so; the region that is judged stays, on voxels of two planes a layer.
