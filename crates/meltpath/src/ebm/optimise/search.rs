@@ -138,7 +138,7 @@ impl Search<'_> {
         draw: &mut Draw<'_>,
         observer: &dyn Observer,
     ) -> Result<(BeamPath, Option<SpeedProfile>, Vec<Trial>), EbmError> {
-        let candidates = self.how.candidates(self.plan)?;
+        let candidates = self.how.candidates(&self.plan.path, &self.plan.others)?;
         if candidates.len() == 1 {
             return Ok((self.plan.path.clone(), None, Vec::new()));
         }
