@@ -319,7 +319,7 @@ impl Share {
 
     /// Whether there are changes and none moves it by more than `most`.
     pub fn within(&self, most: f64) -> bool {
-        !self.changes.is_empty() && self.spread() <= most
+        !self.changes.is_empty() && self.spread() <= most * (1.0 + 1e-9)
     }
 }
 

@@ -8,7 +8,7 @@ use meltpath_thermal::charts::file as chart_file;
 
 use super::error::EbmError;
 use super::plan::{Plan, planned};
-use super::simulate::{Outcome, simulate};
+use super::simulate::simulate;
 use super::{cost, verdict};
 use crate::job::{EbmJob, JobError, Written};
 use crate::outcome::{self, Examined};

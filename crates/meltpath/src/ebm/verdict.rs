@@ -41,7 +41,6 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     };
     let path = judged.better.as_ref().unwrap_or(&judged.given);
     let section = Section {
-        path,
         judging,
         tally: &path.runs[0].tally,
     };
@@ -130,7 +129,6 @@ impl Figure {
 
 /// What is judged, and how.
 struct Section<'a> {
-    path: &'a JudgedPath,
     judging: &'a Judge,
     tally: &'a Tally,
 }
@@ -178,8 +176,9 @@ impl Section<'_> {
             unsure(
                 check,
                 &format!(
-                    "NOT CONVERGED: it moves by more than {} {unit} with {}",
+                    "NOT CONVERGED: it moves by more than {} {} with {}",
                     factor * converged,
+                    if unit == "%" { "points" } else { unit },
                     by.join(", ")
                 ),
             )

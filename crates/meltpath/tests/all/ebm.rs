@@ -338,15 +338,10 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
         std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
     let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
-    let whole = "solver = \"reference\"\n";
-    let part = format!(
-        "{whole}part = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n"
-    );
-    assert!(text.contains(whole));
-    let text = text.replace(whole, &part);
+    let judge = "\n[judge]\nsolver = \"reference\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
     let file = dir.path().join("job.toml");
     let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, text + judge).unwrap();
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
@@ -439,7 +434,7 @@ fn the_whole_section_is_judged() {
         }
     };
     // lines on the contour itself: all of it melts, and what lies beside it
-    let whole = checked("");
+    let whole = checked("[checks]\nfarthest = \"0.1 mm\"\n");
     let (status, share, reason) = whole("in-window");
     assert_eq!(status, Status::Pass, "{reason}");
     assert!(share > 99.0, "{share}");
@@ -454,7 +449,7 @@ fn the_whole_section_is_judged() {
     let (status, share, _) = whole("molten-outside");
     assert!(status == Status::Fail && share > 10.0, "{status:?} {share}");
     let (status, away, _) = whole("molten-farthest");
-    assert!(status == Status::Fail && away > 0.2, "{status:?} {away}");
+    assert!(status == Status::Fail && away > 0.15, "{status:?} {away}");
     // a part of it
     let part = checked("part = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n");
     let (status, _, reason) = part("in-window");
