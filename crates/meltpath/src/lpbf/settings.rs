@@ -212,11 +212,11 @@ fn work(
     if let Some(file) = file {
         let whole = (folder.join(&**file), stated.hatch);
         let section = Section::of(job, (&whole.0, whole.1), (reporter, observer), r)?;
-        return Ok(Work::Layers(LayerSet {
+        return Ok(Work::Layers(Box::new(LayerSet {
             file: file.to_string(),
             hatch: Some(section.spacing()),
             source: Source::Part(section),
-        }));
+        })));
     }
     let Some(file) = layers else {
         return Ok(Work::Plate(plate(&job.plate, stated, r)));
@@ -224,11 +224,11 @@ fn work(
     let found = FileLayers::choose(&folder.join(&**file), file, &job.layers)
         .map_err(|message| job.lpbf.layers.problem(message))?;
     job.layers.range.or_computed(r, found.numbers);
-    Ok(Work::Layers(LayerSet {
+    Ok(Work::Layers(Box::new(LayerSet {
         file: file.to_string(),
         source: Source::File(found),
         hatch: job.layers.hatch.map(|h| h.0),
-    }))
+    })))
 }
 
 /// Notes what a recipe says.

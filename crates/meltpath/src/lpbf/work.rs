@@ -21,7 +21,7 @@ pub enum Work {
     /// Squares.
     Plate(SquarePlate),
     /// Layers.
-    Layers(LayerSet),
+    Layers(Box<LayerSet>),
 }
 
 /// Where layers come from.
@@ -62,7 +62,7 @@ impl LayerSet {
     }
 }
 
-fn refused(e: PlateError) -> ScanJobError {
+fn refused(e: &PlateError) -> ScanJobError {
     ScanJobError::Value {
         what: e.what,
         value: e.value,
@@ -78,7 +78,7 @@ impl Work {
     pub fn layers<'a>(&'a self, recipe: &'a Recipe) -> Result<Layers<'a>, HeadError> {
         let planned = match self {
             Work::Plate(plate) => {
-                let path = plate.toolpath().map_err(refused)?;
+                let path = plate.toolpath().map_err(|e| refused(&e))?;
                 Box::new(path.layers.into_iter().map(|l| Ok(Cow::Owned(l))))
             }
             Work::Layers(set) => match &set.source {
@@ -101,7 +101,7 @@ impl Work {
                     rows: 1,
                     ..*plate
                 };
-                prepare(&two.toolpath().map_err(refused)?.layers, recipe)
+                prepare(&two.toolpath().map_err(|e| refused(&e))?.layers, recipe)
             }
             Work::Layers(_) => {
                 let first = self.layers(recipe)?.next();

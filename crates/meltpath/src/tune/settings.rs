@@ -223,7 +223,7 @@ fn task(
     }
     let own = match &axis.controller {
         Controller::Cascade(gains) => Some(*gains),
-        _ => None,
+        Controller::Sampled(_) => None,
     };
     let targets = loops(letter, file, data.tuning[place], &axis, own, told)?;
     let h = &file.hinf;

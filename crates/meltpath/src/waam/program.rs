@@ -295,13 +295,6 @@ pub fn commands(
                     ExecutedKind::Circular { via } => Kind::Arc { via },
                 };
                 let length = length(kind, here.position, m.target.position);
-                let speed = match m.speed {
-                    ExecutedSpeed::Path(v) => v,
-                    ExecutedSpeed::Joint(share) => share * joint_speed,
-                    ExecutedSpeed::Duration(t) if length > 0.0 => length / t,
-                    // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
-                    ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
-                };
                 if m.arc.is_some() {
                     arc_length += length;
                 }
@@ -310,7 +303,7 @@ pub fn commands(
                     kind,
                     target: m.target.position,
                     orientation: m.target.orientation,
-                    speed,
+                    speed: path_speed(m.speed, length, joint_speed),
                     smoothing: m.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
                     source: source(m.arc),
                 });
@@ -340,6 +333,17 @@ pub fn commands(
         arc_length,
         gaps: executed.gaps,
     })
+}
+
+/// Speed along a move of `length` mm, mm/s.
+fn path_speed(speed: ExecutedSpeed, length: f64, joint_speed: f64) -> f64 {
+    match speed {
+        ExecutedSpeed::Path(v) => v,
+        ExecutedSpeed::Joint(share) => share * joint_speed,
+        ExecutedSpeed::Duration(t) if length > 0.0 => length / t,
+        // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
+        ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
+    }
 }
 
 /// Length of a move, mm.

@@ -442,7 +442,10 @@ mod tests {
                 ..hatch(pattern)
             };
             let path = drawn(&hatch, std::slice::from_ref(&region), 1);
-            let rings = path.passes().take_while(|p| p.is_closed()).count();
+            let rings = path
+                .passes()
+                .take_while(meltpath_toolpath::Pass::is_closed)
+                .count();
             assert_eq!(rings, 2 * contours as usize);
             let lines: Vec<Pass<'_>> = path.passes().skip(rings).collect();
             assert!(lines.iter().all(|p| p.move_count() == 1));

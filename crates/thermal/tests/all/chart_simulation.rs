@@ -8,7 +8,6 @@ use crate::support::{
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::BeamPath;
-use meltpath_thermal::charts::ChartSet;
 use meltpath_thermal::charts::rates::PastTheEnd;
 use meltpath_thermal::charts::simulation::{ChartSimulation, Memory, Settings};
 use meltpath_thermal::grid::{Field, Grid};
