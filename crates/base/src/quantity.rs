@@ -192,7 +192,17 @@ impl de::Visitor<'_> for QuantityVisitor {
     }
 }
 
-/// One newtype per dimension: they differ in nothing but the table of units.
+/// Declares a dimension: a type around its number in internal units, what it is, and the units that files may use, the usual one
+/// first. They differ in nothing else.
+///
+/// ```
+/// meltpath_base::quantity!(
+///     /// A mass of gas, g inside.
+///     Mass, "mass", "g", [("g", 1.0), ("kg", 1e3)]
+/// );
+/// assert_eq!(Mass::parse("2 kg").unwrap(), Mass(2000.0));
+/// ```
+#[macro_export]
 macro_rules! quantity {
     ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr $(, $more:ident = $value:expr)?)),+]) => {
         $(#[$doc])*
@@ -204,20 +214,23 @@ macro_rules! quantity {
 
         impl $name {
             /// The units that files may use; the first is the one values are written back in.
-            pub const UNITS: &'static [Unit] = &[$(Unit { $($more: $value,)? ..Unit::new($symbol, $factor) }),+];
+            pub const UNITS: &'static [$crate::quantity::Unit] = &[$($crate::quantity::Unit {
+                $($more: $value,)?
+                ..$crate::quantity::Unit::new($symbol, $factor)
+            }),+];
 
             /// Reads a number with a unit.
             ///
             /// # Errors
-            /// [`QuantityError`] naming what was written and the accepted units.
-            pub fn parse(text: &str) -> Result<Self, QuantityError> {
-                parse(text, $what, Self::UNITS).map($name)
+            /// `QuantityError`, naming what was written and the accepted units.
+            pub fn parse(text: &str) -> Result<Self, $crate::quantity::QuantityError> {
+                $crate::quantity::parse(text, $what, Self::UNITS).map($name)
             }
         }
 
-        impl Quantity for $name {
+        impl $crate::quantity::Quantity for $name {
             const WHAT: &'static str = $what;
-            const UNITS: &'static [Unit] = Self::UNITS;
+            const UNITS: &'static [$crate::quantity::Unit] = Self::UNITS;
 
             fn from_number(number: f64) -> Self {
                 $name(number)
@@ -228,25 +241,64 @@ macro_rules! quantity {
             }
         }
 
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(&Self::UNITS[0].show(self.0))
             }
         }
 
-        impl<'de> Deserialize<'de> for $name {
-            fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-                d.deserialize_any(QuantityVisitor { what: $what, units: Self::UNITS }).map($name)
+        impl $crate::settings::Serialize for $name {
+            fn serialize<S: $crate::settings::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                s.collect_str(self)
             }
         }
 
-        impl Serialize for $name {
-            fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-                s.collect_str(self)
+        impl $crate::settings::Value for $name {
+            const KIND: $crate::settings::Kind = $crate::settings::Kind::Quantity {
+                what: $what,
+                units: Self::UNITS,
+            };
+
+            fn read(
+                node: &$crate::settings::Node<'_>,
+                place: &$crate::settings::Place<'_>,
+                reader: &mut $crate::settings::Reader,
+            ) -> Option<Self> {
+                $crate::settings::quantity(node, place, reader)
+            }
+
+            fn json(&self) -> $crate::settings::Json {
+                self.to_string().into()
             }
         }
     };
 }
+
+/// The dimensions that are read by serde too.
+macro_rules! deserialized {
+    ($($name:ident),+) => {$(
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                let visitor = QuantityVisitor { what: Self::WHAT, units: Self::UNITS };
+                d.deserialize_any(visitor).map($name)
+            }
+        }
+    )+};
+}
+deserialized!(
+    Length,
+    Speed,
+    Time,
+    Angle,
+    Voltage,
+    Current,
+    Ratio,
+    Temperature,
+    TemperatureDifference,
+    Frequency,
+    AngularSpeed,
+    BeadWidths
+);
 
 quantity!(
     /// A length, mm inside.
@@ -258,7 +310,7 @@ quantity!(
     /// assert!(Length::parse("1.6").unwrap_err().to_string().contains("\"mm\""));
     /// ```
     Length, "length", "mm",
-    [("mm", 1.0), ("µm", 1e-3), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4)]
+    [("mm", 1.0), ("µm", 1e-3), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4), ("nm", 1e-6)]
 );
 quantity!(
     /// A speed (travel, wire feed), mm/s inside; people write m/min.
@@ -274,7 +326,7 @@ quantity!(
 quantity!(
     /// A duration, s inside.
     Time, "time", "s",
-    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)]
+    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]
 );
 quantity!(
     /// An angle, rad inside.
@@ -321,6 +373,16 @@ quantity!(
     /// A speed of turning, rad/s inside.
     AngularSpeed, "angular speed", "rad/s",
     [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
+);
+quantity!(
+    /// A number without a unit, such as an exponent.
+    Pure, "number", "1",
+    [("1", 1.0)]
+);
+quantity!(
+    /// A density, kg/m³ inside.
+    Density, "density", "kg/m³",
+    [("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3)]
 );
 quantity!(
     /// A number of bead widths.
@@ -477,6 +539,7 @@ mod tests {
             ("cm", 10.0),
             ("m", 1000.0),
             ("in", 25.4),
+            ("nm", 0.000_001),
         ];
         each(|text| Length::parse(text).unwrap().0, &lengths);
         let speeds = [
@@ -492,6 +555,7 @@ mod tests {
             ("s", 1.0),
             ("ms", 0.001),
             ("us", 0.000_001),
+            ("µs", 0.000_001),
             ("min", 60.0),
             ("h", 3600.0),
         ];

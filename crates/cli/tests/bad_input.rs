@@ -204,8 +204,10 @@ fn programs_that_cannot_be_run_are_refused() {
 fn beads_beyond_the_plate_fail_the_part() {
     let dir = tempfile::tempdir().unwrap();
     let size = "# size = [\"200 mm\", \"150 mm\"]";
-    let small = job(dir.path()).replace(size, "size = [\"30 mm\", \"30 mm\"]");
-    assert!(small.contains("30 mm"));
+    let small = job(dir.path())
+        .replace(size, "size = [\"30 mm\", \"30 mm\"]")
+        .replace("programs = [\"fanuc-ls\"]", "programs = []");
+    assert!(small.contains("30 mm") && small.contains("programs = []"));
     fs::write(dir.path().join("job/job.toml"), small).unwrap();
     let output = meltpath(&["run", "job/job.toml", "--out", "built"], dir.path());
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
@@ -214,6 +216,8 @@ fn beads_beyond_the_plate_fail_the_part() {
     let checks = verdict["checks"].as_array().unwrap();
     let plate = checks.iter().find(|c| c["id"] == "plate").unwrap();
     assert_eq!(plate["status"], "fail", "{plate}");
+    // a job that asks for no program gets none
+    assert!(!dir.path().join("built/program").exists());
 }
 
 #[cfg(unix)]
@@ -252,10 +256,19 @@ fn help_and_version_are_no_errors() {
         &["--version"],
         &["run", "--help"],
         &["new", "waam", "--help"],
+        &["schema", "wire"],
+        &["schema", "gun"],
     ] {
         let output = meltpath(args, dir.path());
         assert_eq!(output.status.code(), Some(0));
         assert!(!output.stdout.is_empty());
     }
     assert_eq!(meltpath(&["fly"], dir.path()).status.code(), Some(2));
+    let unknown = meltpath(&["schema", "wires"], dir.path());
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(
+        said(&unknown).contains("known are job, tune, wire"),
+        "{}",
+        said(&unknown)
+    );
 }

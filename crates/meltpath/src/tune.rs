@@ -42,7 +42,7 @@ pub fn tune(
     let here = path.parent().unwrap_or(Path::new(""));
     let refused = |problems: Problems| JobError::in_file(path, &text, problems);
     let file = Written::<TuneFile>::parse(&text, TuneFile::check).map_err(|p| refused(p.into()))?;
-    let settings = settings::resolve(&file, here).map_err(|p| refused(p.into()))?;
+    let settings = settings::resolve(&file, here).map_err(refused)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
     let reporter = Reporter::new();
     let record = design::record(&settings, &reporter)?;

@@ -125,6 +125,14 @@ macro_rules! choice {
         }
 
         impl $name {
+            /// Every one, in the order of their declaration.
+            pub const ALL: [Self; [$($word),+].len()] = [$($name::$variant),+];
+
+            /// The one of a word.
+            pub fn from_word(word: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|one| one.word() == word)
+            }
+
             /// The word in files.
             pub const fn word(self) -> &'static str {
                 match self {
@@ -149,8 +157,7 @@ macro_rules! choice {
                 place: &$crate::settings::Place<'_>,
                 reader: &mut $crate::settings::Reader,
             ) -> Option<Self> {
-                let all = [$($name::$variant),+];
-                reader.word(node, place, &all.map($name::word)).map(|n| all[n])
+                reader.word(node, place, &Self::ALL.map($name::word)).map(|n| Self::ALL[n])
             }
 
             fn json(&self) -> $crate::settings::Json {

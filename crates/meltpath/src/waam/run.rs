@@ -19,6 +19,7 @@ use super::program::{self, Commands};
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
+use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Examined, Outcome, json, record_inputs};
 use crate::stages::part::{self, Part, PartError};
@@ -145,8 +146,13 @@ pub fn run(
         low: at(-1.0),
         high: at(1.0),
     };
-    let mut checks = target_checks(&outcome, &settings.limits);
-    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
+    checks.extend(layer_checks(
+        &simulation.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
@@ -161,13 +167,18 @@ pub fn run(
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
+    let written: &[_] = if settings.programs.contains(&Dialect::FanucLs) {
+        &programs.files
+    } else {
+        &[]
+    };
     let shown = Shown {
         title: loaded.name.clone(),
         part: Some(&part),
         settings,
         simulation: &simulation,
         commands: &commands,
-        program_names: programs.files.iter().map(|f| f.name.clone()).collect(),
+        program_names: written.iter().map(|f| f.name.clone()).collect(),
         growth,
         bead_diameter: 0.7 * plan.height.value,
     };
@@ -176,7 +187,7 @@ pub fn run(
     views::waam::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
-    for file in &programs.files {
+    for file in written {
         folder.write(&format!("program/{}", file.name), |w| {
             w.write_all(file.text.as_bytes())
         })?;
@@ -239,8 +250,8 @@ fn write_common(
         subtitle: format!(
             "{} · wire {} · {} · {} · cell {}",
             shown.part.map_or("program", |p| p.name.as_str()),
-            settings.wire.name,
-            settings.gas.name,
+            *settings.wire.name,
+            *settings.gas.name,
             settings.mode.to_uppercase(),
             settings.cell_name
         ),
@@ -401,7 +412,11 @@ pub fn simulate_program(
             low: at(-1.0),
             high: at(1.0),
         };
-        checks.extend(target_checks(&outcome, &settings.limits));
+        checks.extend(target_checks(
+            &outcome,
+            &settings.limits,
+            &settings.remedies,
+        ));
     } else {
         checks.push(Check::not_checked(
             "part",
@@ -409,7 +424,12 @@ pub fn simulate_program(
             "no job was given: name one with --job to judge the part",
         ));
     }
-    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    checks.extend(layer_checks(
+        &simulation.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
     checks.extend(judge::not_checked());
     let verdict = Verdict {
         checks,
