@@ -1,11 +1,13 @@
 """Checks that every relative link in the Markdown files below the given paths leads to a file of the repository and to a heading in it,
-and that the book's SUMMARY.md lists every page."""
+that files and packages named in them are there, and that the book's SUMMARY.md lists every page."""
 import pathlib
 import re
 import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
+FILE = re.compile(r"`((?:crates|examples|ci|docs|bench|[a-z-]+/src)/[\w./-]*)`")
+PACKAGE = re.compile(r"cargo \w+ [^`\n]*?-p ([\w-]+)")
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 
 
@@ -17,10 +19,19 @@ def anchors(text):
 
 def main(roots):
     broken = []
+    packages = {
+        re.search(r'^name = "(.+)"', m.read_text(encoding="utf-8"), re.MULTILINE)[1] for m in pathlib.Path("crates").glob("*/Cargo.toml")
+    }
     for root in map(pathlib.Path, roots):
         files = list(root.rglob("*.md")) if root.is_dir() else [root]
         for file in files:
-            for target in LINK.findall(file.read_text(encoding="utf-8")):
+            text = file.read_text(encoding="utf-8")
+            broken += [f"{file}: {p} is no package" for p in PACKAGE.findall(text) if p not in packages]
+            for name in FILE.findall(text):
+                made_by_a_run = "-runs/" in name
+                if not (made_by_a_run or pathlib.Path(name).exists() or pathlib.Path("crates", name).exists()):
+                    broken.append(f"{file}: {name} is not there")
+            for target in LINK.findall(text):
                 path, _, anchor = target.partition("#")
                 if "://" in target:
                     continue

@@ -192,88 +192,6 @@ impl de::Visitor<'_> for QuantityVisitor {
     }
 }
 
-/// Declares a dimension: a type around its number in internal units, what it is, and the units that files may use, the usual one
-/// first. They differ in nothing else.
-///
-/// ```
-/// meltpath_base::quantity!(
-///     /// A mass of gas, g inside.
-///     Mass, "mass", "g", [("g", 1.0), ("kg", 1e3)]
-/// );
-/// assert_eq!(Mass::parse("2 kg").unwrap(), Mass(2000.0));
-/// ```
-#[macro_export]
-macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr $(, $more:ident = $value:expr)?)),+]) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
-        pub struct $name(
-            #[doc = concat!("The value in ", $internal, ".")]
-            pub f64,
-        );
-
-        impl $name {
-            /// The units that files may use; the first is the one values are written back in.
-            pub const UNITS: &'static [$crate::quantity::Unit] = &[$($crate::quantity::Unit {
-                $($more: $value,)?
-                ..$crate::quantity::Unit::new($symbol, $factor)
-            }),+];
-
-            /// Reads a number with a unit.
-            ///
-            /// # Errors
-            /// `QuantityError`, naming what was written and the accepted units.
-            pub fn parse(text: &str) -> Result<Self, $crate::quantity::QuantityError> {
-                $crate::quantity::parse(text, $what, Self::UNITS).map($name)
-            }
-        }
-
-        impl $crate::quantity::Quantity for $name {
-            const WHAT: &'static str = $what;
-            const UNITS: &'static [$crate::quantity::Unit] = Self::UNITS;
-
-            fn from_number(number: f64) -> Self {
-                $name(number)
-            }
-
-            fn number(self) -> f64 {
-                self.0
-            }
-        }
-
-        impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(&Self::UNITS[0].show(self.0))
-            }
-        }
-
-        impl $crate::settings::Serialize for $name {
-            fn serialize<S: $crate::settings::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-                s.collect_str(self)
-            }
-        }
-
-        impl $crate::settings::Value for $name {
-            const KIND: $crate::settings::Kind = $crate::settings::Kind::Quantity {
-                what: $what,
-                units: Self::UNITS,
-            };
-
-            fn read(
-                node: &$crate::settings::Node<'_>,
-                place: &$crate::settings::Place<'_>,
-                reader: &mut $crate::settings::Reader,
-            ) -> Option<Self> {
-                $crate::settings::quantity(node, place, reader)
-            }
-
-            fn json(&self) -> $crate::settings::Json {
-                self.to_string().into()
-            }
-        }
-    };
-}
-
 /// The dimensions that are read by serde too.
 macro_rules! deserialized {
     ($($name:ident),+) => {$(
@@ -300,7 +218,7 @@ deserialized!(
     BeadWidths
 );
 
-quantity!(
+crate::quantity!(
     /// A length, mm inside.
     ///
     /// ```
@@ -312,7 +230,7 @@ quantity!(
     Length, "length", "mm",
     [("mm", 1.0), ("µm", 1e-3), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4), ("nm", 1e-6)]
 );
-quantity!(
+crate::quantity!(
     /// A speed (travel, wire feed), mm/s inside; people write m/min.
     ///
     /// ```
@@ -323,22 +241,22 @@ quantity!(
     Speed, "speed", "mm/s",
     [("m/min", 1e3 / 60.0), ("mm/s", 1.0), ("mm/min", 1.0 / 60.0), ("cm/min", 10.0 / 60.0), ("m/s", 1e3), ("in/min", 25.4 / 60.0)]
 );
-quantity!(
+crate::quantity!(
     /// A duration, s inside.
     Time, "time", "s",
     [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]
 );
-quantity!(
+crate::quantity!(
     /// An angle, rad inside.
     Angle, "angle", "rad",
     [("deg", std::f64::consts::PI / 180.0), ("°", std::f64::consts::PI / 180.0), ("rad", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A voltage, V inside.
     Voltage, "voltage", "V",
     [("kV", 1e3), ("V", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// An electric current, A inside.
     ///
     /// ```
@@ -348,43 +266,43 @@ quantity!(
     Current, "current", "A",
     [("mA", 1e-3), ("A", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A share or a factor, 1 inside for `100 %`.
     Ratio, "ratio", "1",
     [("%", 1.0, divisor = 100.0)]
 );
 
-quantity!(
+crate::quantity!(
     /// A temperature, K inside.
     Temperature, "temperature", "K",
     [("°C", 1.0, offset = 273.15), ("degC", 1.0, offset = 273.15), ("K", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A difference of temperatures, K inside.
     TemperatureDifference, "difference of temperatures", "K",
     [("K", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// An angular frequency (bandwidth, crossover), rad/s inside.
     Frequency, "frequency", "rad/s",
     [("rad/s", 1.0), ("Hz", std::f64::consts::TAU), ("kHz", 1e3 * std::f64::consts::TAU)]
 );
-quantity!(
+crate::quantity!(
     /// A speed of turning, rad/s inside.
     AngularSpeed, "angular speed", "rad/s",
     [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A number without a unit, such as an exponent.
     Pure, "number", "1",
     [("1", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A density, kg/m³ inside.
     Density, "density", "kg/m³",
     [("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3)]
 );
-quantity!(
+crate::quantity!(
     /// A number of bead widths.
     BeadWidths, "number of bead widths", "1",
     [("w", 1.0)]

@@ -61,7 +61,7 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
         (
             "travel_speed = \"0.75 m/min\"",
             "travel_speed = \"-0.75 m/min\"",
-            &["above zero"],
+            &["above 0 m/min"],
         ),
         (
             "wire = \"x90-ig-1.0\"",
@@ -87,7 +87,7 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
         ),
         (
             "travel_speed = \"0.75 m/min\"",
-            "travel_speed = \"90 m/min\"",
+            "travel_speed = \"30 m/min\"",
             &["cannot make", "0.25 to 1.5"],
         ),
         (
@@ -96,6 +96,11 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
             &["layers.height", "could"],
         ),
         ("kind = \"waam\"", "kind = \"milling\"", &["milling"]),
+        (
+            "wire = \"x90-ig-1.0\"",
+            "wire = \"g3si-1.2\"\nmap = \"x90-ig-1.0-cmt-m14\"",
+            &["the process map is for wire", "g3si-1.2"],
+        ),
     ] {
         assert!(good.contains(right), "{right}");
         refused(dir.path(), &good.replace(right, wrong), words);
@@ -204,10 +209,15 @@ fn programs_that_cannot_be_run_are_refused() {
 fn beads_beyond_the_plate_fail_the_part() {
     let dir = tempfile::tempdir().unwrap();
     let size = "# size = [\"200 mm\", \"150 mm\"]";
-    let small = job(dir.path())
-        .replace(size, "size = [\"30 mm\", \"30 mm\"]")
+    let good = job(dir.path());
+    assert!(good.contains(size));
+    let smaller = good.replace(size, "size = [\"130 mm\", \"30 mm\"]");
+    refused(dir.path(), &smaller, &["substrate.size", "100 x 100 mm"]);
+    // the part stands on it, its allowance does not
+    let small = good
+        .replace(size, "size = [\"101 mm\", \"101 mm\"]")
         .replace("programs = [\"fanuc-ls\"]", "programs = []");
-    assert!(small.contains("30 mm") && small.contains("programs = []"));
+    assert!(small.contains("programs = []"));
     fs::write(dir.path().join("job/job.toml"), small).unwrap();
     let output = meltpath(&["run", "job/job.toml", "--out", "built"], dir.path());
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));

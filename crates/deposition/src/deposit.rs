@@ -11,7 +11,7 @@ mod record;
 
 pub use driver::{Deposit, Deposition};
 pub use levelling::Levelling;
-pub use record::{Accumulation, ArcStart, LayerRecord, PathPoint, Spread};
+pub use record::{Accumulation, ArcStart, LayerRecord, PathPoint, Spread, TubeDistance};
 
 use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};

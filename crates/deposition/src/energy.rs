@@ -5,9 +5,6 @@ use meltpath_base::{choice, table};
 
 const TEXT: &str = meltpath_data::energy::ROUCHON_2022.text;
 
-/// How near a table's wire is to the wire asked for, mm.
-const SAME_DIAMETER: f64 = 0.01;
-
 /// Energy per volume of deposit, J/mm³.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyPerVolume {
@@ -24,10 +21,10 @@ pub struct EnergyPerVolume {
 /// What an energy per volume rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EnergyBasis {
-    /// Beads of the same wire diameter, mode and gas.
+    /// Beads of the same wire, mode and gas.
     Configuration,
-    /// All beads of the same mode: the energy depends on the mode before all else (Rouchon 2022, § 2.3).
-    Mode,
+    /// Beads of the same wire and mode with other gases: the energy depends on the mode before all else (Rouchon 2022, § 2.3).
+    OtherGases,
 }
 
 table! {
@@ -43,7 +40,7 @@ table! {
         page: String => required;
         /// Unit of the energies.
         unit: EnergyUnit => required;
-        /// Wire diameter in mm, mode, gas; mean, least and greatest energy of the beads.
+        /// Wire, mode, gas; mean, least and greatest energy of the beads.
         rows: Vec<Row> => required;
     }
 }
@@ -56,9 +53,9 @@ choice! {
     }
 }
 
-/// A row of the table: wire diameter mm, mode, gas; mean, least, greatest.
+/// A row of the table: wire, mode, gas; mean, least, greatest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row(f64, String, String, f64, f64, f64);
+pub struct Row(String, String, String, f64, f64, f64);
 
 impl Value for Row {
     const KIND: Kind = Kind::List {
@@ -69,14 +66,14 @@ impl Value for Row {
 
     fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
         let row: Vec<&Node<'_>> = node.get_ref().as_array().into_iter().flatten().collect();
-        let [diameter, mode, gas, mean, least, greatest] = row[..] else {
-            reader.unexpected(node, place, "a diameter, a mode, a gas and three energies");
+        let [wire, mode, gas, mean, least, greatest] = row[..] else {
+            reader.unexpected(node, place, "a wire, a mode, a gas and three energies");
             return None;
         };
         let mut number = |node| f64::read(node, place, reader);
-        let [diameter, mean, least, greatest] = [diameter, mean, least, greatest].map(&mut number);
-        let [mode, gas] = [mode, gas].map(|node| String::read(node, place, reader));
-        Some(Row(diameter?, mode?, gas?, mean?, least?, greatest?))
+        let [mean, least, greatest] = [mean, least, greatest].map(&mut number);
+        let [wire, mode, gas] = [wire, mode, gas].map(|node| String::read(node, place, reader));
+        Some(Row(wire?, mode?, gas?, mean?, least?, greatest?))
     }
 
     fn json(&self) -> Json {
@@ -84,28 +81,30 @@ impl Value for Row {
     }
 }
 
-/// Energy per volume of a wire of this diameter (mm) in this mode and gas; nothing for a mode that was not measured.
+/// Energy per volume of a wire in this mode and gas; nothing for a wire or a mode that was not measured: what one wire takes says
+/// nothing of another.
 ///
 /// ```
 /// use meltpath_deposition::energy::{EnergyBasis, energy_per_volume};
-/// let energy = energy_per_volume(1.0, "cmt", "m14").unwrap().unwrap();
+/// let energy = energy_per_volume("x90-ig-1.0", "cmt", "m14").unwrap().unwrap();
 /// assert_eq!((energy.mean, energy.basis), (23.1, EnergyBasis::Configuration));
 /// ```
 ///
 /// # Errors
 /// [`Problems`] when the table that comes with the program does not read.
 pub fn energy_per_volume(
-    diameter: f64,
+    wire: &str,
     mode: &str,
     gas: &str,
 ) -> Result<Option<EnergyPerVolume>, Problems> {
     let file = settings::parse(TEXT, |_: &EnergyFile| Vec::new())?;
-    let of_mode = || file.rows.iter().filter(|row| row.1 == mode);
-    let same: Vec<_> = of_mode()
-        .filter(|row| (row.0 - diameter).abs() < SAME_DIAMETER && row.2 == gas)
-        .collect();
+    let of_mode = || {
+        let rows = file.rows.iter();
+        rows.filter(|row| row.0 == wire && row.1 == mode)
+    };
+    let same: Vec<_> = of_mode().filter(|row| row.2 == gas).collect();
     let (rows, basis) = if same.is_empty() {
-        (of_mode().collect(), EnergyBasis::Mode)
+        (of_mode().collect(), EnergyBasis::OtherGases)
     } else {
         (same, EnergyBasis::Configuration)
     };
@@ -128,19 +127,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn other_wires_of_the_mode_take_all_its_beads() {
-        let energy = energy_per_volume(1.6, "cmt", "m14").unwrap().unwrap();
-        assert_eq!(energy.basis, EnergyBasis::Mode);
-        assert!((energy.mean - 24.175).abs() < 1e-9);
-        assert!((energy.sigma - (27.9 - 20.4) / 4.0).abs() < 1e-9);
-        assert_eq!(energy_per_volume(1.0, "laser", "m14").unwrap(), None);
+    fn energies_count_for_the_wire_they_were_measured_on() {
+        let of = |wire, mode, gas| energy_per_volume(wire, mode, gas).unwrap();
+        let energy = of("x90-ig-1.2", "cmt", "argon").unwrap();
+        assert_eq!(energy.basis, EnergyBasis::OtherGases);
+        assert!((energy.mean - 0.5 * (25.7 + 24.6)).abs() < 1e-9);
+        assert!((energy.sigma - (27.9 - 21.4) / 4.0).abs() < 1e-9);
+        // as thick, but another alloy
+        assert_eq!(of("g3si-1.2", "cmt", "m14"), None);
+        assert_eq!(of("x90-ig-1.0", "laser", "m14"), None);
     }
 
     #[test]
     fn waam_ac08_pulsed_transfer_spends_more_than_cmt() {
-        for (diameter, gas) in [(1.0, "speed"), (1.0, "m14"), (1.2, "speed"), (1.2, "m14")] {
-            let cmt = energy_per_volume(diameter, "cmt", gas).unwrap().unwrap();
-            let pulsed = energy_per_volume(diameter, "pulsed", gas).unwrap().unwrap();
+        for (wire, gas) in [
+            ("x90-ig-1.0", "speed"),
+            ("x90-ig-1.0", "m14"),
+            ("x90-ig-1.2", "speed"),
+            ("x90-ig-1.2", "m14"),
+        ] {
+            let cmt = energy_per_volume(wire, "cmt", gas).unwrap().unwrap();
+            let pulsed = energy_per_volume(wire, "pulsed", gas).unwrap().unwrap();
             assert!((20.0..=28.0).contains(&cmt.mean));
             assert!((28.0..=39.0).contains(&pulsed.mean));
         }

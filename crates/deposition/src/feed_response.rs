@@ -9,6 +9,9 @@ use meltpath_base::settings::{Datum, Problem};
 use meltpath_base::{Length, quantity, table};
 use serde::{Deserialize, Serialize};
 
+/// Scatter of a measured contact tube distance, mm.
+const SCATTER: f64 = 0.5;
+
 /// Wire feed against contact tube distance, as a share of the feed at a reference distance.
 ///
 /// - Distances in mm, from the contact tube to the surface that the bead finds.
@@ -73,6 +76,12 @@ impl MeasuredResponse {
         .held_by(stabiliser)
     }
 
+    /// How well the distances are known at which it was measured, mm: one standard deviation of the reference, else the scatter of
+    /// such a measurement.
+    pub fn distance_sigma(&self) -> f64 {
+        self.reference.uncertainty.unwrap_or(SCATTER)
+    }
+
     /// Distances out of order.
     pub(crate) fn check(&self) -> Option<Problem> {
         let message = "the greatest distance measured must be above the least";
@@ -134,7 +143,6 @@ impl FeedResponse {
 
     /// Whether a distance lies within what was measured, to the scatter of such a measurement (half a millimetre).
     pub fn covers(&self, distance: f64) -> bool {
-        const SCATTER: f64 = 0.5;
         let (least, greatest) = self.measured;
         distance >= least - SCATTER && distance <= greatest + SCATTER
     }

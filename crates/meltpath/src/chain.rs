@@ -97,7 +97,7 @@ pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunErro
         None => Err(JobError::in_file(file, &text, reading.problems).into()),
         Some(Job::Waam(_)) => waam::examine(file, observer).map_err(RunError::from),
         Some(Job::Ebm(ebm)) => ebm::examine(file, ebm, &text, observer).map_err(RunError::from),
-        Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text).map_err(RunError::from),
+        Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text, observer).map_err(RunError::from),
     };
     let (examined, refused) = match examined {
         Ok(examined) => (examined, None),

@@ -14,7 +14,6 @@ pub mod path_file;
 pub mod plan;
 pub mod region;
 pub mod run;
-pub mod section;
 pub mod settings;
 pub mod simulate;
 

@@ -1,14 +1,16 @@
-//! The laser scan-head pipeline: recipes on a plate of squares or on read layers, where the laser really goes, comparison,
-//! verdict.
+//! The laser scan-head pipeline: recipes on a plate of squares, on read layers or on layers of a part, where the laser really
+//! goes, comparison, verdict.
 
 pub(crate) mod comparison;
 pub mod error;
+pub mod file_layers;
 pub mod heat;
 mod motion;
 pub(crate) mod optimise;
 mod refuse;
 pub(crate) mod result;
 pub mod run;
+pub mod section;
 pub mod settings;
 pub mod work;
 

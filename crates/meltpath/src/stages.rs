@@ -1,3 +1,4 @@
 //! Stages that the processes share.
 
 pub mod part;
+pub mod section;

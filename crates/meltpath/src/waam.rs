@@ -2,7 +2,9 @@
 
 mod bead;
 pub(crate) mod checks;
+mod doubt;
 pub mod error;
+mod foreign;
 pub mod judge;
 pub mod plan;
 pub mod program;
@@ -11,6 +13,8 @@ pub mod run;
 pub mod settings;
 pub mod simulate;
 pub mod target;
+mod tube;
 
 pub use error::WaamError;
-pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run, simulate_program};
+pub use foreign::simulate_program;
+pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run};

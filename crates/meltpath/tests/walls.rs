@@ -62,6 +62,7 @@ fn wall(s: &Settings, beads: &[f64], layers: u32, rise: f64) -> Simulation {
         },
         commands: &commands,
         layer_of_command,
+        pass_of_command: &[],
         layers: &[],
         controller: &s.cell.motion,
         map: map.unwrap(),

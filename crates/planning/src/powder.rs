@@ -9,4 +9,4 @@ mod patterns;
 pub mod plate;
 
 pub use error::HatchError;
-pub use hatch::{Hatch, Modulated, Pattern};
+pub use hatch::{Hatch, Modulated, Pattern, Turns};

@@ -2,6 +2,7 @@
 
 use meltpath_base::{Angle, Length, Ratio, Speed, choice, table};
 
+use crate::execute::{ExecutionSettings, WeldSettings};
 use crate::program::{ArcAction, ArcStyle, ArcWord, SpeedUnit};
 
 table! {
@@ -27,18 +28,24 @@ table! {
         contact_tube_distance: Length where positive => required;
         /// Words for the arc.
         arc: ArcWords => required;
+        /// What the weld schedules of the controller set: programs of others are simulated with these.
+        schedules as "schedule": Vec<WeldSchedule> => default([], "programs of others say it, or it is not known");
+        /// Registers that programs of others read before they set them.
+        registers: Vec<Register> => default([], "none is known");
+        /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
+        passed_over: Vec<String> => default([], "none");
         /// Unit of speeds along the path.
         speed_unit: PathSpeedUnit => required;
         /// Decimals of these speeds.
         speed_decimals: u32 where within(0.0, 3.0) => required;
         /// Speed of travels.
-        travel_speed: Speed where positive => required;
+        travel_speed: Speed where up_to(FASTEST) => required;
         /// Speed down to an arc start.
-        approach_speed: Speed where positive => required;
+        approach_speed: Speed where up_to(FASTEST) => required;
         /// Joint speed of the first move.
         first_move: Ratio where within(0.01, 1.0) => required;
         /// Height of travels above the highest surface so far.
-        clearance: Length where positive => required;
+        clearance: Length where up_to(FASTEST) => required;
         /// Smoothing of travels.
         travel_smoothing: Ratio where within(0.0, 1.0) => required;
         /// Longest name, 8 or 32 on most controllers.
@@ -47,6 +54,24 @@ table! {
         lines_per_program: usize where within(50.0, 1e9) => required;
         /// Most positions in one program.
         points_per_program: usize where within(20.0, 1e9) => required;
+    }
+
+    /// A weld schedule of the controller.
+    pub struct WeldSchedule {
+        /// Its number.
+        number: u32 => required;
+        /// Programmed wire feed speed.
+        wire_feed: Speed where up_to(FASTEST) => required;
+        /// Meaning of `WELD_SPEED` with it.
+        travel_speed: Speed where up_to(FASTEST) => none("not known");
+    }
+
+    /// A numeric register of the controller.
+    pub struct Register {
+        /// Its number.
+        number: u32 => required;
+        /// Its content.
+        value: f64 => required;
     }
 
     /// W, P, R.
@@ -111,6 +136,30 @@ impl ArcWords {
     }
 }
 
+/// Fastest speed, mm/s, and greatest clearance, mm, that a cell has.
+const FASTEST: f64 = 1e3;
+
+impl CellProgramming {
+    /// What the controller knows and programs of others do not say; `assumed_speed` (mm/s) stands for speeds that nothing says.
+    pub fn execution(&self, assumed_speed: f64) -> ExecutionSettings {
+        let set = |s: &WeldSchedule| WeldSettings {
+            wire_feed: s.wire_feed.0,
+            speed: s.travel_speed.map(|v| v.0),
+        };
+        let capital = |name: &String| name.to_ascii_uppercase();
+        ExecutionSettings {
+            registers: self
+                .registers
+                .iter()
+                .map(|r| (*r.number, *r.value))
+                .collect(),
+            schedules: self.schedules.iter().map(|s| (*s.number, set(s))).collect(),
+            assumed_speed,
+            passed_over: self.passed_over.iter().map(capital).collect(),
+        }
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use meltpath_base::settings;
@@ -142,7 +191,7 @@ pub(crate) mod tests {
             (
                 "travel_speed = \"6 m/min\"",
                 "travel_speed = \"0 m/min\"",
-                "program.travel_speed is 0 m/min: it must be above zero",
+                "program.travel_speed is 0 m/min: it must be above 0 m/min, at most 60 m/min",
             ),
             (
                 "\"cm/min\"",

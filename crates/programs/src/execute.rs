@@ -1,39 +1,75 @@
 //! The order in which a controller executes programs: calls followed, frames and arc tracked, positions looked up.
 //!
-//! What only the controller knows is refused (conditions, loops, registers that nothing sets, position registers) or told as a warning
-//! where it does not move the tool. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
+//! Every line is executed, or shapes no metal (told as a warning), or shapes metal in a way that only the controller knows: such
+//! lines are told as [`Gap`]s, and the result is not that of the program. What decides which line comes next is refused (conditions,
+//! loops). A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
 mod effect;
+mod gap;
+mod moves;
 mod refusal;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::Pose;
-use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
-use effect::{Effect, effect, first_word, moves_target, numbered};
+use effect::{Effect, effect, first_word, numbered, told_schedule};
+pub use gap::{Gap, Missing};
 pub use refusal::{ProgramError, Refusal};
 
-use crate::orientation::pose;
-use crate::program::{
-    ArcAction, ArcWord, CommentMark, Coordinates, Instruction, Motion, MotionKind, Position,
-    PositionRef, Program, Speed, SpeedUnit, Termination,
-};
+use crate::fanuc_ls::instruction_text;
+use crate::program::{ArcAction, ArcWord, CommentMark, Instruction, Position, Program};
 
 /// Calls within calls that a controller takes.
 const DEEPEST: usize = 10;
 
+/// Longest wait that is simulated, s: a day.
+const LONGEST_WAIT: f64 = 86_400.0;
+
 /// What the programs do not say themselves.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ExecutionSettings {
     /// Register contents before the start.
     pub registers: BTreeMap<u32, f64>,
-    /// Meaning of `WELD_SPEED`, mm/s.
-    pub weld_speed: Option<f64>,
-    /// Programs of the cell that do not move the tool: calls to them are passed over. Capital letters.
+    /// What weld schedules set, by number.
+    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// Speed along the path, mm/s, of moves whose own is not known.
+    pub assumed_speed: f64,
+    /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
     pub passed_over: BTreeSet<String>,
+}
+
+impl Default for ExecutionSettings {
+    fn default() -> Self {
+        ExecutionSettings {
+            registers: BTreeMap::new(),
+            schedules: BTreeMap::new(),
+            assumed_speed: 10.0,
+            passed_over: BTreeSet::new(),
+        }
+    }
+}
+
+/// What a weld schedule sets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WeldSettings {
+    /// Programmed wire feed speed, mm/s.
+    pub wire_feed: f64,
+    /// Meaning of `WELD_SPEED`, mm/s, where the schedule says it.
+    pub speed: Option<f64>,
+}
+
+/// What programs do when they are executed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Execution {
+    /// The moves and waits, in order.
+    pub steps: Vec<Executed>,
+    /// What the weld schedules that were used set, as far as it is known.
+    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// Lines that shape metal and were not simulated, each once, in the order of execution.
+    pub gaps: Vec<Gap>,
 }
 
 /// One thing executed.
@@ -65,7 +101,7 @@ pub struct ExecutedMotion {
     pub speed: ExecutedSpeed,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
     pub smoothing: Option<f64>,
-    /// Schedule of the arc during the move; `None` while it is off.
+    /// Schedule of the arc during the move, in [`Execution::schedules`] where it is known; `None` while it is off.
     pub arc: Option<u32>,
     /// User and tool frame.
     pub frames: (u32, u32),
@@ -114,19 +150,24 @@ pub fn execution_order(
     programs: &[Program],
     settings: &ExecutionSettings,
     reporter: &Reporter,
-) -> Result<Vec<Executed>, ProgramError> {
+) -> Result<Execution, ProgramError> {
     let mut machine = Machine {
         programs,
         settings,
         tables: programs.iter().map(table).collect(),
         registers: settings.registers.clone(),
+        schedules: settings.schedules.clone(),
+        unnumbered: Vec::new(),
         frames: (None, None),
+        bead_frames: None,
         arc: None,
         layer: None,
         pass: None,
         arc_points: Vec::new(),
         executed: Vec::new(),
         told: BTreeMap::new(),
+        gaps: Vec::new(),
+        seen: BTreeSet::new(),
         stack: Vec::new(),
         at: (0, 0),
     };
@@ -139,7 +180,11 @@ pub fn execution_order(
         return Err(machine.refuse(Refusal::ArcLeftOn));
     }
     machine.tell(reporter);
-    Ok(machine.executed)
+    Ok(Execution {
+        steps: machine.executed,
+        schedules: machine.schedules,
+        gaps: machine.gaps,
+    })
 }
 
 fn table(program: &Program) -> BTreeMap<u32, &Position> {
@@ -151,7 +196,12 @@ struct Machine<'a> {
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
     registers: BTreeMap<u32, f64>,
+    schedules: BTreeMap<u32, WeldSettings>,
+    /// Arc words that set the source by values: they take the numbers that no controller has, from the last one down.
+    unnumbered: Vec<String>,
     frames: (Option<u32>, Option<u32>),
+    /// Frames of the first bead.
+    bead_frames: Option<(u32, u32)>,
     arc: Option<u32>,
     layer: Option<u32>,
     pass: Option<u32>,
@@ -160,6 +210,9 @@ struct Machine<'a> {
     executed: Vec<Executed>,
     /// What is not executed, by its first word: how often, first place, an example.
     told: BTreeMap<(&'static str, String), (u32, String, u32)>,
+    gaps: Vec<Gap>,
+    /// Lines and reasons that are among the gaps.
+    seen: BTreeSet<((usize, usize), String)>,
     stack: Vec<usize>,
     /// Program and instruction being executed, from 0.
     at: (usize, usize),
@@ -186,16 +239,26 @@ impl Machine<'_> {
         entry.0 += 1;
     }
 
+    /// Remembers a line that shapes metal and is not simulated.
+    fn gap(&mut self, why: Missing) {
+        let program = &self.programs[self.at.0];
+        let line = self.at.1 as u32 + 1;
+        if !self.seen.insert((self.at, why.to_string())) {
+            return;
+        }
+        let text = program.instructions.get(self.at.1);
+        self.gaps.push(Gap {
+            program: program.name.clone(),
+            line,
+            text: text.map(instruction_text).unwrap_or_default(),
+            why,
+        });
+    }
+
     fn tell(&self, reporter: &Reporter) {
         for ((code, word), (count, program, line)) in &self.told {
             let times = if *count == 1 { "line" } else { "lines" };
             let (message, remedy) = match *code {
-                "positioner-not-simulated" => (
-                    format!(
-                        "{count} {times}: motion group {word} moves, but only group 1 is simulated"
-                    ),
-                    "read the result for a positioner that stands still",
-                ),
                 "joint-position-skipped" => (
                     format!(
                         "{count} {times}: P[{word}] is given by joints: this travel is left out"
@@ -212,9 +275,15 @@ impl Machine<'_> {
                     format!("{count} {times}: calls of {word} are passed over"),
                     "",
                 ),
+                "travel-speed" => (
+                    format!("{count} {times}: the speed {word} of a travel is not known"),
+                    "times leave it open",
+                ),
                 _ => (
-                    format!("{count} {times} with {word}: kept, but not executed"),
-                    "its effect on the motion, if any, is not in the result",
+                    format!(
+                        "{count} {times} with {word}: kept, not executed, no metal is laid by it"
+                    ),
+                    "",
                 ),
             };
             let place = Place {
@@ -246,6 +315,9 @@ impl Machine<'_> {
                 }
                 Instruction::Wait(time) => {
                     self.close_arcs();
+                    if *time > LONGEST_WAIT {
+                        return Err(self.refuse(Refusal::Wait(*time)));
+                    }
                     self.executed.push(Executed::Wait {
                         time: *time,
                         arc: self.arc,
@@ -266,6 +338,7 @@ impl Machine<'_> {
                     if *mark == CommentMark::Remark {
                         self.layer = numbered(text, "Layer").or(self.layer);
                         self.pass = numbered(text, "Pass").or(self.pass);
+                        self.learn(text);
                     }
                 }
                 Instruction::Jump(label) => next = self.jump(program, *label)?,
@@ -286,8 +359,11 @@ impl Machine<'_> {
                         flow = Flow::Abort;
                         break;
                     }
-                    Effect::Passive => self.note("line-passed-over", first_word(text)),
-                    Effect::Unknown => self.note("line-not-executed", first_word(text)),
+                    Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
+                    Effect::Wait | Effect::Passive => {
+                        self.note("line-passed-over", first_word(text));
+                    }
+                    Effect::Shapes(why) => self.gap(why),
                 },
             }
         }
@@ -322,18 +398,45 @@ impl Machine<'_> {
             self.note("call-passed-over", name);
             return Ok(Flow::Return);
         }
-        Err(self.refuse(Refusal::Call(name)))
+        self.gap(Missing::Call(name));
+        Ok(Flow::Return)
+    }
+
+    /// A schedule that a comment tells, where the cell does not know better.
+    fn learn(&mut self, comment: &str) {
+        if let Some((number, wire_feed)) = told_schedule(comment) {
+            let told = WeldSettings {
+                wire_feed,
+                speed: None,
+            };
+            self.schedules.entry(number).or_insert(told);
+        }
+    }
+
+    /// The number of what an arc word sets.
+    fn schedule(&mut self, word: &ArcWord) -> u32 {
+        if let Some(number) = word.schedule() {
+            return number;
+        }
+        let known = self.unnumbered.iter().position(|u| *u == word.arguments);
+        let index = known.unwrap_or_else(|| {
+            self.unnumbered.push(word.arguments.clone());
+            self.unnumbered.len() - 1
+        });
+        u32::MAX - index as u32
     }
 
     fn switch(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
         match word.action {
             ArcAction::Start => {
-                // schedules that are written as values have no number
-                let schedule = word.schedule().unwrap_or(0);
+                let schedule = self.schedule(word);
                 if self.arc == Some(schedule) {
                     return Err(self.refuse(Refusal::ArcOn));
                 }
                 self.arc = Some(schedule);
+                if !self.schedules.contains_key(&schedule) {
+                    self.gap(Missing::Schedule(word.to_string()));
+                }
             }
             ArcAction::End => {
                 if self.arc.take().is_none() {
@@ -342,219 +445,6 @@ impl Machine<'_> {
             }
         }
         Ok(())
-    }
-
-    /// The pose of a position in the selected frames; `None` for a position given by joints.
-    fn place(&mut self, reference: &PositionRef) -> Result<Option<Pose>, ProgramError> {
-        let index = match reference {
-            PositionRef::Point { index, .. } => *index,
-            PositionRef::Unresolved(text) => {
-                return Err(self.refuse(Refusal::Unresolved(text.clone())));
-            }
-        };
-        let Some(position) = self.tables[self.at.0].get(&index).copied() else {
-            return Err(self.refuse(Refusal::NoPosition(index)));
-        };
-        let Some(group) = position.groups.iter().find(|g| g.number == 1) else {
-            return Err(self.refuse(Refusal::JointPosition(index)));
-        };
-        for other in position.groups.iter().filter(|g| g.number != 1) {
-            if moved_away(&other.coordinates) {
-                self.note("positioner-not-simulated", other.number.to_string());
-            }
-        }
-        let Coordinates::Cartesian {
-            xyz, wpr_degrees, ..
-        } = &group.coordinates
-        else {
-            return Ok(None);
-        };
-        let pairs = [
-            ("user frame", group.frame, self.frames.0),
-            ("tool frame", group.tool, self.frames.1),
-        ];
-        for (what, taught, selected) in pairs {
-            if let (Some(taught), Some(selected)) = (taught, selected)
-                && taught != selected
-            {
-                return Err(self.refuse(Refusal::OtherFrame {
-                    index,
-                    what,
-                    taught,
-                    selected,
-                }));
-            }
-        }
-        Ok(Some(pose(DVec3::from_array(*xyz), *wpr_degrees)))
-    }
-
-    fn speed(&self, motion: &Motion) -> Result<ExecutedSpeed, ProgramError> {
-        let (value, unit) = match motion.speed {
-            Speed::Value { value, unit } => (value, unit),
-            Speed::Register { number, unit } => {
-                let register = || self.refuse(Refusal::Register(format!("R[{number}]")));
-                (*self.registers.get(&number).ok_or_else(register)?, unit)
-            }
-            Speed::Weld => {
-                let unknown = || self.refuse(Refusal::Register("WELD_SPEED".to_owned()));
-                let speed = self.settings.weld_speed.ok_or_else(unknown)?;
-                return Ok(ExecutedSpeed::Path(speed));
-            }
-            Speed::Maximum => {
-                return match motion.kind {
-                    MotionKind::Joint => Ok(ExecutedSpeed::Joint(1.0)),
-                    _ => Err(self.refuse(Refusal::Speed)),
-                };
-            }
-        };
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(self.refuse(Refusal::Speed));
-        }
-        match (unit, &motion.kind) {
-            (SpeedUnit::Second, _) => Ok(ExecutedSpeed::Duration(value)),
-            (SpeedUnit::Millisecond, _) => Ok(ExecutedSpeed::Duration(value * 1e-3)),
-            (SpeedUnit::Percent, MotionKind::Joint) if value <= 100.0 => {
-                Ok(ExecutedSpeed::Joint(value / 100.0))
-            }
-            (SpeedUnit::Percent, _) | (_, MotionKind::Joint) => Err(self.refuse(Refusal::Speed)),
-            (SpeedUnit::DegreePerSecond, _) => Ok(ExecutedSpeed::Rotation(value.to_radians())),
-            (SpeedUnit::MillimetrePerSecond, _) => Ok(ExecutedSpeed::Path(value)),
-            (SpeedUnit::CentimetrePerMinute, _) => Ok(ExecutedSpeed::Path(value * 10.0 / 60.0)),
-            (SpeedUnit::InchPerMinute, _) => Ok(ExecutedSpeed::Path(value * 25.4 / 60.0)),
-        }
-    }
-
-    fn smoothing(&mut self, motion: &Motion) -> Result<Option<f64>, ProgramError> {
-        let share = match &motion.termination {
-            Termination::Fine => return Ok(None),
-            Termination::Cnt(share) => f64::from(*share),
-            Termination::CntRegister(n) => {
-                let register = || self.refuse(Refusal::Register(format!("R[{n}]")));
-                *self.registers.get(n).ok_or_else(register)?
-            }
-            Termination::Other(word) => {
-                self.note("line-not-executed", first_word(word));
-                100.0
-            }
-        };
-        Ok(Some((share / 100.0).clamp(0.0, 1.0)))
-    }
-
-    fn motion(&mut self, motion: &Motion) -> Result<(), ProgramError> {
-        let (Some(frame), Some(tool)) = self.frames else {
-            let missing = if self.frames.0.is_none() {
-                "UFRAME_NUM"
-            } else {
-                "UTOOL_NUM"
-            };
-            return Err(self.refuse(Refusal::NoFrame(missing)));
-        };
-        for word in &motion.extra {
-            if moves_target(word) {
-                return Err(self.refuse(Refusal::Unresolved(word.clone())));
-            }
-            self.note("line-not-executed", first_word(word));
-        }
-        let joint = motion.kind == MotionKind::Joint;
-        if joint && self.arc.is_some() {
-            return Err(self.refuse(Refusal::ArcInJointMove));
-        }
-        let Some(target) = self.place(&motion.target)? else {
-            let index = match &motion.target {
-                PositionRef::Point { index, .. } => *index,
-                PositionRef::Unresolved(_) => 0,
-            };
-            if joint && motion.arc.is_none() {
-                self.note("joint-position-skipped", index.to_string());
-                return Ok(());
-            }
-            return Err(self.refuse(Refusal::JointPosition(index)));
-        };
-        let kind = match &motion.kind {
-            MotionKind::Joint => ExecutedKind::Joint,
-            // circles of A moves are found once three of them are known
-            MotionKind::Linear | MotionKind::CircleArc => ExecutedKind::Linear,
-            MotionKind::Circular { via } => {
-                let place = self.place(via)?;
-                let unknown = || self.refuse(Refusal::Unresolved("via point".to_owned()));
-                ExecutedKind::Circular {
-                    via: place.ok_or_else(unknown)?.position,
-                }
-            }
-        };
-        let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion)?);
-        if motion.kind == MotionKind::CircleArc {
-            self.arc_points.push(self.executed.len());
-        } else {
-            self.close_arcs();
-        }
-        self.executed.push(Executed::Motion(ExecutedMotion {
-            kind,
-            target,
-            speed,
-            smoothing,
-            arc: self.arc,
-            frames: (frame, tool),
-            layer: self.layer,
-            pass: self.pass,
-            program: self.at.0 as u32,
-            line: self.at.1 as u32 + 1,
-        }));
-        if let Some(word) = &motion.arc {
-            let was = self.arc;
-            self.switch(word)?;
-            let changes = was.is_none() || self.arc.is_none();
-            if smoothing.is_some() && changes {
-                self.note("arc-on-the-fly", word.to_string());
-            }
-        }
-        Ok(())
-    }
-
-    /// Gives a finished chain of A moves its circles: each pair of points lies on the circle with the next point, the last pair on
-    /// that with the one before. The move to the first point is straight, and so are chains of less than three points.
-    fn close_arcs(&mut self) {
-        let chain = std::mem::take(&mut self.arc_points);
-        let at = |executed: &[Executed], i: usize| match executed.get(i) {
-            Some(Executed::Motion(m)) => m.target.position,
-            _ => DVec3::ZERO,
-        };
-        for (k, pair) in chain.windows(2).enumerate() {
-            let Some(first) = k.checked_sub(usize::from(k + 3 > chain.len())) else {
-                continue;
-            };
-            let Some(three) = chain.get(first..first + 3) else {
-                continue;
-            };
-            let points = [0, 1, 2].map(|i| at(&self.executed, three[i]));
-            let Some(arc) = Arc::through(points[0], points[1], points[2]) else {
-                continue;
-            };
-            let offset = points[1] - arc.centre;
-            let share = offset
-                .dot(arc.v)
-                .atan2(offset.dot(arc.u))
-                .rem_euclid(std::f64::consts::TAU)
-                / arc.sweep;
-            let middle = if first == k {
-                0.5 * share
-            } else {
-                0.5 * (1.0 + share)
-            };
-            if let Some(Executed::Motion(m)) = self.executed.get_mut(pair[1]) {
-                m.kind = ExecutedKind::Circular {
-                    via: arc.at(middle),
-                };
-            }
-        }
-    }
-}
-
-/// Whether the axes of a further group stand elsewhere than at zero.
-fn moved_away(coordinates: &Coordinates) -> bool {
-    match coordinates {
-        Coordinates::Joint(axes) => axes.iter().any(|a| a.value != 0.0),
-        Coordinates::Cartesian { .. } | Coordinates::Unread(_) => true,
     }
 }
 

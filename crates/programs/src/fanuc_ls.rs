@@ -14,3 +14,8 @@ mod write;
 pub use error::ParseError;
 pub use parse::{Parsed, Unread, parse, read};
 pub use write::{WriteError, write};
+
+/// An instruction in one line, as people read it.
+pub(crate) fn instruction_text(instruction: &crate::program::Instruction) -> String {
+    scan::tidy(&line::write(instruction))
+}

@@ -14,7 +14,7 @@ pub mod vectors;
 pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, ProgramError,
-    execution_order,
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Execution, ExecutionSettings, Gap,
+    Missing, ProgramError, WeldSettings, execution_order,
 };
 pub use program::Program;

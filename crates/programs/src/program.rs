@@ -248,9 +248,17 @@ pub struct ArcWord {
 }
 
 impl ArcWord {
-    /// The schedule number, where the arguments are plain numbers: the last of them.
+    /// The schedule number, where the arguments say one: `Arc Start[schedule]`, `Weld Start[procedure,schedule]`. Further numbers of
+    /// an `Arc` word are values of the source.
     pub fn schedule(&self) -> Option<u32> {
-        self.arguments.rsplit(',').next()?.trim().parse().ok()
+        let mut arguments = self.arguments.split(',').map(str::trim);
+        let first = arguments.next()?;
+        let number = match (self.style, arguments.next()) {
+            (_, None) => first,
+            (ArcStyle::Weld, Some(schedule)) => schedule,
+            (ArcStyle::Arc, Some(_)) => return None,
+        };
+        number.parse().ok().filter(|_| arguments.next().is_none())
     }
 }
 

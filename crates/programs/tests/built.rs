@@ -140,7 +140,8 @@ fn executed(built: &Built) -> Vec<ExecutedMotion> {
     let mut settings = ExecutionSettings::default();
     settings.passed_over.insert("COOL".to_owned());
     let all = execution_order(&through_text(built), &settings, &Reporter::new()).unwrap();
-    let moves = all.iter().filter_map(|e| match e {
+    assert_eq!(all.gaps, []);
+    let moves = all.steps.iter().filter_map(|e| match e {
         Executed::Motion(m) => Some(*m),
         Executed::Wait { .. } => None,
     });

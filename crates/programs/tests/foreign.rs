@@ -8,12 +8,12 @@ use std::fmt::Write as _;
 use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::execute::Refusal;
+use meltpath_programs::execute::{Execution, Refusal};
 use meltpath_programs::fanuc_ls::{self, ParseError, Parsed};
 use meltpath_programs::program::{Coordinates, Instruction, PositionRef, Termination};
 use meltpath_programs::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Program,
-    execution_order,
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Missing, Program,
+    WeldSettings, execution_order,
 };
 
 const SIMPLE: &str = include_str!("data/offline_simple.ls");
@@ -24,12 +24,12 @@ fn parsed(text: &str) -> Parsed {
     fanuc_ls::parse(text).unwrap()
 }
 
-fn execute(programs: &[Program]) -> Result<Vec<Executed>, Refusal> {
+fn execute(programs: &[Program]) -> Result<Execution, Refusal> {
     execution_order(programs, &ExecutionSettings::default(), &Reporter::new()).map_err(|e| e.why)
 }
 
-fn motions(executed: &[Executed]) -> Vec<ExecutedMotion> {
-    let moves = executed.iter().filter_map(|e| match e {
+fn motions(execution: &Execution) -> Vec<ExecutedMotion> {
+    let moves = execution.steps.iter().filter_map(|e| match e {
         Executed::Motion(m) => Some(*m),
         Executed::Wait { .. } => None,
     });
@@ -110,6 +110,7 @@ fn a_simple_export_is_executed() {
     assert_eq!((moves[6].line, moves[6].frames), (15, (9, 9)));
     assert!(
         executed
+            .steps
             .iter()
             .any(|e| matches!(e, Executed::Wait { time, arc: None, .. } if *time == 0.5))
     );
@@ -133,16 +134,35 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     let reporter = Reporter::new();
     let mut settings = ExecutionSettings {
         registers: BTreeMap::from([(14, 50.0)]),
-        weld_speed: Some(12.5),
         ..ExecutionSettings::default()
     };
-    let refused =
-        execution_order(std::slice::from_ref(&p.program), &settings, &reporter).unwrap_err();
-    assert_eq!(refused.why, Refusal::Call("TORCH_CLEAN".into()));
-    assert_eq!((refused.program.as_str(), refused.line), ("WALL_CELL2", 19));
-
+    let program = std::slice::from_ref(&p.program);
+    let whys = |settings: &ExecutionSettings| -> Vec<(u32, Missing)> {
+        let executed = execution_order(program, settings, &Reporter::new()).unwrap();
+        executed.gaps.into_iter().map(|g| (g.line, g.why)).collect()
+    };
+    assert_eq!(
+        whys(&settings),
+        [
+            (10, Missing::Positioner(2)),
+            (11, Missing::Schedule("Weld Start[1,2]".into())),
+            (12, Missing::Weave),
+            (13, Missing::Word("ACC80".into())),
+            (18, Missing::Speed("WELD_SPEED".into())),
+            (19, Missing::Call("TORCH_CLEAN".into())),
+        ]
+    );
+    // what the cell knows is no gap any more
     settings.passed_over.insert("TORCH_CLEAN".into());
-    let executed = execution_order(&[p.program], &settings, &reporter).unwrap();
+    let set = WeldSettings {
+        wire_feed: 100.0,
+        speed: Some(12.5),
+    };
+    settings.schedules.insert(2, set);
+    let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
+    assert_eq!(left, [10, 12, 13]);
+
+    let executed = execution_order(program, &settings, &reporter).unwrap();
     let moves = motions(&executed);
     // both moves to the joint position are left out
     assert_eq!(moves.len(), 7);
@@ -172,9 +192,8 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     let codes: Vec<_> = reporter.warnings().iter().map(|w| w.code.clone()).collect();
     for code in [
         "joint-position-skipped",
-        "positioner-not-simulated",
         "call-passed-over",
-        "line-not-executed",
+        "line-passed-over",
     ] {
         assert!(codes.iter().any(|c| c == code), "{code}: {codes:?}");
     }
@@ -239,23 +258,8 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     ));
     assert_eq!(refuse(&["JMP LBL[7]"]), Refusal::Label(7));
     assert_eq!(refuse(&["L P[9] 50mm/sec FINE"]), Refusal::NoPosition(9));
-    assert_eq!(refuse(&["L P[4] 50mm/sec FINE"]), Refusal::JointPosition(4));
-    assert!(matches!(
-        refuse(&["L PR[1] 50mm/sec FINE"]),
-        Refusal::Unresolved(_)
-    ));
-    assert!(matches!(
-        refuse(&["L P[1] 50mm/sec FINE Offset,PR[1]"]),
-        Refusal::Unresolved(_)
-    ));
-    assert!(matches!(
-        refuse(&["L P[1] R[3]mm/sec FINE"]),
-        Refusal::Register(_)
-    ));
-    assert!(matches!(
-        refuse(&["R[3]=DI[1]", "L P[1] R[3]mm/sec FINE"]),
-        Refusal::Register(_)
-    ));
+    assert_eq!(refuse(&["L P[1] 9999999mm/sec FINE"]), Refusal::Speed);
+    assert_eq!(refuse(&["WAIT 9999999(sec)"]), Refusal::Wait(9_999_999.0));
     assert_eq!(refuse(&["L P[1] 50% FINE"]), Refusal::Speed);
     assert_eq!(
         refuse(&[go, "Arc Start[1]", "L P[2] 12mm/sec FINE Arc Start[1]"]),
@@ -301,6 +305,133 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
         text.contains("P, line 1") && text.contains("set UFRAME_NUM"),
         "{text}"
     );
+}
+
+/// Every line is executed, or shapes no metal, or is told with its reason; never passed over in silence.
+#[test]
+fn lines_that_shape_metal_and_are_not_simulated_are_told() {
+    let start = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "!Schedule 1 WFS 8.00 m/min",
+        "L P[1] 50mm/sec FINE Arc Start[1]",
+    ];
+    let end = ["L P[2] 10mm/sec FINE", "L P[3] 10mm/sec FINE Arc End[1]"];
+    let gaps = |lines: &[&str]| -> Vec<Missing> {
+        let all: Vec<_> = start.iter().chain(lines).chain(&end).copied().collect();
+        let executed = execute(&[program("P", &all)]).unwrap();
+        let at = start.len() as u32 + 1;
+        let gaps = executed.gaps.into_iter();
+        gaps.inspect(|g| assert!(g.line >= at && !g.text.is_empty(), "{g:?}"))
+            .map(|g| g.why)
+            .collect()
+    };
+    // what shapes no metal
+    for line in [
+        "DO[1]=ON",
+        "F[2]=(OFF)",
+        "MESSAGE[hello]",
+        "TIMER[1]=START",
+        "PR[3]=LPOS",
+        "R[4]=R[4]+1",
+        "--eg:a comment",
+        "COL DETECT ON",
+        "$x",
+        "",
+    ] {
+        let expected = if line == "$x" { 1 } else { 0 };
+        assert_eq!(gaps(&[line]).len(), expected, "{line}");
+    }
+    // what does
+    for (line, why) in [
+        ("Weave Sine[1]", Missing::Weave),
+        ("Weave[3]", Missing::Weave),
+        ("CALL NOWHERE", Missing::Call("NOWHERE".into())),
+        ("AO[2]=20.5", Missing::Output("AO[2]=20.5".into())),
+        ("WAIT DI[1]=ON", Missing::WaitWithArc),
+        ("OVERRIDE=50%", Missing::Setting("OVERRIDE=50%".into())),
+        (
+            "UFRAME[1]=PR[2]",
+            Missing::Setting("UFRAME[1]=PR[2]".into()),
+        ),
+        ("Track TAST[1]", Missing::Setting("Track TAST[1]".into())),
+        (
+            "Touch Offset PR[5]",
+            Missing::Unknown("Touch Offset PR[5]".into()),
+        ),
+        ("L PR[1] 10mm/sec FINE", Missing::Position("PR[1]".into())),
+        (
+            "L P[R[2]] 10mm/sec FINE",
+            Missing::Position("P[R[2]]".into()),
+        ),
+        ("L P[4] 10mm/sec FINE", Missing::JointPosition(4)),
+        ("L P[2] R[3]mm/sec FINE", Missing::Speed("R[3]".into())),
+        (
+            "L P[2] WELD_SPEED FINE",
+            Missing::Speed("WELD_SPEED".into()),
+        ),
+        (
+            "L P[2] 10mm/sec CNT R[9]",
+            Missing::Termination("CNT R[9]".into()),
+        ),
+        ("L P[2] 10mm/sec CD5", Missing::Termination("CD5".into())),
+        (
+            "L P[2] 10mm/sec FINE Offset,PR[1]",
+            Missing::Offset("Offset,PR[1]".into()),
+        ),
+        ("L P[2] 10mm/sec FINE COORD", Missing::Word("COORD".into())),
+        ("Arc Start[2]", Missing::Schedule("Arc Start[2]".into())),
+        (
+            "Arc Start[1,R[2]]",
+            Missing::Schedule("Arc Start[1,R[2]]".into()),
+        ),
+        (
+            "Arc Start[20,190]",
+            Missing::Schedule("Arc Start[20,190]".into()),
+        ),
+    ] {
+        assert_eq!(gaps(&[line]), [why], "{line}");
+    }
+    // a weave's end, a wait and an unknown speed without arc shape nothing
+    assert_eq!(gaps(&["Weave End"]), []);
+    let travel = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "WAIT DI[1]=ON",
+        "L P[1] R[7]mm/sec FINE",
+        "L P[2] 10mm/sec FINE ACC80",
+    ];
+    assert_eq!(execute(&[program("P", &travel)]).unwrap().gaps, []);
+}
+
+/// Positions count in their frame: beads of two frames do not lie where their numbers say.
+#[test]
+fn beads_of_two_frames_are_told() {
+    let text = "/PROG P\n/MN\n1:UFRAME_NUM=1 ;\n2:UTOOL_NUM=1 ;\n3:!Schedule 1 WFS 8 m/min ;\n\
+        4:L P[1] 50mm/sec FINE Arc Start[1] ;\n5:L P[1] 10mm/sec FINE Arc End[1] ;\n\
+        6:UFRAME_NUM=2 ;\n7:L P[2] 50mm/sec FINE Arc Start[1] ;\n8:L P[2] 10mm/sec FINE Arc End[1] ;\n/POS\n";
+    let positions = [1, 2].map(|f| {
+        format!("P[{f}]{{\n GP1:\n UF : {f}, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = 1 mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n")
+    });
+    let program = parsed(&format!("{text}{}/END\n", positions.concat())).program;
+    let found = execute(&[program]).unwrap().gaps;
+    let found: Vec<_> = found.into_iter().map(|g| (g.line, g.why)).collect();
+    assert_eq!(found, [(8, Missing::Frames(2, 1))]);
+}
+
+#[test]
+fn a_move_that_is_left_out_still_switches_the_arc() {
+    let lines = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "L PR[1] 50mm/sec FINE Arc Start[1]",
+        "L P[2] 10mm/sec FINE Arc End[1]",
+    ];
+    let executed = execute(&[program("P", &lines)]).unwrap();
+    let moves = motions(&executed);
+    assert_eq!((moves.len(), moves[0].arc), (1, Some(1)));
+    assert_eq!(executed.gaps.len(), 2);
+    assert_eq!(executed.gaps[0].why, Missing::Position("PR[1]".into()));
 }
 
 #[test]

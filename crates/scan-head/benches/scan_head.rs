@@ -16,7 +16,7 @@ use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::head::vector::ScanJob;
-use meltpath_scan_head::optics::correction::{Border, CorrectionTable};
+use meltpath_scan_head::optics::correction::CorrectionTable;
 
 fn data() -> HeadData {
     files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).expect("the head reads")
@@ -38,8 +38,7 @@ fn job() -> ScanJob {
         inset: stated.inset,
     };
     let path = one.toolpath().expect("the plate is sound");
-    let prepared = prepare(&path.layers, &recipe).expect("the job is sound");
-    prepared.job
+    prepare(&path.layers, &recipe).expect("the job is sound")
 }
 
 struct Count(u64);
@@ -105,15 +104,8 @@ fn chain(c: &mut Criterion) {
     let travel = DVec2::splat(10f64.to_radians());
     c.bench_function("correction table 65 x 65 with focus", |b| {
         b.iter(|| {
-            CorrectionTable::new(
-                &head.geometry,
-                ready.focus(),
-                175.0,
-                65,
-                travel,
-                Border::Extrapolate,
-            )
-            .expect("the field is within reach")
+            CorrectionTable::new(&head.geometry, ready.focus(), 175.0, 65, travel)
+                .expect("the field is within reach")
         });
     });
 }

@@ -4,6 +4,7 @@ pub mod contour_error;
 pub mod delays;
 pub mod energy;
 pub mod fill_rate;
+pub mod hatch;
 pub mod histogram;
 pub(crate) mod light;
 pub mod segment;

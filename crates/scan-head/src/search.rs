@@ -13,11 +13,12 @@ use rayon::prelude::*;
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::error::HeadError;
 use crate::head::gate::Gate;
-use crate::head::interpolation::sample_count;
+use crate::head::prepared::alone;
 use crate::head::ready::ReadyHead;
 use crate::head::recipe::{LaserDelays, Recipe};
 use crate::head::scan_head::ScanHead;
 use crate::head::vector::{ScanJob, ScanJobError};
+use crate::head::window::Window;
 use crate::measures::contour_error::PathErrors;
 use crate::measures::delays::DelayTuning;
 use crate::measures::fill_rate::FillRate;
@@ -67,11 +68,11 @@ pub struct Problem<'a> {
     /// The recipe whose other values are kept.
     pub recipe: &'a Recipe,
     /// The small job that is simulated.
-    pub job: &'a (dyn Fn(&Recipe) -> Result<ScanJob, ScanJobError> + Sync),
+    pub job: &'a (dyn Fn(&Recipe) -> Result<ScanJob, HeadError> + Sync),
     /// Its surface; the first mode is judged.
-    pub fill: &'a (dyn for<'j> Fn(&'j ScanJob) -> FillRate<'j> + Sync),
-    /// The whole job, for its time.
-    pub whole: &'a (dyn Fn(&Recipe) -> Result<ScanJob, ScanJobError> + Sync),
+    pub fill: &'a (dyn Fn(&ScanJob) -> FillRate + Sync),
+    /// Samples of the whole job, for its time, at a period in s.
+    pub samples: &'a (dyn Fn(&Recipe, f64) -> Result<u64, HeadError> + Sync),
 }
 
 /// A recipe that was tried.
@@ -403,7 +404,6 @@ impl Search<'_> {
             mark_wait: held.wait,
             ..base.clone()
         };
-        let whole = (self.problem.whole)(&recipe)?;
         let head = self
             .heads
             .iter()
@@ -411,7 +411,7 @@ impl Search<'_> {
             .map_or(&self.heads[self.heads.len() - 1].1, |(_, h)| h);
         let period = head.head().period;
         let mut candidate = Candidate {
-            duration: (sample_count(&whole, period) - 1) as f64 * period,
+            duration: ((self.problem.samples)(&recipe, period)? - 1) as f64 * period,
             filter_factor: held.filter,
             jump_factor: held.jump,
             contour_share: 0.0,
@@ -449,19 +449,20 @@ impl Search<'_> {
 }
 
 /// Judges a recorded run as if the laser had been switched with other delays.
-fn judge<'j>(
-    job: &'j ScanJob,
+fn judge(
+    job: &ScanJob,
     delays: LaserDelays,
     blocks: &mut [HeadBlock],
-    fill: &dyn Fn(&'j ScanJob) -> FillRate<'j>,
-) -> (PathErrors<'j>, f64) {
+    fill: &dyn Fn(&ScanJob) -> FillRate,
+) -> (PathErrors, f64) {
     let period = blocks.first().map_or(1.0, |b| b.period);
-    let mut gate = Gate::new(job, delays, period);
-    let mut sinks = (PathErrors::new(job, WINDOW, period), fill(job));
+    let mut window = Window::new(alone(job));
+    let mut gate = Gate::new(&mut window, delays, period);
+    let mut sinks = (PathErrors::new(WINDOW, period), fill(job));
     for block in blocks {
         let first = block.command.first;
         for (k, lit) in block.lit.iter_mut().enumerate() {
-            *lit = gate.lit(first + k as u64);
+            *lit = gate.lit(&mut window, first + k as u64);
         }
         sinks.block(block);
     }

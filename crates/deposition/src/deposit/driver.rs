@@ -11,7 +11,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 
 use super::levelling::MoltenZone;
-use super::record::{ArcStart, LayerRecord};
+use super::record::{ArcStart, LayerRecord, Moment};
 use super::{DepositError, Mode, Settings, Station};
 use crate::bead::{BeadModel, PoolModel, PursuitLength};
 use crate::pursuit::{Pursuit, pursuit_length};
@@ -413,7 +413,12 @@ impl<'a> Deposition<'a> {
                 self.start_pursuit(&mut run, heading);
             } else {
                 let asked = self.asked_volume(wire);
-                run.pending += self.supply(&mut run, to, 0.0, asked);
+                let at = Moment {
+                    tool: to,
+                    time,
+                    command,
+                };
+                run.pending += self.supply(&mut run, at, 0.0, asked);
                 self.run = Some(run);
                 return;
             }
@@ -422,9 +427,13 @@ impl<'a> Deposition<'a> {
         let n = pieces as u32;
         for k in 1..=n {
             let t = f64::from(k) / pieces;
-            let tool = from.lerp(to, t);
+            let at = Moment {
+                tool: from.lerp(to, t),
+                time: time - dt * (1.0 - t),
+                command,
+            };
             let share = (length / pieces, self.asked_volume(wire) / pieces);
-            self.substep(&mut run, tool, share, time - dt * (1.0 - t), command);
+            self.substep(&mut run, at, share);
         }
         self.run = Some(run);
     }

@@ -66,6 +66,27 @@ pub struct PathPoint {
     pub thickness: f64,
 }
 
+/// Where the torch is, when, and by which command.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment {
+    pub(crate) tool: DVec3,
+    pub(crate) time: f64,
+    pub(crate) command: u32,
+}
+
+/// Where and when the contact tube was at a distance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TubeDistance {
+    /// Contact tube to part, mm.
+    pub distance: f64,
+    /// Tool point, mm.
+    pub tool: DVec3,
+    /// Time, s.
+    pub time: f64,
+    /// Command being executed.
+    pub command: u32,
+}
+
 /// An ignition of the arc.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ArcStart {
@@ -107,6 +128,8 @@ pub struct LayerRecord {
     pub thickness: Option<Spread>,
     /// Contact tube to part, mm, over the whole length.
     pub ctwd: Option<Spread>,
+    /// Where the contact tube was nearest and farthest, of every simulated sample.
+    pub tube: Option<[TubeDistance; 2]>,
     /// Wire fed over what the program asks for, over the whole length.
     pub feed: Option<Spread>,
     /// Ignitions.
@@ -129,10 +152,22 @@ impl LayerRecord {
             crest: None,
             thickness: None,
             ctwd: None,
+            tube: None,
             feed: None,
             arc_starts: Vec::new(),
             accumulations: Vec::new(),
             path: Vec::new(),
+        }
+    }
+
+    /// Notes a distance of the contact tube.
+    pub(crate) fn reach(&mut self, at: TubeDistance) {
+        let [nearest, farthest] = self.tube.get_or_insert([at, at]);
+        if at.distance < nearest.distance {
+            *nearest = at;
+        }
+        if at.distance > farthest.distance {
+            *farthest = at;
         }
     }
 

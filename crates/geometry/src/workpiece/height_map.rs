@@ -278,33 +278,6 @@ impl HeightMap {
         self.z.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Greatest cell height under a footprint: within `half_width` mm of the polyline `line` (a single
-    /// point makes a disc). `base` when no cell centre lies there; never less than the surface on the line's
-    /// own vertices, so that a footprint thinner than a cell still sees the metal.
-    pub fn maximum_along(&self, line: &[DVec2], half_width: f64) -> f64 {
-        let reach = DVec2::splat(half_width.max(0.0));
-        let mut top = line
-            .iter()
-            .map(|&p| self.height(p))
-            .fold(f64::NEG_INFINITY, f64::max);
-        let mut sweep = |a: DVec2, b: DVec2| {
-            let (columns, rows) = self.cells_within(a.min(b) - reach, a.max(b) + reach);
-            for iy in rows {
-                for ix in columns.clone() {
-                    if distance_to_segment(self.centre(ix, iy), a, b) <= half_width {
-                        top = top.max(self.z[self.index(ix, iy)]);
-                    }
-                }
-            }
-        };
-        match line {
-            [] => {}
-            &[only] => sweep(only, only),
-            _ => line.windows(2).for_each(|w| sweep(w[0], w[1])),
-        }
-        if top.is_finite() { top } else { self.base }
-    }
-
     /// The surface over a polyline in plan: (arc length, z) at every vertex of `line` and at most `step` mm
     /// apart between them. Empty for an empty line; `step` is never taken below a thousandth of a cell.
     pub fn section(&self, line: &[DVec2], step: f64) -> Vec<DVec2> {
@@ -445,18 +418,6 @@ fn first_root(gap: &impl Fn(f64) -> f64, a: f64, b: f64) -> Option<f64> {
     };
     let local = local.or((gb <= 0.0).then_some(1.0))?;
     Some(a + local * (b - a))
-}
-
-/// Distance from `p` to the segment `a`..`b`.
-fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let ab = b - a;
-    let squared = ab.length_squared();
-    let t = if squared > 0.0 {
-        ((p - a).dot(ab) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    p.distance(a + ab * t)
 }
 
 impl Workpiece for HeightMap {

@@ -6,7 +6,7 @@ use meltpath_gun::Gun;
 use meltpath_gun::drive::{Drive, DriveError, drive};
 use meltpath_gun::focus::{FocusCalibration, FocusError};
 use meltpath_planning::powder::modulation::{Modulation, Ramp};
-use meltpath_planning::powder::{self, Modulated, Pattern};
+use meltpath_planning::powder::{self, Modulated, Pattern, Turns};
 use meltpath_thermal::beam::{BeamError, BeamPath};
 
 use super::region::Below;
@@ -70,6 +70,7 @@ impl Hatch {
         Ok(Hatch {
             plan: powder::Hatch {
                 pattern: pattern(*table.strategy),
+                turns: Turns::Joined,
                 spacing: table.spacing.0,
                 angles: [table.angle.0, table.turn.0],
                 contours: *table.contours,

@@ -11,11 +11,11 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use super::hatch::Hatch;
 use super::path_file;
 use super::region::{Below, Contour};
-use super::section::{SectionError, Sections, sections};
 use super::settings::{Good, PartFile, Settings, Subject, resolve};
 use crate::job::ebm::EbmJob;
 use crate::job::{Problems, Written};
 use crate::stages::part;
+use crate::stages::section::{Sections, sections};
 
 /// Places of a line that are looked at.
 const STRETCHES: u32 = 64;
@@ -276,29 +276,21 @@ fn cut(
         observer,
     )
     .map_err(|e| job.part.problem(e.to_string()))?;
-    let found =
-        sections(&read.mesh, &part.cut, reporter, observer).map_err(|e| refused(job, &e))?;
+    let found = sections(&read.mesh, &part.cut, reporter, observer).map_err(|e| {
+        let at = &job.section;
+        e.told([&at.height.span, &at.island.span, &job.part.span])
+    })?;
     let last = found.drawn.last().and_then(|regions| regions.first());
     let drawn = DrawnPart {
         file: part.file.clone(),
         findings: read.findings,
         layer: [found.number, found.of],
-        islands: [found.islands, part.cut.island as usize],
+        islands: [found.islands, *job.section.island as usize],
         area: last.map_or(0.0, Region::area),
         carried: found.carried,
         scaling: part.cut.scaling,
     };
     Ok((drawn, found))
-}
-
-/// The error at the place in the job where a value is to blame.
-fn refused(job: &EbmJob, e: &SectionError) -> Problem {
-    let span = match e {
-        SectionError::Above { .. } | SectionError::Empty { .. } => &job.section.height.span,
-        SectionError::Island { .. } => &job.section.island.span,
-        SectionError::Slice(_) | SectionError::Planar(_) | SectionError::Flat { .. } => &None,
-    };
-    Problem::new(e.to_string()).at(span.clone().or_else(|| job.part.span.clone()))
 }
 
 /// Reads the beam path that a key names, and the gun that drew it.

@@ -19,10 +19,10 @@ use super::focus;
 use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
-use super::section::Cut;
 use crate::job::ebm::{ChartMemory, EbmJob, Ground, HatchStrategy, JudgeTable, Point, Ring};
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
+use crate::stages::section::Cut;
 
 /// The material of Béraud 2016.
 const THESIS_MATERIAL: &str = "ti6al4v-ebm";
@@ -348,7 +348,7 @@ fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
     let scaling = table.scaling.or_computed(r, material.scaling.map(Ratio));
     Cut {
         height: table.height.map(|h| h.0),
-        island: *table.island,
+        island: Some(*table.island),
         scaling: scaling.map(|s| s.0),
         layer: job.ebm.layer.0,
         layers: *job.ebm.layers,

@@ -16,17 +16,17 @@ table! {
     /// The plate the part is built on.
     pub struct SubstrateTable {
         /// Length and width of the plate.
-        size: [Length; 2] where positive => none("the part with 25 mm around it");
+        size: [Length; 2] where up_to(1e5) => none("the part with 25 mm around it");
         /// Thickness of the plate.
-        thickness: Length where positive => default("20 mm", "the plate of Rouchon 2022, p. 38");
+        thickness: Length where up_to(1e4) => default("20 mm", "the plate of Rouchon 2022, p. 38");
     }
 
     /// What the build must cover. Lack is judged against the finished part, excess against part + allowance.
     pub struct TargetTable {
         /// Metal beyond the finished part, for machining.
-        allowance: Length where not_negative => default("2 mm", "usual machining stock of a wire-arc blank");
+        allowance: Length where within(0.0, 1e3) => default("2 mm", "usual machining stock of a wire-arc blank");
         /// Metal over faces that look up; more of it covers a build that grows less than the process map says.
-        allowance_top: Length where not_negative => computed("the allowance");
+        allowance_top: Length where within(0.0, 1e3) => computed("the allowance");
     }
 }
 

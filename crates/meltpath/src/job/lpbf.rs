@@ -1,14 +1,20 @@
 //! The job of a laser scan head: recipes compared on a plate of squares or on layers of a file.
 
 use meltpath_base::settings::{File, Many, Problem, broken};
-use meltpath_base::{Length, Ratio, Speed, Temperature, Time, choice, table};
+use meltpath_base::{Angle, Length, Ratio, Speed, Temperature, Time, choice, table};
 use toml::Spanned;
 
-use super::common::ProcessTable;
+use super::common::{Direction, PartUnit, ProcessTable};
 
 table! {
-    /// Laser scan head: recipes compared on a plate of squares, or on layers of other software.
+    /// Laser scan head: recipes compared on a plate of squares, on layers of other software, or on layers of a part.
     pub struct LpbfJob {
+        /// The part: STEP, STL or 3MF; `[hatch]` draws the layers that `[section]` names.
+        part: File => none("a plate of squares, or the file `lpbf.layers`");
+        /// Unit of a part file that carries none (STL).
+        part_unit: PartUnit => default("mm", "of files that carry none");
+        /// The direction of the part file that points up in the build.
+        build_direction: Direction => default([0.0, 0.0, 1.0], "+Z of the part file");
         /// Which process the job is for.
         process: ProcessTable => required;
         /// Head and recipes.
@@ -17,6 +23,10 @@ table! {
         plate: PlateTable => default({}, "a representative block");
         /// Which layers of `lpbf.layers` are run, and where they lie.
         layers: LayersTable => default({}, "the layer that marks most");
+        /// Which layers of `part` are marked, and where they lie.
+        section: SectionTable => default({}, "the middle of the part");
+        /// How layers of `part` are filled; speeds, powers, waits, jumps and sky-writing are those of each recipe.
+        hatch: HatchTable => default({}, "a contour and parallel lines");
         /// Limits of the verdict.
         checks: ChecksTable => default({}, "usual limits");
         /// Search of a faster recipe within `[checks]`, beginning with the first recipe.
@@ -68,6 +78,38 @@ table! {
         hatch: Length where positive => none("the median distance of neighbouring lines");
     }
 
+    /// Which layers of `part` are marked, and where they lie.
+    pub struct SectionTable {
+        /// Height on the part, as designed, of the last layer.
+        height: Length where not_negative => none("half the part's");
+        /// Thickness of a layer.
+        layer: Length where positive => default("0.04 mm", "a usual layer");
+        /// How many layers are marked: the one at that height, and those below that carry it.
+        layers: u32 where within(1.0, 1e6) => default(1, "the layer at that height");
+        /// Which of the separate areas of the last layer, the largest first.
+        island: u32 => none("all of them");
+        /// What the part is drawn larger by, in the plane and along the build direction.
+        scaling: [Ratio; 2] where positive => default(["100 %", "100 %"], "as designed");
+        /// The point of the part's plane that lies at the centre of the field.
+        origin: [Length; 2] => computed("the middle of the last layer");
+    }
+
+    /// How layers of `part` are filled; speeds, powers, waits, jumps and sky-writing are those of each recipe.
+    pub struct HatchTable {
+        /// What is drawn.
+        strategy: LaserHatch => default("lines", "what most machines do");
+        /// Distance between neighbouring lines.
+        spacing: Length where positive => computed("the hatch distance of the head's reference plate");
+        /// Angle of the lines in the first layer.
+        angle: Angle => default("0 deg", "along x");
+        /// Turn of the lines from layer to layer.
+        turn: Angle => default("67 deg", "directions come back after 360 layers only");
+        /// Contours before the lines inside them.
+        contours: u32 where within(0.0, 1000.0) => computed("1 before lines, none before islands");
+        /// Edge of an island.
+        island: Length where positive => default("5 mm", "a usual chessboard");
+    }
+
     /// Limits of the verdict.
     pub struct ChecksTable {
         /// Contour error that counts as good.
@@ -103,7 +145,7 @@ table! {
         /// Share of the laser's power that becomes heat.
         absorptivity: Ratio where up_to(1.0) => computed("the material's");
         /// Depth to which the metal must have been liquid.
-        layer: Length where positive => default("0.04 mm", "a usual layer");
+        layer: Length where positive => computed("the thickness of `section.layer`, whose default is a usual layer");
         /// Temperature of the bed.
         preheat: Temperature => default("20 °C", "a bed that is not heated");
         /// Edge of the map's cells.
@@ -145,6 +187,16 @@ choice! {
         Alike = "alike",
     }
 
+    /// What a laser's hatch draws.
+    pub enum LaserHatch {
+        /// Parallel lines, each against the one before, the laser off between them.
+        Lines = "lines",
+        /// Parallel lines, all in the same direction.
+        OneWay = "one-way",
+        /// A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.
+        Islands = "islands",
+    }
+
     /// The form of a marked path.
     pub enum MotionForm {
         /// Comma-separated values.
@@ -175,7 +227,8 @@ impl LpbfJob {
     pub(super) fn check(&self) -> Vec<Problem> {
         let (lpbf, plate, layers) = (&self.lpbf, &self.plate, &self.layers);
         let [first, last] = layers.range.unwrap_or_default();
-        let mut found = broken([
+        let mut found = self.check_part();
+        found.extend(broken([
             (
                 lpbf.layers.is_written() && plate.says_something(),
                 plate
@@ -208,7 +261,7 @@ impl LpbfJob {
                     .problem("the plate is both a block and whole")
                     .help("leave out plate.block, or extent = \"whole\""),
             ),
-        ]);
+        ]));
         let ranges = self
             .optimise
             .iter()
@@ -221,6 +274,46 @@ impl LpbfJob {
                 .help("give speeds from slowest to fastest")
         }));
         found
+    }
+
+    /// A part is the only work, and what is said of it needs one.
+    fn check_part(&self) -> Vec<Problem> {
+        let (part, hatch) = (&self.part, &self.hatch);
+        let without = |setting: &str, span: &Option<std::ops::Range<usize>>| {
+            Problem::new(format!("[{setting}] without a part"))
+                .at(span.clone())
+                .help("write part = \"bracket.step\" at the top of the job")
+        };
+        broken([
+            (
+                part.is_written() && self.lpbf.layers.is_written(),
+                self.lpbf
+                    .layers
+                    .problem("the job has both a part and layers")
+                    .help("leave out part, or lpbf.layers"),
+            ),
+            (
+                part.is_written() && self.plate.says_something(),
+                self.plate
+                    .problem("the job has both a part and a plate")
+                    .help("leave out part, or [plate]"),
+            ),
+            (
+                !part.is_written() && self.section.is_written(),
+                without("section", &self.section.span),
+            ),
+            (
+                !part.is_written() && hatch.is_written(),
+                without("hatch", &hatch.span),
+            ),
+            (
+                *hatch.strategy == LaserHatch::Islands && hatch.contours.is_some_and(|n| n > 0),
+                hatch
+                    .contours
+                    .problem("hatch.contours go before lines, not before islands")
+                    .help("leave out hatch.contours, or write strategy = \"lines\""),
+            ),
+        ])
     }
 }
 
@@ -252,6 +345,21 @@ mod tests {
                 "[plate]",
                 "layers = \"a.cli\"\n[plate]",
                 "layers and a plate",
+            ),
+            (
+                "[process]",
+                "part = \"a.stl\"\n[process]",
+                "a part and a plate",
+            ),
+            (
+                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
+                "[section]\nheight = \"1 mm\"",
+                "[section] without a part",
+            ),
+            (
+                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
+                "[hatch]\nspacing = \"0.1 mm\"",
+                "[hatch] without a part",
             ),
             (
                 "[plate]",

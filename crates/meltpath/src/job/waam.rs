@@ -9,6 +9,12 @@ use super::common::{Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable
 /// Layer heights from the first layer on; the last one repeats.
 pub type LayerHeights = OneOrMany<Length>;
 
+/// Fastest wire feed and travel that a cell has, mm/s: 60 m/min.
+const FASTEST: f64 = 1e3;
+
+/// Longest pause, s.
+const DAY: f64 = 86_400.0;
+
 table! {
     /// Wire and arc by robot: a part, the process, how layers are filled, the cell, and the limits of the verdict.
     pub struct WaamJob {
@@ -51,7 +57,7 @@ table! {
         /// Process map: a name in `data/process-maps`, or a TOML file of your own.
         map: String => computed("the one that ships for wire, mode and gas");
         /// Deposited metal over fed metal.
-        efficiency: Ratio where positive => computed("the process map's: 100 % with the seed map, 95 % otherwise");
+        efficiency: Ratio where up_to(1.0) => computed("the process map's: 100 % with the seed map, 95 % otherwise");
         /// How the welding source is set and what it was seen to feed.
         source: SourceTable => default({}, "as measured with the process map");
         /// The bead: two of the four values, or the height alone.
@@ -63,31 +69,31 @@ table! {
         /// Whether the wire feed follows the contact tube distance.
         feed_response: FeedResponseChoice => default("auto", "where the process map says how");
         /// Setting of the penetration stabiliser: the greatest change to the programmed wire feed; `"0 m/min"` holds the feed.
-        penetration_stabiliser: Speed where not_negative => computed("as measured with the process map");
+        penetration_stabiliser: Speed where within(0.0, FASTEST) => computed("as measured with the process map");
         /// Wire really fed over wire programmed, at the first layer's contact tube distance, measured on your own installation.
-        feed_factor: Ratio where positive => computed("that of the process map");
+        feed_factor: Ratio where within(0.2, 5.0) => computed("that of the process map");
     }
 
     /// The bead: two of the four values, or the height alone.
     pub struct BeadTable {
         /// Programmed wire feed speed (WFS).
-        wire_feed: Speed where positive => computed("the process map");
+        wire_feed: Speed where up_to(FASTEST) => computed("the process map");
         /// Travel speed (TS).
-        travel_speed: Speed where positive => computed("the process map");
+        travel_speed: Speed where up_to(FASTEST) => computed("the process map");
         /// Width of a single bead.
-        width: Length where positive => computed("the process map");
+        width: Length where up_to(100.0) => computed("the process map");
         /// Height of a single bead.
-        height: Length where positive => computed("the process map");
+        height: Length where up_to(100.0) => computed("the process map");
     }
 
     /// How the part is cut into layers.
     pub struct LayersTable {
         /// Layer height: one height, or a list of heights of which the last one repeats.
-        height: Auto<LayerHeights> where positive => default("auto", "from the growth model");
+        height: Auto<LayerHeights> where up_to(100.0) => default("auto", "from the growth model");
         /// Build this many layers.
         count: u32 => none("as many as the part needs");
         /// Pause after each layer.
-        pause: Time where not_negative => default("0 s", "no pause");
+        pause: Time where within(0.0, DAY) => default("0 s", "no pause");
     }
 
     /// How layers are filled.
@@ -97,7 +103,7 @@ table! {
         /// Contours round a hybrid fill.
         contours: u32 => default(1, "one hides the turns of the zigzag");
         /// Distance between neighbouring beads: a length, or bead widths as `"0.70 w"`.
-        stepover: Auto<Stepover> where positive => default("auto", "tangent overlap, 0.738 of the bead's width");
+        stepover: Auto<Stepover> where up_to(100.0) => default("auto", "tangent overlap, 0.738 of the bead's width");
         /// How the stepover is kept.
         spacing: Spacing => default("adjust", "fills the width exactly");
         /// Direction of raster and zigzag lines in the first layer.
@@ -119,37 +125,39 @@ table! {
         /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
         smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022");
         /// Contact tube to work distance at the first layer.
-        ctwd: Length where positive => computed("the cell's nominal distance");
+        ctwd: Length where up_to(100.0) => computed("the cell's nominal distance");
     }
 
     /// Limits of the verdict.
     pub struct ChecksTable {
         /// Largest lack of metal against the finished part, share of its volume.
-        lack: Ratio where not_negative => default("0.5 %", "a usual limit for a blank to be machined");
+        lack: Ratio where within(0.0, 1.0) => default("0.5 %", "a usual limit for a blank to be machined");
         /// Largest excess over part + allowance, share of the part's volume.
-        excess: Ratio where not_negative => default("30 %", "a usual limit for a blank to be machined");
+        excess: Ratio where within(0.0, 100.0) => default("30 %", "a usual limit for a blank to be machined");
         /// Smallest machining stock over the finished part.
-        stock_min: Length => default("0.3 mm", "a usual limit for a blank to be machined");
+        stock_min: Length where within(-1000.0, 1000.0) => default("0.3 mm", "a usual limit for a blank to be machined");
         /// Largest difference between a layer's mean height and its planned height.
-        height_error: Length where positive => default("1 mm", "a usual limit for a blank to be machined");
+        height_error: Length where up_to(1000.0) => default("1 mm", "a usual limit for a blank to be machined");
         /// Largest peak-to-valley height of a layer over its inner area.
-        flatness: Length where positive => default("1.5 mm", "a usual limit for a blank to be machined");
-        /// Smallest contact tube to work distance.
-        ctwd_min: Length where positive => default("8 mm", "a usual limit for a blank to be machined");
-        /// Largest contact tube to work distance.
-        ctwd_max: Length where positive => default("20 mm", "a usual limit for a blank to be machined");
+        flatness: Length where up_to(1000.0) => default("1.5 mm", "a usual limit for a blank to be machined");
+        /// Smallest contact tube to work distance, at any place.
+        ctwd_min: Length where up_to(100.0) => default("8 mm", "nearer, spatter and the arc reach the contact tube");
+        /// Largest contact tube to work distance, at any place: as far as the torch's gas covers the pool.
+        ctwd_max: Length where up_to(100.0) => default("20 mm", "usual reach of the gas; ask the maker of the torch");
+        /// How far beyond the distances at which the wire feed was measured its law is taken to hold; farther the verdict cannot say.
+        ctwd_beyond: Length where within(0.0, 100.0) => computed("how well the process map knows the distance of its own beads, one standard uncertainty");
         /// Largest local thickness of a layer beyond its mean, share of it.
-        accumulation: Ratio where positive => default("100 %", "a usual limit for a blank to be machined");
+        accumulation: Ratio where up_to(100.0) => default("100 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.
-        overhang: Ratio where positive => default("25 %", "a usual limit for a blank to be machined");
+        overhang: Ratio where up_to(100.0) => default("25 %", "a usual limit for a blank to be machined");
     }
 
     /// Resolution.
     pub struct SimulationTable {
         /// Cell of the height map.
-        cell: Length where positive => default("0.5 mm", "a thirteenth of a usual bead");
+        cell: Length where within(0.05, 10.0) => default("0.5 mm", "a thirteenth of a usual bead");
         /// Chord error of the mesh made of a B-rep part.
-        chord_error: Length where positive => default("0.02 mm", "far below a bead's scatter");
+        chord_error: Length where within(1e-4, 10.0) => default("0.02 mm", "far below a bead's scatter");
     }
 
     /// What is written besides the report.
@@ -265,11 +273,25 @@ impl WaamJob {
         let bead = &self.waam.bead;
         let given = bead.given();
         let height_alone = given == 1 && bead.height.is_written();
-        broken([(
-            !matches!(given, 0 | 2) && !height_alone,
-            bead.problem(format!("the bead has {given} of its four values"))
-                .help("give two of wire_feed, travel_speed, width, height; or height alone"),
-        )])
+        let (least, most) = (&self.checks.ctwd_min, &self.checks.ctwd_max);
+        // the key that is written; both may be
+        let wrong = if least.is_written() { least } else { most };
+        broken([
+            (
+                !matches!(given, 0 | 2) && !height_alone,
+                bead.problem(format!("the bead has {given} of its four values"))
+                    .help("give two of wire_feed, travel_speed, width, height; or height alone"),
+            ),
+            (
+                least.0 > most.0,
+                wrong
+                    .problem(format!(
+                        "checks.ctwd_min is {}, checks.ctwd_max {}: no distance lies between them",
+                        **least, **most
+                    ))
+                    .help("write the nearer distance in ctwd_min, the farther one in ctwd_max"),
+            ),
+        ])
     }
 }
 
@@ -330,7 +352,7 @@ mod tests {
             (
                 "wire_feed = \"8 m/min\"",
                 "wire_feed = \"-8 m/min\"",
-                "above zero",
+                "above 0 m/min",
             ),
             ("wire_feed = \"8 m/min\"", "wire_feed = 8", "\"8 m/min\""),
             (
@@ -347,6 +369,18 @@ mod tests {
                 "smoothing = \"150 %\"",
                 "0 % to 100 %",
             ),
+            (
+                "efficiency = \"100 %\"",
+                "efficiency = \"300 %\"",
+                "at most 100 %",
+            ),
+            (
+                "travel_speed = \"0.75 m/min\"",
+                "travel_speed = \"1000000000 m/min\"",
+                "at most 60 m/min",
+            ),
+            ("pause = \"30 s\"", "pause = \"1e300 s\"", "0 s to"),
+            ("ctwd_min = \"8 mm\"", "ctwd_min = \"28 mm\"", "no distance"),
             (
                 "build_direction = [0.0, 0.0, 1.0]",
                 "build_direction = [0.0, 0.0, 0.0]",

@@ -4,7 +4,6 @@ use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
-use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
 
 use super::result::{MODES, RecipeResult};
 use super::settings::Settings;
@@ -53,7 +52,7 @@ impl<'a> Comparison<'a> {
             });
         }
         self.add("mark length, m", &|r| {
-            Cell::Fixed((r.job.length(Contour) + r.job.length(Fill)) / 1000.0, 2)
+            Cell::Fixed((r.survey.contours + r.survey.fills) / 1000.0, 2)
         });
         self.add("laser-on delay, µs", &|r| {
             Cell::Fixed(1e6 * r.delays.on, 0)
@@ -94,7 +93,11 @@ impl<'a> Comparison<'a> {
     fn fills(&mut self) {
         for (m, mode) in MODES.iter().enumerate() {
             self.add(&format!("fill rate, {}, %", mode.words()), &|r| {
-                Cell::Fixed(100.0 * r.fill[m], 2)
+                if r.fills() {
+                    Cell::Fixed(100.0 * r.fill[m], 2)
+                } else {
+                    Cell::Empty
+                }
             });
         }
         for (q, name) in [(0.5, "median"), (0.99, "99 % of pieces below")] {

@@ -78,14 +78,14 @@ pub enum HeatError {
     Engine(#[from] MovingSourceError),
 }
 
-/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm, whose check wants at least `share`.
+/// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm on layers of `layer` mm, whose check wants at least `share`.
 ///
 /// # Errors
 /// Everything wrong, with its place.
 pub fn resolve(
     table: &HeatTable,
     share: f64,
-    spot: f64,
+    [spot, layer]: [f64; 2],
     folder: &Path,
     provenance: &mut Provenance,
 ) -> Result<HeatSettings, Problems> {
@@ -114,7 +114,7 @@ pub fn resolve(
     let settings = HeatSettings {
         medium,
         absorptivity: table.absorptivity.or_computed(provenance, Ratio(own)).0,
-        layer: table.layer.0,
+        layer: table.layer.or_computed(provenance, Length(layer)).0,
         cell: table.cell.or_computed(provenance, Length(0.25 * spot)).0,
         spot,
         margin: table.margin.0,

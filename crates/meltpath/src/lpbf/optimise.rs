@@ -13,10 +13,12 @@ use meltpath_report::series::csv::CsvWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::interpolation::sample_count;
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::ScanJob;
-use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
+use meltpath_scan_head::measures::fill_rate::FillRate;
+use meltpath_scan_head::measures::hatch::HatchDistance;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
 use super::result::MODES;
@@ -51,10 +53,13 @@ pub(crate) fn run(
     let spot = 2.0 * settings.data.head.beam.waist;
     let judged = &MODES[2..];
     let job = |recipe: &Recipe| work.tuning_job(recipe);
-    let whole = |recipe: &Recipe| settings.work.job(recipe).map(|p| p.job);
+    let samples = |recipe: &Recipe, period: f64| {
+        let layers = settings.work.layers(recipe)?;
+        sample_count(layers, period)
+    };
     let surface = |job: &ScanJob| match &work {
         Work::Plate(_) => spot,
-        Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+        Work::Layers(set) => set.hatch.or_else(|| HatchDistance::of(job)).unwrap_or(spot),
     };
     let recipe = &settings.recipes[0];
     let problem = Problem {
@@ -62,10 +67,10 @@ pub(crate) fn run(
         recipe,
         job: &job,
         fill: &|job| match &work {
-            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, judged),
-            Work::Layers(_) => FillRate::of_layers(job, &[0], surface(job), spot, judged),
+            Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, judged),
+            Work::Layers(_) => FillRate::of_layers(surface(job), spot, judged),
         },
-        whole: &whole,
+        samples: &samples,
     };
     search(&problem, bounds, observer)
 }

@@ -2,8 +2,8 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
-use meltpath_scan_head::head::job::LayerSpan;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
+use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
@@ -24,18 +24,20 @@ const SHOWN: usize = 400_000;
 /// What one recipe did.
 pub(crate) struct RecipeResult<'a> {
     pub(crate) recipe: &'a Recipe,
-    pub(crate) job: &'a ScanJob,
-    pub(crate) layers: &'a [LayerSpan],
+    /// What its whole job is.
+    pub(crate) survey: &'a Survey,
+    /// The first square or layer.
+    pub(crate) first: ScanJob,
     pub(crate) delays: LaserDelays,
     pub(crate) tuned: Option<Tuned>,
     /// The pairs of delays that no other beats.
     pub(crate) front: Vec<DelayScore>,
     pub(crate) duration: f64,
-    pub(crate) errors: PathErrors<'a>,
-    pub(crate) energy: EnergyAlong<'a>,
+    pub(crate) errors: PathErrors,
+    pub(crate) energy: EnergyAlong,
     /// Mean rate over the squares or layers, in each of [`MODES`].
     pub(crate) fill: Vec<f64>,
-    /// For each square or layer, its rates.
+    /// For each square or layer, its rates; none where no line fills it.
     pub(crate) rates: Vec<Vec<f64>>,
     pub(crate) path: Path2d,
     /// What the first square or layer melts, where the job asks for it.
@@ -43,6 +45,11 @@ pub(crate) struct RecipeResult<'a> {
 }
 
 impl RecipeResult<'_> {
+    /// Whether any line of a fill was marked.
+    pub(crate) fn fills(&self) -> bool {
+        self.survey.fills > 0.0
+    }
+
     /// What its fill rate is called.
     pub(crate) fn fill_title(&self) -> String {
         format!("{}: fill rate, {}", self.recipe.name, MODES[2].words())

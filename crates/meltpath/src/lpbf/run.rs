@@ -7,15 +7,15 @@ use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
-use meltpath_scan_head::head::job::Prepared;
 use meltpath_scan_head::head::motion::AsMotion;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::run::RunSummary;
+use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayScore, DelayTuning, HitRecord, Tuned};
 use meltpath_scan_head::measures::energy::EnergyAlong;
-use meltpath_scan_head::measures::fill_rate::{FillRate, hatch_distance};
+use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::search::with_filter;
 use meltpath_toolpath::MotionSink;
 
@@ -62,8 +62,10 @@ pub fn run(
 ) -> Result<Outcome, LpbfError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let settings = resolved(path, job, text)?;
+    let (settings, mut surveys) = resolved(path, job, text, observer)?;
     let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let said = settings.warnings.iter();
+    said.for_each(|w| reporter.push(w.clone()));
     for letter in &settings.foreign {
         reporter.warn(
             "controller-other-motor",
@@ -89,21 +91,24 @@ pub fn run(
         Some(c) => Some(with_filter(&settings.data.head, c.filter_factor).ready()?),
         None => None,
     };
-    let mut jobs = Vec::with_capacity(recipes.len());
+    let mut heads = Vec::with_capacity(recipes.len());
     for (k, recipe) in recipes.iter().enumerate() {
-        let prepared = settings.work.job(recipe).map_err(HeadError::from)?;
         let optimised = k == settings.recipes.len();
         let plain = other_head.as_ref().filter(|_| optimised).unwrap_or(&head);
-        let ready = ready_for(plain, settings.path, &prepared.job)?;
-        jobs.push((prepared, ready));
+        if optimised {
+            surveys.push(plain.survey(settings.work.layers(recipe)?)?);
+        }
+        let layers = settings.work.layers(recipe)?;
+        heads.push(ready_for(plain, settings.path, layers)?);
     }
-    let mut results = Vec::with_capacity(jobs.len());
-    for (k, (recipe, (prepared, head))) in recipes.iter().zip(&jobs).enumerate() {
+    let mut results = Vec::with_capacity(recipes.len());
+    for (k, (recipe, (head, survey))) in recipes.iter().zip(heads.iter().zip(&surveys)).enumerate()
+    {
         let run = Run {
             head,
             settings: &settings,
             recipe,
-            prepared,
+            survey,
             reporter: &reporter,
             observer,
         };
@@ -128,7 +133,8 @@ pub fn run(
     let mut provenance = settings.provenance.clone();
     let layers = job.lpbf.layers.as_ref().map(|f| here.join(&**f));
     let mut inputs = vec![path];
-    inputs.extend(layers.as_deref());
+    let part = job.part.as_ref().map(|f| here.join(&**f));
+    inputs.extend(layers.as_deref().into_iter().chain(part.as_deref()));
     crate::outcome::record_inputs(&mut provenance, &inputs)?;
     observer.stage("write results", 0);
     let title = views::lpbf::title(path);
@@ -155,7 +161,7 @@ struct Run<'a> {
     head: &'a ReadyHead,
     settings: &'a Settings,
     recipe: &'a Recipe,
-    prepared: &'a Prepared,
+    survey: &'a Survey,
     reporter: &'a Reporter,
     observer: &'a dyn Observer,
 }
@@ -168,11 +174,7 @@ impl<'a> Run<'a> {
         }
         let (head, recipe) = (self.head, self.recipe);
         let period = head.head().period;
-        let job = self
-            .settings
-            .work
-            .tuning_job(recipe)
-            .map_err(HeadError::from)?;
+        let job = self.settings.work.tuning_job(recipe)?;
         let mut record = HitRecord::default();
         head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
         let radius = head.head().beam.waist;
@@ -209,9 +211,7 @@ impl<'a> Run<'a> {
     ) -> Result<RecipeResult<'a>, LpbfError> {
         let spot = 2.0 * self.head.head().beam.waist;
         let period = self.head.head().period;
-        let job = &self.prepared.job;
-        let layers = &self.prepared.layers;
-        let (short, lost) = self.head.short_marks(job);
+        let (short, lost) = (self.survey.short, self.survey.lost);
         if short > 0 {
             self.reporter.warn(
                 "short-marks",
@@ -228,26 +228,25 @@ impl<'a> Run<'a> {
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         self.judge_delays(delays)?;
-        let firsts: Vec<u32> = layers.iter().map(|l| l.first).collect();
         let law = self.recipe.power_law;
-        let heights: Vec<(u32, f64)> = layers.iter().map(|l| (l.first, l.height)).collect();
         let hatch = match &self.settings.work {
             Work::Plate(plate) => plate.hatch,
-            Work::Layers(set) => set.hatch.or_else(|| hatch_distance(job)).unwrap_or(spot),
+            Work::Layers(set) => set.hatch.or(self.survey.hatch).unwrap_or(spot),
         };
         let fill = match &self.settings.work {
-            Work::Plate(plate) => FillRate::of_rectangles(job, plate.fill_areas(), spot, &MODES),
-            Work::Layers(_) => FillRate::of_layers(job, &firsts, hatch, spot, &MODES),
+            Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, &MODES),
+            Work::Layers(_) => FillRate::of_layers(hatch, spot, &MODES),
         };
-        let last = self.last_shown();
+        let first = self.settings.work.shown(&self.survey.first);
+        let last = first.vectors.len().saturating_sub(1) as u32;
         let heat = self.settings.heat.as_ref();
         let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
         let mut sinks = (
             (
-                PathErrors::new(job, WINDOW, period),
-                (EnergyAlong::new(job, law, spot), Reach::default()),
+                PathErrors::new(WINDOW, period),
+                (EnergyAlong::new(law, spot), Reach::default()),
             ),
             (
                 (
@@ -257,27 +256,30 @@ impl<'a> Run<'a> {
                         ..Path2d::default()
                     },
                 ),
-                wanted.then(|| AsMotion::new(job, law, &heights, &mut motion)),
+                wanted.then(|| AsMotion::new(law, &mut motion)),
             ),
         );
+        let layers = self.settings.work.layers(self.recipe)?;
+        let how = (delays, self.survey.samples);
         let RunSummary { duration, .. } =
-            self.head.run(job, delays, 1, self.observer, &mut sinks)?;
+            self.head
+                .run_layers(layers, how, 1, self.observer, &mut sinks)?;
         let ((errors, (energy, reach)), ((fill, path), _)) = sinks;
         self.judge_reach(&reach);
         let heat = match heat.zip(record) {
             None => None,
             Some((settings, record)) => {
-                Some(heat::melt(settings, job, record, hatch, self.observer)?)
+                Some(heat::melt(settings, &first, record, hatch, self.observer)?)
             }
         };
         let rates = fill.finish();
-        let fill = (0..MODES.len())
-            .map(|m| rates.iter().map(|r| r[m]).sum::<f64>() / rates.len() as f64)
-            .collect();
+        let filled: Vec<&Vec<f64>> = rates.iter().filter(|r| !r.is_empty()).collect();
+        let mean = |m: usize| filled.iter().map(|r| r[m]).sum::<f64>() / filled.len() as f64;
+        let fill = (0..MODES.len()).map(mean).collect();
         Ok(RecipeResult {
             recipe: self.recipe,
-            job,
-            layers,
+            survey: self.survey,
+            first,
             delays,
             tuned,
             front,
@@ -293,7 +295,8 @@ impl<'a> Run<'a> {
 
     /// Tells delays that leave marks dark or keep the light on between them.
     fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
-        let darkness = Darkness::of(&self.prepared.job, delays, self.head.head().period);
+        let layers = self.settings.work.layers(self.recipe)?;
+        let darkness = Darkness::of(layers, delays, self.head.head().period)?;
         if darkness.dark == darkness.chains {
             return Err(HeadError::Dark {
                 on: delays.on,
@@ -350,22 +353,6 @@ impl<'a> Run<'a> {
             }
         }
     }
-
-    /// The last vector of the first square or layer.
-    fn last_shown(&self) -> u32 {
-        let count = match &self.settings.work {
-            Work::Plate(_) => {
-                let vectors = self.prepared.job.vectors.iter();
-                vectors.take_while(|v| v.block == 0).count()
-            }
-            Work::Layers(_) => self
-                .prepared
-                .layers
-                .get(1)
-                .map_or(self.prepared.job.vectors.len(), |l| l.first as usize),
-        };
-        count.saturating_sub(1) as u32
-    }
 }
 
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
@@ -397,13 +384,13 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
         });
         checks.extend(settings.fill_rate.map(|limit| {
-            Check::judge(
-                &format!("fill-{number}"),
-                &r.fill_title(),
-                Measure::exact(100.0 * r.fill[2], "%"),
-                Limit::AtLeast(100.0 * limit),
-            )
-            .remedy("a closer hatch, or other laser delays")
+            let (id, title) = (format!("fill-{number}"), r.fill_title());
+            if !r.fills() {
+                return Check::not_checked(&id, &title, "no line of a fill was marked");
+            }
+            let found = Measure::exact(100.0 * r.fill[2], "%");
+            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit))
+                .remedy("a closer hatch, or other laser delays")
         }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {
@@ -426,18 +413,35 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
 ///
 /// # Errors
 /// [`LpbfError`] for whatever a run refuses before it computes.
-pub fn examine(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Examined, LpbfError> {
-    let settings = resolved(job_file, job, text)?;
+pub fn examine(
+    job_file: &Path,
+    job: &Written<LpbfJob>,
+    text: &str,
+    observer: &dyn Observer,
+) -> Result<Examined, LpbfError> {
+    let (settings, _) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
         provenance: settings.provenance,
         notes: Vec::new(),
-        warnings: Vec::new(),
+        warnings: settings.warnings,
     })
 }
 
-fn resolved(job_file: &Path, job: &Written<LpbfJob>, text: &str) -> Result<Settings, JobError> {
+/// The settings, and what the job of each recipe is.
+fn resolved(
+    job_file: &Path,
+    job: &Written<LpbfJob>,
+    text: &str,
+    observer: &dyn Observer,
+) -> Result<(Settings, Vec<Survey>), LpbfError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    settings::resolve(job, here)
-        .and_then(|s| refuse::check(job, &s).map(|()| s).map_err(Into::into))
-        .map_err(|problems| JobError::in_file(job_file, text, problems))
+    let found = settings::resolve(job, here, observer).and_then(|settings| {
+        let surveys = refuse::check(job, &settings)?;
+        Ok((settings, surveys))
+    });
+    found.map_err(|problems| match observer.check() {
+        // whatever reading the part says of it, the job is not to blame
+        Err(cancelled) => LpbfError::Cancelled(cancelled),
+        Ok(()) => JobError::in_file(job_file, text, problems).into(),
+    })
 }

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use meltpath_base::settings::{Many, Problem, Setting, Value};
-use meltpath_base::{Length, Origin, Provenance, Ratio, Resolved, Speed, Time};
+use meltpath_base::{
+    Length, Observer, Origin, Provenance, Ratio, Reporter, Resolved, Speed, Time, Warning,
+};
 use meltpath_data::scan_heads;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::{self, HeadData, Plate};
@@ -11,8 +13,10 @@ use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::search::Bounds;
 
+use super::file_layers::FileLayers;
 use super::heat::{self, HeatSettings};
-use super::work::{self, Work};
+use super::section::Section;
+use super::work::{LayerSet, Source, Work};
 use crate::data::{DataFileError, DataText};
 use crate::job::lpbf::{
     ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
@@ -48,6 +52,8 @@ pub struct Settings {
     pub motion: Option<MotionForm>,
     /// What the heat engine is told, where the job asks for it.
     pub heat: Option<HeatSettings>,
+    /// What was said of the part.
+    pub warnings: Vec<Warning>,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -86,7 +92,11 @@ pub(crate) fn head_data(head: &Setting<String>, folder: &Path) -> Result<HeadDat
 ///
 /// # Errors
 /// Everything wrong, with its place in the job.
-pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Problems> {
+pub fn resolve(
+    job: &Written<LpbfJob>,
+    folder: &Path,
+    observer: &dyn Observer,
+) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let head = &job.lpbf.head;
     let data = head_data(head, folder);
@@ -110,17 +120,8 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
     );
-    let work = if let Some(name) = &*job.lpbf.layers {
-        r.parameters.retain(|key, _| !key.starts_with("plate."));
-        let read = work::read(&folder.join(&**name), name, &job.layers);
-        let layers = read.map_err(|message| job.lpbf.layers.problem(message))?;
-        let (first, last) = layers.numbers();
-        job.layers.range.or_computed(&mut r, [first, last]);
-        Work::Layers(layers)
-    } else {
-        r.parameters.retain(|key, _| !key.starts_with("layers."));
-        Work::Plate(plate(&job.plate, data.plate, &mut r))
-    };
+    let reporter = Reporter::new();
+    let work = work(job, folder, data.plate, (&reporter, observer), &mut r)?;
     for recipe in &recipes {
         tell(recipe, &mut r);
     }
@@ -129,6 +130,7 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         .as_ref()
         .map(|table| bounds(table, &recipes[0], &job.checks, &mut r));
     let spot = 2.0 * data.head.beam.waist;
+    let layer = job.section.layer.0;
     let heat = match &*job.heat {
         None => {
             r.parameters.remove(&job.checks.fusion.name);
@@ -137,7 +139,7 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         Some(table) => Some(heat::resolve(
             table,
             job.checks.fusion.0,
-            spot,
+            [spot, layer],
             folder,
             &mut r,
         )?),
@@ -155,8 +157,55 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         foreign,
         path: *job.lpbf.path,
         motion: *job.output.motion,
+        warnings: reporter.warnings(),
         provenance: r,
     })
+}
+
+/// What is executed; what the job says of other work is not recorded.
+fn work(
+    job: &LpbfJob,
+    folder: &Path,
+    stated: Plate,
+    (reporter, observer): (&Reporter, &dyn Observer),
+    r: &mut Provenance,
+) -> Result<Work, Problem> {
+    let mut others = vec![
+        "plate.",
+        "layers.",
+        "section.",
+        "hatch.",
+        "part_unit",
+        "build_direction",
+    ];
+    let (file, layers) = (&*job.part, &*job.lpbf.layers);
+    others.retain(|other| match other {
+        &"plate." => file.is_some() || layers.is_some(),
+        &"layers." => layers.is_none(),
+        _ => file.is_none(),
+    });
+    r.parameters
+        .retain(|key, _| !others.iter().any(|other| key.starts_with(other)));
+    if let Some(file) = file {
+        let whole = (folder.join(&**file), stated.hatch);
+        let section = Section::of(job, (&whole.0, whole.1), (reporter, observer), r)?;
+        return Ok(Work::Layers(LayerSet {
+            file: file.to_string(),
+            hatch: Some(section.spacing()),
+            source: Source::Part(section),
+        }));
+    }
+    let Some(file) = layers else {
+        return Ok(Work::Plate(plate(&job.plate, stated, r)));
+    };
+    let found = FileLayers::choose(&folder.join(&**file), file, &job.layers)
+        .map_err(|message| job.lpbf.layers.problem(message))?;
+    job.layers.range.or_computed(r, found.numbers);
+    Ok(Work::Layers(LayerSet {
+        file: file.to_string(),
+        source: Source::File(found),
+        hatch: job.layers.hatch.map(|h| h.0),
+    }))
 }
 
 /// Notes what a recipe says.

@@ -1,18 +1,16 @@
-//! What a scan-head job executes: a plate of squares, or layers read from a file of other software.
+//! What a scan-head job executes: a plate of squares, layers of a file of other software, or layers of a part.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
+use std::borrow::Cow;
 
-use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::{PlateError, SquarePlate};
-use meltpath_programs::{cli, vectors};
-use meltpath_scan_head::head::job::{Prepared, prepare};
+use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::job::{prepare, prepare_layers};
+use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::vector::{ScanJob, ScanJobError, VectorKind};
-use meltpath_toolpath::Layer;
 
-use crate::job::lpbf::LayersTable;
+use super::file_layers::FileLayers;
+use super::section::Section;
 
 /// Longest piece of a layer on which delays are tuned, s of machine.
 const TUNED_TIME: f64 = 4.0;
@@ -22,135 +20,80 @@ const TUNED_TIME: f64 = 4.0;
 pub enum Work {
     /// Squares.
     Plate(SquarePlate),
-    /// Layers of a file.
+    /// Layers.
     Layers(LayerSet),
 }
 
-/// The layers of a file that are executed.
+/// Where layers come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// A file of other software.
+    File(FileLayers),
+    /// A part.
+    Part(Section),
+}
+
+/// The layers that are executed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerSet {
-    /// The file, as the job names it.
+    /// Their file, as the job names it.
     pub file: String,
-    /// Those that are executed; what the job puts at the centre of the field lies at zero.
-    layers: Vec<Layer>,
-    /// Layers of the file.
-    count: usize,
-    /// Hatch distance, mm, where the job says it.
+    /// Where they come from.
+    pub source: Source,
+    /// Hatch distance, mm, where it is known.
     pub hatch: Option<f64>,
 }
 
-/// The layers of a file, one after the other; what is wrong in words.
-fn layers(path: &Path) -> Result<Box<dyn Iterator<Item = Result<Layer, String>>>, String> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
-    let from = File::open(path).map_err(|e| format!("cannot read the layers: {e}"))?;
-    let from = BufReader::new(from);
-    match extension.as_str() {
-        "cli" => {
-            let layers = cli::Reader::new(from).map_err(|e| e.to_string())?;
-            Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
-        }
-        "csv" => {
-            let layers = vectors::Reader::new(from).map_err(|e| e.to_string())?;
-            Ok(Box::new(layers.map(|l| l.map_err(|e| e.to_string()))))
-        }
-        other => Err(format!(
-            "it ends in \"{other}\": layers are read from .cli files and from vector lists (.csv)"
-        )),
-    }
-}
-
-/// Reads a layer file (`.cli`) or vector list (`.csv`) and chooses its layers, one layer in memory at a time and those that are
-/// chosen. What is wrong comes back in words.
-///
-/// # Errors
-/// A message that names the file, the place in it and what to write.
-pub fn read(path: &Path, shown: &str, table: &LayersTable) -> Result<LayerSet, String> {
-    let named = |what: String| format!("\"{shown}\": {what}");
-    let (mut count, mut longest) = (0, 0.0);
-    let mut numbers: Option<(u32, u32)> = None;
-    let mut chosen: Vec<Layer> = Vec::new();
-    for layer in layers(path).map_err(named)? {
-        let layer = layer.map_err(named)?;
-        count += 1;
-        numbers = Some((numbers.map_or(layer.number, |n| n.0), layer.number));
-        let marked = layer.deposited_length();
-        match *table.range {
-            None if marked > longest => chosen = vec![layer],
-            Some([first, last]) if marked > 0.0 && (first..=last).contains(&layer.number) => {
-                chosen.push(layer);
-            }
-            _ => {}
-        }
-        longest = marked.max(longest);
-    }
-    if longest <= 0.0 {
-        return Err(format!(
-            "\"{shown}\" marks nothing in any of its {count} layers"
-        ));
-    }
-    if chosen.is_empty() {
-        let [first, last] = table.range.unwrap_or_default();
-        let (lowest, highest) = numbers.unwrap_or_default();
-        return Err(format!(
-            "none of the layers {first} to {last} of \"{shown}\" marks anything; it holds the layers {lowest} to {highest}"
-        ));
-    }
-    let origin = DVec2::from_array(table.origin.map(|l| l.0)).extend(0.0);
-    for layer in &mut chosen {
-        layer.translate(-origin);
-    }
-    Ok(LayerSet {
-        file: shown.to_owned(),
-        layers: chosen,
-        count,
-        hatch: table.hatch.map(|h| h.0),
-    })
-}
-
 impl LayerSet {
-    /// Layers that are executed and layers of the file.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.layers.len(), self.count)
+    /// Layers that are executed and layers of the file or part.
+    pub fn counts(&self) -> [usize; 2] {
+        match &self.source {
+            Source::File(file) => file.counts,
+            Source::Part(part) => part.counts,
+        }
     }
 
     /// The numbers of the first and last layer that are executed.
-    pub fn numbers(&self) -> (u32, u32) {
-        let number = |layer: Option<&Layer>| layer.map_or(0, |l| l.number);
-        (number(self.layers.first()), number(self.layers.last()))
+    pub fn numbers(&self) -> [u32; 2] {
+        match &self.source {
+            Source::File(file) => file.numbers,
+            Source::Part(part) => part.numbers,
+        }
     }
 }
 
-/// What a head makes of a plate.
-fn of_plate(plate: &SquarePlate, recipe: &Recipe) -> Result<Prepared, ScanJobError> {
-    let refused = |e: PlateError| ScanJobError::Value {
+fn refused(e: PlateError) -> ScanJobError {
+    ScanJobError::Value {
         what: e.what,
         value: e.value,
         wanted: e.wanted,
-    };
-    let path = plate.toolpath().map_err(refused)?;
-    prepare(&path.layers, recipe)
+    }
 }
 
 impl Work {
-    /// The job of a recipe.
+    /// The layers of a recipe, each made when it is asked for.
     ///
     /// # Errors
-    /// [`ScanJobError`].
-    pub fn job(&self, recipe: &Recipe) -> Result<Prepared, ScanJobError> {
-        match self {
-            Work::Plate(plate) => of_plate(plate, recipe),
-            Work::Layers(set) => prepare(&set.layers, recipe),
-        }
+    /// [`HeadError`].
+    pub fn layers<'a>(&'a self, recipe: &'a Recipe) -> Result<Layers<'a>, HeadError> {
+        let planned = match self {
+            Work::Plate(plate) => {
+                let path = plate.toolpath().map_err(refused)?;
+                Box::new(path.layers.into_iter().map(|l| Ok(Cow::Owned(l))))
+            }
+            Work::Layers(set) => match &set.source {
+                Source::File(file) => file.layers()?,
+                Source::Part(part) => part.layers(),
+            },
+        };
+        Ok(prepare_layers(planned, recipe)?)
     }
 
     /// The small job on which delays are tuned: two squares, or up to 4 s of the first layer round the start of its fill.
     ///
     /// # Errors
-    /// [`ScanJobError`].
-    pub fn tuning_job(&self, recipe: &Recipe) -> Result<ScanJob, ScanJobError> {
+    /// [`HeadError`].
+    pub fn tuning_job(&self, recipe: &Recipe) -> Result<ScanJob, HeadError> {
         match self {
             Work::Plate(plate) => {
                 let two = SquarePlate {
@@ -158,17 +101,24 @@ impl Work {
                     rows: 1,
                     ..*plate
                 };
-                of_plate(&two, recipe).map(|p| p.job)
+                prepare(&two.toolpath().map_err(refused)?.layers, recipe)
             }
-            Work::Layers(set) => {
-                let prepared = prepare(&set.layers, recipe)?;
-                let until = prepared
-                    .layers
-                    .get(1)
-                    .map_or(prepared.job.vectors.len(), |l| l.first as usize);
-                let job = prepared.job.slice(0..until);
-                Ok(round_the_fill(job))
+            Work::Layers(_) => {
+                let first = self.layers(recipe)?.next();
+                let first = first.ok_or(ScanJobError::Empty)??;
+                Ok(round_the_fill(first.job))
             }
+        }
+    }
+
+    /// Of the first layer of a job, what is shown and heated: the first square, or all of it.
+    pub fn shown(&self, first: &ScanJob) -> ScanJob {
+        match self {
+            Work::Plate(_) => {
+                let vectors = first.vectors.iter().take_while(|v| v.block == 0);
+                first.slice(0..vectors.count())
+            }
+            Work::Layers(_) => first.clone(),
         }
     }
 
@@ -182,8 +132,8 @@ impl Work {
                 plate.hatch
             ),
             Work::Layers(layers) => {
-                let (first, last) = layers.numbers();
-                let (chosen, all) = layers.counts();
+                let [first, last] = layers.numbers();
+                let [chosen, all] = layers.counts();
                 if chosen == 1 {
                     format!("layer {first} of {all} of {}", layers.file)
                 } else {

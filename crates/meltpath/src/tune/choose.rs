@@ -7,9 +7,9 @@ use meltpath_base::settings::{Problem, Setting};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller};
 use meltpath_scan_head::head::error::HeadError;
+use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::scan_head::ScanHead;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::servo::file::ControllerFile;
 use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
@@ -99,7 +99,7 @@ const TOGETHER: f64 = 0.5e-3;
 pub fn ready_for(
     ready: &ReadyHead,
     path: PathChoice,
-    job: &ScanJob,
+    job: Layers<'_>,
 ) -> Result<ReadyHead, HeadError> {
     let head = ready.head();
     let axes = [&head.mirrors[0], &head.mirrors[1]];
@@ -108,7 +108,7 @@ pub fn ready_for(
         PathChoice::AsCommanded => return Ok(ready.clone()),
         PathChoice::Synchronised => synchronise(axes, head.period, &design),
         PathChoice::Preview => {
-            let changes = ready.speed_changes(job, TOGETHER);
+            let changes = ready.speed_changes(job, TOGETHER)?;
             preview(axes, head.period, changes, &design)
         }
     };

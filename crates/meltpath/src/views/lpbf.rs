@@ -125,7 +125,7 @@ pub(crate) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fa
             Measure::exact(r.duration, "s"),
             "",
         ));
-        if settings.fill_rate.is_none() {
+        if settings.fill_rate.is_none() && r.fills() {
             facts.push(Fact::new(
                 &format!("fill-{number}"),
                 &r.fill_title(),
@@ -194,26 +194,20 @@ fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
 
 /// The layers of a file under one recipe.
 fn layer_table(r: &RecipeResult<'_>) -> Table {
-    use meltpath_scan_head::head::vector::VectorKind::{Contour, Fill};
     let mut columns = vec!["layer", "height, mm", "vectors", "mark length, m"];
     let modes = MODES.map(|m| format!("fill rate, {}, %", m.words()));
     columns.extend(modes.iter().map(String::as_str));
     let mut table = Table::new(&format!("Layers, {}", r.recipe.name), &columns);
-    for (k, layer) in r.layers.iter().enumerate() {
-        let from = layer.first as usize;
-        let to = r
-            .layers
-            .get(k + 1)
-            .map_or(r.job.vectors.len(), |l| l.first as usize);
-        let piece = r.job.slice(from..to);
+    for (k, layer) in r.survey.layers.iter().enumerate() {
         let mut row = vec![
             Cell::Fixed(f64::from(layer.number), 0),
             Cell::Fixed(layer.height, 3),
-            Cell::Fixed((to - from) as f64, 0),
-            Cell::Fixed((piece.length(Contour) + piece.length(Fill)) / 1000.0, 2),
+            Cell::Fixed(f64::from(layer.vectors), 0),
+            Cell::Fixed(layer.marked / 1000.0, 2),
         ];
         let rates = r.rates.get(k).map_or(&[][..], Vec::as_slice);
         row.extend(rates.iter().map(|rate| Cell::Fixed(100.0 * rate, 2)));
+        row.resize(columns.len(), Cell::Empty);
         table.rows.push(row);
     }
     "The surface to fill lies within half a hatch distance beside the fill lines."
@@ -310,7 +304,7 @@ fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
     match &settings.work {
         Work::Plate(plate) => {
             let corner = plate.centre(0) + DVec2::new(0.5, -0.5) * plate.side;
-            let last = r.job.vectors.iter().take_while(|v| v.block == 0).count();
+            let last = r.first.vectors.len();
             (corner - DVec2::new(0.4, -0.4) * CORNER, last)
         }
         Work::Layers(_) => {
@@ -319,10 +313,10 @@ fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
                 .vectors
                 .last()
                 .map_or(0, |&v| v as usize + 1)
-                .min(r.job.vectors.len());
+                .min(r.first.vectors.len());
             let turn = |i: &usize| {
-                let (a, b) = (&r.job.vectors[i - 1], &r.job.vectors[*i]);
-                let (from, at, to) = (r.job.start_of(i - 1), a.end, b.end);
+                let (a, b) = (&r.first.vectors[i - 1], &r.first.vectors[*i]);
+                let (from, at, to) = (r.first.start_of(i - 1), a.end, b.end);
                 let cosine = (at - from)
                     .normalize_or_zero()
                     .dot((to - at).normalize_or_zero());
@@ -331,7 +325,8 @@ fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
             let sharpest = (1..last)
                 .filter_map(|i| Some((turn(&i)?, i)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
-            let corner = sharpest.map_or_else(|| r.job.first_mark(), |(_, i)| r.job.start_of(i));
+            let corner =
+                sharpest.map_or_else(|| r.first.first_mark(), |(_, i)| r.first.start_of(i));
             (corner.truncate(), last)
         }
     }
@@ -343,9 +338,9 @@ fn corner(settings: &Settings, r: &RecipeResult<'_>) -> Plot {
     let gap = DVec2::splat(f64::NAN);
     let mut asked = Vec::new();
     for i in 0..last {
-        let v = &r.job.vectors[i];
+        let v = &r.first.vectors[i];
         if v.kind.is_mark() {
-            let (a, b) = (r.job.start_of(i).truncate(), v.end.truncate());
+            let (a, b) = (r.first.start_of(i).truncate(), v.end.truncate());
             let steps = (a.distance(b) / 0.02).ceil().max(1.0) as usize;
             let inside = (0..=steps)
                 .map(|k| a.lerp(b, k as f64 / steps as f64))
@@ -517,12 +512,12 @@ fn marked(r: &RecipeResult<'_>) -> LineSet {
         }
         let near = (vector.saturating_sub(3)..=vector)
             .map(|i| i as usize)
-            .filter(|&i| r.job.vectors[i].kind.is_mark())
+            .filter(|&i| r.first.vectors[i].kind.is_mark())
             .map(|i| {
                 distance_to_segment(
                     *hit,
-                    r.job.start_of(i).truncate(),
-                    r.job.vectors[i].end.truncate(),
+                    r.first.start_of(i).truncate(),
+                    r.first.vectors[i].end.truncate(),
                 )
             })
             .fold(f64::INFINITY, f64::min);

@@ -71,9 +71,11 @@ pub(super) fn process_map(
         ("mode", &map.mode, &waam.mode.value),
     ] {
         if of_map != of_job {
-            problems.push(waam.map.problem(format!(
-                "the process map is for {what} \"{of_map}\", the job for \"{of_job}\""
-            )));
+            let message =
+                format!("the process map is for {what} \"{of_map}\", the job for \"{of_job}\"");
+            problems.push(waam.map.problem(message).help(
+                "name a map measured with what the job uses, or use what the map was measured with",
+            ));
         }
     }
     if problems.is_empty() {

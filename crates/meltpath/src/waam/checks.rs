@@ -10,6 +10,7 @@ use super::plan::Plan;
 use super::program::{Commands, Programs};
 use super::settings::Settings;
 use super::simulate::Simulation;
+use super::tube;
 
 /// How far layers hang over.
 pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
@@ -171,7 +172,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
         .map_or(0.0, |u| mass * u / settings.map.feed_factor.0);
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
-    vec![
+    let mut facts = vec![
         exact("layers", "layers", simulation.layers.len() as f64, ""),
         exact(
             "height-built",
@@ -196,7 +197,9 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
         minutes("time-travel", "time of travels", s.travel_time),
         minutes("time-pause", "time of pauses", s.pause_time),
         minutes("time-total", "time in all", s.total_time),
-    ]
+    ];
+    facts.extend(tube::distribution(simulation));
+    facts
 }
 
 /// Wire feed as delivered, layer by layer: the source answers to the contact tube distance.
@@ -242,8 +245,11 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     const ID: &str = "energy";
     const TITLE: &str = "electric energy of the arc";
     let Some(per_volume) = &settings.energy else {
-        let words = "not known: no energy per volume is measured for this transfer mode";
-        return Fact::words(ID, TITLE, words);
+        let words = format!(
+            "cannot say: no energy per volume was measured on {} in mode {}",
+            *settings.wire.name, settings.mode
+        );
+        return Fact::words(ID, TITLE, &words);
     };
     let volume = simulation.deposit.wire * settings.wire.section();
     let megajoule = |per: f64| per * volume * 1e-6;

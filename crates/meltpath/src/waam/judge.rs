@@ -2,6 +2,7 @@
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Limit, Measure, Place};
+use meltpath_deposition::deposit::TubeDistance;
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::DVec3;
 
@@ -50,10 +51,21 @@ pub struct Limits {
     pub ctwd_min: f64,
     /// Largest contact tube to work distance, mm.
     pub ctwd_max: f64,
+    /// How far beyond the measured distances the law of the wire feed is taken to hold, mm.
+    pub ctwd_beyond: f64,
     /// Largest local thickness beyond the mean of the layer, share of it.
     pub accumulation: f64,
     /// Largest shift of a layer over the one below, bead widths.
     pub overhang: f64,
+}
+
+/// Where the contact tube was at a distance, and in which pass, where the program tells it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TubePlace {
+    /// Distance, place and time.
+    pub at: TubeDistance,
+    /// The pass.
+    pub pass: Option<u32>,
 }
 
 /// What was predicted of one layer.
@@ -71,6 +83,8 @@ pub struct LayerOutcome {
     pub ctwd_mean: f64,
     /// Smallest and largest contact tube to work distance while it was deposited, mm.
     pub ctwd_range: (f64, f64),
+    /// Where the contact tube was nearest and farthest, of every simulated sample.
+    pub tube: Option<[TubePlace; 2]>,
     /// Largest local thickness beyond the mean of the layer, as a share of it, and where.
     pub accumulation: Option<(f64, DVec3)>,
     /// Wire used, mm.
@@ -101,8 +115,6 @@ pub struct TargetOutcome {
 pub struct Remedies {
     /// Layers higher or lower than planned.
     pub height: &'static str,
-    /// The contact tube too near or too far.
-    pub ctwd: &'static str,
     /// Too much metal.
     pub excess: &'static str,
 }
@@ -125,12 +137,10 @@ impl Remedies {
         match heights {
             Auto::Auto => Remedies {
                 height: "correct the height at the machine every few layers, or measure beads for a process map of your own",
-                ctwd: "correct the height at the machine every few layers, or change machine.ctwd",
                 excess,
             },
             Auto::Value(_) => Remedies {
                 height: "leave layers.height to \"auto\", or correct the height at the machine every few layers",
-                ctwd: "leave layers.height to \"auto\": the layer height is not the growth of the wall",
                 excess,
             },
         }
@@ -185,7 +195,7 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedi
     checks
 }
 
-/// Checks of layers: height, flatness, contact tube distance, accumulations.
+/// Checks of layers: height, flatness, accumulations.
 pub fn layer_checks(
     layers: &[LayerOutcome],
     growth: &GrowthError,
@@ -228,7 +238,6 @@ pub fn layer_checks(
                 .remedy("a smaller fill.stepover, or another strategy: see the accumulations in the 3D view"),
         );
     }
-    checks.extend(ctwd_checks(layers, growth, limits, remedies));
     if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {
         let position = layer.accumulation.map(|(_, p)| p.to_array());
         let found = Measure::new(100.0 * over, 100.0 * growth.share * over, "%");
@@ -237,62 +246,6 @@ pub fn layer_checks(
                 .at(Place { position, layer: Some(layer.layer), ..Place::default() })
                 .remedy("more smoothing (machine.smoothing), fewer sharp corners (fill.strategy), spread starts (fill.starts)"),
         );
-    }
-    checks
-}
-
-/// Contact tube distance: nearest and farthest layer, with the layer where it becomes critical.
-fn ctwd_checks(
-    layers: &[LayerOutcome],
-    growth: &GrowthError,
-    limits: &Limits,
-    remedies: &Remedies,
-) -> Vec<Check> {
-    let built = |l: &LayerOutcome| l.mean_top.unwrap_or(l.planned_top);
-    // the surface under layer n is layer n-1: its height carries the uncertainty
-    let sigma = |l: &LayerOutcome| {
-        let below = layers.iter().find(|b| b.layer + 1 == l.layer);
-        growth.at(below.map_or(0.0, built))
-    };
-    let mut checks = Vec::new();
-    let nearest = layers
-        .iter()
-        .min_by(|a, b| a.ctwd_mean.total_cmp(&b.ctwd_mean));
-    let farthest = layers
-        .iter()
-        .max_by(|a, b| a.ctwd_mean.total_cmp(&b.ctwd_mean));
-    for (id, words, layer, limit, beyond) in [
-        (
-            "ctwd-min",
-            "nearest contact tube to work distance (mean of a layer)",
-            nearest,
-            Limit::AtLeast(limits.ctwd_min),
-            -1.0,
-        ),
-        (
-            "ctwd-max",
-            "farthest contact tube to work distance (mean of a layer)",
-            farthest,
-            Limit::AtMost(limits.ctwd_max),
-            1.0,
-        ),
-    ] {
-        let Some(layer) = layer else { continue };
-        let bound = match limit {
-            Limit::AtLeast(b) | Limit::AtMost(b) => b,
-        };
-        let mut check = Check::judge(
-            id,
-            words,
-            Measure::new(layer.ctwd_mean, sigma(layer), "mm"),
-            limit,
-        )
-        .at(Place::layer(layer.layer))
-        .remedy(remedies.ctwd);
-        if let Some(critical) = layers.iter().find(|l| beyond * (l.ctwd_mean - bound) > 0.0) {
-            check = check.because(&format!("critical from layer {} on", critical.layer));
-        }
-        checks.push(check);
     }
     checks
 }
@@ -326,7 +279,6 @@ mod tests {
 
     const REMEDIES: Remedies = Remedies {
         height: "height",
-        ctwd: "ctwd",
         excess: "excess",
     };
     const LIMITS: Limits = Limits {
@@ -337,6 +289,7 @@ mod tests {
         flatness: 1.5,
         ctwd_min: 8.0,
         ctwd_max: 20.0,
+        ctwd_beyond: 2.0,
         accumulation: 1.0,
         overhang: 0.25,
     };
@@ -365,42 +318,22 @@ mod tests {
         assert!(regulated.at(1000.0) < 0.05 / 0.022);
     }
 
-    /// A wall programmed 1.2 mm a layer that grows 1.65.
-    fn drifting_wall() -> Vec<LayerOutcome> {
-        (1..=25)
+    #[test]
+    fn a_drifting_wall_fails_on_its_height() {
+        // programmed 1.2 mm a layer, it grows 1.65
+        let layers: Vec<LayerOutcome> = (1..=25)
             .map(|n| LayerOutcome {
                 layer: n,
                 planned_top: 1.2 * f64::from(n),
                 mean_top: Some(1.65 * f64::from(n)),
-                flatness: Some(0.4),
-                ctwd_mean: 15.0 - 0.45 * f64::from(n - 1),
-                ctwd_range: (5.0, 15.0),
                 ..LayerOutcome::default()
             })
-            .collect()
-    }
-
-    #[test]
-    fn a_drifting_wall_fails_on_its_contact_tube() {
-        let checks = layer_checks(&drifting_wall(), &growth(0.05), &LIMITS, &REMEDIES);
-        let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
-        assert_eq!(ctwd.status, Status::Fail);
-        assert!(
-            ctwd.reason.contains("critical from layer 17 on"),
-            "{}",
-            ctwd.reason
-        );
-        assert_eq!(ctwd.place.as_ref().unwrap().layer, Some(25));
+            .collect();
+        let checks = layer_checks(&layers, &growth(0.05), &LIMITS, &REMEDIES);
         let height = checks.iter().find(|c| c.id == "height").unwrap();
         assert_eq!(height.status, Status::Fail);
+        assert_eq!(height.place.as_ref().unwrap().layer, Some(25));
         assert!(height.remedy.is_some());
-    }
-
-    #[test]
-    fn an_uncertain_map_cannot_say() {
-        let checks = layer_checks(&drifting_wall(), &growth(0.5), &LIMITS, &REMEDIES);
-        let ctwd = checks.iter().find(|c| c.id == "ctwd-min").unwrap();
-        assert_eq!(ctwd.status, Status::CannotSay);
     }
 
     #[test]
@@ -425,15 +358,15 @@ mod tests {
     fn remedies_differ_from_what_the_job_says() {
         let says = |heights: &Auto<f64>, stepover: &Auto<f64>| {
             let r = Remedies::of(heights, stepover);
-            [r.height, r.ctwd, r.excess].map(|words| {
+            [r.height, r.excess].map(|words| {
                 ["layers.height", "fill.stepover"]
                     .map(|key| words.contains("auto") && words.contains(key))
             })
         };
         let (auto, own) = (Auto::Auto, Auto::Value(1.0));
-        assert_eq!(says(&auto, &auto), [[false; 2]; 3]);
-        assert_eq!(says(&own, &auto), [[true, false]; 3]);
-        assert_eq!(says(&auto, &own), [[false; 2], [false; 2], [false, true]]);
-        assert_eq!(says(&own, &own), [[true, false], [true, false], [true; 2]]);
+        assert_eq!(says(&auto, &auto), [[false; 2]; 2]);
+        assert_eq!(says(&own, &auto), [[true, false]; 2]);
+        assert_eq!(says(&auto, &own), [[false; 2], [false, true]]);
+        assert_eq!(says(&own, &own), [[true, false], [true; 2]]);
     }
 }

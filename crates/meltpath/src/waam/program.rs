@@ -11,8 +11,8 @@ use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, ExecutionSettings, Pause,
-    Program, ProgramError, Schedule, build, execution_order,
+    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, Gap, Pause, Program,
+    ProgramError, Schedule, WeldSettings, build, execution_order,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::Toolpath;
@@ -51,6 +51,17 @@ pub enum ProgramStageError {
     /// The program never burns the arc.
     #[error("the program {} never starts the arc: there is no metal to predict", .0)]
     NoArc(String),
+    /// No move of a bead is known here.
+    #[error(
+        "the program {name} lays no bead that is known here, first at {}, line {}, \"{}\": {}; {}",
+        .gap.program, .gap.line, .gap.text, .gap.why, .gap.why.remedy()
+    )]
+    NoBead {
+        /// The program.
+        name: String,
+        /// The first line that was not simulated.
+        gap: Box<Gap>,
+    },
 }
 
 /// A program as a file.
@@ -122,7 +133,7 @@ pub fn write(
 
 /// Reads a main program and the programs that it calls, which lie beside it.
 ///
-/// Lines that nothing here models are kept, and listed as warnings.
+/// Sections that nothing here models are kept, and listed as warnings; lines are classed when the program is executed.
 ///
 /// # Errors
 /// [`ProgramStageError`].
@@ -138,7 +149,8 @@ pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramSta
             path: path.clone(),
             source,
         })?;
-        for unread in &parsed.unread {
+        let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
+        for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
             let place = meltpath_base::Place {
                 file: Some(path.display().to_string()),
                 line: Some(unread.line),
@@ -147,7 +159,7 @@ pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramSta
             reporter.warn_at(
                 "program-line-kept",
                 format!(
-                    "the line \"{}\" is kept but not simulated",
+                    "\"{}\" stands outside the instructions and is kept, not executed",
                     unread.text.trim()
                 ),
                 place,
@@ -204,37 +216,43 @@ pub struct Commands {
     pub commands: Vec<Command>,
     /// The layer of each command, from 1.
     pub layer_of_command: Vec<u32>,
+    /// The pass of each command, where the program tells it.
+    pub pass_of_command: Vec<Option<u32>>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
+    /// Lines that shape metal and were not simulated.
+    pub gaps: Vec<Gap>,
 }
 
-/// Executes programs as the controller would. `wire_feed` is the programmed wire feed of schedules that `schedules` does
-/// not name, mm/s.
+/// Executes programs as the controller would; `schedules` are those that were written with the programs, beside those of the
+/// cell. What is not known is told as [`Commands::gaps`], and the job's bead stands in for it.
 ///
 /// # Errors
 /// [`ProgramStageError`] where the programs cannot be run without the controller, or never burn the arc.
 pub fn commands(
     programs: &[Program],
     schedules: &[Schedule],
-    wire_feed: f64,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
-    let execution = ExecutionSettings {
-        weld_speed: Some(settings.bead.travel_speed),
-        ..ExecutionSettings::default()
-    };
-    let executed = execution_order(programs, &execution, reporter)?;
+    let bead = &settings.bead;
+    let mut known = settings.cell.program.execution(bead.travel_speed);
+    known.schedules.extend(schedules.iter().map(|s| {
+        let set = WeldSettings {
+            wire_feed: s.wire_feed,
+            speed: None,
+        };
+        (s.number, set)
+    }));
+    let executed = execution_order(programs, &known, reporter)?;
     let name = programs.first().map_or("", |p| &p.name);
     let joint_speed = settings.cell.motion.joint_speed.value.0;
     let factor = settings.feed_factor();
     let source = |arc: Option<u32>| match arc {
         None => Source::Off,
         Some(schedule) => {
-            let programmed = schedules
-                .iter()
-                .find(|s| s.number == schedule)
-                .map_or(wire_feed, |s| s.wire_feed);
+            let set = executed.schedules.get(&schedule);
+            let programmed = set.map_or(bead.wire_feed, |s| s.wire_feed);
             Source::On {
                 wire_feed: factor * programmed,
             }
@@ -245,12 +263,13 @@ pub fn commands(
         position: DVec3::ZERO,
         orientation: DQuat::IDENTITY,
     };
-    let mut commands: Vec<Command> = Vec::with_capacity(executed.len());
-    let mut layers = Vec::with_capacity(executed.len());
+    let mut commands: Vec<Command> = Vec::with_capacity(executed.steps.len());
+    let mut layers = Vec::with_capacity(executed.steps.len());
+    let mut passes = Vec::with_capacity(executed.steps.len());
     let mut arc_length = 0.0;
-    for step in executed {
+    for step in &executed.steps {
         let id = commands.len() as u32;
-        match step {
+        match *step {
             Executed::Wait { time, arc, .. } => {
                 commands.push(Command {
                     kind: Kind::Wait { time },
@@ -261,6 +280,7 @@ pub fn commands(
                     last.orientation = here.orientation;
                 }
                 layers.push(None);
+                passes.push(None);
             }
             Executed::Motion(m) => {
                 if start.is_none() {
@@ -295,12 +315,20 @@ pub fn commands(
                     source: source(m.arc),
                 });
                 layers.push(m.layer.filter(|_| m.arc.is_some()));
+                passes.push(m.pass);
                 here = m.target;
             }
         }
     }
     if arc_length <= 0.0 {
-        return Err(ProgramStageError::NoArc(name.to_owned()));
+        let name = name.to_owned();
+        return Err(match executed.gaps.into_iter().next() {
+            Some(gap) => ProgramStageError::NoBead {
+                name,
+                gap: Box::new(gap),
+            },
+            None => ProgramStageError::NoArc(name),
+        });
     }
     let known = told_or_by_height(layers, &commands);
     let layer_of_command = carried(&known);
@@ -308,7 +336,9 @@ pub fn commands(
         start: start.unwrap_or(here),
         commands,
         layer_of_command,
+        pass_of_command: passes,
         arc_length,
+        gaps: executed.gaps,
     })
 }
 

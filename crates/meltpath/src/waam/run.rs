@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
-use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::html::{Report, ReportError, write_html};
+use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
@@ -19,26 +20,30 @@ use super::program::{self, Commands};
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
+use super::tube;
+use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{Examined, Outcome, json, record_inputs};
-use crate::stages::part::{self, Part, PartError};
+use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
 
 /// Warnings of one kind that a verdict tells one by one.
-const SHOWN_WARNINGS: usize = 3;
+pub(super) const SHOWN_WARNINGS: usize = 3;
 
 /// A job file with its resolved values.
-struct Loaded {
+pub(super) struct Loaded {
     path: PathBuf,
     text: String,
     name: String,
-    settings: Settings,
+    pub(super) settings: Settings,
+    /// The plate as written.
+    plate: SubstrateTable,
 }
 
 /// The job, read and resolved.
-fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
+pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
     let (job, text) = job::load(path)?;
     let Job::Waam(job) = job else {
         return Err(other_process(path, &text));
@@ -51,11 +56,12 @@ fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
         name: job_name(path, &job),
         text,
         settings,
+        plate: job.substrate.value.clone(),
     })
 }
 
 /// A job of another process where a wire-arc one is needed.
-fn other_process(path: &Path, text: &str) -> WaamError {
+pub(super) fn other_process(path: &Path, text: &str) -> WaamError {
     let place = text.find("[process]").map(|at| at..at + 9);
     let problem = Problem::new("this command is for wire-arc jobs")
         .at(place)
@@ -77,23 +83,44 @@ fn job_name(path: &Path, job: &WaamJob) -> String {
         .unwrap_or_else(|| "job".to_owned())
 }
 
-fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
+pub(super) fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
     out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
 }
 
-fn load_part(
-    settings: &Settings,
+/// The part of a job; refused where the job's plate is smaller.
+pub(super) fn load_part(
+    loaded: &Loaded,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Part, PartError> {
-    part::load(
+) -> Result<Part, WaamError> {
+    let settings = &loaded.settings;
+    let part = part::load(
         &settings.part,
         settings.part_unit,
         settings.up,
         settings.chord_error,
         reporter,
         observer,
-    )
+    )?;
+    match too_small(&loaded.plate, &part) {
+        Some(problem) => Err(JobError::in_file(&loaded.path, &loaded.text, problem).into()),
+        None => Ok(part),
+    }
+}
+
+/// What is wrong with a plate that the part does not fit on.
+fn too_small(plate: &SubstrateTable, part: &Part) -> Option<Problem> {
+    let size = (*plate.size)?;
+    let (low, high) = part.mesh.bounds()?;
+    let part = (high - low).truncate().to_array();
+    let smaller = size.iter().zip(part).any(|(s, p)| s.0 < p);
+    smaller.then(|| {
+        let problem = plate.size.problem(format!(
+            "the part is {:.0} x {:.0} mm, larger than {}, {:.0} x {:.0} mm",
+            part[0], part[1], plate.size.name, size[0].0, size[1].0
+        ));
+        problem.help("give the size of the plate along x and y of the build, or leave it out: the plate then reaches 25 mm around the part")
+    })
 }
 
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
@@ -110,17 +137,11 @@ pub fn run(
     let loaded = load(job, &reporter)?;
     let folder = output(out, runs)?;
     let settings = &loaded.settings;
-    let part = load_part(settings, &reporter, observer)?;
+    let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
     let programs = program::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
-    let commands = program::commands(
-        &programs.parsed,
-        &programs.schedules,
-        settings.bead.wire_feed,
-        settings,
-        &reporter,
-    )?;
+    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
     let map = plan.plate(settings)?;
     let layers = plan
         .planned_layers(&map, settings)
@@ -128,24 +149,14 @@ pub fn run(
     let build = built(&commands, &layers, map, settings);
     let simulation = simulate(build, &reporter, observer)?;
     observer.stage("compare with the part", 0);
-    let target = Target::new(
-        &part.mesh,
-        settings.allowance,
-        &simulation.deposit.map,
-        &reporter,
-        observer,
-    )?;
     let growth = settings.growth_error(plan.single);
-    let at = |deviations: f64| {
-        let shifted = |height: f64| growth.shifted(height, deviations);
-        compare(&simulation.deposit.map, &target, shifted)
-    };
-    let outcome = TargetOutcome {
-        volume: target.volume,
-        expected: at(0.0),
-        low: at(-1.0),
-        high: at(1.0),
-    };
+    let outcome = against_part(
+        &part,
+        settings,
+        &simulation.deposit.map,
+        &growth,
+        (&reporter, observer),
+    )?;
     let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
     checks.extend(layer_checks(
         &simulation.layers,
@@ -153,6 +164,7 @@ pub fn run(
         &settings.limits,
         &settings.remedies,
     ));
+    checks.extend(tube::checks(&simulation, &growth, settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
@@ -172,13 +184,15 @@ pub fn run(
     } else {
         &[]
     };
+    let names: Vec<String> = written.iter().map(|f| f.name.clone()).collect();
     let shown = Shown {
         title: loaded.name.clone(),
+        subtitle: subtitle(&part.name, settings),
         part: Some(&part),
         settings,
         simulation: &simulation,
         commands: &commands,
-        program_names: written.iter().map(|f| f.name.clone()).collect(),
+        sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
     };
@@ -199,19 +213,50 @@ pub fn run(
     })
 }
 
-/// What the report and the common files are made of.
-struct Shown<'a> {
-    title: String,
-    part: Option<&'a Part>,
-    settings: &'a Settings,
-    simulation: &'a Simulation,
-    commands: &'a Commands,
-    program_names: Vec<String>,
-    growth: GrowthError,
-    bead_diameter: f64,
+/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it.
+pub(super) fn against_part(
+    part: &Part,
+    settings: &Settings,
+    metal: &HeightMap,
+    growth: &GrowthError,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<TargetOutcome, WaamError> {
+    let target = Target::new(&part.mesh, settings.allowance, metal, reporter, observer)?;
+    let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
+    Ok(TargetOutcome {
+        volume: target.volume,
+        expected: at(0.0),
+        low: at(-1.0),
+        high: at(1.0),
+    })
 }
 
-fn built<'a>(
+/// What the report and the common files are made of.
+pub(super) struct Shown<'a> {
+    pub(super) title: String,
+    /// What was built of what, in a line.
+    pub(super) subtitle: String,
+    pub(super) part: Option<&'a Part>,
+    pub(super) settings: &'a Settings,
+    pub(super) simulation: &'a Simulation,
+    pub(super) commands: &'a Commands,
+    pub(super) sheet: Option<OperatorSheet>,
+    pub(super) growth: GrowthError,
+    pub(super) bead_diameter: f64,
+}
+
+/// What a run of these settings is of, in a line; `what` is the part or the program.
+pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
+    format!(
+        "{what} · wire {} · {} · {} · cell {}",
+        *settings.wire.name,
+        *settings.gas.name,
+        settings.mode.to_uppercase(),
+        settings.cell_name
+    )
+}
+
+pub(super) fn built<'a>(
     commands: &'a Commands,
     layers: &'a [PlannedLayer],
     map: HeightMap,
@@ -221,6 +266,7 @@ fn built<'a>(
         start: commands.start,
         commands: &commands.commands,
         layer_of_command: commands.layer_of_command.clone(),
+        pass_of_command: &commands.pass_of_command,
         layers,
         controller: &settings.cell.motion,
         map,
@@ -231,7 +277,7 @@ fn built<'a>(
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
-fn write_common(
+pub(super) fn write_common(
     folder: &OutputFolder,
     shown: &Shown<'_>,
     verdict: &Verdict,
@@ -247,14 +293,7 @@ fn write_common(
     )?;
     let report = Report {
         title: shown.title.clone(),
-        subtitle: format!(
-            "{} · wire {} · {} · {} · cell {}",
-            shown.part.map_or("program", |p| p.name.as_str()),
-            *settings.wire.name,
-            *settings.gas.name,
-            settings.mode.to_uppercase(),
-            settings.cell_name
-        ),
+        subtitle: shown.subtitle.clone(),
         verdict: verdict.clone(),
         scene: Some(views::waam::scene(
             shown.simulation,
@@ -263,11 +302,7 @@ fn write_common(
             shown.part,
         )),
         sections: views::waam::sections(shown.simulation, &shown.growth, &settings.limits),
-        sheet: Some(operator_sheet(
-            settings,
-            shown.simulation,
-            &shown.program_names,
-        )),
+        sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
     folder.write("report.html", |w| {
@@ -296,7 +331,7 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
     if out.exists() {
         return Err(OutputError::Exists(out.to_path_buf()).into());
     }
-    let part = load_part(&loaded.settings, &reporter, observer)?;
+    let part = load_part(&loaded, &reporter, observer)?;
     let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
     write_file(out, |w| storage::write(&plan.toolpath, w))?;
     let mut lines = vec![format!(
@@ -350,167 +385,6 @@ pub fn program_to_folder(
     Ok(programs.files.into_iter().map(|f| f.name).collect())
 }
 
-/// Simulates a program, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
-/// names one.
-///
-/// # Errors
-/// [`WaamError`]; nothing is written then.
-pub fn simulate_program(
-    main: &Path,
-    job: Option<&Path>,
-    out: Option<&Path>,
-    runs: &Path,
-    observer: &dyn Observer,
-) -> Result<Outcome, WaamError> {
-    let reporter = Reporter::new();
-    let parsed = program::read(main, &reporter)?;
-    let loaded = match job {
-        Some(job) => load(job, &reporter)?,
-        None => defaults(main, &reporter)?,
-    };
-    let settings = &loaded.settings;
-    let commands = program::commands(&parsed, &[], settings.bead.wire_feed, settings, &reporter)?;
-    let folder = output(out, runs)?;
-    let part = job
-        .map(|_| load_part(settings, &reporter, observer))
-        .transpose()?;
-    let arc = |c: &&meltpath_robot::command::Command| {
-        matches!(c.source, meltpath_robot::command::Source::On { .. })
-    };
-    let map = plan::plate(
-        commands
-            .commands
-            .iter()
-            .filter(arc)
-            .map(|c| c.target.truncate()),
-        settings,
-    )?;
-    let layers = levels(&commands, settings);
-    let simulation = simulate(
-        built(&commands, &layers, map, settings),
-        &reporter,
-        observer,
-    )?;
-    // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
-    let growth = settings.growth_error(1.0);
-    let mut checks = Vec::new();
-    if let Some(part) = &part {
-        let target = Target::new(
-            &part.mesh,
-            settings.allowance,
-            &simulation.deposit.map,
-            &reporter,
-            observer,
-        )?;
-        let at = |deviations: f64| {
-            let shifted = |height: f64| growth.shifted(height, deviations);
-            compare(&simulation.deposit.map, &target, shifted)
-        };
-        let outcome = TargetOutcome {
-            volume: target.volume,
-            expected: at(0.0),
-            low: at(-1.0),
-            high: at(1.0),
-        };
-        checks.extend(target_checks(
-            &outcome,
-            &settings.limits,
-            &settings.remedies,
-        ));
-    } else {
-        checks.push(Check::not_checked(
-            "part",
-            "lack, excess and stock against the part",
-            "no job was given: name one with --job to judge the part",
-        ));
-    }
-    checks.extend(layer_checks(
-        &simulation.layers,
-        &growth,
-        &settings.limits,
-        &settings.remedies,
-    ));
-    checks.extend(judge::not_checked());
-    let verdict = Verdict {
-        checks,
-        facts: build_facts(&simulation, settings),
-        warnings: reporter.digest(SHOWN_WARNINGS),
-    };
-    let mut provenance = settings.provenance.clone();
-    record_inputs(&mut provenance, &[main])?;
-    let title = main
-        .file_stem()
-        .map(|s| s.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    let bead_diameter = 0.7 * settings.bead.height.value;
-    let program_names = parsed.iter().map(|p| p.name.clone()).collect();
-    let shown = Shown {
-        title,
-        part: part.as_ref(),
-        settings,
-        simulation: &simulation,
-        commands: &commands,
-        program_names,
-        growth,
-        bead_diameter,
-    };
-    observer.stage("write results", 0);
-    write_common(&folder, &shown, &verdict, &provenance)?;
-    observer.check()?;
-    Ok(Outcome {
-        folder: folder.commit()?,
-        verdict,
-    })
-}
-
-/// The layers of a program whose plan is unknown: each ends where the next one begins.
-fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
-    let on = commands
-        .commands
-        .iter()
-        .zip(&commands.layer_of_command)
-        .filter(|(_, l)| **l > 0);
-    let mut bottoms = std::collections::BTreeMap::<u32, f64>::new();
-    for (c, layer) in on {
-        let z = bottoms.entry(*layer).or_insert(c.target.z);
-        *z = z.min(c.target.z);
-    }
-    let list: Vec<(u32, f64)> = bottoms.into_iter().collect();
-    let step = match list.as_slice() {
-        [.., (_, a), (_, b)] => b - a,
-        _ => settings.bead.height.value,
-    };
-    list.iter()
-        .enumerate()
-        .map(|(i, (layer, bottom))| PlannedLayer {
-            layer: *layer,
-            top: list.get(i + 1).map_or(bottom + step, |next| next.1),
-            ..PlannedLayer::default()
-        })
-        .collect()
-}
-
-/// The job that stands for a missing one: the template of `meltpath new waam`.
-fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
-    reporter.warn(
-        "defaults",
-        "no job was given: wire, gas, mode, wire feed, cell and limits are those of a new job",
-        "name your job with --job",
-    );
-    let text = crate::start::WAAM_TEMPLATE.to_owned();
-    let Job::Waam(job) = job::parse(&text).map_err(|e| JobError::in_file(main, &text, e))? else {
-        return Err(other_process(main, &text));
-    };
-    let settings =
-        resolve(&job, Path::new(""), reporter).map_err(|e| JobError::in_file(main, &text, e))?;
-    Ok(Loaded {
-        path: main.to_path_buf(),
-        text,
-        name: "program".to_owned(),
-        settings,
-    })
-}
-
 /// What is resolved in a job, and what it warns of.
 ///
 /// # Errors
@@ -518,7 +392,7 @@ fn defaults(main: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    load_part(&loaded.settings, &reporter, observer)?;
+    load_part(&loaded, &reporter, observer)?;
     Ok(Examined {
         provenance: loaded.settings.provenance,
         notes: Vec::new(),

@@ -10,6 +10,7 @@ use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
+use meltpath_deposition::feed_response::MeasuredResponse;
 use meltpath_deposition::process_map::{Bead, ProcessMap};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
@@ -147,6 +148,7 @@ pub fn resolve(
             .or_computed(&mut r, *target.allowance)
             .0,
     };
+    let limits = limits(&job.checks, &map, &mut r);
     models(&mut r);
     Ok(Settings {
         part: folder.join(&**job.part),
@@ -177,7 +179,7 @@ pub fn resolve(
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
         plate_thickness: job.substrate.thickness.0,
         allowance,
-        limits: limits(&job.checks),
+        limits,
         remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
         programs: job.output.programs.value.clone(),
         cell_size: job.simulation.cell.0,
@@ -349,8 +351,11 @@ fn fill_settings(
     }
 }
 
-fn limits(c: &ChecksTable) -> Limits {
+fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
+    let response = map.feed_response.as_ref();
+    let known = Length(response.map_or(0.0, MeasuredResponse::distance_sigma));
     Limits {
+        ctwd_beyond: c.ctwd_beyond.or_computed(r, known).0,
         lack: c.lack.0,
         excess: c.excess.0,
         accumulation: c.accumulation.0,
@@ -370,11 +375,11 @@ fn energy_of(
     mode: &str,
     gas: &Gas,
 ) -> Result<Option<EnergyPerVolume>, Problems> {
-    let energy = energy_per_volume(wire.diameter.0, mode, &gas.id)?;
+    let energy = energy_per_volume(&wire.id, mode, &gas.id)?;
     if let Some(energy) = &energy {
         let beads = match energy.basis {
             EnergyBasis::Configuration => "beads of this wire, mode and gas",
-            EnergyBasis::Mode => "beads of this mode with other wires or gases",
+            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
         };
         r.value(
             "waam.energy_per_volume_j_mm3",

@@ -13,7 +13,7 @@ use meltpath_robot::interpolation::fir::{self, MotionError};
 use meltpath_robot::summary::Summary;
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-use super::judge::LayerOutcome;
+use super::judge::{LayerOutcome, TubePlace};
 use super::record::{Recorder, Sample};
 use super::target::layer_top;
 
@@ -54,6 +54,8 @@ pub struct Build<'a> {
     pub commands: &'a [Command],
     /// The layer of each command; 0 for none.
     pub layer_of_command: Vec<u32>,
+    /// The pass of each command, where the program tells it; empty where it tells none.
+    pub pass_of_command: &'a [Option<u32>],
     /// The planned layers, in order.
     pub layers: &'a [PlannedLayer],
     /// The controller.
@@ -124,10 +126,19 @@ pub fn simulate(
     let mut ctwd = Vec::new();
     let mut arc_starts = 0;
     let mut trouble = None;
-    let planned = build.layers;
+    let (planned, passes) = (build.layers, build.pass_of_command);
     let on_layer = |record: &LayerRecord, map: &HeightMap| {
         let plan = planned.iter().find(|p| p.layer == record.layer);
-        layers.push(outcome(record, map, plan));
+        let tube = record.tube.map(|ends| {
+            ends.map(|at| TubePlace {
+                at,
+                pass: passes.get(at.command as usize).copied().flatten(),
+            })
+        });
+        layers.push(LayerOutcome {
+            tube,
+            ..outcome(record, map, plan)
+        });
         ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
         arc_starts += record.arc_starts.len();
         let top = plan.map_or(0.0, |p| p.top);
@@ -198,6 +209,7 @@ fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -
         ctwd_range: record
             .ctwd
             .map_or((f64::NAN, f64::NAN), |c| (c.least, c.greatest)),
+        tube: None,
         accumulation: worst.map(|a| (a.ratio - 1.0, a.position)),
         wire: record.wire,
         arc_time: record.arc_time,

@@ -3,6 +3,7 @@
 
 mod options;
 mod refused;
+mod section;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -177,7 +178,7 @@ fn a_vector_list_does_what_the_plate_does() {
     let dir = tempfile::tempdir().unwrap();
     let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
     let path = small().toolpath().unwrap();
-    let job = prepare(&path.layers, &recipe).unwrap().job;
+    let job = prepare(&path.layers, &recipe).unwrap();
     let mut layer = Layer::new(7, 0.21);
     let mut at = job.start;
     for v in &job.vectors {

@@ -17,7 +17,8 @@ use crate::fill::outline::{length, way_inside};
 use crate::fill::raster::raster;
 use crate::fill::rings::{Depth, nest, spacing};
 use crate::fill::settings::{
-    ContourOrder, FillSettings, LayerDirection, Spacing, StartPoints, Strategy, end_distance,
+    ContourOrder, FillSettings, LayerDirection, LineOrder, Spacing, StartPoints, Strategy,
+    end_distance,
 };
 use crate::fill::spiral::spirals;
 use crate::fill::thin::split;
@@ -174,6 +175,26 @@ fn fill_body(
             let inside = settings.reversal_distance();
             rimmed_lines(body, contours, inside, order, layer, &zigzag, beads)?;
         }
+        Strategy::Rimmed {
+            contours,
+            angle,
+            direction,
+        } => {
+            let lines = FillSettings {
+                strategy: Strategy::Raster {
+                    angle,
+                    order: LineOrder::Across,
+                    direction,
+                },
+                ..*settings
+            };
+            if contours == 0 {
+                return straight(whole, Rim::Boundary, layer, &lines, beads);
+            }
+            let inside = end_distance(settings.stepover);
+            let order = ContourOrder::OutsideIn;
+            rimmed_lines(body, contours, inside, order, layer, &lines, beads)?;
+        }
     }
     Ok(())
 }
@@ -286,7 +307,9 @@ fn straight(
                 }
                 lines
             }
-            Strategy::Contour { .. } | Strategy::Spiral { .. } => Vec::new(),
+            Strategy::Contour { .. } | Strategy::Spiral { .. } | Strategy::Rimmed { .. } => {
+                Vec::new()
+            }
         };
         beads.extend(beads_of(Role::Fill, lines, settings));
     }

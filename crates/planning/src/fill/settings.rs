@@ -89,6 +89,15 @@ pub enum Strategy {
         /// Direction of the zigzag's lines.
         angle: LineAngle,
     },
+    /// Contours along the boundary and, inside them, parallel beads from side to side that each begin anew.
+    Rimmed {
+        /// How many contours; they come first.
+        contours: u32,
+        /// Direction of the lines.
+        angle: LineAngle,
+        /// Directions of travel.
+        direction: LineDirection,
+    },
 }
 
 /// What happens where a width is no whole number of stepovers.
@@ -250,7 +259,8 @@ impl FillSettings {
         let angle = match self.strategy {
             Strategy::Raster { angle, .. }
             | Strategy::Zigzag { angle }
-            | Strategy::Hybrid { angle, .. } => angle,
+            | Strategy::Hybrid { angle, .. }
+            | Strategy::Rimmed { angle, .. } => angle,
             Strategy::Contour { .. } | Strategy::Spiral { .. } => LineAngle::Best,
         };
         if let LineAngle::Turning { first, step } = angle {

@@ -7,8 +7,8 @@ use meltpath_geometry::{Plane, Region};
 use meltpath_toolpath::{Channel, Layer, Profile, Toolpath};
 
 use crate::fill::{
-    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, LineOrder, Spacing,
-    StartPoints, Strategy,
+    ContourOrder, FillSettings, LayerDirection, LineAngle, LineDirection, Spacing, StartPoints,
+    Strategy,
 };
 use crate::fill::{PassIds, plan_layer};
 use crate::powder::error::HatchError;
@@ -22,7 +22,7 @@ const CORNERS: Join = Join::Miter { limit: 4.0 };
 /// What fills a region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
-    /// Lines to and fro, joined at their ends.
+    /// Lines to and fro.
     Lines,
     /// Lines that all run one way.
     OneWay,
@@ -36,6 +36,15 @@ pub enum Pattern {
     Spots,
     /// Contours that lie nearer together where more energy is wanted.
     Modulated,
+}
+
+/// What the beam does from line to line, where lines run to and fro.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turns {
+    /// It stays on: lines are joined at their ends.
+    Joined,
+    /// It is off: each line begins anew.
+    Apart,
 }
 
 /// Less energy near powder, and where powder lies.
@@ -64,6 +73,8 @@ impl Modulated {
 pub struct Hatch {
     /// What fills them.
     pub pattern: Pattern,
+    /// What the beam does from line to line.
+    pub turns: Turns,
     /// Distance between lines or spots, mm.
     pub spacing: f64,
     /// Angle of the lines in the first layer, and turn from layer to layer, rad.
@@ -241,20 +252,24 @@ impl Hatch {
         match self.pattern {
             Pattern::Contours => Strategy::Contour { order },
             Pattern::Spiral => Strategy::Spiral { order },
-            Pattern::OneWay => Strategy::Raster {
+            Pattern::OneWay => Strategy::Rimmed {
+                contours,
                 angle,
-                order: LineOrder::Across,
                 direction: LineDirection::OneWay,
             },
             Pattern::Lines | Pattern::Islands | Pattern::Spots | Pattern::Modulated => {
-                if contours > 0 {
-                    Strategy::Hybrid {
+                match self.turns {
+                    Turns::Apart => Strategy::Rimmed {
+                        contours,
+                        angle,
+                        direction: LineDirection::AlternatePerBead,
+                    },
+                    Turns::Joined if contours > 0 => Strategy::Hybrid {
                         contours,
                         order,
                         angle,
-                    }
-                } else {
-                    Strategy::Zigzag { angle }
+                    },
+                    Turns::Joined => Strategy::Zigzag { angle },
                 }
             }
         }
@@ -338,6 +353,7 @@ mod tests {
     fn hatch(pattern: Pattern) -> Hatch {
         Hatch {
             pattern,
+            turns: Turns::Joined,
             spacing: 0.125,
             angles: [0.0, std::f64::consts::FRAC_PI_2],
             contours: 0,
@@ -403,6 +419,58 @@ mod tests {
                 (found / wanted - 1.0).abs() < 0.05,
                 "{pattern:?}: {found} {wanted}"
             );
+        }
+    }
+
+    /// A frame by a laser: contours first, then lines one against the other, each alone, all inside; what the contours take the
+    /// lines leave, whatever their angle.
+    #[test]
+    fn lines_apart_begin_anew_inside_their_contours() {
+        let mut region = rectangle([9.0, 7.0]);
+        let mut hole = rectangle([4.0, 3.0]).outer;
+        hole.reverse();
+        region.holes.push(hole);
+        for (pattern, contours, angle) in [
+            (Pattern::Lines, 2, 0.7),
+            (Pattern::OneWay, 1, 0.0),
+            (Pattern::Lines, 0, 0.3),
+        ] {
+            let hatch = Hatch {
+                turns: Turns::Apart,
+                contours,
+                angles: [angle, 0.0],
+                ..hatch(pattern)
+            };
+            let path = drawn(&hatch, std::slice::from_ref(&region), 1);
+            let rings = path.passes().take_while(|p| p.is_closed()).count();
+            assert_eq!(rings, 2 * contours as usize);
+            let lines: Vec<Pass<'_>> = path.passes().skip(rings).collect();
+            assert!(lines.iter().all(|p| p.move_count() == 1));
+            let way = DVec2::from_angle(angle);
+            let forth = |p: &Pass<'_>| (p.points[1] - p.points[0]).truncate().dot(way) > 0.0;
+            let turned = lines.windows(2).filter(|w| forth(&w[0]) != forth(&w[1]));
+            let turned = turned.count();
+            assert_eq!(turned == 0, pattern == Pattern::OneWay, "{turned}");
+            for p in path.passes().flat_map(|p| p.points.to_vec()) {
+                assert!(region.contains(p.truncate()), "{p}");
+            }
+            let covered = path.deposited_length() * hatch.spacing / region.area();
+            assert!((covered - 1.0).abs() < 0.02, "{pattern:?} {covered}");
+        }
+    }
+
+    /// A wall narrower than the spacing: one line along its middle, contours or not.
+    #[test]
+    fn a_wall_narrower_than_the_spacing_gets_one_line() {
+        for contours in [0, 2] {
+            let hatch = Hatch {
+                turns: Turns::Apart,
+                contours,
+                ..hatch(Pattern::Lines)
+            };
+            let path = drawn(&hatch, &[rectangle([6.0, 0.08])], 1);
+            assert_eq!(path.pass_count(), 1);
+            assert!((path.deposited_length() - 5.9).abs() < 0.1);
         }
     }
 

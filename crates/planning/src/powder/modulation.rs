@@ -49,28 +49,6 @@ impl Modulation {
         let [x, y, z] = distances;
         self.nominal * self.across.at(x) * self.across.at(y) * self.along.at(z)
     }
-
-    /// Offsets of nested contours from the rim of a zone `width` mm across with powder beside it and `depth` mm of metal
-    /// below: each pass has the same energy `per_area` (J/mm², beam power over speed and layer) and lies farther from the
-    /// next where less energy is wanted. The first lies where half a pass is used up; up to the middle of the zone.
-    pub fn offsets(&self, width: f64, depth: f64, per_area: f64) -> Vec<f64> {
-        // steps far below any spacing; the integral is exact on straight ramps
-        let step = 1e-3_f64.min(width / 100.0);
-        let wanted = |s: f64| self.nominal * self.across.at(s) * self.along.at(depth);
-        let mut offsets = Vec::new();
-        let (mut sum, mut next) = (0.0, 0.5 * per_area);
-        let mut s = 0.0;
-        while s < 0.5 * width {
-            let more = wanted(s + 0.5 * step) * step;
-            if sum + more >= next {
-                offsets.push(s + step * (next - sum) / more);
-                next += per_area;
-            }
-            sum += more;
-            s += step;
-        }
-        offsets
-    }
 }
 
 /// Energy per volume of a hatch, J/mm³: power (W) over speed (mm/s), spacing and layer (mm) (eq. 2.4.2).
@@ -105,19 +83,5 @@ mod tests {
             }
             prop_assert_eq!(m.energy([5.0, 5.0, 5.0]), m.nominal);
         }
-    }
-
-    /// Near powder the passes lie farther apart, and fewer of them are needed than at constant spacing.
-    #[test]
-    fn ebm_q10_offsets_lie_farther_apart_near_powder() {
-        let m = Modulation::STARTING;
-        let per_area = 300.0 / (980.0 * 0.05);
-        let offsets = m.offsets(6.0, 5.0, per_area);
-        let gaps: Vec<f64> = offsets.windows(2).map(|w| w[1] - w[0]).collect();
-        assert!(gaps.windows(2).all(|g| g[1] <= g[0] + 1e-6), "{gaps:?}");
-        assert!(gaps[0] > 1.1 * gaps[gaps.len() - 1]);
-        assert!((gaps[gaps.len() - 1] - 0.125).abs() < 1e-3);
-        let constant = (3.0 / 0.125) as usize;
-        assert!(offsets.len() < constant, "{} {constant}", offsets.len());
     }
 }

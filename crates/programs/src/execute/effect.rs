@@ -1,4 +1,6 @@
-//! What lines that are kept verbatim do to the execution.
+//! What lines that are kept verbatim do to the execution: every line shapes no metal, or is executed, or is told as a gap.
+
+use super::gap::Missing;
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
@@ -12,16 +14,44 @@ pub(super) enum Effect {
     Frame { user: bool },
     /// Ends everything.
     Abort,
-    /// Moves nothing.
+    /// Waits for something.
+    Wait,
+    /// Shapes no metal.
     Passive,
-    /// Not known, or changes the motion in a way that is not modelled.
-    Unknown,
+    /// Shapes metal, or may do so, in a way that is not modelled.
+    Shapes(Missing),
 }
 
-/// First words of instructions that move nothing.
-const PASSIVE: [&str; 24] = [
-    "DO", "DI", "RO", "RI", "GO", "GI", "AO", "AI", "WO", "SO", "UO", "F", "TIMER", "MESSAGE",
-    "PAYLOAD", "PR", "SR", "AR", "UALM", "$", "LOCK", "UNLOCK", "UFRAME", "UTOOL",
+/// First words of instructions that shape no metal: inputs and outputs that are not the source's, messages, times, registers that
+/// matter only where a move refers to them (and are told there), monitoring.
+const PASSIVE: [&str; 27] = [
+    "DO",
+    "DI",
+    "RO",
+    "RI",
+    "GI",
+    "AI",
+    "WI",
+    "SO",
+    "SI",
+    "UO",
+    "UI",
+    "F",
+    "M",
+    "TIMER",
+    "MESSAGE",
+    "PAYLOAD",
+    "PR",
+    "SR",
+    "AR",
+    "UALM",
+    "LOCK",
+    "UNLOCK",
+    "COL",
+    "ERROR_PROG",
+    "RESUME_PROG",
+    "DIAG_REC",
+    "MONITOR",
 ];
 
 /// The word that a line begins with, in capitals.
@@ -39,16 +69,33 @@ pub(super) fn first_word(text: &str) -> String {
 
 /// What a line does.
 pub(super) fn effect(text: &str) -> Effect {
-    match first_word(text).as_str() {
-        "IF" | "ELSE" | "ENDIF" | "SELECT" | "JMP" | "=" | "SKIP" | "CALL" => Effect::Condition,
+    let word = first_word(text);
+    match word.as_str() {
+        "IF" | "ELSE" | "ENDIF" | "SELECT" | "JMP" | "=" | "SKIP" => Effect::Condition,
         "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" => Effect::Loop,
         "ABORT" => Effect::Abort,
+        "WAIT" | "PAUSE" => Effect::Wait,
         "UFRAME_NUM" => Effect::Frame { user: true },
         "UTOOL_NUM" => Effect::Frame { user: false },
         "R" => assignment(text).map_or(Effect::Passive, |(n, v)| Effect::Set(n, v)),
+        // the end of what was told at its beginning
+        "WEAVE" | "TRACK" if ends(text) => Effect::Passive,
+        "WEAVE" => Effect::Shapes(Missing::Weave),
+        "CALL" | "RUN" => Effect::Shapes(Missing::Call(text.to_owned())),
+        "AO" | "GO" | "WO" | "ARC" | "WELD" => Effect::Shapes(Missing::Output(text.to_owned())),
+        "UFRAME" | "UTOOL" | "OVERRIDE" | "OFFSET" | "VOFFSET" | "TOOL_OFFSET" | "TRACK"
+        | "LINEAR_MAX_SPEED" | "JOINT_MAX_SPEED" | "$" => {
+            Effect::Shapes(Missing::Setting(text.to_owned()))
+        }
         word if PASSIVE.contains(&word) => Effect::Passive,
-        _ => Effect::Unknown,
+        _ => Effect::Shapes(Missing::Unknown(text.to_owned())),
     }
+}
+
+/// Whether the second word of a line is `End`.
+fn ends(text: &str) -> bool {
+    let mut words = text.split(|c: char| c.is_whitespace() || c == '[');
+    words.nth(1).is_some_and(|w| w.eq_ignore_ascii_case("end"))
 }
 
 /// `R[n]=value`: the register, and the value where it is a plain number.
@@ -70,6 +117,16 @@ pub(super) fn moves_target(word: &str) -> bool {
     )
 }
 
+/// Words of a move that leave its path and speed as they are: the usual acceleration, orientation by the wrist.
+pub(super) fn leaves_beads(word: &str) -> bool {
+    matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH")
+}
+
+/// Words of a move that run something else on the way.
+pub(super) fn calls(word: &str) -> bool {
+    word.to_ascii_uppercase().contains("CALL")
+}
+
 /// The number after a word, as in `Layer 12`.
 pub(super) fn numbered(text: &str, word: &str) -> Option<u32> {
     let mut words = text.split_whitespace();
@@ -77,4 +134,34 @@ pub(super) fn numbered(text: &str, word: &str) -> Option<u32> {
         .next()
         .filter(|w| w.eq_ignore_ascii_case(word))
         .and_then(|_| words.next()?.parse().ok())
+}
+
+/// A schedule and its wire feed, mm/s, as programs written here say it: `Schedule 2 WFS 8.00 m/min`.
+pub(super) fn told_schedule(text: &str) -> Option<(u32, f64)> {
+    let number = numbered(text, "Schedule")?;
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let [_, _, "WFS", feed, "m/min"] = words[..] else {
+        return None;
+    };
+    let feed: f64 = feed.parse().ok()?;
+    (feed > 0.0 && feed.is_finite()).then_some((number, feed / 0.06))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_schedule_is_told_by_its_comment() {
+        let told = told_schedule("Schedule 2 WFS 8.00 m/min").unwrap();
+        assert_eq!(told.0, 2);
+        assert!((told.1 - 8000.0 / 60.0).abs() < 1e-9);
+        for other in [
+            "Schedule 2",
+            "Schedule two WFS 8 m/min",
+            "Schedule 2 WFS -8 m/min",
+        ] {
+            assert_eq!(told_schedule(other), None);
+        }
+    }
 }

@@ -27,9 +27,6 @@ pub enum Refusal {
     /// A jump to nowhere.
     #[error("there is no LBL[{0}]")]
     Label(u32),
-    /// A call to an unknown program.
-    #[error("program {0} is called, but was not given")]
-    Call(String),
     /// No frame selected.
     #[error("a move comes before any {0}")]
     NoFrame(&'static str),
@@ -48,18 +45,12 @@ pub enum Refusal {
     /// No such position.
     #[error("P[{0}] is not in /POS")]
     NoPosition(u32),
-    /// A position that is not one of the tool in a frame.
-    #[error("P[{0}] is given by joints or not taught")]
-    JointPosition(u32),
-    /// A position only the controller knows.
-    #[error("the position {0} is known to the controller only")]
-    Unresolved(String),
-    /// A register that nothing set.
-    #[error("the content of {0} is not known")]
-    Register(String),
-    /// A speed that has no meaning for this move.
-    #[error("the speed is not one of this kind of move")]
+    /// A speed that has no meaning for this move, or that no robot has.
+    #[error("the speed is not one of this kind of move, or none that a robot has")]
     Speed,
+    /// A wait that never ends.
+    #[error("a wait of {0} s, more than a day")]
+    Wait(f64),
     /// The arc is switched on twice.
     #[error("the arc starts, but it is on already")]
     ArcOn,
@@ -83,18 +74,12 @@ impl Refusal {
                 "write the moves out, or export the path without the surrounding logic"
             }
             Refusal::Label(_) => "correct the jump or add the label",
-            Refusal::Call(_) => {
-                "give its file too, or name it among the programs that do not move the tool"
-            }
             Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",
             Refusal::NoPosition(_) => "export the program with its positions",
-            Refusal::JointPosition(_) | Refusal::Unresolved(_) => {
-                "give it as X, Y, Z, W, P, R: the robot's kinematics and registers are not known here"
-            }
-            Refusal::Register(_) => "set it in the program, or give its value",
+            Refusal::Wait(_) => "write the time that is meant, in seconds",
             Refusal::Speed => {
-                "use mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
+                "use a speed that the robot has, in mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
             }
             Refusal::ArcOn | Refusal::ArcOff | Refusal::ArcInJointMove | Refusal::ArcLeftOn => {
                 "pair each Arc Start with one Arc End, and travel with the arc off"

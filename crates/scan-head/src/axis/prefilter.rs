@@ -41,37 +41,6 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The linear kernel with an exact zero at the damped pole of (ω, ξ): the two real equations H(−σ + jω_d) = 0 solved
-    /// by Newton's method from the damped-jerk kernel.
-    ///
-    /// # Errors
-    /// [`AxisError::Parameter`].
-    pub fn exact_linear(omega: f64, damping: f64) -> Result<Self, AxisError> {
-        let start = Kernel::DampedJerk { omega, damping };
-        start.check()?;
-        let pole = damped_pole(omega, damping);
-        let (mut length, mut slope) = start.linear().unwrap_or((1.0, 0.0));
-        for _ in 0..50 {
-            let value = |length, slope| Kernel::Linear { length, slope }.response(pole);
-            let (h, db) = (1e-7 * length, 1e-7);
-            let f = value(length, slope);
-            let ft = (value(length + h, slope) - value(length - h, slope)) / (2.0 * h);
-            let fb = (value(length, slope + db) - value(length, slope - db)) / (2.0 * db);
-            let det = ft.re * fb.im - ft.im * fb.re;
-            let dt = (f.re * fb.im - f.im * fb.re) / det;
-            let dbeta = (ft.re * f.im - ft.im * f.re) / det;
-            if !(dt.is_finite() && dbeta.is_finite()) {
-                break;
-            }
-            length -= dt;
-            slope -= dbeta;
-            if dt.abs() < 1e-14 * length {
-                break;
-            }
-        }
-        Ok(Kernel::Linear { length, slope })
-    }
-
     /// Checks every parameter.
     ///
     /// # Errors

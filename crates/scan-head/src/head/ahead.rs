@@ -6,12 +6,13 @@ use meltpath_geometry::math::{DVec2, DVec3};
 
 use crate::head::interpolation::{CommandBlock, Interpolator};
 use crate::head::ready::ReadyHead;
+use crate::head::window::Window;
 use crate::servo::preview::Preview;
 
 /// The same path once more, run before its time, with the mirrors' set-points about the present.
 pub(super) struct Ahead<'a> {
     previews: &'a [Preview; 2],
-    path: Interpolator<'a>,
+    path: Interpolator,
     block: CommandBlock,
     /// Set-points from `past` samples before the present on; the present starts `future` samples before the path.
     angles: Vec<DVec2>,
@@ -20,7 +21,7 @@ pub(super) struct Ahead<'a> {
 }
 
 impl<'a> Ahead<'a> {
-    pub(super) fn new(previews: &'a [Preview; 2], path: Interpolator<'a>, start: DVec3) -> Self {
+    pub(super) fn new(previews: &'a [Preview; 2], path: Interpolator, start: DVec3) -> Self {
         let past = previews
             .iter()
             .map(|p| p.taps.len().saturating_sub(p.ahead))
@@ -37,10 +38,15 @@ impl<'a> Ahead<'a> {
     }
 
     /// Shapes the mirrors' set-points of the next `count` samples.
-    pub(super) fn shape(&mut self, head: &ReadyHead, count: usize, shaped: &mut [Vec<f64>; 2]) {
+    pub(super) fn shape(
+        &mut self,
+        (head, window): (&ReadyHead, &mut Window<'_>),
+        count: usize,
+        shaped: &mut [Vec<f64>; 2],
+    ) {
         while self.angles.len() < self.past + count + self.future {
             let wanted = self.past + count + self.future - self.angles.len();
-            self.path.fill(&mut self.block, wanted);
+            self.path.fill(window, &mut self.block, wanted);
             if self.block.position.is_empty() {
                 // the path is over: it stays where it ended
                 let last = self.angles.last().copied().unwrap_or_default();

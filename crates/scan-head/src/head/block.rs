@@ -1,7 +1,10 @@
 //! What a head did during one block of samples, and who receives it.
 
+use std::sync::Arc;
+
 use crate::axis::chain::AxisRecord;
 use crate::head::interpolation::CommandBlock;
+use crate::head::prepared::Prepared;
 use meltpath_geometry::math::DVec2;
 
 /// What the head did during one block of samples.
@@ -11,6 +14,8 @@ pub struct HeadBlock {
     pub period: f64,
     /// The command: points, vectors, whether it moves.
     pub command: CommandBlock,
+    /// The layers to which its vectors belong.
+    pub layers: Vec<Arc<Prepared>>,
     /// Angles (θx, θy, θz) of the commanded points, rad.
     pub set_points: [Vec<f64>; 3],
     /// What the mirrors are given in their place where the path ahead is used, rad; empty otherwise.
@@ -29,6 +34,15 @@ impl HeadBlock {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.command.position.len()
+    }
+
+    /// The layer of sample `k`, and the number of its vector in that layer.
+    #[inline]
+    pub fn vector(&self, k: usize) -> Option<(&Prepared, usize)> {
+        let vector = *self.command.vector.get(k)?;
+        let layer = self.layers.partition_point(|l| l.end() <= vector);
+        let layer = self.layers.get(layer)?;
+        Some((layer, vector.checked_sub(layer.first)? as usize))
     }
 
     /// Whether the block has no samples.

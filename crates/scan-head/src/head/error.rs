@@ -20,6 +20,9 @@ pub enum HeadError {
     /// The job.
     #[error(transparent)]
     Job(#[from] ScanJobError),
+    /// A layer that cannot be had, in words.
+    #[error("{0}")]
+    Layer(String),
     /// The correction table.
     #[error(transparent)]
     Correction(#[from] CorrectionError),

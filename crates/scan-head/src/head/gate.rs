@@ -3,9 +3,11 @@
 //! Source: Rasoanarivo 2020, § 2.6.1. On-delay: from the start of a mark after a jump to laser on. Off-delay: from its end
 //! before a jump to laser off. Marks that follow each other are one chain, lit through. The laser's own dynamics are neglected.
 
-use crate::head::interpolation::counts;
+use crate::head::error::HeadError;
+use crate::head::prepared::{Layers, alone};
 use crate::head::recipe::LaserDelays;
 use crate::head::vector::ScanJob;
+use crate::head::window::Window;
 
 /// A chain of marks: first and last vector, and the samples at which it starts and ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,49 +24,51 @@ pub struct Chain {
 
 /// The chains of marks of a job sampled every `period` s, in order, one after another.
 #[derive(Debug, Clone)]
-pub struct Chains<'a> {
-    job: &'a ScanJob,
+pub struct Chains {
     period: f64,
-    vector: usize,
+    vector: u32,
     sample: u64,
 }
 
-impl<'a> Chains<'a> {
-    /// From the start of the job.
-    pub fn new(job: &'a ScanJob, period: f64) -> Self {
+impl Chains {
+    /// From the start of a job.
+    pub fn new(period: f64) -> Self {
         Chains {
-            job,
             period,
             vector: 0,
             sample: 0,
         }
     }
-}
 
-impl Iterator for Chains<'_> {
-    type Item = Chain;
+    /// All chains of a job.
+    pub fn all(job: &ScanJob, period: f64) -> Vec<Chain> {
+        let (mut window, mut chains) = (Window::new(alone(job)), Chains::new(period));
+        std::iter::from_fn(|| chains.next(&mut window)).collect()
+    }
 
-    fn next(&mut self) -> Option<Chain> {
-        let vectors = &self.job.vectors;
-        while !vectors.get(self.vector)?.kind.is_mark() {
-            let (m, w) = counts(self.job, self.vector, self.period);
-            self.sample += m + w;
+    /// The next one.
+    fn next(&mut self, window: &mut Window<'_>) -> Option<Chain> {
+        let mut chain: Option<Chain> = None;
+        while let Some(step) = window.step(self.vector, self.period) {
+            let (vector, start) = (self.vector, self.sample);
+            let end = start + step.moving;
+            match &mut chain {
+                Some(_) if !step.kind.is_mark() => break,
+                Some(chain) => (chain.last, chain.end) = (vector, end),
+                None if step.kind.is_mark() => {
+                    chain = Some(Chain {
+                        first: vector,
+                        last: vector,
+                        start,
+                        end,
+                    });
+                }
+                None => {}
+            }
+            self.sample = end + step.waiting;
             self.vector += 1;
         }
-        let (first, start) = (self.vector, self.sample);
-        let mut end = start;
-        while vectors.get(self.vector).is_some_and(|v| v.kind.is_mark()) {
-            let (m, w) = counts(self.job, self.vector, self.period);
-            end = self.sample + m;
-            self.sample = end + w;
-            self.vector += 1;
-        }
-        Some(Chain {
-            first: first as u32,
-            last: (self.vector - 1) as u32,
-            start,
-            end,
-        })
+        chain
     }
 }
 
@@ -83,10 +87,15 @@ pub struct Darkness {
 
 impl Darkness {
     /// Of a job sampled every `period` s.
-    pub fn of(job: &ScanJob, delays: LaserDelays, period: f64) -> Self {
+    ///
+    /// # Errors
+    /// [`HeadError`] of a layer that cannot be had.
+    pub fn of(layers: Layers<'_>, delays: LaserDelays, period: f64) -> Result<Self, HeadError> {
         let mut found = Darkness::default();
         let mut last: Option<f64> = None;
-        for chain in Chains::new(job, period) {
+        let (mut window, mut chains) = (Window::new(layers), Chains::new(period));
+        while let Some(chain) = chains.next(&mut window) {
+            window.release(chains.vector);
             let duration = (chain.end - chain.start) as f64 * period;
             let (on, off) = (
                 chain.start as f64 * period + delays.on,
@@ -101,14 +110,15 @@ impl Darkness {
             found.bridged += u64::from(last.is_some_and(|l| l >= on));
             last = Some(off);
         }
-        found
+        window.sound()?;
+        Ok(found)
     }
 }
 
 /// The gate, streaming.
 #[derive(Debug, Clone)]
-pub struct Gate<'a> {
-    chains: Chains<'a>,
+pub struct Gate {
+    chains: Chains,
     /// Delays in samples.
     on: f64,
     off: f64,
@@ -117,25 +127,30 @@ pub struct Gate<'a> {
     next: Option<(f64, f64)>,
 }
 
-impl<'a> Gate<'a> {
+impl Gate {
     /// The gate of a job sampled every `period` s.
-    pub fn new(job: &'a ScanJob, delays: LaserDelays, period: f64) -> Self {
+    pub fn new(window: &mut Window<'_>, delays: LaserDelays, period: f64) -> Self {
         let mut gate = Gate {
-            chains: Chains::new(job, period),
+            chains: Chains::new(period),
             on: delays.on / period,
             off: delays.off / period,
             interval: None,
             next: None,
         };
-        gate.interval = gate.take();
-        gate.next = gate.take();
+        gate.interval = gate.take(window);
+        gate.next = gate.take(window);
         gate
     }
 
+    /// The next vector that it will look at.
+    pub(super) fn vector(&self) -> u32 {
+        self.chains.vector
+    }
+
     /// The next interval that is not empty.
-    fn take(&mut self) -> Option<(f64, f64)> {
+    fn take(&mut self, window: &mut Window<'_>) -> Option<(f64, f64)> {
         loop {
-            let chain = self.chains.next()?;
+            let chain = self.chains.next(window)?;
             let (from, to) = (chain.start as f64 + self.on, chain.end as f64 + self.off);
             if to > from {
                 return Some((from, to));
@@ -145,14 +160,14 @@ impl<'a> Gate<'a> {
 
     /// The share of the period ending at `sample` during which the laser is on; samples must come in order.
     #[inline]
-    pub fn lit(&mut self, sample: u64) -> f64 {
+    pub fn lit(&mut self, window: &mut Window<'_>, sample: u64) -> f64 {
         let (a, b) = (sample as f64 - 1.0, sample as f64);
         while let Some((_, to)) = self.interval {
             if to > a {
                 break;
             }
             self.interval = self.next;
-            self.next = self.take();
+            self.next = self.take(window);
         }
         let overlap =
             |i: Option<(f64, f64)>| i.map_or(0.0, |(from, to)| (to.min(b) - from.max(a)).max(0.0));

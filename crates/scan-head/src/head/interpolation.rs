@@ -5,10 +5,9 @@
 
 use meltpath_geometry::math::DVec3;
 
-use crate::head::vector::ScanJob;
-
-/// Rounding of a length in samples that is whole but for the last bits.
-const WHOLE: f64 = 1e-9;
+use crate::head::error::HeadError;
+use crate::head::prepared::Layers;
+use crate::head::window::Window;
 
 /// Samples of the commanded path.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,114 +32,126 @@ impl CommandBlock {
     }
 }
 
-/// Samples that vector `i` moves and then waits.
-pub(crate) fn counts(job: &ScanJob, i: usize, period: f64) -> (u64, u64) {
-    let v = &job.vectors[i];
-    let moving = (job.length_of(i) / (v.speed * period) - WHOLE)
-        .ceil()
-        .max(0.0);
-    (moving as u64, (v.wait / period).round() as u64)
-}
-
 /// Number of samples of a job, the one at its start included, without run-out.
-pub fn sample_count(job: &ScanJob, period: f64) -> u64 {
-    (0..job.vectors.len())
-        .map(|i| counts(job, i, period))
-        .fold(1, |sum, (m, w)| sum + m + w)
+///
+/// # Errors
+/// [`HeadError`] of a layer that cannot be had.
+pub fn sample_count(layers: Layers<'_>, period: f64) -> Result<u64, HeadError> {
+    let mut samples = 1;
+    for layer in layers {
+        let job = layer?.job;
+        let vectors = 0..job.vectors.len();
+        samples += vectors
+            .map(|i| job.samples_of(i, period))
+            .fold(0, |sum, (moving, waiting)| sum + moving + waiting);
+    }
+    Ok(samples)
 }
 
 /// Interpolates a job, block after block. Sample 0 is the start; after the last vector the command rests for a while, so
 /// that the axes arrive.
 #[derive(Debug, Clone)]
-pub struct Interpolator<'a> {
-    job: &'a ScanJob,
+pub struct Interpolator {
     period: f64,
     sample: u64,
-    vector: usize,
+    /// The vector now, and the one after it.
+    vector: u32,
+    next: u32,
+    from: DVec3,
+    to: DVec3,
     /// Samples of this vector already given, and how many it has.
     done: u64,
     moving: u64,
     waiting: u64,
     rest: u64,
+    resting: bool,
 }
 
-impl<'a> Interpolator<'a> {
-    /// At the start of `job`, one sample each `period` s, with `rest` samples at the end.
-    pub fn new(job: &'a ScanJob, period: f64, rest: u64) -> Self {
-        let mut interpolator = Interpolator {
-            job,
+impl Interpolator {
+    /// At the start of a job, one sample each `period` s, with `rest` samples at the end.
+    pub fn new(period: f64, rest: u64) -> Self {
+        Interpolator {
             period,
             sample: 0,
             vector: 0,
+            next: 0,
+            from: DVec3::ZERO,
+            to: DVec3::ZERO,
             done: 0,
             moving: 0,
             waiting: 0,
             rest,
-        };
-        interpolator.enter();
-        interpolator
+            resting: false,
+        }
     }
 
-    fn enter(&mut self) {
+    /// The vector that the last sample belongs to.
+    pub(super) fn vector(&self) -> u32 {
+        self.vector
+    }
+
+    fn enter(&mut self, window: &mut Window<'_>) {
         self.done = 0;
-        (self.moving, self.waiting) = if self.vector < self.job.vectors.len() {
-            counts(self.job, self.vector, self.period)
-        } else {
-            (0, self.rest)
-        };
+        match window.step(self.next, self.period) {
+            Some(step) => {
+                (self.vector, self.next) = (self.next, self.next + 1);
+                (self.from, self.to) = (step.from, step.to);
+                (self.moving, self.waiting) = (step.moving, step.waiting);
+            }
+            None => (self.moving, self.waiting, self.resting) = (0, self.rest, true),
+        }
     }
 
     /// Fills `block` with the next `count` samples or fewer at the end; false when there are none left.
-    pub fn fill(&mut self, block: &mut CommandBlock, count: usize) -> bool {
+    pub fn fill(
+        &mut self,
+        window: &mut Window<'_>,
+        block: &mut CommandBlock,
+        count: usize,
+    ) -> bool {
         block.restart(self.sample);
-        let last = self.job.vectors.len().saturating_sub(1);
         if self.sample == 0 && count > 0 {
-            block.position.push(self.job.start);
+            self.to = window.start();
+            block.position.push(self.to);
             block.vector.push(0);
             block.moving.push(false);
         }
         while block.position.len() < count {
             if self.done == self.moving + self.waiting {
-                if self.vector > last {
+                if self.resting {
                     break;
                 }
-                self.vector += 1;
-                self.enter();
+                self.enter(window);
                 continue;
             }
             let room = (count - block.position.len()) as u64;
             if self.done < self.moving {
                 let n = room.min(self.moving - self.done);
-                let from = self.job.start_of(self.vector);
-                let to = self.job.vectors[self.vector].end;
-                let step = (to - from) / self.moving as f64;
+                let step = (self.to - self.from) / self.moving as f64;
                 for k in self.done + 1..=self.done + n {
                     let at = if k == self.moving {
-                        to
+                        self.to
                     } else {
-                        from + step * k as f64
+                        self.from + step * k as f64
                     };
                     block.position.push(at);
                 }
-                self.push_labels(block, n, true, last);
+                self.push_labels(block, n, true);
             } else {
                 let n = room.min(self.moving + self.waiting - self.done);
-                let at = self
-                    .job
-                    .vectors
-                    .get(self.vector.min(last))
-                    .map_or(self.job.start, |v| v.end);
-                block.position.extend(std::iter::repeat_n(at, n as usize));
-                self.push_labels(block, n, false, last);
+                block
+                    .position
+                    .extend(std::iter::repeat_n(self.to, n as usize));
+                self.push_labels(block, n, false);
             }
         }
         self.sample += block.position.len() as u64;
         !block.position.is_empty()
     }
 
-    fn push_labels(&mut self, block: &mut CommandBlock, n: u64, moving: bool, last: usize) {
-        let vector = self.vector.min(last) as u32;
-        block.vector.extend(std::iter::repeat_n(vector, n as usize));
+    fn push_labels(&mut self, block: &mut CommandBlock, n: u64, moving: bool) {
+        let vectors = std::iter::repeat_n(self.vector, n as usize);
+        block.vector.extend(vectors);
         block.moving.extend(std::iter::repeat_n(moving, n as usize));
         self.done += n;
     }

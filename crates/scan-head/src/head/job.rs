@@ -2,101 +2,134 @@
 //!
 //! Source: Rasoanarivo 2020, § 2.5.2 and 2.6; sky-writing: ours.
 
+use std::borrow::Cow;
+
+use crate::head::error::HeadError;
+use crate::head::prepared::{Layers, Prepared};
 use crate::head::recipe::Recipe;
 use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Layer, Pass, Role};
 
-/// A layer within a job.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LayerSpan {
-    /// Its first vector.
-    pub first: u32,
-    /// Its number.
-    pub number: u32,
-    /// Its height, mm.
-    pub height: f64,
-}
+/// The layers of a toolpath, first executed first, as they come from memory or from a file.
+pub type Planned<'a> = Box<dyn Iterator<Item = Result<Cow<'a, Layer>, HeadError>> + Send + 'a>;
 
-/// Layers as a head executes them, in the plane of the field: the platform goes down, the focus stays.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prepared {
-    /// The vectors.
-    pub job: ScanJob,
-    /// The layers, first executed first.
-    pub layers: Vec<LayerSpan>,
-}
-
-/// Prepares layers for a head. A layer that says its jumps is executed as it says, from the values of its channels and, where they
-/// say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes of any other layer the
-/// recipe jumps, contours go by their role and everything else that melts as fill, and moves without length are left out.
+/// Prepares layers for a head, one after the other. A layer that says its jumps is executed as it says, from the values of its
+/// channels and, where they say nothing, of the recipe; a first jump that goes nowhere says where the head stands. Between the passes
+/// of any other layer the recipe jumps, contours go by their role and everything else that melts as fill, and moves without length are
+/// left out. What the last vector of a layer waits hangs on what comes next: two layers are held at a time.
 ///
 /// # Errors
-/// [`ScanJobError`] where nothing is marked, or a vector or the recipe has no sense.
-pub fn prepare(layers: &[Layer], recipe: &Recipe) -> Result<Prepared, ScanJobError> {
-    let start = |layer: &Layer| {
-        let first = layer.passes().find(|p| p.move_count() > 0);
-        first.map_or(DVec3::ZERO, |p| p.points[0])
-    };
-    let begin = layers.first().map_or(DVec3::ZERO, start);
-    let mut builder = JobBuilder::new(recipe, begin);
-    let mut spans = Vec::with_capacity(layers.len());
-    for layer in layers {
-        spans.push(LayerSpan {
-            first: builder.job.vectors.len() as u32,
-            number: layer.number,
-            height: layer.height,
-        });
-        if layer.has(Role::Jump) {
-            builder.said(layer);
-            continue;
-        }
-        // even where it stands there already: light never lasts from layer to layer
-        if spans.len() > 1 {
-            builder.vector(VectorKind::Jump, start(layer), Given::default());
-        }
-        builder.planned(layer);
-    }
+/// [`ScanJobError`] where the recipe has no sense.
+pub fn prepare_layers<'a>(
+    layers: Planned<'a>,
+    recipe: &'a Recipe,
+) -> Result<Layers<'a>, ScanJobError> {
     recipe.check()?;
-    builder.job.check()?;
-    Ok(Prepared {
-        job: builder.job,
-        layers: spans,
-    })
+    let mut layers = layers.fuse();
+    let mut builder = JobBuilder::new(recipe);
+    Ok(Box::new(std::iter::from_fn(move || {
+        loop {
+            match layers.next() {
+                Some(Ok(layer)) => {
+                    if let Some(before) = builder.layer(&layer) {
+                        return Some(Ok(before));
+                    }
+                }
+                Some(Err(e)) => return Some(Err(e)),
+                None => return builder.now.take().map(Ok),
+            }
+        }
+    })))
 }
 
-/// Builds a job move by move, with the waits and the sky-writing of a recipe.
+/// Layers as one job for a head, as [`prepare_layers`] makes it.
+///
+/// # Errors
+/// [`HeadError::Job`] where nothing is marked, or a vector or the recipe has no sense.
+pub fn prepare(layers: &[Layer], recipe: &Recipe) -> Result<ScanJob, HeadError> {
+    let planned = layers.iter().map(|l| Ok(Cow::Borrowed(l)));
+    let mut whole: Option<ScanJob> = None;
+    for layer in prepare_layers(Box::new(planned), recipe)? {
+        let job = layer?.job;
+        match &mut whole {
+            Some(whole) => whole.vectors.extend(job.vectors),
+            None => whole = Some(job),
+        }
+    }
+    let whole = whole.ok_or(ScanJobError::Empty)?;
+    whole.check()?;
+    Ok(whole)
+}
+
+/// Builds layers move by move, with the waits and the sky-writing of a recipe.
 struct JobBuilder<'a> {
     recipe: &'a Recipe,
-    job: ScanJob,
+    /// The layer that is built, and the one before it, which waits for its last wait.
+    now: Option<Prepared>,
+    before: Option<Prepared>,
+    /// Where the head stands now, mm.
+    at: DVec3,
     block: u32,
     /// Whether the last vector's wait was given with it.
     own_wait: bool,
 }
 
 impl<'a> JobBuilder<'a> {
-    /// From rest at `start`, mm.
-    fn new(recipe: &'a Recipe, start: DVec3) -> Self {
+    fn new(recipe: &'a Recipe) -> Self {
         JobBuilder {
             recipe,
-            job: ScanJob {
-                start,
-                vectors: Vec::new(),
-            },
+            now: None,
+            before: None,
+            at: DVec3::ZERO,
             block: 0,
             own_wait: false,
         }
     }
 
-    /// Where the head stands now, mm.
-    fn at(&self) -> DVec3 {
-        self.job.vectors.last().map_or(self.job.start, |v| v.end)
+    /// Adds a layer; the one before it comes back, complete.
+    fn layer(&mut self, layer: &Layer) -> Option<Prepared> {
+        let first = layer.passes().find(|p| p.move_count() > 0);
+        let start = first.map_or(DVec3::ZERO, |p| p.points[0]);
+        self.before = self.now.take();
+        if self.before.is_none() {
+            self.at = start;
+        }
+        self.now = Some(Prepared {
+            first: self.before.as_ref().map_or(0, Prepared::end),
+            number: layer.number,
+            height: layer.height,
+            job: ScanJob {
+                start: self.at,
+                vectors: Vec::new(),
+            },
+        });
+        if layer.has(Role::Jump) {
+            self.said(layer);
+        } else {
+            // even where it stands there already: light never lasts from layer to layer
+            if self.before.is_some() {
+                self.vector(VectorKind::Jump, start, Given::default());
+            }
+            self.planned(layer);
+        }
+        if let Some(now) = &mut self.now {
+            now.job.vectors.shrink_to_fit();
+        }
+        self.before.take()
+    }
+
+    /// The last vector, of whichever layer.
+    fn last(&mut self) -> Option<&mut Vector> {
+        let now = self.now.iter_mut().filter(|l| !l.job.vectors.is_empty());
+        let layer = now.chain(&mut self.before).next()?;
+        layer.job.vectors.last_mut()
     }
 
     fn push(&mut self, kind: VectorKind, end: DVec3, speed: f64, power: f64) {
         let r = self.recipe;
         let own = std::mem::take(&mut self.own_wait);
-        if let Some(last) = self.job.vectors.last_mut()
+        if let Some(last) = self.last()
             && !own
         {
             last.wait = match (last.kind, kind) {
@@ -107,19 +140,23 @@ impl<'a> JobBuilder<'a> {
                 _ => 0.0,
             };
         }
-        self.job.vectors.push(Vector {
-            kind,
-            end,
-            speed,
-            power,
-            wait: 0.0,
-            block: self.block,
-        });
+        self.at = end;
+        let block = self.block;
+        if let Some(now) = &mut self.now {
+            now.job.vectors.push(Vector {
+                kind,
+                end,
+                speed,
+                power,
+                wait: 0.0,
+                block,
+            });
+        }
     }
 
     /// Jumps, laser off; nothing where it stands there already. `between_contours` chooses the jump's speed.
     fn jump(&mut self, end: DVec3, jump: Jump) {
-        if end != self.at() {
+        if end != self.at {
             let (kind, speed) = match jump {
                 Jump::BetweenContours => (VectorKind::Jump, self.recipe.contour_jump_speed),
                 Jump::ToFill => (VectorKind::Jump, self.recipe.fill_jump_speed),
@@ -143,7 +180,7 @@ impl<'a> JobBuilder<'a> {
             _ => 0.0,
         };
         self.push(kind, end, speed, power);
-        if let (Some(wait), Some(last)) = (given.wait, self.job.vectors.last_mut()) {
+        if let (Some(wait), Some(last)) = (given.wait, self.last()) {
             last.wait = wait;
             self.own_wait = true;
         }
@@ -215,9 +252,8 @@ impl JobBuilder<'_> {
                 Role::Run => VectorKind::Run,
             };
             // it stands there already
-            let stands = number == 0
-                && self.job.vectors.is_empty()
-                && pass.points.get(1) == Some(&self.at());
+            let stands =
+                number == 0 && self.last().is_none() && pass.points.get(1) == Some(&self.at);
             for i in usize::from(stands)..pass.move_count() {
                 let given = Given {
                     speed: pass.value(Channel::Speed, i),
@@ -270,7 +306,7 @@ impl JobBuilder<'_> {
             for i in 0..pass.move_count() {
                 let (speed, power) = values(i);
                 for end in ends(&pass, i) {
-                    if end != self.at() {
+                    if end != self.at {
                         self.push(kind, end, speed, power);
                     }
                 }

@@ -4,15 +4,11 @@ use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::power::PowerLaw;
-use crate::head::vector::ScanJob;
 use crate::measures::light::Light;
 
 /// Hands on what the head does as motion with power, ready for the thermal room: the tool is the point hit, at the
 /// height of its layer.
 pub struct AsMotion<'a> {
-    job: &'a ScanJob,
-    /// The first vector of each layer, and its height, mm.
-    layers: &'a [(u32, f64)],
     sink: &'a mut (dyn MotionSink + Send),
     block: MotionBlock,
     law: PowerLaw,
@@ -20,17 +16,9 @@ pub struct AsMotion<'a> {
 }
 
 impl<'a> AsMotion<'a> {
-    /// Into `sink`. `layers` are the first vector of each layer and its height over the part's z = 0, mm, in order; what comes
-    /// before the first lies at its height, and at 0 without any.
-    pub fn new(
-        job: &'a ScanJob,
-        law: PowerLaw,
-        layers: &'a [(u32, f64)],
-        sink: &'a mut (dyn MotionSink + Send),
-    ) -> Self {
+    /// Into `sink`.
+    pub fn new(law: PowerLaw, sink: &'a mut (dyn MotionSink + Send)) -> Self {
         AsMotion {
-            job,
-            layers,
             sink,
             block: MotionBlock::default(),
             law,
@@ -47,12 +35,9 @@ impl HeadSink for AsMotion<'_> {
             dt: block.period,
         });
         for (k, hit) in block.hit.iter().enumerate() {
-            let vector = block.command.vector[k];
-            let layer = self.layers.partition_point(|&(first, _)| first <= vector);
-            let height = self.layers.get(layer.saturating_sub(1));
-            let at = hit.extend(height.map_or(0.0, |&(_, h)| h));
-            out.position.push(at);
-            let (power, moved) = self.light.step(self.law, self.job, block, k);
+            let height = block.vector(k).map_or(0.0, |(layer, _)| layer.height);
+            out.position.push(hit.extend(height));
+            let (power, moved) = self.light.step(self.law, block, k);
             out.speed.push(moved / block.period);
             out.power.push(power);
         }

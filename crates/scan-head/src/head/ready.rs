@@ -1,10 +1,10 @@
 //! A head made ready: focus fitted, table computed, jobs checked against it.
 
 use crate::head::error::HeadError;
-use crate::head::interpolation::counts;
+use crate::head::prepared::{Layers, Prepared};
 use crate::head::scan_head::{LETTERS, ScanHead};
-use crate::head::vector::ScanJob;
-use crate::optics::correction::{Border, CorrectionError, CorrectionTable};
+use crate::head::vector::ScanJobError;
+use crate::optics::correction::{CorrectionError, CorrectionTable};
 use crate::optics::focus::Focus;
 use crate::optics::geometry::GeometryError;
 use crate::servo::preview::Previews;
@@ -37,21 +37,6 @@ impl ReadyHead {
         self.focus.as_ref()
     }
 
-    /// The correction table, where the head uses one.
-    pub fn table(&self) -> Option<&CorrectionTable> {
-        match &self.inverse {
-            Inverse::Table(table) => Some(table),
-            Inverse::Exact { .. } => None,
-        }
-    }
-
-    /// The same head with its table recalibrated or replaced.
-    #[must_use]
-    pub fn with_table(mut self, table: CorrectionTable) -> Self {
-        self.inverse = Inverse::Table(table);
-        self
-    }
-
     /// The same head with the set-points of its mirrors shaped, the path ahead being known.
     #[must_use]
     pub fn with_previews(mut self, previews: Previews) -> Self {
@@ -60,11 +45,13 @@ impl ReadyHead {
     }
 
     /// The largest changes of each mirror's speed, rad/s, that the commands of a job ask for within `window` s.
-    pub fn speed_changes(&self, job: &ScanJob, window: f64) -> [f64; 2] {
+    ///
+    /// # Errors
+    /// [`HeadError`] of a layer that cannot be had.
+    pub fn speed_changes(&self, layers: Layers<'_>, window: f64) -> Result<[f64; 2], HeadError> {
         let period = self.head.period;
         // speeds of the last `window`, each with the sample at which it ends
         let mut recent: VecDeque<(f64, DVec2)> = VecDeque::from([(0.0, DVec2::ZERO)]);
-        let (mut at, mut from) = (0.0, self.angles(job.start).truncate());
         let mut largest = DVec2::ZERO;
         let mut note = |begin: f64, end: f64, speed: DVec2| {
             while recent
@@ -78,67 +65,61 @@ impl ReadyHead {
             }
             recent.push_back((end, speed));
         };
-        for (index, v) in job.vectors.iter().enumerate() {
-            let to = self.angles(v.end).truncate();
-            let (moving, waiting) = counts(job, index, period);
-            let (moving, waiting) = (moving as f64, waiting as f64);
-            if moving > 0.0 {
-                note(at, at + moving, (to - from) / (moving * period));
+        let mut at = 0.0;
+        for layer in layers {
+            let job = layer?.job;
+            let mut from = self.angles(job.start).truncate();
+            for (index, v) in job.vectors.iter().enumerate() {
+                let to = self.angles(v.end).truncate();
+                let (moving, waiting) = job.samples_of(index, period);
+                let (moving, waiting) = (moving as f64, waiting as f64);
+                if moving > 0.0 {
+                    note(at, at + moving, (to - from) / (moving * period));
+                }
+                if waiting > 0.0 {
+                    note(at + moving, at + moving + waiting, DVec2::ZERO);
+                }
+                at += moving + waiting;
+                from = to;
             }
-            if waiting > 0.0 {
-                note(at + moving, at + moving + waiting, DVec2::ZERO);
-            }
-            at += moving + waiting;
-            from = to;
         }
         note(at, at, DVec2::ZERO);
-        largest.to_array()
+        Ok(largest.to_array())
     }
 
-    /// Refuses a job that leaves the field or has vectors without samples.
-    ///
-    /// # Errors
-    /// [`HeadError`].
-    pub fn check(&self, job: &ScanJob) -> Result<(), HeadError> {
-        job.check()?;
-        let inside = |index: usize, p: DVec2| {
-            let error = match &self.inverse {
-                Inverse::Table(table) => table.require(p).err(),
-                Inverse::Exact { travel } => {
-                    let beyond = p.abs().max_element() > self.head.half_field;
-                    let half = self.head.half_field;
-                    let outside = beyond.then_some(CorrectionError::Outside {
-                        x: p.x,
-                        y: p.y,
-                        half,
-                    });
-                    outside.or_else(|| self.within(p, *travel).err().map(CorrectionError::from))
-                }
+    /// The same layers, each checked as it comes: a job ends where one leaves the field or has vectors without samples.
+    pub(super) fn checked<'a>(&'a self, layers: Layers<'a>) -> Layers<'a> {
+        let mut layers = layers.fuse();
+        let mut checking = Some(Checking::default());
+        Box::new(std::iter::from_fn(move || {
+            let known = checking.as_mut()?;
+            let found = match layers.next() {
+                Some(layer) => layer.and_then(|l| known.layer(self, &l).map(|()| Some(l))),
+                None => known.end(self).map(|()| None),
             };
-            error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
-        };
-        inside(0, job.start.truncate())?;
-        // short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed
-        let (mut length, mut samples) = (0.0, 0.0);
-        for (index, v) in job.vectors.iter().enumerate() {
-            inside(index, v.end.truncate())?;
-            if !v.kind.is_mark() {
-                (length, samples) = (0.0, 0.0);
-                continue;
+            if !matches!(found, Ok(Some(_))) {
+                checking = None;
             }
-            length += job.length_of(index);
-            samples += job.length_of(index) / (v.speed * self.head.period);
-            let last = job.vectors.get(index + 1).is_none_or(|n| !n.kind.is_mark());
-            if last && length > 0.0 && samples < 1.0 {
-                return Err(HeadError::Sampling {
-                    index,
-                    length,
-                    speed: v.speed,
-                    frequency: 1.0 / self.head.period,
+            found.transpose()
+        }))
+    }
+
+    /// Refuses a place beyond the field.
+    fn inside(&self, index: usize, p: DVec2) -> Result<(), HeadError> {
+        let error = match &self.inverse {
+            Inverse::Table(table) => table.require(p).err(),
+            Inverse::Exact { travel } => {
+                let half = self.head.half_field;
+                let beyond = p.abs().max_element() > half;
+                let outside = beyond.then_some(CorrectionError::Outside {
+                    x: p.x,
+                    y: p.y,
+                    half,
                 });
+                outside.or_else(|| self.within(p, *travel).err().map(CorrectionError::from))
             }
-        }
-        Ok(())
+        };
+        error.map_or(Ok(()), |source| Err(HeadError::Field { index, source }))
     }
 
     /// Refuses a point whose angles, without a table, are beyond the travels of the mirrors or of the cam.
@@ -157,16 +138,6 @@ impl ReadyHead {
             }
         }
         Ok(())
-    }
-
-    /// Marks that are shorter than a sample at their speed, and by how much they lengthen the job, s: each takes a whole one.
-    pub fn short_marks(&self, job: &ScanJob) -> (u64, f64) {
-        let period = self.head.period;
-        (0..job.vectors.len())
-            .filter(|&i| job.vectors[i].kind.is_mark())
-            .map(|i| job.length_of(i) / job.vectors[i].speed)
-            .filter(|&t| t > 0.0 && t < period)
-            .fold((0, 0.0), |(n, sum), t| (n + 1, sum + period - t))
     }
 
     /// The angle set-points (θx, θy, θz), rad, for a commanded point, mm.
@@ -201,6 +172,65 @@ impl ReadyHead {
     }
 }
 
+/// What is known of a job that is checked layer by layer.
+#[derive(Debug, Clone, Copy, Default)]
+struct Checking {
+    /// Whether anything was marked.
+    marks: bool,
+    /// The chain of marks that goes on: its last vector and that one's speed, mm/s; its length, mm; its samples.
+    chain: Option<(usize, f64)>,
+    length: f64,
+    samples: f64,
+}
+
+impl Checking {
+    fn layer(&mut self, head: &ReadyHead, layer: &Prepared) -> Result<(), HeadError> {
+        let job = &layer.job;
+        job.check_vectors(layer.first)?;
+        if layer.first == 0 {
+            head.inside(0, job.start.truncate())?;
+        }
+        for (i, v) in job.vectors.iter().enumerate() {
+            let index = layer.first as usize + i;
+            if !v.kind.is_mark() {
+                self.close(head)?;
+            }
+            head.inside(index, v.end.truncate())?;
+            if v.kind.is_mark() {
+                self.marks = true;
+                self.chain = Some((index, v.speed));
+                self.length += job.length_of(i);
+                self.samples += job.length_of(i) / (v.speed * head.head.period);
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends a chain: short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed.
+    fn close(&mut self, head: &ReadyHead) -> Result<(), HeadError> {
+        let (length, samples) = (self.length, self.samples);
+        (self.length, self.samples) = (0.0, 0.0);
+        match self.chain.take() {
+            Some((index, speed)) if length > 0.0 && samples < 1.0 => Err(HeadError::Sampling {
+                index,
+                length,
+                speed,
+                frequency: 1.0 / head.head.period,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    fn end(&mut self, head: &ReadyHead) -> Result<(), HeadError> {
+        self.close(head)?;
+        if self.marks {
+            Ok(())
+        } else {
+            Err(ScanJobError::Empty.into())
+        }
+    }
+}
+
 impl ScanHead {
     /// Checks the head, fits its focus and computes its table.
     ///
@@ -227,7 +257,6 @@ impl ScanHead {
                 self.half_field,
                 points,
                 travel,
-                Border::Extrapolate,
             )?),
             None => Inverse::Exact { travel },
         };

@@ -8,11 +8,13 @@ use crate::head::ahead::Ahead;
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::error::HeadError;
 use crate::head::gate::Gate;
-use crate::head::interpolation::{Interpolator, sample_count};
+use crate::head::interpolation::Interpolator;
+use crate::head::prepared::{Layers, alone};
 use crate::head::ready::ReadyHead;
 use crate::head::recipe::LaserDelays;
 use crate::head::scan_head::LETTERS;
 use crate::head::vector::ScanJob;
+use crate::head::window::Window;
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec2;
 
@@ -32,7 +34,7 @@ pub struct RunSummary {
 const RUN_OUT: f64 = 3e-3;
 
 impl ReadyHead {
-    /// Executes a job: what the head does goes into `sink`, [`BLOCK`] samples at a time. `seed` is that of the sensors' noise.
+    /// Executes a job that is wholly in memory: see [`ReadyHead::run_layers`].
     ///
     /// # Errors
     /// [`HeadError`]; also where an axis runs away or the observer cancels.
@@ -44,12 +46,29 @@ impl ReadyHead {
         observer: &dyn Observer,
         sink: &mut dyn HeadSink,
     ) -> Result<RunSummary, HeadError> {
-        self.check(job)?;
+        let whole = self.survey(alone(job))?;
+        self.run_layers(alone(job), (delays, whole.samples), seed, observer, sink)
+    }
+
+    /// Executes a job layer by layer: what the head does goes into `sink`, [`BLOCK`] samples at a time. Of `samples` the observer is
+    /// told; `seed` is that of the sensors' noise.
+    ///
+    /// # Errors
+    /// [`HeadError`]; also where an axis runs away or the observer cancels.
+    pub fn run_layers(
+        &self,
+        layers: Layers<'_>,
+        (delays, samples): (LaserDelays, u64),
+        seed: u64,
+        observer: &dyn Observer,
+        sink: &mut dyn HeadSink,
+    ) -> Result<RunSummary, HeadError> {
         let period = self.head.period;
         let rest = (RUN_OUT / period).ceil() as u64;
-        let samples = sample_count(job, period) + rest;
-        observer.stage("scan head", samples);
-        let start = self.angles(job.start);
+        observer.stage("scan head", samples + rest);
+        let mut window = Window::new(self.checked(layers));
+        let start = self.angles(window.start());
+        window.sound()?;
         let mut axes = Vec::with_capacity(3);
         for ((axis, letter), angle) in self.head.axes().zip(LETTERS).zip(start.to_array()) {
             let named = |source| HeadError::Axis {
@@ -67,20 +86,14 @@ impl ReadyHead {
         }
         let mut source = Source {
             head: self,
-            path: Interpolator::new(job, period, rest),
+            path: Interpolator::new(period, rest),
             ahead: self.previews.as_ref().map(|previews| {
-                Ahead::new(
-                    &previews.mirrors,
-                    Interpolator::new(job, period, rest),
-                    start,
-                )
+                Ahead::new(&previews.mirrors, Interpolator::new(period, rest), start)
             }),
+            gate: Gate::new(&mut window, delays, period),
+            window,
         };
-        let mut optics = Optics {
-            head: self,
-            gate: Gate::new(job, delays, period),
-            sink,
-        };
+        let mut optics = Optics { head: self, sink };
         let (mut coming, mut moving, mut done) = (
             HeadBlock::default(),
             HeadBlock::default(),
@@ -95,11 +108,13 @@ impl ReadyHead {
             for (column, angle) in done.set_points.iter_mut().zip(start.to_array()) {
                 column.resize(future, angle);
             }
-            ahead.shape(self, future, &mut done.shaped);
+            ahead.shape((self, &mut source.window), future, &mut done.shaped);
             advance(&mut axes, &mut done)?;
         }
         source.fill(&mut moving);
+        let mut samples = 0;
         while !moving.is_empty() {
+            source.window.sound()?;
             let mut outcome = Ok(());
             rayon::scope(|scope| {
                 // the axes first: they are the longest tasks
@@ -110,12 +125,14 @@ impl ReadyHead {
             outcome?;
             observer.check()?;
             observer.advance(moving.len() as u64);
+            samples += moving.len() as u64;
             std::mem::swap(&mut done, &mut moving);
             std::mem::swap(&mut moving, &mut coming);
         }
+        source.window.sound()?;
         optics.take(&mut done);
         Ok(RunSummary {
-            duration: (samples - rest - 1) as f64 * period,
+            duration: samples.saturating_sub(rest + 1) as f64 * period,
             samples,
         })
     }
@@ -155,16 +172,21 @@ fn advance(axes: &mut [(char, RunningAxis)], block: &mut HeadBlock) -> Result<()
     outcomes.into_iter().collect()
 }
 
-/// Commands and set-points.
+/// Commands, set-points, and when the laser is on.
 struct Source<'a> {
     head: &'a ReadyHead,
-    path: Interpolator<'a>,
+    window: Window<'a>,
+    path: Interpolator,
     ahead: Option<Ahead<'a>>,
+    gate: Gate,
 }
 
 impl Source<'_> {
     fn fill(&mut self, block: &mut HeadBlock) {
-        self.path.fill(&mut block.command, BLOCK);
+        self.path.fill(&mut self.window, &mut block.command, BLOCK);
+        let vectors = &block.command.vector;
+        let ends = vectors.first().zip(vectors.last());
+        block.layers = ends.map_or_else(Vec::new, |(a, b)| self.window.between(*a, *b));
         for column in &mut block.set_points {
             column.clear();
         }
@@ -176,15 +198,21 @@ impl Source<'_> {
         }
         if let Some(ahead) = &mut self.ahead {
             let count = block.command.position.len();
-            ahead.shape(self.head, count, &mut block.shaped);
+            ahead.shape((self.head, &mut self.window), count, &mut block.shaped);
         }
+        block.lit.clear();
+        for k in 0..block.command.position.len() as u64 {
+            let sample = block.command.first + k;
+            block.lit.push(self.gate.lit(&mut self.window, sample));
+        }
+        self.window
+            .release(self.path.vector().min(self.gate.vector()));
     }
 }
 
-/// Where the laser goes, and when it is on.
+/// Where the laser goes.
 struct Optics<'a> {
     head: &'a ReadyHead,
-    gate: Gate<'a>,
     sink: &'a mut dyn HeadSink,
 }
 
@@ -195,7 +223,6 @@ impl Optics<'_> {
         }
         block.hit.clear();
         block.focus.clear();
-        block.lit.clear();
         let geometry = &self.head.head.geometry;
         let [x, y, z] = &block.axes;
         for (k, (&x, &y)) in x.angle.iter().zip(&y.angle).enumerate() {
@@ -206,9 +233,6 @@ impl Optics<'_> {
                 _ => 0.0,
             };
             block.focus.push(height);
-            block
-                .lit
-                .push(self.gate.lit(block.command.first + k as u64));
         }
         self.sink.block(block);
     }

@@ -5,6 +5,9 @@
 use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
+/// Rounding of a length in samples that is whole but for the last bits.
+const WHOLE: f64 = 1e-9;
+
 /// Why a job cannot be executed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScanJobError {
@@ -76,7 +79,7 @@ pub struct Vector {
 }
 
 /// A job for the head.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScanJob {
     /// Where the head stands at first, mm.
     pub start: DVec3,
@@ -85,15 +88,25 @@ pub struct ScanJob {
 }
 
 impl ScanJob {
-    /// Checks every vector.
+    /// Checks every vector, and that one marks.
     ///
     /// # Errors
     /// [`ScanJobError`].
     pub fn check(&self) -> Result<(), ScanJobError> {
-        if !self.vectors.iter().any(|v| v.kind.is_mark()) {
+        if !self.marks() {
             return Err(ScanJobError::Empty);
         }
-        for (index, v) in self.vectors.iter().enumerate() {
+        self.check_vectors(0)
+    }
+
+    /// Whether any vector marks.
+    pub(super) fn marks(&self) -> bool {
+        self.vectors.iter().any(|v| v.kind.is_mark())
+    }
+
+    /// Checks every vector, the first of which is number `first` of the whole job.
+    pub(super) fn check_vectors(&self, first: u32) -> Result<(), ScanJobError> {
+        for (index, v) in (first as usize..).zip(&self.vectors) {
             let fail = |what, value, wanted| {
                 Err(ScanJobError::Vector {
                     index,
@@ -130,6 +143,15 @@ impl ScanJob {
     /// Length of vector `i`, mm.
     pub fn length_of(&self, i: usize) -> f64 {
         self.start_of(i).distance(self.vectors[i].end)
+    }
+
+    /// Samples of `period` s that vector `i` moves and then waits.
+    pub(crate) fn samples_of(&self, i: usize, period: f64) -> (u64, u64) {
+        let v = &self.vectors[i];
+        let moving = (self.length_of(i) / (v.speed * period) - WHOLE)
+            .ceil()
+            .max(0.0);
+        (moving as u64, (v.wait / period).round() as u64)
     }
 
     /// Length of all vectors of a kind, mm.

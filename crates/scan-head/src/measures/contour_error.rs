@@ -4,49 +4,12 @@
 //! point of the other path. The search is bounded in time, or else neighbouring hatch lines would match.
 
 use crate::head::block::{HeadBlock, HeadSink};
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::prepared::Prepared;
+use crate::head::vector::VectorKind;
 use crate::measures::histogram::Histogram;
 use crate::measures::segment::distance_to_segment;
 use meltpath_geometry::math::DVec2;
 use std::collections::VecDeque;
-
-/// The contour error, mm, of each point of `path` against `other`, searched among the points of `other` whose index differs
-/// by at most `window` (`None`: among all).
-///
-/// ```
-/// use meltpath_geometry::math::DVec2;
-/// use meltpath_scan_head::measures::contour_error::contour_errors;
-/// let asked: Vec<_> = (0..100).map(|k| DVec2::new(f64::from(k) * 0.05, 0.0)).collect();
-/// // 0.25 mm late and 0.03 mm aside
-/// let done: Vec<_> = asked.iter().map(|p| *p + DVec2::new(-0.25, 0.03)).collect();
-/// let errors = contour_errors(&done, &asked, Some(10));
-/// assert!((errors[50] - 0.03).abs() < 1e-12);
-/// ```
-pub fn contour_errors(path: &[DVec2], other: &[DVec2], window: Option<usize>) -> Vec<f64> {
-    let errors = path.iter().enumerate().map(|(k, &p)| {
-        let (from, to) = match window {
-            Some(w) => (
-                k.saturating_sub(w).min(other.len()),
-                (k + w + 1).min(other.len()),
-            ),
-            None => (0, other.len()),
-        };
-        let near = (from..to).min_by(|&a, &b| {
-            p.distance_squared(other[a])
-                .total_cmp(&p.distance_squared(other[b]))
-        });
-        let Some(m) = near else { return f64::INFINITY };
-        let mut error = p.distance(other[m]);
-        if m > 0 {
-            error = error.min(distance_to_segment(p, other[m - 1], other[m]));
-        }
-        if m + 1 < other.len() {
-            error = error.min(distance_to_segment(p, other[m], other[m + 1]));
-        }
-        error
-    });
-    errors.collect()
-}
 
 /// Width of a bin of contour errors, mm.
 const CONTOUR_BIN: f64 = 5e-4;
@@ -67,8 +30,7 @@ struct Candidate {
 /// Judges a run against its job while it streams: contour errors of lit points, tracking errors of each axis on marks and on
 /// jumps, focus errors of lit points, and the worst places.
 #[derive(Debug, Clone)]
-pub struct PathErrors<'a> {
-    job: &'a ScanJob,
+pub struct PathErrors {
     /// Vectors commanded in the last `window` samples, oldest first.
     near: VecDeque<Candidate>,
     window: u64,
@@ -87,12 +49,11 @@ pub struct PathErrors<'a> {
     worst_error: f64,
 }
 
-impl<'a> PathErrors<'a> {
-    /// Against `job`; lit points are compared with marks commanded at most `window` s before.
-    pub fn new(job: &'a ScanJob, window: f64, period: f64) -> Self {
+impl PathErrors {
+    /// Lit points are compared with marks commanded at most `window` s before.
+    pub fn new(window: f64, period: f64) -> Self {
         let angles = || [(); 3].map(|()| Histogram::new(ANGLE_BIN, 20_000));
         PathErrors {
-            job,
             near: VecDeque::new(),
             window: (window / period).ceil() as u64,
             contour: Histogram::new(CONTOUR_BIN, 2_000),
@@ -105,14 +66,14 @@ impl<'a> PathErrors<'a> {
         }
     }
 
-    fn note(&mut self, vector: u32, sample: u64) {
+    fn note(&mut self, vector: u32, (layer, i): (&Prepared, usize), sample: u64) {
         match self.near.back_mut() {
             Some(last) if last.vector == vector => last.until = sample,
             _ => {
-                let v = &self.job.vectors[vector as usize];
+                let v = &layer.job.vectors[i];
                 self.near.push_back(Candidate {
                     vector,
-                    a: self.job.start_of(vector as usize).truncate(),
+                    a: layer.job.start_of(i).truncate(),
                     b: v.end.truncate(),
                     kind: v.kind,
                     until: sample,
@@ -129,11 +90,14 @@ impl<'a> PathErrors<'a> {
     }
 }
 
-impl HeadSink for PathErrors<'_> {
+impl HeadSink for PathErrors {
     fn block(&mut self, block: &HeadBlock) {
         for (k, &vector) in block.command.vector.iter().enumerate() {
-            self.note(vector, block.command.first + k as u64);
-            let kind = self.job.vectors[vector as usize].kind;
+            let Some((layer, i)) = block.vector(k) else {
+                continue;
+            };
+            self.note(vector, (layer, i), block.command.first + k as u64);
+            let kind = layer.job.vectors[i].kind;
             if block.command.moving[k] {
                 let errors = if kind.is_mark() {
                     &mut self.tracking

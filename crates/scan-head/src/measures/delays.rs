@@ -13,7 +13,6 @@ use meltpath_geometry::math::DVec2;
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
-use crate::head::interpolation::counts;
 use crate::head::recipe::LaserDelays;
 use crate::head::vector::{ScanJob, VectorKind};
 use crate::measures::segment::distance_to_segment;
@@ -98,7 +97,7 @@ impl DelayTuning {
             longest,
             marked: job.length(VectorKind::Contour) + job.length(VectorKind::Fill),
         };
-        let chains: Vec<Chain> = Chains::new(job, period).collect();
+        let chains = Chains::all(job, period);
         let ends = vector_ends(job, period);
         for (c, chain) in chains.iter().enumerate() {
             let marks: Vec<(DVec2, DVec2)> = (chain.first..=chain.last)
@@ -354,7 +353,7 @@ fn vector_ends(job: &ScanJob, period: f64) -> Vec<u64> {
     let mut sample = 0;
     (0..job.vectors.len())
         .map(|i| {
-            let (m, w) = counts(job, i, period);
+            let (m, w) = job.samples_of(i, period);
             let end = sample + m;
             sample = end + w;
             end

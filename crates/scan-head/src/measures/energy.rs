@@ -5,15 +5,14 @@
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::power::PowerLaw;
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::vector::VectorKind;
 use crate::measures::histogram::Histogram;
 use crate::measures::light::Light;
 
 /// Energy per length of pieces of the lit path, each one spot long, over power and speed of its mark: 1 where the spot runs at its
 /// speed, more where it is slow or waits under light.
 #[derive(Debug, Clone)]
-pub struct EnergyAlong<'a> {
-    job: &'a ScanJob,
+pub struct EnergyAlong {
     law: PowerLaw,
     spot: f64,
     light: Light,
@@ -29,11 +28,10 @@ pub struct EnergyAlong<'a> {
 /// Width of a bin of energy ratios.
 const BIN: f64 = 0.01;
 
-impl<'a> EnergyAlong<'a> {
-    /// Along the marks of `job`, in pieces of `spot` mm.
-    pub fn new(job: &'a ScanJob, law: PowerLaw, spot: f64) -> Self {
+impl EnergyAlong {
+    /// Along marks, in pieces of `spot` mm.
+    pub fn new(law: PowerLaw, spot: f64) -> Self {
         EnergyAlong {
-            job,
             law,
             spot,
             light: Light::default(),
@@ -58,10 +56,10 @@ impl<'a> EnergyAlong<'a> {
     }
 }
 
-impl HeadSink for EnergyAlong<'_> {
+impl HeadSink for EnergyAlong {
     fn block(&mut self, block: &HeadBlock) {
         for k in 0..block.len() {
-            let (power, moved) = self.light.step(self.law, self.job, block, k);
+            let (power, moved) = self.light.step(self.law, block, k);
             if block.lit[k] <= 0.0 {
                 self.close();
                 continue;
@@ -82,7 +80,8 @@ impl HeadSink for EnergyAlong<'_> {
 mod tests {
     use super::*;
     use crate::head::interpolation::CommandBlock;
-    use crate::head::vector::Vector;
+    use crate::head::prepared::Prepared;
+    use crate::head::vector::{ScanJob, Vector};
     use meltpath_geometry::math::{DVec2, DVec3};
 
     /// Median and 99 % of the energy ratios of a spot that runs so many mm a sample of 10 µs on a fill of 1000 mm/s and 200 W.
@@ -107,7 +106,7 @@ mod tests {
             })
             .collect();
         let n = hit.len();
-        let mut along = EnergyAlong::new(&job, law, 0.07);
+        let mut along = EnergyAlong::new(law, 0.07);
         along.block(&HeadBlock {
             period: 1e-5,
             command: CommandBlock {
@@ -116,6 +115,7 @@ mod tests {
                 vector: vec![0; n],
                 moving: vec![true; n],
             },
+            layers: vec![std::sync::Arc::new(Prepared::of(job))],
             lit: vec![1.0; n],
             hit,
             ..HeadBlock::default()

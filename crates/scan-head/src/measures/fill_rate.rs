@@ -9,7 +9,8 @@ use meltpath_geometry::math::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::head::block::{HeadBlock, HeadSink};
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::prepared::Prepared;
+use crate::head::vector::VectorKind;
 
 /// When a cell counts as reached.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -172,157 +173,116 @@ impl Cells {
     }
 }
 
-/// The hatch distance of a job's fill: the median distance between neighbouring parallel lines; none with fewer than two.
-pub fn hatch_distance(job: &ScanJob) -> Option<f64> {
-    /// Sine of the largest angle between lines called parallel.
-    const PARALLEL: f64 = 0.01;
-    let mut distances = Vec::new();
-    let mut before: Option<(DVec2, DVec2)> = None;
-    for (i, v) in job.vectors.iter().enumerate() {
-        if v.kind != VectorKind::Fill {
-            continue;
-        }
-        let (a, b) = (job.start_of(i).truncate(), v.end.truncate());
-        let along = (b - a).normalize_or_zero();
-        if let Some((from, to)) = before {
-            let other = (to - from).normalize_or_zero();
-            let distance = (from.midpoint(to) - a).perp_dot(along).abs();
-            if other.perp_dot(along).abs() < PARALLEL && distance > 0.0 {
-                distances.push(distance);
-            }
-        }
-        before = Some((a, b));
-    }
-    distances.sort_by(f64::total_cmp);
-    distances.get(distances.len() / 2).copied()
-}
-
 /// What must be filled.
 #[derive(Debug, Clone)]
 enum Surface {
     /// Rectangles, told by the vectors' blocks: their lowest and highest corners.
     Rectangles(Vec<[DVec2; 2]>),
-    /// What lies beside the fill lines of each layer: where layers begin, and the hatch distance.
-    Layers(Vec<u32>, f64),
+    /// What lies at most half of the hatch distance beside the fill lines of each layer.
+    Layers(f64),
+}
+
+impl Surface {
+    /// The number of the area that a vector belongs to.
+    fn area(&self, layer: &Prepared, i: usize) -> u32 {
+        match self {
+            Surface::Rectangles(_) => layer.job.vectors[i].block,
+            Surface::Layers(_) => layer.first,
+        }
+    }
+
+    /// The cells of that area, as wide as the spot.
+    fn cells(&self, layer: &Prepared, area: u32, spot: f64) -> Cells {
+        match self {
+            Surface::Rectangles(all) => {
+                let [low, high] = all.get(area as usize).copied().unwrap_or_default();
+                Cells::new(low, high, spot)
+            }
+            Surface::Layers(hatch) => {
+                let job = &layer.job;
+                let lines: Vec<(DVec2, DVec2)> = (0..job.vectors.len())
+                    .filter(|&i| job.vectors[i].kind == VectorKind::Fill)
+                    .map(|i| (job.start_of(i).truncate(), job.vectors[i].end.truncate()))
+                    .collect();
+                Cells::beside_lines(&lines, *hatch, spot)
+            }
+        }
+    }
 }
 
 /// Fill rates of rectangles or of layers while a run streams; only light commanded for fills counts. One rectangle or
 /// layer is held at a time.
 #[derive(Debug)]
-pub struct FillRate<'a> {
-    job: &'a ScanJob,
+pub struct FillRate {
     surface: Surface,
     /// Diameter of the spot and side of the cells, mm.
     spot: f64,
     modes: Vec<FillMode>,
-    /// The square or layer now, from 0.
-    area: u32,
+    /// The square or layer now, and its cells in each mode.
+    area: Option<u32>,
     cells: Vec<Cells>,
     last: Option<DVec2>,
     /// For each finished area, the rate in each mode.
     rates: Vec<Vec<f64>>,
 }
 
-impl<'a> FillRate<'a> {
-    /// For rectangles, one after the other, given by their lowest and highest corners, mm: `job` marks them as blocks 0, 1… with a spot
-    /// of diameter `spot` mm.
-    pub fn of_rectangles(
-        job: &'a ScanJob,
-        rectangles: Vec<[DVec2; 2]>,
-        spot: f64,
-        modes: &[FillMode],
-    ) -> Self {
-        Self::over(job, Surface::Rectangles(rectangles), spot, modes)
+impl FillRate {
+    /// For rectangles, one after the other, given by their lowest and highest corners, mm: a job marks them as blocks 0, 1… with a
+    /// spot of diameter `spot` mm.
+    pub fn of_rectangles(rectangles: Vec<[DVec2; 2]>, spot: f64, modes: &[FillMode]) -> Self {
+        Self::over(Surface::Rectangles(rectangles), spot, modes)
     }
 
-    /// For layers that begin with the vectors `first`: the surface to fill lies within half of `hatch` mm beside their fill lines.
-    pub fn of_layers(
-        job: &'a ScanJob,
-        first: &[u32],
-        hatch: f64,
-        spot: f64,
-        modes: &[FillMode],
-    ) -> Self {
-        Self::over(job, Surface::Layers(first.to_vec(), hatch), spot, modes)
+    /// For layers: the surface to fill lies within half of `hatch` mm beside their fill lines.
+    pub fn of_layers(hatch: f64, spot: f64, modes: &[FillMode]) -> Self {
+        Self::over(Surface::Layers(hatch), spot, modes)
     }
 
-    fn over(job: &'a ScanJob, surface: Surface, spot: f64, modes: &[FillMode]) -> Self {
-        let mut rate = FillRate {
-            job,
+    fn over(surface: Surface, spot: f64, modes: &[FillMode]) -> Self {
+        FillRate {
             surface,
             spot,
             modes: modes.to_vec(),
-            area: 0,
+            area: None,
             cells: Vec::new(),
             last: None,
             rates: Vec::new(),
-        };
-        rate.enter(0);
-        rate
+        }
     }
 
-    fn enter(&mut self, area: u32) {
-        let cells = match &self.surface {
-            Surface::Rectangles(all) => {
-                let [low, high] = all.get(area as usize).copied().unwrap_or_default();
-                Cells::new(low, high, self.spot)
-            }
-            Surface::Layers(first, hatch) => {
-                let k = area as usize;
-                let from = first.get(k).map_or(0, |&f| f as usize);
-                let to = first
-                    .get(k + 1)
-                    .map_or(self.job.vectors.len(), |&f| f as usize);
-                let lines: Vec<(DVec2, DVec2)> = (from..to)
-                    .filter(|&i| self.job.vectors[i].kind == VectorKind::Fill)
-                    .map(|i| {
-                        (
-                            self.job.start_of(i).truncate(),
-                            self.job.vectors[i].end.truncate(),
-                        )
-                    })
-                    .collect();
-                Cells::beside_lines(&lines, *hatch, self.spot)
-            }
-        };
-        self.area = area;
-        self.cells = vec![cells; self.modes.len()];
-        self.last = None;
-    }
-
-    /// The area that a vector belongs to.
-    fn area_of(&self, vector: u32) -> u32 {
-        match &self.surface {
-            Surface::Rectangles(_) => self.job.vectors[vector as usize].block,
-            Surface::Layers(first, _) => {
-                let next = first.get(self.area as usize + 1);
-                self.area + u32::from(next.is_some_and(|&f| vector >= f))
-            }
+    /// Ends the area now.
+    fn leave(&mut self) {
+        if self.area.take().is_some() {
+            let rates = self.cells.iter().map(Cells::rate).collect();
+            self.rates.push(rates);
         }
     }
 
     /// For each square or layer, in order, its rate in each mode.
     pub fn finish(mut self) -> Vec<Vec<f64>> {
-        self.rates
-            .push(self.cells.iter().map(Cells::rate).collect());
+        self.leave();
         self.rates
     }
 }
 
-impl HeadSink for FillRate<'_> {
+impl HeadSink for FillRate {
     fn block(&mut self, block: &HeadBlock) {
         let radius = 0.5 * self.spot;
-        for (k, &vector) in block.command.vector.iter().enumerate() {
-            let v = &self.job.vectors[vector as usize];
-            let area = self.area_of(vector);
-            if area != self.area {
-                let rates = self.cells.iter().map(Cells::rate).collect();
-                self.rates.push(rates);
-                self.enter(area);
+        for (k, &p) in block.hit.iter().enumerate() {
+            let Some((layer, i)) = block.vector(k) else {
+                continue;
+            };
+            let area = self.surface.area(layer, i);
+            if self.area != Some(area) {
+                self.leave();
+                let cells = self.surface.cells(layer, area, self.spot);
+                self.area = Some(area);
+                self.cells = vec![cells; self.modes.len()];
+                self.last = None;
             }
-            let p = block.hit[k];
             // the light of a fill may last into the wait or the connection behind it, not into contours
-            if block.lit[k] < 0.5 || v.kind == VectorKind::Contour {
+            let contour = layer.job.vectors[i].kind == VectorKind::Contour;
+            if block.lit[k] < 0.5 || contour {
                 self.last = None;
                 continue;
             }

@@ -2,7 +2,7 @@
 
 use crate::head::block::HeadBlock;
 use crate::head::power::PowerLaw;
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::vector::VectorKind;
 use meltpath_geometry::math::DVec2;
 
 /// Power and speed of the mark whose light is on: after its end the off-delay goes on at its power.
@@ -17,15 +17,9 @@ pub(crate) struct Light {
 
 impl Light {
     /// At the next sample: the power in it, W, and how far the spot moved, mm.
-    pub(crate) fn step(
-        &mut self,
-        law: PowerLaw,
-        job: &ScanJob,
-        block: &HeadBlock,
-        k: usize,
-    ) -> (f64, f64) {
-        let v = &job.vectors[block.command.vector[k] as usize];
-        if v.kind.is_mark() {
+    pub(crate) fn step(&mut self, law: PowerLaw, block: &HeadBlock, k: usize) -> (f64, f64) {
+        let vector = block.vector(k).map(|(layer, i)| layer.job.vectors[i]);
+        if let Some(v) = vector.filter(|v| v.kind.is_mark()) {
             (self.power, self.speed, self.kind) = (v.power, v.speed, Some(v.kind));
         }
         let moved = self.last.map_or(0.0, |l| l.distance(block.hit[k]));

@@ -24,7 +24,7 @@ pub enum CorrectionError {
     /// A point of the grid is out of reach.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// A point outside the table where the border policy refuses it.
+    /// A point outside the table.
     #[error(
         "({x:.3}, {y:.3}) mm lies outside the corrected field of ±{half:.3} mm: move the job towards the centre"
     )]
@@ -36,25 +36,6 @@ pub enum CorrectionError {
         /// Half the field, mm.
         half: f64,
     },
-    /// Measured marks that are no grid of the stated size.
-    #[error("{given} measured marks were given for a grid of {points} x {points}")]
-    Marks {
-        /// How many were given.
-        given: usize,
-        /// Points a side.
-        points: usize,
-    },
-}
-
-/// What happens beyond the border of the table.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Border {
-    /// The border's value.
-    Clamp,
-    /// The outermost cell goes on.
-    #[default]
-    Extrapolate,
 }
 
 /// Angles (θx, θy, θz), rad, on a square grid of points of the field.
@@ -65,7 +46,6 @@ pub struct CorrectionTable {
     step: f64,
     /// Row by row, x fastest.
     angles: Vec<DVec3>,
-    border: Border,
 }
 
 /// Errors of a table over its field.
@@ -79,18 +59,7 @@ pub struct TableError {
     pub mean: f64,
 }
 
-/// Distances between marks measured and marks commanded, on a coarse square grid over the same field.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeasuredMarks {
-    /// Points a side.
-    pub points: usize,
-    /// Half the side of the grid, mm.
-    pub half: f64,
-    /// Measured − commanded, mm, row by row, x fastest.
-    pub errors: Vec<DVec2>,
-}
-
-/// Cell and weights of a point.
+/// Cell and weights of a point; beyond the border the outermost cell goes on.
 struct Cell {
     i: usize,
     j: usize,
@@ -99,16 +68,12 @@ struct Cell {
 }
 
 #[inline]
-fn cell(point: DVec2, half: f64, step: f64, points: usize, border: Border) -> Cell {
+fn cell(point: DVec2, half: f64, step: f64, points: usize) -> Cell {
     let at = (point + half) / step;
     let last = points - 2;
     // negative indices saturate to 0
     let (i, j) = ((at.x as usize).min(last), (at.y as usize).min(last));
-    let (mut u, mut v) = (at.x - i as f64, at.y - j as f64);
-    if border == Border::Clamp {
-        u = u.clamp(0.0, 1.0);
-        v = v.clamp(0.0, 1.0);
-    }
+    let (u, v) = (at.x - i as f64, at.y - j as f64);
     Cell { i, j, u, v }
 }
 
@@ -123,7 +88,6 @@ impl CorrectionTable {
         half: f64,
         points: usize,
         travel: DVec2,
-        border: Border,
     ) -> Result<Self, CorrectionError> {
         geometry.check()?;
         if points < 2 || !(half > 0.0 && half.is_finite()) {
@@ -144,7 +108,6 @@ impl CorrectionTable {
             points,
             step,
             angles,
-            border,
         })
     }
 
@@ -205,7 +168,7 @@ impl CorrectionTable {
     /// The angles, rad, for a point, mm.
     #[inline]
     pub fn angles(&self, point: DVec2) -> DVec3 {
-        let Cell { i, j, u, v } = cell(point, self.half, self.step, self.points, self.border);
+        let Cell { i, j, u, v } = cell(point, self.half, self.step, self.points);
         let at = j * self.points + i;
         let low = self.angles[at] * (1.0 - u) + self.angles[at + 1] * u;
         let high =
@@ -236,43 +199,5 @@ impl CorrectionTable {
         }
         worst.mean = sum / ((n + 1) * (n + 1)) as f64;
         worst
-    }
-
-    /// The table corrected from marks measured on a coarse grid: at each of its points the interpolated error is taken
-    /// back through the inverse Jacobian of the head as it is believed to be.
-    ///
-    /// # Errors
-    /// [`CorrectionError::Marks`], [`CorrectionError::Geometry`].
-    pub fn recalibrated(
-        &self,
-        geometry: &Geometry,
-        marks: &MeasuredMarks,
-    ) -> Result<Self, CorrectionError> {
-        if marks.points < 2
-            || marks.errors.len() != marks.points * marks.points
-            || marks.half <= 0.0
-        {
-            return Err(CorrectionError::Marks {
-                given: marks.errors.len(),
-                points: marks.points,
-            });
-        }
-        let step = 2.0 * marks.half / (marks.points - 1) as f64;
-        let mut table = self.clone();
-        for j in 0..self.points {
-            for i in 0..self.points {
-                let point = DVec2::new(i as f64, j as f64) * self.step - self.half;
-                let c = cell(point, marks.half, step, marks.points, Border::Clamp);
-                let at = c.j * marks.points + c.i;
-                let low = marks.errors[at].lerp(marks.errors[at + 1], c.u);
-                let high =
-                    marks.errors[at + marks.points].lerp(marks.errors[at + marks.points + 1], c.u);
-                let error = low.lerp(high, c.v);
-                let node = &mut table.angles[j * self.points + i];
-                let turn = geometry.inverse_jacobian(node.truncate())? * error;
-                *node -= turn.extend(0.0);
-            }
-        }
-        Ok(table)
     }
 }

@@ -125,9 +125,4 @@ impl Focus {
         let spacing = self.lenses.spacing(distance);
         (spacing - self.rest_spacing) / self.lenses.cam_radius + self.lenses.rest_angle
     }
-
-    /// The height of the focus, mm, with the cam left at rest: a bowl.
-    pub fn uncorrected(&self, angles: DVec2) -> f64 {
-        self.direct(angles, self.lenses.rest_angle)
-    }
 }

@@ -123,9 +123,8 @@ fn told_with(
     };
     let job = job_of(&one, &recipe);
     let mut sinks = (
-        PathErrors::new(&job, 2e-3, head.period),
+        PathErrors::new(2e-3, head.period),
         FillRate::of_rectangles(
-            &job,
             one.fill_areas(),
             0.07,
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],

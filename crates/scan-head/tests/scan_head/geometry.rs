@@ -3,9 +3,7 @@
 use crate::rays::rays_of;
 use meltpath_geometry::math::{DMat2, DVec2};
 use meltpath_numerics::random::Random;
-use meltpath_scan_head::optics::correction::{
-    Border, CorrectionError, CorrectionTable, MeasuredMarks,
-};
+use meltpath_scan_head::optics::correction::{CorrectionError, CorrectionTable};
 use meltpath_scan_head::optics::focus::{Focus, FocusProjection};
 use meltpath_scan_head::optics::geometry::{Geometry, GeometryError, PathSign, ThreeAxis};
 
@@ -150,8 +148,7 @@ fn erratum_5_the_printed_sign_is_an_option() {
 fn lpbf_ac24_table_of_65_points() {
     let head = three_axis();
     let travel = DVec2::splat(10f64.to_radians());
-    let table =
-        CorrectionTable::new(&head.geometry, None, 175.0, 65, travel, Border::Extrapolate).unwrap();
+    let table = CorrectionTable::new(&head.geometry, None, 175.0, 65, travel).unwrap();
     let errors = table.errors(&head.geometry, 8);
     println!(
         "table: largest {:.3} µm at {}, mean {:.3} µm",
@@ -164,71 +161,28 @@ fn lpbf_ac24_table_of_65_points() {
     assert!(errors.largest < 0.030);
 }
 
-/// A table recalibrated from a few measured marks of a head that is not the believed one.
-#[test]
-fn marks_on_a_coarse_grid_recalibrate_the_table() {
-    let believed = Geometry::ThreeAxis(head());
-    let mut real = head();
-    real.plane[2] -= 0.8;
-    real.y_axis[0] += 0.05;
-    let real = Geometry::ThreeAxis(real);
-    let travel = DVec2::splat(10f64.to_radians());
-    let table = CorrectionTable::new(&believed, None, 175.0, 65, travel, Border::Clamp).unwrap();
-    let n = 17u32;
-    let step = 350.0 / f64::from(n - 1);
-    let points = (0..n * n).map(|k| DVec2::new(f64::from(k % n), f64::from(k / n)) * step - 175.0);
-    let errors = points
-        .map(|p| real.direct(table.angles(p).truncate()) - p)
-        .collect();
-    let marks = MeasuredMarks {
-        points: n as usize,
-        half: 175.0,
-        errors,
-    };
-    let before = table.errors(&real, 4);
-    let after = table
-        .recalibrated(&believed, &marks)
-        .unwrap()
-        .errors(&real, 4);
-    println!(
-        "before {:.1} µm, after {:.1} µm",
-        before.largest * 1e3,
-        after.largest * 1e3
-    );
-    assert!(
-        before.largest > 0.2 && after.largest < 0.012,
-        "{before:?} {after:?}"
-    );
-    let wrong = MeasuredMarks {
-        points: 5,
-        half: 175.0,
-        errors: vec![DVec2::ZERO; 24],
-    };
-    assert!(matches!(
-        table.recalibrated(&believed, &wrong),
-        Err(CorrectionError::Marks { given: 24, .. })
-    ));
-}
-
 /// AC-25 (T): bowl without correction, flat with it, inverses of each other, numbers of the reference head.
 #[test]
 fn lpbf_ac25_dynamic_focus() {
     let g = three_axis().geometry;
     for projection in [FocusProjection::Exact, FocusProjection::Thesis] {
         let f = focus(projection);
+        // the height of the focus with the cam left at rest
+        let at_rest = three_axis().focus.unwrap().1.rest_angle;
+        let bowl = |angles: DVec2| f.direct(angles, at_rest);
         assert!(
             (f.rest_spacing() - 85.93959).abs() < 1e-4,
             "{}",
             f.rest_spacing()
         );
-        assert!(f.uncorrected(DVec2::ZERO).abs() < 1e-9);
+        assert!(bowl(DVec2::ZERO).abs() < 1e-9);
         let (mut last, mut left) = ([0.0; 2], 0.0);
         for k in 1..=20 {
             let t = 0.5 * f64::from(k);
-            let z = [f.uncorrected(deg(t, 0.0)), f.uncorrected(deg(0.0, t))];
+            let z = [bowl(deg(t, 0.0)), bowl(deg(0.0, t))];
             assert!(z[0] > last[0] && z[1] > last[1], "{t}: {z:?}");
             // the mirror's offset makes the two sides differ, but both rise
-            let other = f.uncorrected(deg(-t, 0.0));
+            let other = bowl(deg(-t, 0.0));
             assert!(other > left, "{t}: {other}");
             left = other;
             last = z;
@@ -292,7 +246,7 @@ fn what_cannot_be_reached_is_named() {
         ),
         "{error}"
     );
-    let table = CorrectionTable::new(&g, None, 260.0, 65, travel, Border::Clamp);
+    let table = CorrectionTable::new(&g, None, 260.0, 65, travel);
     assert!(matches!(
         table,
         Err(CorrectionError::Geometry(GeometryError::Travel { .. }))

@@ -1,55 +1,32 @@
 //! Jobs, contour error, delays, fill rates.
 
+use std::sync::Arc;
+
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::head::block::HeadBlock;
+use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Gate;
 use meltpath_scan_head::head::interpolation::{CommandBlock, Interpolator, sample_count};
+use meltpath_scan_head::head::prepared::{Prepared, alone};
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::VectorKind;
-use meltpath_scan_head::measures::contour_error::{PathErrors, contour_errors};
+use meltpath_scan_head::head::window::Window;
+use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
 
 use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
-
-/// AC-37 (M): two shapes of known error; never more than the tracking error at the same instant.
-#[test]
-fn lpbf_ac37_contour_error() {
-    let asked: Vec<_> = (0..400)
-        .map(|k| DVec2::new(f64::from(k) * 0.05, 0.0))
-        .collect();
-    let done: Vec<_> = asked.iter().map(|p| *p + DVec2::new(-0.25, 0.03)).collect();
-    for window in [None, Some(10)] {
-        let errors = contour_errors(&done, &asked, window);
-        for e in &errors[10..390] {
-            assert!((e - 0.03).abs() < 1e-9, "{e}");
-        }
-        for (k, e) in errors.iter().enumerate() {
-            assert!(*e <= done[k].distance(asked[k]) + 1e-12);
-        }
-    }
-    let circle = |r: f64, n: u32| -> Vec<DVec2> {
-        (0..n)
-            .map(|k| DVec2::from_angle(f64::from(k) / f64::from(n) * std::f64::consts::TAU) * r)
-            .collect()
-    };
-    // chords of 20,000 points sag by 6e-8 mm
-    for e in contour_errors(&circle(5.02, 1000), &circle(5.0, 20_000), None) {
-        assert!((e - 0.02).abs() < 1e-6, "{e}");
-    }
-}
 
 /// AC-39 (T): job times and their ratios.
 #[test]
 fn lpbf_ac39_job_times() {
     let time = |plate: SquarePlate, recipe: &Recipe, period: f64| {
         let job = job_of(&plate, recipe);
-        (sample_count(&job, period) - 1) as f64 * period
+        (sample_count(alone(&job), period).unwrap() - 1) as f64 * period
     };
     let [r1, r2, r3] = recipes();
     let three = three_axis_data();
@@ -98,20 +75,22 @@ fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec
     recipe.fill_speed = speed;
     recipe.delays = LaserDelays::default();
     let job = job_of(&plate, &recipe);
-    let mut path = Interpolator::new(&job, period, 0);
-    let mut gate = Gate::new(&job, recipe.delays, period);
-    let mut rate = FillRate::of_rectangles(&job, plate.fill_areas(), 0.07, modes);
+    let mut window = Window::new(alone(&job));
+    let mut path = Interpolator::new(period, 0);
+    let mut gate = Gate::new(&mut window, recipe.delays, period);
+    let mut rate = FillRate::of_rectangles(plate.fill_areas(), 0.07, modes);
     let mut command = CommandBlock::default();
-    while path.fill(&mut command, 5000) {
-        use meltpath_scan_head::head::block::HeadSink;
+    let whole = Arc::new(Prepared::of(job));
+    while path.fill(&mut window, &mut command, 5000) {
         let block = HeadBlock {
             period,
             hit: command.position.iter().map(|p| p.truncate()).collect(),
             focus: vec![0.0; command.position.len()],
             lit: (0..command.position.len())
-                .map(|k| gate.lit(command.first + k as u64))
+                .map(|k| gate.lit(&mut window, command.first + k as u64))
                 .collect(),
             command: command.clone(),
+            layers: vec![Arc::clone(&whole)],
             ..HeadBlock::default()
         };
         rate.block(&block);
@@ -218,9 +197,10 @@ fn the_gate_lights_what_was_asked_for_as_long_as_asked() {
     let job = job_of(&one(three_axis_data().plate), recipe);
     let period = 1.0 / 93_750.0;
     let lit = |delays| -> f64 {
-        let mut gate = Gate::new(&job, delays, period);
-        (0..sample_count(&job, period) + 1000)
-            .map(|k| gate.lit(k))
+        let mut window = Window::new(alone(&job));
+        let mut gate = Gate::new(&mut window, delays, period);
+        (0..sample_count(alone(&job), period).unwrap() + 1000)
+            .map(|k| gate.lit(&mut window, k))
             .sum::<f64>()
             * period
     };
@@ -246,9 +226,8 @@ fn run(head: &ScanHead, plate: &SquarePlate, recipe: &Recipe) -> (PathTold, Vec<
     let job = job_of(plate, recipe);
     let ready = head.ready().unwrap();
     let mut sinks = (
-        PathErrors::new(&job, 2e-3, head.period),
+        PathErrors::new(2e-3, head.period),
         FillRate::of_rectangles(
-            &job,
             plate.fill_areas(),
             0.07,
             &[FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot],
@@ -445,7 +424,7 @@ fn lpbf_ac41_where_the_fill_goes() {
                     ..recipe.clone()
                 };
                 let job = job_of(&plate, &recipe);
-                let mut fill = FillRate::of_rectangles(&job, plate.fill_areas(), 0.07, &modes);
+                let mut fill = FillRate::of_rectangles(plate.fill_areas(), 0.07, &modes);
                 let ready = head.ready().unwrap();
                 ready.run(&job, delays, 1, &Silent, &mut fill).unwrap();
                 100.0 * fill.finish()[0][0]

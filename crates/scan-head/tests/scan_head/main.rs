@@ -8,6 +8,7 @@
 )]
 
 mod chain;
+mod contour_error;
 mod controllers;
 mod geometry;
 mod h_infinity;
@@ -15,6 +16,7 @@ mod identification;
 mod identification_channels;
 mod jobs;
 mod km0;
+mod layers;
 mod models;
 mod preview;
 mod rays;

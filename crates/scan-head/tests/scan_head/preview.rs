@@ -7,6 +7,7 @@ use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::block::HeadBlock;
 use meltpath_scan_head::head::job::prepare;
+use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::head::vector::ScanJob;
@@ -27,7 +28,7 @@ fn path(recipe: &Recipe, points: &[DVec2]) -> ScanJob {
     };
     layer.polyline(head(Role::Jump), [DVec3::ZERO, points[0].extend(0.0)]);
     layer.polyline(head(Role::Contour), closed);
-    prepare(&[layer], recipe).unwrap().job
+    prepare(&[layer], recipe).unwrap()
 }
 
 /// Diagonal of 14 mm, squares of 10 mm turned by 30° and along the axes, circle of 2 mm radius.
@@ -53,7 +54,7 @@ fn contour_of(head: &ScanHead, previews: Option<&Previews>, job: &ScanJob, on: f
     if let Some(p) = previews {
         ready = ready.with_previews(p.clone());
     }
-    let mut errors = PathErrors::new(job, 2e-3, head.period);
+    let mut errors = PathErrors::new(2e-3, head.period);
     let delays = LaserDelays { on, off: 0.0 };
     ready.run(job, delays, 1, &Silent, &mut errors).unwrap();
     [
@@ -64,7 +65,8 @@ fn contour_of(head: &ScanHead, previews: Option<&Previews>, job: &ScanJob, on: f
 
 /// The preview of a head for a job.
 pub(crate) fn ahead(head: &ScanHead, job: &ScanJob) -> Result<Previews, AxisError> {
-    let changes = head.ready().unwrap().speed_changes(job, 0.5e-3);
+    let changes = head.ready().unwrap().speed_changes(alone(job), 0.5e-3);
+    let changes = changes.unwrap();
     preview(
         mirrors(head),
         head.period,

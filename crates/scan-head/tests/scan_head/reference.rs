@@ -45,7 +45,7 @@ pub(crate) fn three_axis_data() -> HeadData {
 /// What a head makes of a plate.
 pub(crate) fn job_of(plate: &SquarePlate, recipe: &Recipe) -> ScanJob {
     let path = plate.toolpath().unwrap();
-    prepare(&path.layers, recipe).unwrap().job
+    prepare(&path.layers, recipe).unwrap()
 }
 
 pub(crate) fn two_axis() -> ScanHead {

@@ -1,6 +1,7 @@
 //! AC-38: the simulator against a richer one.
 
 use meltpath_base::Silent;
+use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::friction::Friction;
@@ -8,7 +9,7 @@ use meltpath_scan_head::axis::galvanometer::Mode;
 use meltpath_scan_head::head::block::HeadBlock;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
-use meltpath_scan_head::measures::contour_error::contour_errors;
+use meltpath_scan_head::measures::segment::distance_to_segment;
 
 use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
 
@@ -71,6 +72,17 @@ fn richer(head: &ScanHead, choices: &[Richer], coulomb: f64, step: f64) -> ScanH
     rich
 }
 
+/// How far each point of a path lies from another path, mm, among its points at most 40 samples earlier or later.
+fn apart(path: &[DVec2], other: &[DVec2]) -> Vec<f64> {
+    let of = |(k, &p): (usize, &DVec2)| {
+        let near = &other[k.saturating_sub(40)..(k + 41).min(other.len())];
+        near.windows(2)
+            .map(|w| distance_to_segment(p, w[0], w[1]))
+            .fold(f64::INFINITY, f64::min)
+    };
+    path.iter().enumerate().map(of).collect()
+}
+
 /// What two heads do differently on one square: angles while marks and while jumps are commanded, deg, and the plane, mm.
 struct Differences {
     marks: Vec<f64>,
@@ -107,7 +119,7 @@ impl Differences {
                     out.push((x - y).abs().to_degrees());
                 }
             }
-            found.plane.extend(contour_errors(&a.hit, &b.hit, Some(40)));
+            found.plane.extend(apart(&a.hit, &b.hit));
         }
         for column in [&mut found.marks, &mut found.jumps, &mut found.plane] {
             column.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@ use meltpath_geometry::math::DVec3;
 use super::{Bead, Deposition, Overhang};
 use crate::bead::PursuitLength;
 use crate::deposit::levelling::{Levelling, LocalBead};
-use crate::deposit::record::PathPoint;
+use crate::deposit::record::{Moment, PathPoint, TubeDistance};
 use crate::deposit::{Mode, Station, plain};
 use crate::pursuit::{Pursuit, pursuit_length};
 
@@ -28,10 +28,19 @@ impl Deposition<'_> {
         wire * self.bead.wire_section * self.bead.efficiency
     }
 
-    /// What the source really feeds of the volume asked for, over `travel` mm at `tool`; booked.
-    pub(super) fn supply(&mut self, run: &mut Bead, tool: DVec3, travel: f64, asked: f64) -> f64 {
+    /// What the source really feeds of the volume asked for, over `travel` mm up to a place; booked.
+    pub(super) fn supply(&mut self, run: &mut Bead, at: Moment, travel: f64, asked: f64) -> f64 {
+        let tool = at.tool;
+        let distance = self.distance(run, tool);
+        if let Some(record) = &mut self.record {
+            record.reach(TubeDistance {
+                distance,
+                tool,
+                time: at.time,
+                command: at.command,
+            });
+        }
         if let Some(response) = self.settings.feed_response {
-            let distance = self.distance(run, tool);
             run.response = response.ratio(distance);
             let beyond = &mut self.beyond;
             beyond.of += travel;
@@ -63,15 +72,9 @@ impl Deposition<'_> {
         self.settings.nominal_ctwd + tool.z - ground
     }
 
-    pub(super) fn substep(
-        &mut self,
-        run: &mut Bead,
-        tool: DVec3,
-        (travel, asked): (f64, f64),
-        time: f64,
-        command: u32,
-    ) {
-        let volume = self.supply(run, tool, travel, asked);
+    pub(super) fn substep(&mut self, run: &mut Bead, at: Moment, (travel, asked): (f64, f64)) {
+        let tool = at.tool;
+        let volume = self.supply(run, at, travel, asked);
         run.travelled += travel;
         run.pending += volume;
         run.pending_travel += travel;
@@ -103,7 +106,7 @@ impl Deposition<'_> {
         }
         if run.travelled - run.recorded >= self.settings.record_step {
             run.recorded = run.travelled;
-            self.note(run, tool, time, command);
+            self.note(run, at);
         }
     }
 
@@ -180,7 +183,12 @@ impl Deposition<'_> {
     }
 
     /// Records a path point.
-    fn note(&mut self, run: &mut Bead, tool: DVec3, time: f64, command: u32) {
+    fn note(&mut self, run: &mut Bead, at: Moment) {
+        let Moment {
+            tool,
+            time,
+            command,
+        } = at;
         let ctwd = self.distance(run, tool);
         let (Some(record), Some(station)) = (&mut self.record, run.station) else {
             return;

@@ -3,6 +3,9 @@
 //! The part is drawn larger, since it shrinks on cooling (Béraud 2016, section 1.2.2: scaling after orientation, before
 //! anything else), and cut at the middle of its layers.
 
+use std::ops::Range;
+
+use meltpath_base::settings::Problem;
 use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::boolean::{PlanarError, intersection};
 use meltpath_geometry::math::DVec3;
@@ -14,8 +17,8 @@ use meltpath_geometry::{Mesh, Plane, Region};
 pub struct Cut {
     /// Height of the last layer on the part as designed, mm; half the part's where absent.
     pub height: Option<f64>,
-    /// Which of the separate areas of that layer, from 1, the largest first.
-    pub island: u32,
+    /// Which of the separate areas of that layer, from 1, the largest first; all where absent.
+    pub island: Option<u32>,
     /// What the part is drawn larger by, in the plane and along the build direction.
     pub scaling: [f64; 2],
     /// Thickness of a layer, mm.
@@ -27,7 +30,7 @@ pub struct Cut {
 /// The sections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sections {
-    /// What is drawn in each layer, the lowest first; one area in the last.
+    /// What is drawn in each layer, the lowest first; what was chosen in the last.
     pub drawn: Vec<Vec<Region>>,
     /// Metal below the lowest drawn layer; `None` where that is the plate.
     pub below: Option<Vec<Region>>,
@@ -86,10 +89,22 @@ pub enum SectionError {
     },
 }
 
+impl SectionError {
+    /// The error at the place in the job where a value is to blame: of the height, of the island, of the part.
+    pub(crate) fn told(&self, [height, island, part]: [&Option<Range<usize>>; 3]) -> Problem {
+        let span = match self {
+            SectionError::Above { .. } | SectionError::Empty { .. } => height,
+            SectionError::Island { .. } => island,
+            SectionError::Slice(_) | SectionError::Planar(_) | SectionError::Flat { .. } => &None,
+        };
+        Problem::new(self.to_string()).at(span.clone().or_else(|| part.clone()))
+    }
+}
+
 /// The part as the beam draws it: larger in the plane and along the build direction.
 ///
 /// ```
-/// use meltpath::ebm::section::scaled;
+/// use meltpath::stages::section::scaled;
 /// use meltpath_geometry::shapes::{extrude, ring};
 /// let disc = extrude(&[ring(50.0, 10.0, 64)], 100.0);
 /// let (low, high) = scaled(&disc, [1.0086, 1.0093]).bounds().unwrap();
@@ -144,18 +159,16 @@ pub fn sections(
     if islands == 0 {
         return Err(SectionError::Empty { number });
     }
-    let chosen = (cut.island as usize)
-        .checked_sub(1)
-        .filter(|n| *n < islands);
-    let Some(chosen) = chosen else {
-        let island = cut.island;
-        return Err(SectionError::Island {
+    if let Some(island) = cut.island {
+        let chosen = (island as usize).checked_sub(1).filter(|n| *n < islands);
+        let chosen = chosen.ok_or(SectionError::Island {
             island,
             number,
             islands,
-        });
-    };
-    let mut drawn = vec![vec![last.swap_remove(chosen)]];
+        })?;
+        last = vec![last.swap_remove(chosen)];
+    }
+    let mut drawn = vec![last];
     // what carries the area chosen, and what carries that
     for lower in slices.drain(usize::from(lowest > 1)..).rev() {
         let above = &drawn[drawn.len() - 1];
@@ -209,7 +222,7 @@ mod tests {
     fn cut(height: f64, layers: u32) -> Cut {
         Cut {
             height: Some(height),
-            island: 1,
+            island: Some(1),
             scaling: [1.0, 1.0],
             layer: 0.05,
             layers,
@@ -281,11 +294,22 @@ mod tests {
         assert_eq!((found.number, found.drawn.len(), found.islands), (1, 1, 2));
         assert_eq!(found.below, None);
         let third = Cut {
-            island: 3,
+            island: Some(3),
             ..cut(0.05, 1)
         };
         let refused = of(&bridge(), &third).unwrap_err().to_string();
         assert!(refused.contains("2 separate areas"), "{refused}");
+    }
+
+    #[test]
+    fn all_areas_of_a_layer_are_drawn_where_none_is_chosen() {
+        let all = Cut {
+            island: None,
+            ..cut(0.1, 2)
+        };
+        let found = of(&bridge(), &all).unwrap();
+        assert_eq!(found.drawn.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2]);
+        assert!((area(&found.drawn[1]) - 32.0).abs() < 1e-6);
     }
 
     #[test]

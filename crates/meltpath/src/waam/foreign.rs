@@ -1,0 +1,193 @@
+//! A program that other software wrote: read, executed, simulated, and judged as far as every line of it was simulated.
+
+use std::path::Path;
+
+use meltpath_base::{Check, Observer, Reporter, Verdict};
+use meltpath_robot::command::{Command, Source};
+
+use super::checks::build_facts;
+use super::doubt::{self, Doubt};
+use super::error::WaamError;
+use super::judge::{self, layer_checks, target_checks};
+use super::plan;
+use super::program::{self, Commands};
+use super::run::{
+    SHOWN_WARNINGS, Shown, against_part, built, load, load_part, other_process, output, subtitle,
+    write_common,
+};
+use super::settings::{Settings, resolve};
+use super::simulate::{PlannedLayer, simulate};
+use super::tube;
+use crate::job::{self, Job, JobError};
+use crate::outcome::{Outcome, record_inputs};
+use crate::start::WAAM_TEMPLATE;
+use crate::views::waam::sheet::operator_sheet;
+
+/// Simulates a program, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
+/// names one. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
+/// say that they cannot say, and why.
+///
+/// # Errors
+/// [`WaamError`]; nothing is written then.
+pub fn simulate_program(
+    main: &Path,
+    job: Option<&Path>,
+    out: Option<&Path>,
+    runs: &Path,
+    observer: &dyn Observer,
+) -> Result<Outcome, WaamError> {
+    let reporter = Reporter::new();
+    let parsed = program::read(main, &reporter)?;
+    let loaded = job.map(|job| load(job, &reporter)).transpose()?;
+    let settings = match &loaded {
+        Some(loaded) => loaded.settings.clone(),
+        None => defaults(main, &reporter)?,
+    };
+    let settings = &settings;
+    let commands = program::commands(&parsed, &[], settings, &reporter)?;
+    let folder = output(out, runs)?;
+    let part = loaded
+        .as_ref()
+        .map(|loaded| load_part(loaded, &reporter, observer))
+        .transpose()?;
+    let arc = |c: &&Command| matches!(c.source, Source::On { .. });
+    let map = plan::plate(
+        commands
+            .commands
+            .iter()
+            .filter(arc)
+            .map(|c| c.target.truncate()),
+        settings,
+    )?;
+    let layers = levels(&commands, settings);
+    let simulation = simulate(
+        built(&commands, &layers, map, settings),
+        &reporter,
+        observer,
+    )?;
+    // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
+    let growth = settings.growth_error(1.0);
+    let mut checks = Vec::new();
+    if let Some(part) = &part {
+        let metal = &simulation.deposit.map;
+        let outcome = against_part(part, settings, metal, &growth, (&reporter, observer))?;
+        checks.extend(target_checks(
+            &outcome,
+            &settings.limits,
+            &settings.remedies,
+        ));
+    } else {
+        checks.push(Check::not_checked(
+            "part",
+            "lack, excess and stock against the part",
+            "no job was given: name one with --job to judge the part",
+        ));
+    }
+    checks.extend(layer_checks(
+        &simulation.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
+    checks.extend(tube::checks(&simulation, &growth, settings));
+    let no_job = job.is_none().then(no_job);
+    let doubts: Vec<Doubt> = no_job
+        .into_iter()
+        .chain(doubt::of_gaps(&commands.gaps))
+        .collect();
+    doubt::undecided(&mut checks, &doubts);
+    checks.push(doubt::lines_check(&commands.gaps, &reporter));
+    checks.extend(judge::not_checked());
+    let mut facts = build_facts(&simulation, settings);
+    if job.is_none() {
+        facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
+    }
+    let verdict = Verdict {
+        checks,
+        facts,
+        warnings: reporter.digest(SHOWN_WARNINGS),
+    };
+    let mut provenance = settings.provenance.clone();
+    record_inputs(&mut provenance, &[main])?;
+    let title = main
+        .file_stem()
+        .map(|s| s.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let bead_diameter = 0.7 * settings.bead.height.value;
+    let names: Vec<String> = parsed.iter().map(|p| p.name.clone()).collect();
+    let what = part.as_ref().map_or("program", |p| p.name.as_str());
+    let shown = Shown {
+        title,
+        subtitle: match job {
+            Some(_) => subtitle(what, settings),
+            None => format!("{what} · wire not known · cell {}", settings.cell_name),
+        },
+        part: part.as_ref(),
+        settings,
+        simulation: &simulation,
+        commands: &commands,
+        sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
+        growth,
+        bead_diameter,
+    };
+    observer.stage("write results", 0);
+    write_common(&folder, &shown, &verdict, &provenance)?;
+    observer.check()?;
+    Ok(Outcome {
+        folder: folder.commit()?,
+        verdict,
+    })
+}
+
+/// The layers of a program whose plan is unknown: each ends where the next one begins.
+fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
+    let on = commands
+        .commands
+        .iter()
+        .zip(&commands.layer_of_command)
+        .filter(|(_, l)| **l > 0);
+    let mut bottoms = std::collections::BTreeMap::<u32, f64>::new();
+    for (c, layer) in on {
+        let z = bottoms.entry(*layer).or_insert(c.target.z);
+        *z = z.min(c.target.z);
+    }
+    let list: Vec<(u32, f64)> = bottoms.into_iter().collect();
+    let step = match list.as_slice() {
+        [.., (_, a), (_, b)] => b - a,
+        _ => settings.bead.height.value,
+    };
+    list.iter()
+        .enumerate()
+        .map(|(i, (layer, bottom))| PlannedLayer {
+            layer: *layer,
+            top: list.get(i + 1).map_or(bottom + step, |next| next.1),
+            ..PlannedLayer::default()
+        })
+        .collect()
+}
+
+/// Facts that count only where the wire is known.
+const OF_THE_WIRE: [&str; 3] = ["wire-mass", "wire-feed", "energy"];
+
+/// Without a job nobody says which wire, gas and mode lay the metal.
+fn no_job() -> Doubt {
+    Doubt {
+        reason: "wire, gas and mode are not known: no job was given, and those of a new job stand in for them".to_owned(),
+        remedy: "name your job with --job".to_owned(),
+    }
+}
+
+/// The settings that stand in for those of a missing job: those of the template of `meltpath new waam`.
+fn defaults(main: &Path, reporter: &Reporter) -> Result<Settings, WaamError> {
+    reporter.warn(
+        "defaults",
+        "no job was given: wire, gas, mode, wire feed, cell and limits are those of a new job",
+        "name your job with --job",
+    );
+    let text = WAAM_TEMPLATE.to_owned();
+    let Job::Waam(job) = job::parse(&text).map_err(|e| JobError::in_file(main, &text, e))? else {
+        return Err(other_process(main, &text));
+    };
+    let settings = resolve(&job, Path::new(""), reporter);
+    Ok(settings.map_err(|e| JobError::in_file(main, &text, e))?)
+}

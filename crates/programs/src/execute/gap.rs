@@ -1,0 +1,99 @@
+//! Lines that shape metal and are not simulated: which, why, and what to do about each.
+
+/// A line that shapes metal and that was not simulated as the controller would execute it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gap {
+    /// Program.
+    pub program: String,
+    /// Instruction number, from 1.
+    pub line: u32,
+    /// The instruction.
+    pub text: String,
+    /// Why it was not simulated.
+    pub why: Missing,
+}
+
+/// Why a line that shapes metal was not simulated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Missing {
+    /// Weaving.
+    #[error("weaving is not simulated: beads are laid as if the torch did not weave")]
+    Weave,
+    /// A position that only the controller knows.
+    #[error("the position {0} is known to the controller only: the move is left out")]
+    Position(String),
+    /// A position of a bead given by joints, or not taught.
+    #[error("P[{0}] is given by joints or not taught: the move is left out")]
+    JointPosition(u32),
+    /// A word that changes where a move goes.
+    #[error("the place of this move is changed by {0}: the move is left out")]
+    Offset(String),
+    /// A further motion group that stands elsewhere than at zero.
+    #[error("motion group {0} moves the part or the robot, and only group 1 is simulated")]
+    Positioner(u32),
+    /// A bead in other frames than those before it.
+    #[error(
+        "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
+    )]
+    Frames(u32, u32),
+    /// A program that was not given.
+    #[error("program {0} is called, but was not given")]
+    Call(String),
+    /// An arc word whose setting of the source is not known.
+    #[error("which wire feed {0} sets is not known")]
+    Schedule(String),
+    /// The speed of a bead is the content of a register that nothing sets, or that of an unknown weld schedule.
+    #[error("the speed {0} of this bead is not known")]
+    Speed(String),
+    /// A smoothing that is not known.
+    #[error("how {0} ends a move is not known")]
+    Termination(String),
+    /// A wait of unknown length with the arc on.
+    #[error("the arc burns in place for a time that is not known")]
+    WaitWithArc,
+    /// An output that may set the welding source.
+    #[error("{0} may set the welding source")]
+    Output(String),
+    /// A frame or a limit of the motion that is changed.
+    #[error("{0} changes frames or motion of what follows")]
+    Setting(String),
+    /// A word of a bead's move that is not known.
+    #[error("what {0} does to this bead is not known")]
+    Word(String),
+    /// An instruction that is not known.
+    #[error("{0} is not an instruction that is known here")]
+    Unknown(String),
+}
+
+impl Missing {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Missing::Weave => "write the weave out as moves, or simulate the program without it",
+            Missing::Position(_) | Missing::JointPosition(_) | Missing::Offset(_) => {
+                "give the position as X, Y, Z, W, P, R in /POS, its offset included"
+            }
+            Missing::Positioner(_) => {
+                "export the part of the program in which the positioner stands at zero"
+            }
+            Missing::Frames(..) => "simulate the beads of each frame by themselves",
+            Missing::Call(_) => {
+                "put its file beside the program, or name it in passed_over of the cell file if it lays no metal"
+            }
+            Missing::Schedule(_) => {
+                "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), and write its number"
+            }
+            Missing::Speed(_) => {
+                "write the speed out, set the register in the program, or give it in the cell file (registers, [[program.schedule]])"
+            }
+            Missing::Termination(_) => "write FINE or CNT with a number",
+            Missing::WaitWithArc => "write the time, or end the arc before the wait",
+            Missing::Output(_) => {
+                "list what it sets as a weld schedule in the cell file, and take the line out"
+            }
+            Missing::Setting(_) | Missing::Word(_) | Missing::Unknown(_) => {
+                "take the line out if it does not change the beads, or write the moves that it makes"
+            }
+        }
+    }
+}

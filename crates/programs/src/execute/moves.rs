@@ -1,0 +1,282 @@
+//! What moves do: where they go, how fast, how they end, with which arc.
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::DVec3;
+
+use super::effect::{calls, first_word, leaves_beads, moves_target};
+use super::{
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, ProgramError, Refusal,
+};
+use crate::orientation::pose;
+use crate::program::{Coordinates, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination};
+
+/// Slowest and fastest speed along a path that a robot has, mm/s.
+const SPEEDS: std::ops::RangeInclusive<f64> = 1e-2..=1e5;
+
+impl Machine<'_> {
+    /// The pose of a position in the selected frames; what is missing where it is not known here.
+    fn place(&mut self, reference: &PositionRef) -> Result<Result<Pose, Missing>, ProgramError> {
+        let index = match reference {
+            PositionRef::Point { index, .. } => *index,
+            PositionRef::Unresolved(text) => return Ok(Err(Missing::Position(text.clone()))),
+        };
+        let Some(position) = self.tables[self.at.0].get(&index).copied() else {
+            return Err(self.refuse(Refusal::NoPosition(index)));
+        };
+        for other in position.groups.iter().filter(|g| g.number != 1) {
+            if moved_away(&other.coordinates) {
+                self.gap(Missing::Positioner(other.number));
+            }
+        }
+        let Some(group) = position.groups.iter().find(|g| g.number == 1) else {
+            return Ok(Err(Missing::JointPosition(index)));
+        };
+        let Coordinates::Cartesian {
+            xyz, wpr_degrees, ..
+        } = &group.coordinates
+        else {
+            return Ok(Err(Missing::JointPosition(index)));
+        };
+        let pairs = [
+            ("user frame", group.frame, self.frames.0),
+            ("tool frame", group.tool, self.frames.1),
+        ];
+        for (what, taught, selected) in pairs {
+            if let (Some(taught), Some(selected)) = (taught, selected)
+                && taught != selected
+            {
+                return Err(self.refuse(Refusal::OtherFrame {
+                    index,
+                    what,
+                    taught,
+                    selected,
+                }));
+            }
+        }
+        Ok(Ok(pose(DVec3::from_array(*xyz), *wpr_degrees)))
+    }
+
+    /// The speed of a move; an assumed one, told, where it is not known.
+    fn speed(&mut self, motion: &Motion) -> Result<ExecutedSpeed, ProgramError> {
+        let (value, unit) = match motion.speed {
+            Speed::Value { value, unit } => (value, unit),
+            Speed::Register { number, unit } => match self.registers.get(&number) {
+                Some(value) => (*value, unit),
+                None => return Ok(self.assumed_speed(motion, format!("R[{number}]"))),
+            },
+            Speed::Weld => {
+                let schedule = self.arc.and_then(|arc| self.schedules.get(&arc));
+                return Ok(match schedule.and_then(|s| s.speed) {
+                    Some(speed) => ExecutedSpeed::Path(speed),
+                    None => self.assumed_speed(motion, "WELD_SPEED".to_owned()),
+                });
+            }
+            Speed::Maximum => {
+                return match motion.kind {
+                    MotionKind::Joint => Ok(ExecutedSpeed::Joint(1.0)),
+                    _ => Err(self.refuse(Refusal::Speed)),
+                };
+            }
+        };
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(self.refuse(Refusal::Speed));
+        }
+        let path = |speed: f64| {
+            let driven = SPEEDS
+                .contains(&speed)
+                .then_some(ExecutedSpeed::Path(speed));
+            driven.ok_or_else(|| self.refuse(Refusal::Speed))
+        };
+        match (unit, &motion.kind) {
+            (SpeedUnit::Second, _) => Ok(ExecutedSpeed::Duration(value)),
+            (SpeedUnit::Millisecond, _) => Ok(ExecutedSpeed::Duration(value * 1e-3)),
+            (SpeedUnit::Percent, MotionKind::Joint) if value <= 100.0 => {
+                Ok(ExecutedSpeed::Joint(value / 100.0))
+            }
+            (SpeedUnit::Percent, _) | (_, MotionKind::Joint) => Err(self.refuse(Refusal::Speed)),
+            (SpeedUnit::DegreePerSecond, _) => Ok(ExecutedSpeed::Rotation(value.to_radians())),
+            (SpeedUnit::MillimetrePerSecond, _) => path(value),
+            (SpeedUnit::CentimetrePerMinute, _) => path(value * 10.0 / 60.0),
+            (SpeedUnit::InchPerMinute, _) => path(value * 25.4 / 60.0),
+        }
+    }
+
+    /// What stands for a speed that is not known: a bead's is a gap, a travel's a note.
+    fn assumed_speed(&mut self, motion: &Motion, speed: String) -> ExecutedSpeed {
+        if self.arc.is_some() {
+            self.gap(Missing::Speed(speed));
+        } else {
+            self.note("travel-speed", speed);
+        }
+        match motion.kind {
+            MotionKind::Joint => ExecutedSpeed::Joint(1.0),
+            _ => ExecutedSpeed::Path(self.settings.assumed_speed),
+        }
+    }
+
+    /// How a move ends; as smooth as can be, told, where it is not known.
+    fn smoothing(&mut self, motion: &Motion) -> Option<f64> {
+        let share = match &motion.termination {
+            Termination::Fine => return None,
+            Termination::Cnt(share) => f64::from(*share),
+            Termination::CntRegister(n) => {
+                if let Some(share) = self.registers.get(n) {
+                    *share
+                } else {
+                    self.gap(Missing::Termination(format!("CNT R[{n}]")));
+                    100.0
+                }
+            }
+            Termination::Other(word) => {
+                self.gap(Missing::Termination(word.clone()));
+                100.0
+            }
+        };
+        Some((share / 100.0).clamp(0.0, 1.0))
+    }
+
+    /// Tells what the further words of a move do; `false` where they change its target.
+    fn further_words(&mut self, motion: &Motion) -> bool {
+        let mut whole = true;
+        for word in &motion.extra {
+            if moves_target(word) {
+                self.gap(Missing::Offset(word.clone()));
+                whole = false;
+            } else if calls(word) {
+                self.gap(Missing::Call(word.clone()));
+            } else if self.arc.is_some() && !leaves_beads(word) {
+                self.gap(Missing::Word(word.clone()));
+            } else {
+                self.note("line-passed-over", first_word(word));
+            }
+        }
+        whole
+    }
+
+    pub(super) fn motion(&mut self, motion: &Motion) -> Result<(), ProgramError> {
+        let (Some(frame), Some(tool)) = self.frames else {
+            let missing = if self.frames.0.is_none() {
+                "UFRAME_NUM"
+            } else {
+                "UTOOL_NUM"
+            };
+            return Err(self.refuse(Refusal::NoFrame(missing)));
+        };
+        let joint = motion.kind == MotionKind::Joint;
+        if joint && self.arc.is_some() {
+            return Err(self.refuse(Refusal::ArcInJointMove));
+        }
+        let whole = self.further_words(motion);
+        let via = match &motion.kind {
+            MotionKind::Circular { via } => Some(self.place(via)?),
+            _ => None,
+        };
+        let target = self.place(&motion.target)?;
+        let (target, via) = match (target, via.transpose()) {
+            (Ok(target), Ok(via)) if whole => (target, via),
+            (target, via) => return self.leave_out(motion, target.err().or(via.err())),
+        };
+        let kind = match (&motion.kind, via) {
+            (MotionKind::Joint, _) => ExecutedKind::Joint,
+            (_, Some(via)) => ExecutedKind::Circular { via: via.position },
+            // circles of A moves are found once three of them are known
+            (_, None) => ExecutedKind::Linear,
+        };
+        if self.arc.is_some() && *self.bead_frames.get_or_insert((frame, tool)) != (frame, tool) {
+            self.gap(Missing::Frames(frame, tool));
+        }
+        let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
+        if motion.kind == MotionKind::CircleArc {
+            self.arc_points.push(self.executed.len());
+        } else {
+            self.close_arcs();
+        }
+        self.executed.push(Executed::Motion(ExecutedMotion {
+            kind,
+            target,
+            speed,
+            smoothing,
+            arc: self.arc,
+            frames: (frame, tool),
+            layer: self.layer,
+            pass: self.pass,
+            program: self.at.0 as u32,
+            line: self.at.1 as u32 + 1,
+        }));
+        if let Some(word) = &motion.arc {
+            let was = self.arc;
+            self.switch(word)?;
+            let changes = was.is_none() || self.arc.is_none();
+            if smoothing.is_some() && changes {
+                self.note("arc-on-the-fly", word.to_string());
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes on without a move whose target is not known: a gap, unless it is a travel given by joints, whose end the next move says.
+    fn leave_out(&mut self, motion: &Motion, why: Option<Missing>) -> Result<(), ProgramError> {
+        self.close_arcs();
+        match why {
+            Some(Missing::JointPosition(index))
+                if motion.kind == MotionKind::Joint && motion.arc.is_none() =>
+            {
+                self.note("joint-position-skipped", index.to_string());
+            }
+            Some(why) => self.gap(why),
+            // its words are told already
+            None => {}
+        }
+        match &motion.arc {
+            Some(word) => self.switch(word),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives a finished chain of A moves its circles: each pair of points lies on the circle with the next point, the last pair on
+    /// that with the one before. The move to the first point is straight, and so are chains of less than three points.
+    pub(super) fn close_arcs(&mut self) {
+        let chain = std::mem::take(&mut self.arc_points);
+        let at = |executed: &[Executed], i: usize| match executed.get(i) {
+            Some(Executed::Motion(m)) => m.target.position,
+            _ => DVec3::ZERO,
+        };
+        for (k, pair) in chain.windows(2).enumerate() {
+            let Some(first) = k.checked_sub(usize::from(k + 3 > chain.len())) else {
+                continue;
+            };
+            let Some(three) = chain.get(first..first + 3) else {
+                continue;
+            };
+            let points = [0, 1, 2].map(|i| at(&self.executed, three[i]));
+            let Some(arc) = Arc::through(points[0], points[1], points[2]) else {
+                continue;
+            };
+            let offset = points[1] - arc.centre;
+            let share = offset
+                .dot(arc.v)
+                .atan2(offset.dot(arc.u))
+                .rem_euclid(std::f64::consts::TAU)
+                / arc.sweep;
+            let middle = if first == k {
+                0.5 * share
+            } else {
+                0.5 * (1.0 + share)
+            };
+            if let Some(Executed::Motion(m)) = self.executed.get_mut(pair[1]) {
+                m.kind = ExecutedKind::Circular {
+                    via: arc.at(middle),
+                };
+            }
+        }
+    }
+}
+
+/// Whether the axes of a further group stand elsewhere than at zero.
+fn moved_away(coordinates: &Coordinates) -> bool {
+    match coordinates {
+        Coordinates::Joint(axes) => axes.iter().any(|a| a.value != 0.0),
+        Coordinates::Cartesian { .. } | Coordinates::Unread(_) => true,
+    }
+}

@@ -1,0 +1,95 @@
+//! What a job asks of a head, found layer by layer before anything moves.
+
+use crate::head::error::HeadError;
+use crate::head::prepared::Layers;
+use crate::head::ready::ReadyHead;
+use crate::head::vector::{ScanJob, VectorKind};
+use crate::measures::hatch::HatchDistance;
+
+/// A layer in figures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerFigures {
+    /// Its number.
+    pub number: u32,
+    /// Its height, mm.
+    pub height: f64,
+    /// Its vectors.
+    pub vectors: u32,
+    /// Length of its marks, mm.
+    pub marked: f64,
+}
+
+/// What a job asks of a head.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// The first layer.
+    pub first: ScanJob,
+    /// All layers, first executed first.
+    pub layers: Vec<LayerFigures>,
+    /// Samples, the one at the start included, without run-out.
+    pub samples: u64,
+    /// Length of all contours, mm.
+    pub contours: f64,
+    /// Length of all lines of fills, mm.
+    pub fills: f64,
+    /// Marks that are shorter than a sample at their speed: each takes a whole one.
+    pub short: u64,
+    /// By how much they lengthen the job, s.
+    pub lost: f64,
+    /// The median distance of neighbouring parallel lines, mm; none with fewer than two.
+    pub hatch: Option<f64>,
+}
+
+impl ReadyHead {
+    /// Looks through a job, and refuses one that leaves the field or has vectors without samples.
+    ///
+    /// # Errors
+    /// [`HeadError`].
+    pub fn survey(&self, layers: Layers<'_>) -> Result<Survey, HeadError> {
+        let period = self.head.period;
+        let mut hatch = HatchDistance::default();
+        let mut found = Survey {
+            first: ScanJob::default(),
+            layers: Vec::new(),
+            samples: 1,
+            contours: 0.0,
+            fills: 0.0,
+            short: 0,
+            lost: 0.0,
+            hatch: None,
+        };
+        for layer in self.checked(layers) {
+            let layer = layer?;
+            let job = &layer.job;
+            let mut marked = 0.0;
+            for (i, v) in job.vectors.iter().enumerate() {
+                let (moving, waiting) = job.samples_of(i, period);
+                found.samples += moving + waiting;
+                let length = job.length_of(i);
+                match v.kind {
+                    VectorKind::Contour => found.contours += length,
+                    VectorKind::Fill => found.fills += length,
+                    _ => continue,
+                }
+                marked += length;
+                let time = length / v.speed;
+                if time > 0.0 && time < period {
+                    found.short += 1;
+                    found.lost += period - time;
+                }
+            }
+            hatch.take(job);
+            found.layers.push(LayerFigures {
+                number: layer.number,
+                height: layer.height,
+                vectors: job.vectors.len() as u32,
+                marked,
+            });
+            if found.layers.len() == 1 {
+                found.first = layer.job;
+            }
+        }
+        found.hatch = hatch.median();
+        Ok(found)
+    }
+}
