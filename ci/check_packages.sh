@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Packs every crate and checks what lies in the archives, all of them together and apart from the repository: a file that an
-# archive lacks fails here, not on crates.io.
+# archive lacks fails here, not on crates.io. Tests are built too: a crate whose tests need what lies outside leaves them out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
@@ -27,4 +27,4 @@ root = re.sub(r"^exclude = .*\n", "", root, flags=re.M)
 print(len(patches), "packages")
 PY
 cp Cargo.lock "$place/"
-cargo check --manifest-path "$place/Cargo.toml" --target-dir "$target" --workspace --lib --bins --quiet
+cargo check --manifest-path "$place/Cargo.toml" --target-dir "$target" --workspace --lib --bins --tests --quiet

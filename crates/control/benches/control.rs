@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark may stop")]
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
-#[path = "../tests/reference/mod.rs"]
+#[path = "../tests/all/reference.rs"]
 mod reference;
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -35,5 +35,5 @@ mod weights;
 pub use error::{Assumption, Obstacle, SynthesisError};
 pub use mixed_sensitivity::MixedSensitivity;
 pub use plant::GeneralizedPlant;
-pub use synthesis::{Synthesis, SynthesisOptions, design_at, synthesise};
+pub use synthesis::{Synthesis, SynthesisOptions, synthesise};
 pub use weights::{Template, WeightError};

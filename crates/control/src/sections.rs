@@ -1,4 +1,4 @@
-//! Second-order sections: the form in which a controller survives short words, run sample by sample.
+//! Second-order sections: the form in which a controller survives short words.
 
 use serde::{Deserialize, Serialize};
 
@@ -92,83 +92,30 @@ impl Sections {
             period,
         })
     }
-
-    /// The same coefficients rounded to a fixed-point grid of `fraction_bits` bits after the point.
-    #[must_use]
-    pub fn rounded(&self, fraction_bits: u32) -> Self {
-        let step = 0.5f64.powi(fraction_bits.cast_signed());
-        let round = |x: f64| (x / step).round() * step;
-        Sections {
-            gain: self.gain,
-            sections: self
-                .sections
-                .iter()
-                .map(|s| SecondOrder {
-                    b: s.b.map(round),
-                    a: s.a.map(round),
-                })
-                .collect(),
-            period: self.period,
-        }
-    }
-
-    /// At rest, ready to filter.
-    pub fn running(&self) -> RunningSections {
-        RunningSections {
-            sections: self.clone(),
-            memory: vec![[0.0; 2]; self.sections.len()],
-        }
-    }
-}
-
-/// [`Sections`] with their memory (transposed direct form II).
-#[derive(Debug, Clone)]
-pub struct RunningSections {
-    sections: Sections,
-    memory: Vec<[f64; 2]>,
-}
-
-impl RunningSections {
-    /// One sample in, one sample out.
-    pub fn step(&mut self, input: f64) -> f64 {
-        let mut x = self.sections.gain * input;
-        for (s, m) in self.sections.sections.iter().zip(&mut self.memory) {
-            let y = s.b[0] * x + m[0];
-            m[0] = s.b[1] * x - s.a[0] * y + m[1];
-            m[1] = s.b[2] * x - s.a[1] * y;
-            x = y;
-        }
-        x
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::discretise::{Hold, discretise};
-    use crate::{TransferFunction, simulate::Running};
+    use crate::{Complex64, TransferFunction};
 
     #[test]
-    fn sections_run_like_the_state_space() {
+    fn sections_answer_like_the_state_space() {
         let g = TransferFunction::new([1.0, 30.0, 900.0], [1.0, 40.0, 5000.0, 1e5, 0.0]).unwrap();
         let sampled = discretise(&g.to_state_space().unwrap(), 1e-3, Hold::First).unwrap();
         let sections =
             Sections::from_zero_pole(&ZeroPoleGain::from_state_space(&sampled, 0, 0).unwrap())
                 .unwrap();
-        let mut fast = sections.running();
-        let mut slow = Running::new(&sampled).unwrap();
-        let mut y = [0.0];
-        for k in 0..500 {
-            let u = (0.03 * f64::from(k)).sin();
-            slow.step(&[u], &mut y);
-            assert!((fast.step(u) - y[0]).abs() < 1e-10);
+        for omega in [1.0, 30.0, 400.0, 3000.0] {
+            let back = Complex64::new(0.0, -omega * sections.period).exp();
+            let of = |s: &SecondOrder| {
+                let up = s.b[0] + (s.b[1] + s.b[2] * back) * back;
+                up / (1.0 + (s.a[0] + s.a[1] * back) * back)
+            };
+            let found = sections.sections.iter().map(of).product::<Complex64>() * sections.gain;
+            let wanted = sampled.response(omega)[(0, 0)];
+            assert!((found - wanted).norm() < 1e-9 * wanted.norm(), "{omega}");
         }
-        let coarse = sections.rounded(8);
-        assert!(
-            coarse
-                .sections
-                .iter()
-                .all(|s| (s.a[0] * 256.0).fract() == 0.0)
-        );
     }
 }

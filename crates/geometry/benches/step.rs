@@ -1,11 +1,10 @@
-//! STEP files: reading, meshing at the default chord error, measuring.
+//! STEP files: reading, meshing at the default chord error.
 
 use std::hint::black_box;
 use std::path::PathBuf;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::{Reporter, Silent};
-use meltpath_geometry::brep::tessellate::measure_model;
 use meltpath_geometry::brep::{Tolerance, tessellate};
 use meltpath_geometry::step;
 
@@ -33,9 +32,6 @@ fn bench(c: &mut Criterion) {
         group.throughput(Throughput::Elements(triangles as u64));
         group.bench_function("tessellate", |b| {
             b.iter(|| tessellate(black_box(&model), &tolerance, &Reporter::new(), &Silent));
-        });
-        group.bench_function("measure", |b| {
-            b.iter(|| measure_model(black_box(&model), &tolerance, &Silent));
         });
         group.finish();
     }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use crate::math::{DAffine3, DVec3};
 pub use curve::{Curve, CurvePiece, Frame};
 pub use surface::{Pole, Surface, TorusSheet};
-pub use tessellate::{MassProperties, TessellateError, Tolerance, measure, tessellate};
+pub use tessellate::{TessellateError, Tolerance, tessellate};
 
 /// Direction in which something is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

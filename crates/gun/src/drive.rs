@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn arcs_spots_and_channels_are_followed() {
-        let drawn = |speed: f64| {
+        let drawn = {
             let mut layer = Layer::new(1, 0.0);
             let head = PassHead {
                 id: PassId(3),
@@ -266,12 +266,12 @@ mod tests {
             };
             let mut pass = layer.begin(head, DVec3::new(1.0, 0.0, 0.0));
             pass.arc_to(DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
-            pass.set(Channel::Speed, speed).set(Channel::Power, 600.0);
+            pass.set(Channel::Speed, 500.0).set(Channel::Power, 600.0);
             pass.go(Move::Spot { time: 0.001 }, DVec3::new(0.0, 3.0, 0.0));
-            pass.set(Channel::Speed, speed).set(Channel::Power, 120.0);
+            pass.set(Channel::Speed, 500.0).set(Channel::Power, 120.0);
             drive(&toolpath(layer), HOW, 0.0)
         };
-        let motion = drawn(500.0).unwrap();
+        let motion = drawn.unwrap();
         let arc = std::f64::consts::PI / 500.0;
         let jump = 1.0_f64.hypot(3.0) / 1e4;
         let end = motion.time(motion.len() - 1);
@@ -281,13 +281,46 @@ mod tests {
         let spot = at(&motion, end - 5e-4);
         assert_eq!(spot, (DVec3::new(0.0, 3.0, 0.0), 120.0));
         assert_eq!(at(&motion, arc + 0.5 * jump).1, 0.0);
-        let refused = drawn(0.0).unwrap_err();
-        assert!(
-            refused
-                .to_string()
-                .starts_with("move 0 of pass 3: the speed"),
-            "{refused}"
-        );
+    }
+
+    #[test]
+    fn impossible_values_are_refused() {
+        let refused = |channel: Channel, value: f64| {
+            let mut layer = Layer::new(1, 0.0);
+            let mut pass = layer.begin(PassHead::default(), DVec3::ZERO);
+            pass.line_to(DVec3::X).set(channel, value);
+            let refused = drive(&toolpath(layer), HOW, 0.0).unwrap_err();
+            refused.to_string()
+        };
+        for speed in [0.0, -1.0, f64::INFINITY] {
+            let words = refused(Channel::Speed, speed);
+            assert!(words.starts_with("move 0 of pass 0: the speed"), "{words}");
+        }
+        for power in [-1.0, f64::INFINITY] {
+            let words = refused(Channel::Power, power);
+            assert!(words.starts_with("move 0 of pass 0: the power"), "{words}");
+        }
+        for time in [-1.0, f64::INFINITY, f64::NAN] {
+            let mut layer = Layer::new(1, 0.0);
+            let mut pass = layer.begin(PassHead::default(), DVec3::ZERO);
+            pass.go(Move::Spot { time }, DVec3::X);
+            let words = drive(&toolpath(layer), HOW, 0.0).unwrap_err().to_string();
+            assert!(words.contains("the time of a spot"), "{words}");
+        }
+    }
+
+    #[test]
+    fn a_point_that_is_passed_twice_at_once_is_there_once() {
+        let mut layer = Layer::new(1, 0.0);
+        // on from where the first ends, without a jump; then there and back
+        for (from, to) in [(0.0, 1.0), (1.0, 2.0), (1.0, 0.0)] {
+            layer.polyline(PassHead::default(), [DVec3::X * from, DVec3::X * to]);
+        }
+        let motion = drive(&toolpath(layer), HOW, 0.0).unwrap();
+        let x: Vec<f64> = motion.position.iter().map(|p| p.x).collect();
+        assert_eq!(x, [0.0, 1.0, 2.0, 1.0, 0.0]);
+        assert_eq!(motion.power, [0.0, 300.0, 300.0, 0.0, 300.0]);
+        assert_eq!(motion.spot, [0.4; 5]);
     }
 
     /// Each move has its own spot, those without one the profile's; the beam is never on without a width.

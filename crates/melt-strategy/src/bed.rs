@@ -13,8 +13,6 @@ use meltpath_thermal::solver::{Face, Faces, Solver, SolverError, State};
 
 /// Temperature of the heat shield above the build plane, K (Béraud 2016, section 3.2.2.1).
 const SHIELD: f64 = 300.0 + CELSIUS;
-/// Metal or powder below and beside the path, mm (Béraud 2016, section 3.2.2.1).
-pub(crate) const MARGIN: f64 = 0.5;
 /// Rows this close to the start temperature sleep, K.
 const TOLERANCE: f64 = 2.0;
 /// Planes are equal down to this depth, mm: twice what electrons reach, and deeper than pools of 300 W.
@@ -22,7 +20,33 @@ const EVEN: f64 = 0.2;
 /// Each plane below is at most so many times as high as the one above it.
 const GROWTH: f64 = 1.5;
 
-/// Cell, longest step and power of a run.
+/// How far the ground reaches that is drawn on: there it is held at the start temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Domain {
+    /// Below the last layer's build plane, mm, in whole layers.
+    pub below: f64,
+    /// Beside the path, mm.
+    pub beside: f64,
+}
+
+impl Domain {
+    /// Béraud 2016, section 3.2.2.1.
+    pub const THESIS: Domain = Domain {
+        below: 0.5,
+        beside: 0.5,
+    };
+}
+
+/// Where the highest temperatures of the last layer are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reading {
+    /// Means over the layer.
+    LayerMean,
+    /// So far below the build plane, mm.
+    Depth(f64),
+}
+
+/// Cell, longest step, domain and power of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Edge of a cell in the plane, mm.
@@ -31,6 +55,8 @@ pub struct Resolution {
     pub planes: u32,
     /// Longest step, s; shorter where stability asks for it.
     pub step: f64,
+    /// Where the ground ends.
+    pub domain: Domain,
     /// Factor on the beam's power.
     pub power: f64,
 }
@@ -44,6 +70,8 @@ pub struct Body<'a> {
     pub beam: &'a Beam,
     /// Thickness of a layer, mm.
     pub layer: f64,
+    /// Where temperatures are read.
+    pub reading: Reading,
     /// What lies under the first layer at a place of the build plane, mm.
     pub ground: &'a dyn Fn([f64; 2]) -> State,
 }
@@ -117,10 +145,11 @@ impl Body<'_> {
                 high = high.max(DVec3::new(p.x, p.y, 0.0));
             }
         }
-        let margin = DVec3::new(MARGIN, MARGIN, 0.0);
+        let Domain { below, beside } = resolution.domain;
+        let margin = DVec3::new(beside, beside, 0.0);
         let height = self.layer / f64::from(resolution.planes.max(1));
         // whole layers, so that the powder of the first one ends on a plane of cells
-        let depth = ((MARGIN / self.layer - 1e-6).ceil() * self.layer).max(self.layer);
+        let depth = ((below / self.layer - 1e-6).ceil() * self.layer).max(self.layer);
         let edge = DVec3::new(resolution.cell, resolution.cell, height);
         let mut grid = Grid::covering((low - margin).with_z(-depth), high + margin, edge)?;
         grid.heights = planes(self.layer, height, depth);

@@ -2,12 +2,13 @@
 //! moves when cell, step or power do.
 //!
 //! A share of voxels in a window of 60 K hangs on the tail of a distribution; one that moves by more than [`CONVERGED`] with
-//! half the cell, half the step or 5 % of the power is told as not converged (docs/theory/sources.md).
+//! half the cell, half the step, twice the planes, a larger ground or 5 % of the power is told as not converged
+//! (docs/theory/sources.md).
 
 use meltpath_base::Observer;
 use meltpath_geometry::math::DVec3;
 
-use crate::bed::{Body, MARGIN, Resolution};
+use crate::bed::{Body, Domain, Reading, Resolution};
 use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::grid::{Field, Grid};
@@ -27,10 +28,16 @@ const MEMORY: f64 = 0.04;
 pub enum Variant {
     /// As asked.
     Base,
-    /// Half the cell in all directions, with the shorter step that it needs.
+    /// Half the cell in the plane, with the shorter step that it needs.
     HalfCell,
+    /// Twice as many planes in a layer.
+    MorePlanes,
     /// Half the step.
     HalfStep,
+    /// The ground held at the start temperature twice as deep.
+    Deeper,
+    /// And twice as far beside the path.
+    Wider,
     /// Less power.
     LessPower,
     /// More power.
@@ -39,10 +46,13 @@ pub enum Variant {
 
 impl Variant {
     /// All, the one as asked first.
-    pub const ALL: [Variant; 5] = [
+    pub const ALL: [Variant; 8] = [
         Variant::Base,
         Variant::HalfCell,
+        Variant::MorePlanes,
         Variant::HalfStep,
+        Variant::Deeper,
+        Variant::Wider,
         Variant::LessPower,
         Variant::MorePower,
     ];
@@ -52,7 +62,10 @@ impl Variant {
         match self {
             Variant::Base => "as asked",
             Variant::HalfCell => "half the cell",
+            Variant::MorePlanes => "twice the planes",
             Variant::HalfStep => "half the step",
+            Variant::Deeper => "the ground twice as deep",
+            Variant::Wider => "the ground twice as wide",
             Variant::LessPower => "5 % less power",
             Variant::MorePower => "5 % more power",
         }
@@ -67,7 +80,24 @@ impl Resolution {
             Variant::Base => *self,
             Variant::HalfCell => Resolution {
                 cell: 0.5 * self.cell,
+                ..*self
+            },
+            Variant::MorePlanes => Resolution {
                 planes: 2 * self.planes,
+                ..*self
+            },
+            Variant::Deeper => Resolution {
+                domain: Domain {
+                    below: 2.0 * self.domain.below,
+                    ..self.domain
+                },
+                ..*self
+            },
+            Variant::Wider => Resolution {
+                domain: Domain {
+                    beside: 2.0 * self.domain.beside,
+                    ..self.domain
+                },
                 ..*self
             },
             Variant::HalfStep => Resolution {
@@ -166,7 +196,7 @@ fn awake_area(path: &BeamPath) -> f64 {
         let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |e, v| {
             [e[0].min(v), e[1].max(v)]
         });
-        ends[1] - ends[0] + 2.0 * MARGIN
+        ends[1] - ends[0] + 2.0 * Domain::THESIS.beside
     };
     let back = (MEMORY / duration * SAMPLES as f64).ceil() as usize;
     let along: f64 = (0..SAMPLES)
@@ -175,7 +205,7 @@ fn awake_area(path: &BeamPath) -> f64 {
     span(&mut places.iter().map(|p| p.x)) * along / SAMPLES as f64
 }
 
-/// Draws `lower` layers and then `path` on `body`, each on a fresh layer, from the start temperature, with margins of 0.5 mm.
+/// Draws `lower` layers and then `path` on `body`, each on a fresh layer, from the start temperature.
 /// Rows that are as at the start sleep, see [`meltpath_thermal::solver::Solver::let_rows_sleep`]; x and y are exchanged where fewer cells
 /// are awake then.
 ///
@@ -251,16 +281,20 @@ fn draw_rows(
     let mut sinks: Vec<&mut dyn Sink<f32>> = Vec::new();
     sinks.extend(watcher.as_mut().map(|w| w as &mut dyn Sink<f32>));
     draw(solver, path, &bed.beam, bed.step, &mut sinks, observer)?;
+    let highest = solver.highest_temperature();
     Ok(Drawn {
         watched: watcher.map(Watcher::seen),
         residual: solver.ledger().residual(solver.stored()),
-        highest: solver.highest_temperature().over_layer(body.layer),
+        highest: match body.reading {
+            Reading::LayerMean => highest.over_layer(body.layer),
+            Reading::Depth(depth) => highest.at_depth(depth),
+        },
         step: bed.step,
         updates: solver.updates(),
     })
 }
 
-/// A share as asked and with each change.
+/// A share, or another figure, as asked and with each change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Share {
     /// The share as asked.
@@ -280,7 +314,12 @@ impl Share {
 
     /// Whether no change moves it by more than [`CONVERGED`].
     pub fn converged(&self) -> bool {
-        self.spread() <= CONVERGED
+        self.within(CONVERGED)
+    }
+
+    /// Whether there are changes and none moves it by more than `most`.
+    pub fn within(&self, most: f64) -> bool {
+        !self.changes.is_empty() && self.spread() <= most * (1.0 + 1e-9)
     }
 }
 
@@ -297,6 +336,12 @@ mod tests {
         assert!(share(0.049).converged());
         assert!(!share(0.051).converged());
         assert!((share(0.3).spread() - 0.3).abs() < 1e-12);
+        // one run alone shows nothing
+        let alone = Share {
+            changes: Vec::new(),
+            ..share(0.0)
+        };
+        assert!(!alone.converged());
     }
 
     #[test]
@@ -337,9 +382,16 @@ mod tests {
             cell: 0.06,
             planes: 1,
             step: 4e-6,
+            domain: Domain::THESIS,
             power: 1.0,
         };
-        assert_eq!(base.of(Variant::HalfCell, 3e-6).planes, 2);
+        let half = base.of(Variant::HalfCell, 3e-6);
+        assert_eq!((half.cell, half.planes), (0.03, 1));
+        let more = base.of(Variant::MorePlanes, 3e-6);
+        assert_eq!((more.cell, more.planes), (0.06, 2));
+        let [deeper, wider] = [Variant::Deeper, Variant::Wider].map(|v| base.of(v, 3e-6).domain);
+        assert_eq!((deeper.below, deeper.beside), (1.0, 0.5));
+        assert_eq!((wider.below, wider.beside), (0.5, 1.0));
         // half of the step that was taken, which stability may have shortened
         assert_eq!(base.of(Variant::HalfStep, 3e-6).step, 1.5e-6);
         assert_eq!(base.of(Variant::MorePower, 3e-6).power, 1.05);

@@ -8,9 +8,7 @@ pub mod samples;
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
-use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::comparison::{apart, relative};
 
 use crate::views;
@@ -54,7 +52,7 @@ pub fn compare(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = crate::outcome::folder(out, runs)?;
     let mut comparison = Comparison {
         cell: found.cell.unwrap_or_else(|| cell_of(&parts)),
         parts,
@@ -64,15 +62,9 @@ pub fn compare(
         verdict,
     };
     let report = views::compare::report(&comparison, &provenance);
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
+    crate::outcome::tell(&folder, &report)?;
     views::compare::write_files(&folder, &comparison)?;
-    let written: Result<_, OutputError> = folder.commit();
-    comparison.folder = written?;
+    comparison.folder = folder.commit()?;
     Ok(comparison)
 }
 

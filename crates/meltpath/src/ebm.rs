@@ -16,6 +16,7 @@ pub mod region;
 pub mod run;
 pub mod settings;
 pub mod simulate;
+mod verdict;
 
 pub use error::EbmError;
 pub use run::{examine, run};

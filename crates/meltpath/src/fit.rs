@@ -6,9 +6,7 @@ pub mod measurements;
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
-use meltpath_report::html::{ReportError, write_html};
 use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
 use meltpath_thermal::calibration::fit::solve_radius;
 use meltpath_thermal::calibration::fit::{
@@ -97,14 +95,9 @@ pub fn fit(
     };
     observer.stage("write results", 0);
     observer.check()?;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = crate::outcome::folder(out, runs)?;
     let report = views::fit::report(&file.display().to_string(), &found, &provenance);
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
+    crate::outcome::tell(&folder, &report)?;
     views::fit::write_files(&folder, &found)?;
     found.folder = folder.commit()?;
     Ok(found)

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict, Warning};
+use meltpath_report::html::{Report, ReportError, write_html};
 
 use crate::job::JobError;
 
@@ -38,6 +39,25 @@ pub(crate) fn json(
         serde_json::to_writer_pretty(&mut *w, value)?;
         w.write_all(b"\n")
     })
+}
+
+/// What every run tells of itself: the report's page, its verdict, and where its values come from.
+pub(crate) fn tell(folder: &OutputFolder, report: &Report) -> Result<(), OutputError> {
+    folder.write("report.html", |w| {
+        write_html(w, report).map_err(|e| match e {
+            ReportError::Io(e) => e,
+            ReportError::Scene(e) => std::io::Error::other(e),
+        })
+    })?;
+    json(folder, "verdict.json", &report.verdict.to_json())?;
+    // plain structs of numbers and strings: their JSON exists
+    let provenance = serde_json::to_value(&report.provenance).unwrap_or_default();
+    json(folder, "provenance.json", &provenance)
+}
+
+/// The new folder `out`, else the next free number in `runs`.
+pub(crate) fn folder(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
+    out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
 }
 
 pub(crate) fn record_inputs(provenance: &mut Provenance, files: &[&Path]) -> Result<(), JobError> {

@@ -14,7 +14,6 @@ pub(crate) mod trial;
 
 use std::path::Path;
 
-use meltpath_base::output::OutputFolder;
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
 
 use crate::job::{JobError, Problems, Written};
@@ -43,7 +42,7 @@ pub fn tune(
     let refused = |problems: Problems| JobError::in_file(path, &text, problems);
     let file = Written::<TuneFile>::parse(&text, TuneFile::check).map_err(|p| refused(p.into()))?;
     let settings = settings::resolve(&file, here).map_err(refused)?;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = crate::outcome::folder(out, runs)?;
     let reporter = Reporter::new();
     let record = design::record(&settings, &reporter)?;
     let mut results: Vec<AxisResult> = Vec::new();

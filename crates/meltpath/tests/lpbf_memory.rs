@@ -58,8 +58,10 @@ fn memory_does_not_grow_with_the_layers() {
     let few = most(place, "few", &job(10));
     let many = most(place, "many", &job(150));
     let at_once = 140 * VECTORS as usize * 56;
-    println!("10 layers {few} bytes, 150 layers {many}; their vectors at once {at_once} more");
-    assert!(many < few + at_once / 20, "{few} {many}");
+    assert!(
+        many < few + at_once / 20,
+        "10 layers {few} bytes, 150 layers {many}; their vectors at once {at_once} more"
+    );
     let mut stl = Vec::new();
     write_stl(&shapes::thin_wall(12.0, 10.0, 8.0), "block", &mut stl).unwrap();
     fs::write(place.join("block.stl"), stl).unwrap();

@@ -4,6 +4,24 @@
 //!
 //! Written here rather than taken from a library because the ordered real Schur form, on which Riccati solvers stand,
 //! is not public in any pure Rust one; the same bits on every machine come with it.
+//!
+//! Weighed against faer 0.24 (one thread, its kernels chosen at run time by the machine's instruction set) on a Xeon with AVX-512, times
+//! here over times there, random matrices of size n:
+//!
+//! | | n = 20 | 60 | 120 | error here / there |
+//! |---|---|---|---|---|
+//! | product | 6 | 7 | 8 | roundings |
+//! | solve, n right sides | 2 | 4 | 6 | roundings; units 24 decades apart: 1e-14 / 4e-14 |
+//! | eigenvalues | 0.8 | 1.5 | 3 | roundings |
+//! | symmetric eigenvectors | 4 | 14 | 20 | roundings |
+//! | singular values and vectors | 4 | 17 | 24 | roundings |
+//! | smallest singular value, columns over 24 decades | 4 | 18 | 37 | 1e-14 / no digit |
+//!
+//! The rooms factor matrices of a few tens of rows, where a whole decomposition takes milliseconds at most (120: 54 ms): speed buys
+//! nothing that a user sees. Plants in volts, amperes and radians are scaled over decades, and there Jacobi's method keeps digits that
+//! bidiagonalisation loses. A program of these few calls took 114 CPU-seconds to build with
+//! faer. So what stands here stays; larger matrices, or very many of them, would change the answer.
+//!
 //! Theory: G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th ed., chapters 3, 5, 7, 8.
 
 pub mod balance;

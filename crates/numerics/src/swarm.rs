@@ -457,6 +457,16 @@ mod tests {
     }
 
     #[test]
+    fn a_share_of_a_range_is_where_the_value_lies() {
+        let ranges = [Range::linear(2.0, 6.0), Range::logarithmic(2.0, 32.0)];
+        for (range, quarter) in ranges.iter().zip([3.0, 4.0]) {
+            assert!((range.share(quarter) - 0.25).abs() < 1e-15);
+            assert!((range.value(0.25) - quarter).abs() < 1e-15);
+            assert_eq!((range.value(0.0), range.value(1.0)), (2.0, range.high));
+        }
+    }
+
+    #[test]
     fn same_result_on_any_thread_count() {
         let run = |threads| {
             rayon::ThreadPoolBuilder::new()

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a bench that fails should stop")]
 
-#[path = "../tests/demo/mod.rs"]
+#[path = "../tests/all/demo.rs"]
 mod demo;
 
 use std::hint::black_box;

@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p meltpath-report --example demo -- FOLDER`
 
-#[path = "../tests/demo/mod.rs"]
+#[path = "../tests/all/demo.rs"]
 mod demo;
 
 use std::path::PathBuf;

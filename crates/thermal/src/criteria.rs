@@ -7,7 +7,6 @@
 pub mod as_built;
 
 use crate::grid::Field;
-use crate::material::CELSIUS;
 
 /// What a point becomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,12 +31,6 @@ pub struct Classes {
 }
 
 impl Classes {
-    /// The thesis' limits: 1665, 2700 and 2760 °C.
-    pub const THESIS: Classes = Classes {
-        melting: 1665.0 + CELSIUS,
-        window: [2700.0 + CELSIUS, 2760.0 + CELSIUS],
-    };
-
     /// Limits for another simulator: the window of the thesis' width round what that simulator computes where the metal
     /// is known to be good, K.
     ///
@@ -204,7 +197,14 @@ pub fn gradient(fell: &Field, rate: &Field) -> Field {
 mod tests {
     use super::*;
     use crate::grid::Grid;
+    use crate::material::CELSIUS;
     use meltpath_geometry::math::DVec3;
+
+    /// The thesis' limits.
+    const THESIS: Classes = Classes {
+        melting: 1665.0 + CELSIUS,
+        window: [2700.0 + CELSIUS, 2760.0 + CELSIUS],
+    };
 
     fn field(value: impl Fn(usize, usize, usize) -> f64) -> Field {
         let grid =
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn ebm_a14_classes() {
-        let class = |celsius: f64| Classes::THESIS.of(celsius + CELSIUS);
+        let class = |celsius: f64| THESIS.of(celsius + CELSIUS);
         assert_eq!(class(1600.0), Class::Unmelted);
         assert_eq!(class(2000.0), Class::Porous);
         assert_eq!(class(2730.0), Class::Good);
@@ -229,7 +229,7 @@ mod tests {
     fn a_tally_counts_its_region_only() {
         let celsius = [1000.0, 2000.0, 2710.0, 2730.0, 2900.0];
         let field = field(|i, _, _| celsius[i] + CELSIUS);
-        let tally = Tally::of(&field, &Classes::THESIS, |c| c[2] == 2);
+        let tally = Tally::of(&field, &THESIS, |c| c[2] == 2);
         assert_eq!((tally.voxels, tally.counts), (20, [4, 4, 8, 4]));
         assert!((tally.share(Class::Good) - 0.5).abs() < 1e-12);
         assert!((tally.mean - CELSIUS - 2585.0).abs() < 1e-2);

@@ -210,6 +210,40 @@ impl Field {
         self
     }
 
+    /// The same field with what each column has `depth` mm below the build plane in the top plane: straight between the middles of
+    /// cells; above the uppermost middle that cell's own.
+    ///
+    /// ```
+    /// use meltpath_geometry::math::DVec3;
+    /// use meltpath_thermal::grid::{Field, Grid};
+    /// let grid = Grid::covering(DVec3::ZERO, DVec3::ONE, DVec3::new(1.0, 1.0, 0.25)).unwrap();
+    /// let field = Field { grid, values: vec![1.0, 2.0, 3.0, 5.0] };
+    /// assert_eq!(field.clone().at_depth(0.25).values, [1.0, 2.0, 3.0, 4.0]);
+    /// assert_eq!(field.at_depth(0.0).values, [1.0, 2.0, 3.0, 5.0]);
+    /// ```
+    #[must_use]
+    pub fn at_depth(mut self, depth: f64) -> Field {
+        let columns = self.grid.cells[0] * self.grid.cells[1];
+        let top = self.grid.planes() - 1;
+        let depths = self.grid.depths();
+        let middle = |k: usize| depths[k] + 0.5 * self.grid.heights[k];
+        // the lowest plane whose middle lies no deeper
+        let upper = (0..=top).find(|k| middle(*k) <= depth).unwrap_or(top);
+        let lower = upper.saturating_sub(1);
+        let way = middle(lower) - middle(upper);
+        let share = if way > 0.0 {
+            ((depth - middle(upper)) / way).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        for column in 0..columns {
+            let of = |k: usize| f64::from(self.values[k * columns + column]);
+            let value = (1.0 - share) * of(upper) + share * of(lower);
+            self.values[top * columns + column] = value as f32;
+        }
+        self
+    }
+
     /// Mean of the top plane's values within `radius` mm of a point of the plan, of the cell that holds it at least;
     /// `None` outside the grid.
     pub fn mean_on_top(&self, point: [f64; 2], radius: f64) -> Option<f64> {

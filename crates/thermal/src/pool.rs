@@ -1,6 +1,5 @@
 //! The melt pool: cells above the liquidus (Béraud 2016, section 3.2.2.1).
 
-pub mod closed_form;
 pub mod fusion;
 pub mod history;
 pub mod moving_source;

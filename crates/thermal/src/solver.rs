@@ -95,7 +95,7 @@ pub enum SolverError {
     Curve(#[from] CurveError),
     /// The explicit scheme would blow up.
     #[error(
-        "a time step of {step:.3e} s is unstable on cells of {edge:?} mm: use at most {limit:.3e} s, larger cells, or the implicit scheme"
+        "a time step of {step:.3e} s is unstable on cells of {edge:?} mm: use at most {limit:.3e} s, or larger cells"
     )]
     Step {
         /// The step asked for, s.

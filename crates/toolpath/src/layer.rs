@@ -357,6 +357,28 @@ mod tests {
     }
 
     #[test]
+    fn passes_go_on_where_they_ended_and_become_what_their_heads_say() {
+        let mut layer = Layer::default();
+        assert!(layer.is_empty() && layer.resume().is_none());
+        layer.polyline(head(1, Role::Fill), [DVec3::ZERO, DVec3::X, DVec3::ONE]);
+        assert!(!layer.is_empty() && !layer.pass(0).is_closed());
+        layer.resume().unwrap().line_to(DVec3::ZERO);
+        assert_eq!((layer.len(), layer.pass(0).move_count()), (1, 3));
+        assert!(layer.pass(0).is_closed());
+        // a point that is said twice encloses nothing
+        layer.polyline(head(2, Role::Jump), [DVec3::Y, DVec3::Y]);
+        assert!(!layer.pass(1).is_closed());
+        assert!(layer.has(Role::Jump) && !layer.has(Role::Contour));
+        let laid = 1.0 + 2.0_f64.sqrt() + 3.0_f64.sqrt();
+        assert!((layer.deposited_length() - laid).abs() < 1e-12);
+        layer.polyline(head(3, Role::Jump), [DVec3::Y, DVec3::Y * 5.0]);
+        assert!((layer.deposited_length() - laid).abs() < 1e-12);
+        layer.heads_mut().for_each(|h| h.role = Role::Contour);
+        assert!(layer.has(Role::Contour) && !layer.has(Role::Jump));
+        assert!((layer.deposited_length() - laid - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn moved_layers_keep_their_shape() {
         let (layer, mut moved) = (sound(mixed()), sound(mixed()));
         moved.translate(DVec3::new(-3.0, 5.0, 1.0));

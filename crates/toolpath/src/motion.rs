@@ -240,6 +240,17 @@ mod tests {
     }
 
     #[test]
+    fn every_sink_takes_every_block() {
+        let (mut a, mut b): (Vec<MotionBlock>, Vec<MotionBlock>) = Default::default();
+        let mut sinks = (&mut a, (None::<Vec<MotionBlock>>, Some(&mut b)));
+        sinks.block(&beam());
+        sinks.block(&MotionBlock::default());
+        assert_eq!(a, [beam(), MotionBlock::default()]);
+        assert_eq!(a, b);
+        assert!(!a[0].is_empty() && a[1].is_empty());
+    }
+
+    #[test]
     fn broken_promises_are_found() {
         let broken = |breaking: &dyn Fn(&mut MotionBlock)| {
             let mut block = beam();

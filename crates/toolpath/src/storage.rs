@@ -561,6 +561,20 @@ mod tests {
     }
 
     #[test]
+    fn broken_promises_of_a_toolpath_are_found() {
+        let broken = |breaking: &dyn Fn(&mut Toolpath)| {
+            let mut toolpath = three_processes();
+            breaking(&mut toolpath);
+            toolpath.sanity_check().unwrap_err().to_string()
+        };
+        assert!(broken(&|t| t.profiles[1].dwell = -1.0).contains("profile has a value"));
+        assert!(broken(&|t| t.profiles[0].power = f64::INFINITY).contains("profile has a value"));
+        assert!(broken(&|t| t.profiles.truncate(1)).contains("profile that is not there"));
+        assert!(broken(&|t| t.layers[2].height = f64::NAN).contains("height"));
+        assert_eq!(three_processes().pass_count(), 7);
+    }
+
+    #[test]
     fn what_does_not_fit_together_is_refused() {
         let refused = |change: &dyn Fn(&mut Toolpath)| {
             let mut toolpath = three_processes();

@@ -43,7 +43,7 @@ pub struct Synthesis {
     pub peak: Peak,
     /// The closed loop itself.
     pub closed_loop: StateSpace,
-    /// What makes lower levels impossible; none for [`design_at`].
+    /// What makes lower levels impossible.
     pub limit: Option<Obstacle>,
     /// Levels tried.
     pub trials: usize,
@@ -65,14 +65,6 @@ pub fn synthesise(
     out.limit = Some(search.limit);
     out.trials = search.trials;
     Ok(out)
-}
-
-/// A verified controller for a given level.
-///
-/// # Errors
-/// As [`synthesise`]; [`SynthesisError::Infeasible`] says which condition fails at this level.
-pub fn design_at(plant: &GeneralizedPlant, gamma: f64) -> Result<Synthesis, SynthesisError> {
-    deliver(plant, &prepared(plant)?, gamma)
 }
 
 /// The scaled problem, its assumptions checked, in states that control and estimation weigh equally: companion forms of

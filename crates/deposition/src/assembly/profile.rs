@@ -60,11 +60,6 @@ impl Profile {
         (self.index(from)..=self.index(to)).map(|i| (self.x(i), self.z[i]))
     }
 
-    /// Highest less lowest height between two abscissae, mm: "parallelism" to the plate.
-    pub fn parallelism(&self, from: f64, to: f64) -> f64 {
-        span(self.within(from, to), 0.0)
-    }
-
     /// Least distance of two parallel lines of any slope around the profile between two abscissae, mm.
     ///
     /// The span of heights is a convex function of the slope of the lines: a golden-section search finds its least value.
@@ -100,7 +95,6 @@ mod tests {
             p.z[i] = 0.1 * p.x(i) + 2.0;
         }
         assert!(p.flatness(-4.0, 4.0) < 1e-6);
-        assert!((p.parallelism(-4.0, 4.0) - 0.8).abs() < 1e-9);
         assert!((p.area() - 20.0).abs() < 1e-9);
         assert!((p.height(1.234) - 2.1234).abs() < 1e-12);
         assert_eq!(p.height(99.0), p.z[p.z.len() - 1]);

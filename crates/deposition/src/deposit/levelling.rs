@@ -136,19 +136,7 @@ impl MoltenZone {
 
     /// The same at a point, bilinear between cell centres, the plate outside the map.
     pub(crate) fn ground_at(&self, map: &HeightMap, p: DVec2) -> f64 {
-        let g = (p - map.origin) / map.cell;
-        let (nx, ny) = (map.nx as f64, map.ny as f64);
-        let inside = g.x >= -0.5 && g.y >= -0.5 && g.x <= nx - 0.5 && g.y <= ny - 0.5;
-        if !inside {
-            return map.base;
-        }
-        let (gx, gy) = (g.x.clamp(0.0, nx - 1.0), g.y.clamp(0.0, ny - 1.0));
-        let (ix, iy) = (gx as usize, gy as usize);
-        let (jx, jy) = ((ix + 1).min(map.nx - 1), (iy + 1).min(map.ny - 1));
-        let (u, v) = (gx - ix as f64, gy - iy as f64);
-        let at = |ix, iy| self.ground(map, iy * map.nx + ix);
-        (at(ix, iy) * (1.0 - u) + at(jx, iy) * u) * (1.0 - v)
-            + (at(ix, jy) * (1.0 - u) + at(jx, jy) * u) * v
+        map.height_of(p, |i| self.ground(map, i))
     }
 
     /// Moves the pool's centre from `from` to `to`, adds `volume` mm³ and finds the new surface.

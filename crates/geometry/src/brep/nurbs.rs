@@ -94,13 +94,10 @@ impl Basis {
     fn span(&self, t: f64) -> usize {
         let n = self.knots.len() - self.degree - 1;
         let inside = &self.knots[self.degree..n];
-        // the last interval that begins at or before t and is not empty
         let i = inside.partition_point(|&k| k <= t).max(1) - 1 + self.degree;
-        if self.knots[i] < self.knots[i + 1] {
-            return i;
-        }
-        // t before the first knot of an unclamped start: take the first interval that is not empty
-        (i..n)
+        // the last interval that begins at or before t and is not empty, also where the end is repeated more often than needed
+        let mut before = (self.degree..=i).rev();
+        before
             .find(|&j| self.knots[j] < self.knots[j + 1])
             .unwrap_or(i)
     }
@@ -393,6 +390,10 @@ mod tests {
         assert_eq!(uniform.basis().domain(), [2.0, 5.0]);
         // a uniform quadratic begins midway between its first two points
         assert_eq!(uniform.derivatives(2.0)[0], DVec3::X * 0.5);
+        // an end that is repeated once too often leaves the last point without a share
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+        let line = NurbsCurve::new(1, vec![0.0, 0.0, 1.0, 1.0, 1.0], points, Vec::new()).unwrap();
+        assert_eq!(line.derivatives(1.0)[0], DVec3::X);
     }
 
     #[test]

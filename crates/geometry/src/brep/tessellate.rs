@@ -11,7 +11,6 @@ mod cut;
 mod edges;
 mod error;
 mod fill;
-mod measure;
 mod outline;
 mod tolerance;
 mod trim;
@@ -32,7 +31,6 @@ use edges::Samples;
 use error::FaceIssue;
 pub use error::TessellateError;
 use fill::FaceMesh;
-pub use measure::{MassProperties, measure, measure_model};
 use outline::Node;
 pub use tolerance::Tolerance;
 

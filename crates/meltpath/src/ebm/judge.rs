@@ -1,8 +1,7 @@
-//! The paths of a job on the reference solver: shares in the window with what moves them.
+//! The paths of a job on the reference solver: what becomes of every point of the section, with what moves the figures.
 
 use meltpath_base::{Observer, Reporter};
-use meltpath_melt_strategy::bed::Body;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Body, Reading, Resolution};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::{Share, Variant, judge, watched};
 use meltpath_melt_strategy::part::{Rectangle, within};
@@ -26,11 +25,14 @@ pub struct Run {
     pub variant: Variant,
     /// Cell, step as taken, power.
     pub resolution: Resolution,
-    /// The judged voxels, in the window of this run: that of the good body drawn with the same cell, step and power.
+    /// All points of the section, in the window of this run: that of the good body drawn with the same cell, step, ground and
+    /// power.
     pub tally: Tally,
+    /// What melts outside the contour.
+    pub outside: Outside,
     /// That window.
     pub classes: Classes,
-    /// The share in the window of the run as asked, which a change between the good body and this one would hit.
+    /// The share of the section in the window of the run as asked, which a change between the good body and this one would hit.
     pub as_it_was: f64,
     /// What the solver lost of the heat.
     pub residual: f64,
@@ -38,11 +40,18 @@ pub struct Run {
     pub updates: u64,
 }
 
+/// Metal that is molten outside the contour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outside {
+    /// Area beyond the rim, as a share of the section's.
+    pub share: f64,
+    /// Greatest distance from the contour, mm.
+    pub farthest: f64,
+}
+
 /// A path as the reference solver sees it.
 #[derive(Debug, Clone)]
 pub struct JudgedPath {
-    /// The share in the window.
-    pub share: Share,
     /// The runs, the one as asked first.
     pub runs: Vec<Run>,
     /// Highest temperatures of the run as asked, K.
@@ -53,12 +62,36 @@ pub struct JudgedPath {
     pub on_charts: Option<Tally>,
 }
 
+impl JudgedPath {
+    /// A figure of the run as asked, and what changes of it with each of the others.
+    pub fn moved(&self, figure: impl Fn(&Run) -> f64) -> Share {
+        let value = figure(&self.runs[0]);
+        Share {
+            value,
+            changes: self.runs[1..]
+                .iter()
+                .map(|run| (run.variant, figure(run) - value))
+                .collect(),
+        }
+    }
+
+    /// The share of the section in the window.
+    pub fn in_window(&self) -> Share {
+        self.moved(|run| of_all(&run.tally, Class::Good))
+    }
+}
+
+/// Share of all points in a class.
+pub fn of_all(tally: &Tally, class: Class) -> f64 {
+    tally.counts[class as usize] as f64 / tally.voxels as f64
+}
+
 /// What the judge found.
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// The window on the scale of this solver.
     pub classes: Classes,
-    /// The path as given.
+    /// The path as given; where there is a better one, its run as asked alone.
     pub given: JudgedPath,
     /// The one with better speeds.
     pub better: Option<JudgedPath>,
@@ -119,12 +152,46 @@ pub(super) fn tally(
     Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
 }
 
+/// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
+fn outside(
+    highest: &Field,
+    melting: f64,
+    contour: &Contour,
+    rim: f64,
+    part: Option<&Rectangle>,
+    section: &Tally,
+) -> Outside {
+    let grid = &highest.grid;
+    let top = grid.planes() - 1;
+    let [nx, ny] = grid.cells;
+    let (mut cells, mut farthest) = (0, 0.0_f64);
+    for n in 0..nx * ny {
+        let (i, j) = (n % nx, n / nx);
+        let c = grid.centre(i, j, top);
+        let point = [c.x, c.y];
+        let away = -contour.depth(point);
+        let judged = part.is_none_or(|part| part.depth(point) > 0.0);
+        if away > 0.0 && judged && highest.at(i, j, top) >= melting {
+            farthest = farthest.max(away);
+            cells += usize::from(away > rim);
+        }
+    }
+    Outside {
+        share: cells as f64 / section.voxels as f64,
+        farthest,
+    }
+}
+
 /// What the region is drawn on, with `ground` from [`ground`].
 pub(super) fn body<'a>(settings: &'a Settings, ground: &'a dyn Fn([f64; 2]) -> State) -> Body<'a> {
     Body {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
+        reading: settings
+            .judge
+            .as_ref()
+            .map_or(Reading::LayerMean, |j| Reading::Depth(j.depth)),
         ground,
     }
 }
@@ -222,6 +289,7 @@ fn judged(
     on_charts: &Classes,
     path: &BeamPath,
     charts: Option<&Field>,
+    variants: &[Variant],
     observer: &dyn Observer,
 ) -> Result<JudgedPath, EbmError> {
     let (plan, judging) = (windows.plan, windows.judging);
@@ -234,9 +302,9 @@ fn judged(
     let lower = lower.collect::<Result<Vec<BeamPath>, _>>()?;
     let whole_begin = path.begin();
     let path = wanted(path)?;
-    let part = judging.part.as_ref().map(|p| (p, judging.beyond));
+    let part = judging.part.as_ref();
     let of = |highest: &Field, classes: &Classes| {
-        tally(highest, classes, &plan.contour, settings.inside, part)
+        tally(highest, classes, &plan.contour, 0.0, part.map(|p| (p, 0.0)))
     };
     let ground = ground(&plan.below);
     let body = body(settings, &ground);
@@ -249,7 +317,7 @@ fn judged(
     let mut runs: Vec<Run> = Vec::new();
     let mut first: Option<(Field, Classes, f64)> = None;
     let mut seen: Option<Watched> = None;
-    for (n, variant) in Variant::ALL.into_iter().enumerate() {
+    for (n, variant) in variants.iter().copied().enumerate() {
         let taken = first.as_ref().map_or(judging.resolution.step, |f| f.2);
         let wanted = judging.resolution.of(variant, taken);
         let watch = (n == 0).then_some(&watch);
@@ -257,36 +325,34 @@ fn judged(
         seen = seen.or(drawn.watched);
         let classes = windows.of(n, &wanted, observer)?;
         let window = first.as_ref().map_or(classes, |f| f.1);
+        let section = of(&drawn.highest, &classes);
         runs.push(Run {
+            outside: outside(
+                &drawn.highest,
+                classes.melting,
+                &plan.contour,
+                settings.checks.rim,
+                part,
+                &section,
+            ),
             variant,
             resolution: Resolution {
                 step: drawn.step,
                 ..wanted
             },
-            tally: of(&drawn.highest, &classes),
-            as_it_was: of(&drawn.highest, &window).share(Class::Good),
+            tally: section,
+            as_it_was: of_all(&of(&drawn.highest, &window), Class::Good),
             classes,
             residual: drawn.residual,
             updates: drawn.updates,
         });
         first.get_or_insert((drawn.highest, classes, drawn.step));
     }
-    let shares: Vec<f64> = runs.iter().map(|r| r.tally.share(Class::Good)).collect();
-    let share = Share {
-        value: shares[0],
-        changes: runs
-            .iter()
-            .zip(&shares)
-            .skip(1)
-            .map(|(r, s)| (r.variant, s - shares[0]))
-            .collect(),
-    };
     let (Some((highest, _, _)), Some(mut watched)) = (first, seen) else {
         return Err(EbmError::GoodBody);
     };
     watched.count_from(path.begin() - whole_begin);
     Ok(JudgedPath {
-        share,
         runs,
         on_charts: charts_tally.map(|(tally, _)| tally),
         highest,
@@ -311,12 +377,19 @@ pub fn judge_paths(
         judging,
         found: Vec::new(),
     };
-    let mut one = |path: &BeamPath, drawn: Option<&Drawn>| {
+    let mut one = |path: &BeamPath, drawn: Option<&Drawn>, variants: &[Variant]| {
         let highest = drawn.map(|d| &d.highest);
-        judged(&mut windows, on_charts, path, highest, observer)
+        judged(&mut windows, on_charts, path, highest, variants, observer)
     };
-    let given = one(&given.path, Some(given))?;
-    let better = better.map(|(path, drawn)| one(path, drawn)).transpose()?;
+    // of a path that gives way to a better one nothing is claimed
+    let variants: &[Variant] = match better {
+        Some(_) => &[Variant::Base],
+        None => &Variant::ALL,
+    };
+    let given = one(&given.path, Some(given), variants)?;
+    let better = better
+        .map(|(path, drawn)| one(path, drawn, &Variant::ALL))
+        .transpose()?;
     Ok(Judged {
         classes: given.runs[0].classes,
         given,
@@ -362,4 +435,51 @@ pub(super) fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, repo
         ),
         "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_geometry::math::DVec3;
+    use meltpath_thermal::grid::Grid;
+
+    /// A square of 1 mm, metal molten 0.2 mm beyond two of its sides: one row of cells lies beyond the rim, none in the other part.
+    #[test]
+    fn what_melts_outside_is_counted_beyond_the_rim() {
+        let edge = DVec3::new(0.1, 0.1, 0.1);
+        let grid = Grid::covering(DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.1), edge);
+        let grid = grid.unwrap();
+        let values = (0..grid.len())
+            .map(|n| grid.centre(n % grid.cells[0], n / grid.cells[0], 0))
+            .map(|c| {
+                if c.x.abs() < 0.7 && c.y.abs() < 0.5 {
+                    2100.0
+                } else {
+                    900.0
+                }
+            })
+            .collect();
+        let field = Field { grid, values };
+        let square = Contour::rectangle([1.0, 1.0]);
+        let classes = Classes {
+            melting: 2000.0,
+            window: [2050.0, 2200.0],
+        };
+        let section = tally(&field, &classes, &square, 0.0, None);
+        assert_eq!((section.voxels, of_all(&section, Class::Good)), (100, 1.0));
+        let found = outside(&field, 2000.0, &square, 0.1, None, &section);
+        assert!(
+            (found.share - 0.2).abs() < 1e-9 && (found.farthest - 0.15).abs() < 1e-9,
+            "{found:?}"
+        );
+        let right = Rectangle {
+            low: [0.0, -1.0],
+            high: [0.6, 1.0],
+        };
+        let found = outside(&field, 2000.0, &square, 0.1, Some(&right), &section);
+        assert!(
+            found.share == 0.0 && (found.farthest - 0.05).abs() < 1e-9,
+            "{found:?}"
+        );
+    }
 }

@@ -15,7 +15,6 @@ use meltpath_melt_strategy::order::{Order, reorder};
 use meltpath_thermal::beam::BeamPath;
 
 use super::hatch::{Hatch, pattern};
-use super::plan::Plan;
 use crate::job::ebm::{
     Change, ControllerKind, HatchStrategy, OptimiseMethod, OptimiseSolver, OptimiseTable,
     OrderChoice,
@@ -85,10 +84,13 @@ impl Optimise {
     }
 
     /// The given path, those of other strategies, and the orders to try.
-    fn candidates(&self, plan: &Plan) -> Result<Vec<(String, BeamPath)>, StrategyError> {
-        let given = &plan.path;
+    fn candidates(
+        &self,
+        given: &BeamPath,
+        others: &[(String, BeamPath)],
+    ) -> Result<Vec<(String, BeamPath)>, StrategyError> {
         let mut found = vec![("as given".to_owned(), given.clone())];
-        found.extend(plan.others.clone());
+        found.extend_from_slice(others);
         for choice in &self.orders {
             let order = match choice {
                 OrderChoice::AsGiven => continue,

@@ -276,10 +276,9 @@ fn cut(
         observer,
     )
     .map_err(|e| job.part.problem(e.to_string()))?;
-    let found = sections(&read.mesh, &part.cut, reporter, observer).map_err(|e| {
-        let at = &job.section;
-        e.told([&at.height.span, &at.island.span, &job.part.span])
-    })?;
+    let at = &job.section;
+    let found = sections(&read.mesh, &part.cut, reporter, observer)
+        .map_err(|e| e.told([&at.height.span, &at.island.span, &job.part.span]))?;
     let last = found.drawn.last().and_then(|regions| regions.first());
     let drawn = DrawnPart {
         file: part.file.clone(),

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::settings::{File, Problem, Setting};
-use meltpath_base::{Provenance, Ratio, Reporter, Warning};
+use meltpath_base::{Length, Provenance, Ratio, Reporter, Warning};
 use meltpath_geometry::math::DVec3;
 use meltpath_gun::focus::FocusCalibration;
-use meltpath_melt_strategy::bed::Resolution;
+use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::Beam;
 use meltpath_thermal::charts::simulation;
@@ -114,6 +114,21 @@ pub enum Good {
     },
 }
 
+/// Limits of the verdict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checks {
+    /// Least share in the window.
+    pub in_window: f64,
+    /// Greatest share that stays powder.
+    pub unmelted: f64,
+    /// How far beyond the contour what melts is not counted, mm.
+    pub rim: f64,
+    /// Greatest area molten beyond the rim, as a share of the section's.
+    pub outside: f64,
+    /// Greatest distance from the contour at which metal melts, mm.
+    pub farthest: f64,
+}
+
 /// How the path is judged on the reference solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judge {
@@ -121,8 +136,10 @@ pub struct Judge {
     pub part: Option<Rectangle>,
     /// How far beyond it the path is drawn, mm.
     pub beyond: f64,
-    /// Cells and steps.
+    /// Cells, steps and ground.
     pub resolution: Resolution,
+    /// How deep below the build plane temperatures are read, mm.
+    pub depth: f64,
     /// Places whose temperature is kept in time, mm; without z on the build plane.
     pub places: Vec<([f64; 2], Option<f64>)>,
     /// Time between two of these temperatures, s.
@@ -176,10 +193,8 @@ pub struct Settings {
     pub optimise: Option<Optimise>,
     /// Whether and how the reference solver judges.
     pub judge: Option<Judge>,
-    /// Least share in the window.
-    pub in_window: f64,
-    /// Greatest share that stays powder.
-    pub unmelted: f64,
+    /// Limits of the verdict.
+    pub checks: Checks,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -236,9 +251,17 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         },
         inside: job.region.inside.0,
         window,
-        judge: job.judge.as_ref().map(judge),
-        in_window: job.checks.in_window.0,
-        unmelted: job.checks.unmelted.0,
+        judge: job
+            .judge
+            .as_ref()
+            .map(|table| judge(table, job.ebm.layer.0, &mut r)),
+        checks: Checks {
+            in_window: job.checks.in_window.0,
+            unmelted: job.checks.unmelted.0,
+            rim: job.checks.rim.0,
+            outside: job.checks.outside.0,
+            farthest: job.checks.farthest.0,
+        },
         material,
         material_file: loaded.file,
         beam: Beam {
@@ -371,7 +394,7 @@ fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &R
     }
 }
 
-fn judge(table: &JudgeTable) -> Judge {
+fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
     let place = |p: &Point| ([p[0].0, p[1].0], p.get(2).map(|z| z.0));
     Judge {
         places: table.places.iter().map(place).collect(),
@@ -381,10 +404,15 @@ fn judge(table: &JudgeTable) -> Judge {
             Rectangle { low, high }
         }),
         beyond: table.beyond.0,
+        depth: table.depth.or_computed(r, Length(0.5 * layer)).0,
         resolution: Resolution {
             cell: table.cell.0,
             planes: *table.planes,
             step: table.step.0,
+            domain: Domain {
+                below: table.ground.0,
+                beside: table.ground.0,
+            },
             power: 1.0,
         },
     }

@@ -46,8 +46,8 @@ table! {
         window: WindowTable => default({}, "that of Ti6Al4V in Béraud 2016");
         /// Changes of the beam along the path, and of the path's order.
         optimise: OptimiseTable => none("the path is drawn as given");
-        /// The path, and the better one, on the solver that charts are made with.
-        judge: JudgeTable => none("judged on charts alone");
+        /// The path, or the better one, on the solver that charts are made with, over the whole section.
+        judge: JudgeTable => none("charts preview, and the verdict cannot say");
         /// Limits of the verdict.
         checks: ChecksTable => default({}, "usual limits");
     }
@@ -122,7 +122,7 @@ table! {
         holes: Vec<Ring> => default([], "no holes");
         /// Corners of the metal below the first layer, where the ground is powder: what the region hangs over from.
         supported: Ring => none("no metal below powder");
-        /// How far inside the contour voxels must lie.
+        /// How far inside the contour voxels must lie that are counted on charts and learned from; `[judge]` counts the whole section.
         inside: Length where not_negative => default("0.2 mm", "rims melt with what lies beside them");
     }
 
@@ -222,10 +222,14 @@ table! {
         beyond: Length where not_negative => default("0.75 mm", "six lines of the thesis; heat laid further away has left through the ground");
         /// Edge of a cell in the plane.
         cell: Length where positive => default("0.0625 mm", "half the thesis' distance of lines");
-        /// Planes of cells in a layer; temperatures are means over the layer.
-        planes: u32 where within(1.0, 16.0) => default(1, "a plane a layer; 2 show whether a share holds, 4 cost eight times the time");
+        /// Planes of cells in a layer.
+        planes: u32 where within(1.0, 16.0) => default(1, "a plane a layer; the judge tells what twice as many change");
         /// Longest time step; shorter where stability needs it.
         step: Time where positive => default("4e-6 s", "a twelfth of a cell at 980 mm/s");
+        /// How deep below the build plane temperatures are read.
+        depth: Length where not_negative => computed("half the layer: neither the surface nor the layer below");
+        /// How far below and beside the path the ground is drawn, which is at the start temperature beyond.
+        ground: Length where positive => default("0.5 mm", "the domain of Béraud 2016, section 3.2.2.1; the judge tells what twice as much changes");
         /// Places whose temperature is kept in time: x, y, and z where it is not the build plane.
         places: Vec<Point> => default([], "the charts' hottest");
         /// Time between two of these temperatures.
@@ -234,10 +238,16 @@ table! {
 
     /// Limits of the verdict.
     pub struct ChecksTable {
-        /// Least share of the molten voxels of the region in the window.
+        /// Least share of the section in the window.
         in_window: Ratio where not_negative => default("50 %", "half of the metal");
-        /// Greatest share of the region that stays powder.
+        /// Greatest share of the section that stays powder.
         unmelted: Ratio where not_negative => default("1 %", "powder left inside is a hole");
+        /// How far beyond the contour metal may melt and not be counted.
+        rim: Length where not_negative => default("0.1 mm", "a few grains: what sticks to faces anyway");
+        /// Greatest area molten beyond that rim, as a share of the section's.
+        outside: Ratio where not_negative => default("1 %", "as much as may stay powder inside");
+        /// Greatest distance from the contour at which metal melts.
+        farthest: Length where not_negative => default("0.2 mm", "half the usual spot: a line on the contour melts as far");
     }
 }
 
@@ -346,6 +356,13 @@ impl EbmJob {
         found.extend(self.check_part());
         found.extend(self.check_window());
         found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
+        if let Some(judge) = self.judge.as_ref()
+            && judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0)
+        {
+            let help = "read within the last layer: leave it out for the middle of the layer";
+            let problem = judge.depth.problem("judge.depth lies below the last layer");
+            found.push(problem.help(help));
+        }
         if let Some(part) = self.judge.as_ref().map(|j| &j.part)
             && let Some([a, b]) = part.value
             && (0..2).any(|n| a[n].0 >= b[n].0)

@@ -63,7 +63,7 @@ pub fn run(
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
     let (settings, mut surveys) = resolved(path, job, text, observer)?;
-    let folder = out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)?;
+    let folder = crate::outcome::folder(out, runs)?;
     let said = settings.warnings.iter();
     said.for_each(|w| reporter.push(w.clone()));
     for letter in &settings.foreign {

@@ -154,6 +154,7 @@ fn hatch(table: &HatchTable, layer: f64, spacing: f64, r: &mut Provenance) -> Ha
         speed: 0.0,
         dwell: 0.0,
         power: 0.0,
+        spot: 0.0,
         layer,
         chord_error: CHORD_ERROR,
         modulation: None,

@@ -179,9 +179,9 @@ fn work(
         "build_direction",
     ];
     let (file, layers) = (&*job.part, &*job.lpbf.layers);
-    others.retain(|other| match other {
-        &"plate." => file.is_some() || layers.is_some(),
-        &"layers." => layers.is_none(),
+    others.retain(|other| match *other {
+        "plate." => file.is_some() || layers.is_some(),
+        "layers." => layers.is_none(),
         _ => file.is_none(),
     });
     r.parameters

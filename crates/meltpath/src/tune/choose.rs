@@ -5,7 +5,7 @@ use std::path::Path;
 use meltpath_base::Provenance;
 use meltpath_base::settings::{Problem, Setting};
 use meltpath_scan_head::axis::chain::Axis;
-use meltpath_scan_head::axis::control::{AngleUnit, Controller};
+use meltpath_scan_head::axis::control::{AngleUnit, Controller, SampledController, SampledForm};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::ready::ReadyHead;
@@ -135,11 +135,11 @@ fn hinf(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Controller,
     let targets = HinfTargets::thesis_like(&axis.motor, unit, bandwidth, period)
         .map_err(|e| e.to_string())?;
     let servo = design(&axis.motor, &gains.current, unit, &targets).map_err(|e| e.to_string())?;
-    Ok(Controller::StateSpace {
-        system: servo.sampled,
+    Ok(Controller::Sampled(SampledController {
+        form: SampledForm::Designed(servo.sampled),
         unit,
         every: 1,
         current: gains.current,
         feed_forward: gains.feed_forward,
-    })
+    }))
 }

@@ -11,7 +11,7 @@ use meltpath_control::export::Exported;
 use meltpath_perception::{Mapping, read};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{
-    AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward,
+    AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, SampledController, SampledForm,
 };
 use meltpath_scan_head::servo::compare::{Draw, monte_carlo};
 use meltpath_scan_head::servo::h_infinity::{
@@ -155,12 +155,14 @@ pub(crate) fn design(
         .samples(period)
         .map_err(step(letter, "comparison"))?;
     let every = (settings.period / period).round() as u32;
-    let state_space = |servo: &HinfServo| Controller::StateSpace {
-        system: servo.sampled.clone(),
-        unit,
-        every,
-        current,
-        feed_forward: tuned.gains.feed_forward,
+    let state_space = |servo: &HinfServo| {
+        Controller::Sampled(SampledController {
+            form: SampledForm::Designed(servo.sampled.clone()),
+            unit,
+            every,
+            current,
+            feed_forward: tuned.gains.feed_forward,
+        })
     };
     let mut ways: Vec<(Choice, &'static str, Controller, Option<&HinfServo>)> = vec![
         (Choice::Cascade, "cascade", Controller::Cascade(gains), None),
@@ -217,14 +219,10 @@ pub(crate) fn design(
 /// Exports the chosen controller and runs the signal with it as exported.
 fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> {
     let letter = result.task.name.letter();
-    let Controller::StateSpace {
-        system,
-        unit,
-        every,
-        current,
-        feed_forward,
-    } = &result.chosen().controller
-    else {
+    let Controller::Sampled(designed) = &result.chosen().controller else {
+        return Ok(());
+    };
+    let SampledForm::Designed(system) = &designed.form else {
         return Ok(());
     };
     let limit = Some(settings.limit.unwrap_or(result.task.axis.limits.current));
@@ -238,13 +236,10 @@ fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> 
         }
     }
     .map_err(step(letter, "export"))?;
-    let controller = Controller::Exported {
-        export: export.clone(),
-        unit: *unit,
-        every: *every,
-        current: *current,
-        feed_forward: *feed_forward,
-    };
+    let controller = Controller::Sampled(SampledController {
+        form: SampledForm::Exported(export.clone()),
+        ..designed.clone()
+    });
     let axis = Axis {
         controller,
         prefilter: None,

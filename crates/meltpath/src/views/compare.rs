@@ -404,15 +404,11 @@ fn write_csv(
     folder.write(name, |out| write_columns(out, columns).map_err(as_io))
 }
 
-/// Writes the pairs and the map of each quantity, and the verdict.
+/// Writes the pairs and the map of each quantity.
 ///
 /// # Errors
 /// [`OutputError`].
 pub fn write_files(folder: &OutputFolder, comparison: &Comparison) -> Result<(), OutputError> {
-    folder.write("verdict.json", |w| {
-        serde_json::to_writer_pretty(&mut *w, &comparison.verdict.to_json())?;
-        w.write_all(b"\n")
-    })?;
     for part in &comparison.parts {
         write_pairs(folder, part)?;
         write_map(folder, part, comparison.cell)?;

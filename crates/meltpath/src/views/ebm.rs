@@ -24,6 +24,7 @@ use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
 use crate::ebm::drawn::Drawn;
+use crate::ebm::judge::of_all;
 use crate::ebm::path_file::write_parquet;
 use crate::ebm::plan::Plan;
 use crate::ebm::simulate::Outcome;
@@ -142,7 +143,11 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             "step (µs)",
             "voxels",
             "unmelted (%)",
+            "below the window (%)",
             "in window (%)",
+            "above it (%)",
+            "molten outside (%)",
+            "farthest (mm)",
             "change (points)",
             "in the window as it was (%)",
             "mean (°C)",
@@ -157,14 +162,17 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
         ("better path", judged.better.as_ref()),
     ];
     for (name, path) in paths.into_iter().filter_map(|(n, p)| Some((n, p?))) {
+        let share = path.in_window();
         for (n, run) in path.runs.iter().enumerate() {
-            let change = n.checked_sub(1).map(|n| 100.0 * path.share.changes[n].1);
-            let words = match (n, path.share.converged()) {
+            let change = n.checked_sub(1).map(|n| 100.0 * share.changes[n].1);
+            let words = match (n, share.converged()) {
+                (0, _) if share.changes.is_empty() => format!("{name}, one run"),
                 (0, true) => format!("{name}, converged"),
                 (0, false) => format!("{name}, NOT CONVERGED"),
                 _ => run.variant.words().to_owned(),
             };
             let t = &run.tally;
+            let of = |class| Cell::Fixed(100.0 * of_all(t, class), 1);
             table.rows.push(vec![
                 Cell::Text(words),
                 cell(
@@ -173,8 +181,12 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 ),
                 Cell::Fixed(1e6 * run.resolution.step, 2),
                 Cell::Fixed(t.voxels as f64, 0),
-                Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
-                Cell::Fixed(100.0 * t.share(Class::Good), 1),
+                of(Class::Unmelted),
+                of(Class::Porous),
+                of(Class::Good),
+                of(Class::Overheated),
+                Cell::Fixed(100.0 * run.outside.share, 1),
+                Cell::Fixed(run.outside.farthest, 2),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
@@ -189,8 +201,12 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             cell(outcome.given.simulation.grid().edge[0], height),
             Cell::Fixed(1e6 * outcome.given.simulation.settings().step, 2),
             Cell::Fixed(t.voxels as f64, 0),
-            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 1),
-            Cell::Fixed(100.0 * t.share(Class::Good), 1),
+            Cell::Fixed(100.0 * of_all(t, Class::Unmelted), 1),
+            Cell::Fixed(100.0 * of_all(t, Class::Porous), 1),
+            Cell::Fixed(100.0 * of_all(t, Class::Good), 1),
+            Cell::Fixed(100.0 * of_all(t, Class::Overheated), 1),
+            Cell::Empty,
+            Cell::Empty,
             Cell::Empty,
             Cell::Empty,
             Cell::Fixed(t.mean - CELSIUS, 0),
@@ -198,7 +214,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window of the run as asked {low:.0} to {high:.0} °C on its scale. Every run has its own window, round the good body drawn with the same cell, step and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
+        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window of the run as asked {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }

@@ -230,9 +230,5 @@ pub fn write_files(folder: &OutputFolder, found: &Found) -> Result<(), OutputErr
             )?;
         }
         Ok(())
-    })?;
-    folder.write("verdict.json", |w| {
-        serde_json::to_writer_pretty(&mut *w, &found.verdict.to_json())?;
-        w.write_all(b"\n")
     })
 }

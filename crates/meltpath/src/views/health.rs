@@ -1,11 +1,9 @@
 //! The page of a health test: what drifted, its steps and ramps, friction and lag against speed, the trend.
 
-use std::io;
-
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
@@ -45,12 +43,7 @@ pub(crate) fn write(folder: &OutputFolder, told: &Told<'_>) -> Result<(), Output
         sheet: None,
         provenance: told.provenance.clone(),
     };
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => io::Error::other(e),
-        })
-    })?;
+    crate::outcome::tell(folder, &report)?;
     // plain structs of numbers and strings: their JSON exists
     let json = serde_json::to_string_pretty(told.entry).unwrap_or_default();
     folder.write("test.json", |w| w.write_all(json.as_bytes()))

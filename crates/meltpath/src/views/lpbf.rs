@@ -7,7 +7,7 @@ use std::path::Path;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_report::html::{Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
@@ -74,16 +74,7 @@ pub(crate) fn write(
         sheet: None,
         provenance: provenance.clone(),
     };
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
-    crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
-    // plain structs of numbers and strings: their JSON exists
-    let provenance = serde_json::to_value(provenance).unwrap_or_default();
-    crate::outcome::json(folder, "provenance.json", &provenance)?;
+    crate::outcome::tell(folder, &report)?;
     Comparison::new(settings, results).write(folder)?;
     if let Some(found) = told.found {
         optimise::write(folder, found)?;

@@ -5,7 +5,7 @@ mod tables;
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
-use meltpath_report::html::{Report, ReportError, Section, write_html};
+use meltpath_report::html::{Report, Section};
 use meltpath_scan_head::servo::model::Loop;
 
 use crate::tune::design::AxisResult;
@@ -57,16 +57,7 @@ pub(crate) fn write(
         sheet: None,
         provenance: provenance.clone(),
     };
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
-    crate::outcome::json(folder, "verdict.json", &verdict.to_json())?;
-    // plain structs of numbers and strings: their JSON exists
-    let provenance = serde_json::to_value(provenance).unwrap_or_default();
-    crate::outcome::json(folder, "provenance.json", &provenance)?;
+    crate::outcome::tell(folder, &report)?;
     Ok(())
 }
 
@@ -102,10 +93,13 @@ pub(crate) fn facts(result: &AxisResult) -> [Fact; 2] {
 }
 
 fn order(result: &AxisResult) -> String {
-    use meltpath_scan_head::axis::control::Controller;
+    use meltpath_scan_head::axis::control::{Controller, SampledForm};
     match &result.chosen().controller {
-        Controller::StateSpace { system, .. } => system.order().to_string(),
-        _ => "of three loops".to_owned(),
+        Controller::Cascade(_) => "of three loops".to_owned(),
+        Controller::Sampled(controller) => match &controller.form {
+            SampledForm::Designed(system) => system.order().to_string(),
+            SampledForm::Exported(_) => "as exported".to_owned(),
+        },
     }
 }
 

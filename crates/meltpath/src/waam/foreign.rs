@@ -12,14 +12,14 @@ use super::judge::{self, layer_checks, target_checks};
 use super::plan;
 use super::program::{self, Commands};
 use super::run::{
-    SHOWN_WARNINGS, Shown, against_part, built, load, load_part, other_process, output, subtitle,
+    SHOWN_WARNINGS, Shown, against_part, built, load, load_part, other_process, subtitle,
     write_common,
 };
 use super::settings::{Settings, resolve};
 use super::simulate::{PlannedLayer, simulate};
 use super::tube;
 use crate::job::{self, Job, JobError};
-use crate::outcome::{Outcome, record_inputs};
+use crate::outcome::{self, Outcome, record_inputs};
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
 
@@ -45,7 +45,7 @@ pub fn simulate_program(
     };
     let settings = &settings;
     let commands = program::commands(&parsed, &[], settings, &reporter)?;
-    let folder = output(out, runs)?;
+    let folder = outcome::folder(out, runs)?;
     let part = loaded
         .as_ref()
         .map(|loaded| load_part(loaded, &reporter, observer))

@@ -8,7 +8,7 @@ use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
 use meltpath_base::{Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_report::html::{Report, ReportError, write_html};
+use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
@@ -24,7 +24,7 @@ use super::tube;
 use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
-use crate::outcome::{Examined, Outcome, json, record_inputs};
+use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
@@ -83,10 +83,6 @@ fn job_name(path: &Path, job: &WaamJob) -> String {
         .unwrap_or_else(|| "job".to_owned())
 }
 
-pub(super) fn output(out: Option<&Path>, runs: &Path) -> Result<OutputFolder, OutputError> {
-    out.map_or_else(|| OutputFolder::create_numbered(runs), OutputFolder::create)
-}
-
 /// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(
     loaded: &Loaded,
@@ -135,7 +131,7 @@ pub fn run(
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    let folder = output(out, runs)?;
+    let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
@@ -305,19 +301,7 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
-    folder.write("report.html", |w| {
-        write_html(w, &report).map_err(|e| match e {
-            ReportError::Io(e) => e,
-            ReportError::Scene(e) => std::io::Error::other(e),
-        })
-    })?;
-    json(folder, "verdict.json", &verdict.to_json())?;
-    // plain structs of numbers and strings: their JSON exists
-    json(
-        folder,
-        "provenance.json",
-        &serde_json::to_value(provenance).unwrap_or_default(),
-    )?;
+    outcome::tell(folder, &report)?;
     Ok(())
 }
 

@@ -63,6 +63,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn two_states_share_their_weight_evenly() {
+        let (b, d) = balance(&Matrix::from_rows([[0.0, 256.0], [0.0625, 0.0]]));
+        assert_eq!((b[(0, 1)], b[(1, 0)]), (4.0, 4.0));
+        assert_eq!(d, [64.0, 1.0]);
+    }
+
+    #[test]
     fn evens_out_and_keeps_the_similarity() {
         let a = Matrix::from_rows([[1.0, 1e8, 0.0], [1e-8, 2.0, 1e-5], [3.0, 1e9, 4.0]]);
         let (b, d) = balance(&a);

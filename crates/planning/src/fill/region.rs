@@ -161,10 +161,9 @@ fn fill_body(
                 strategy: Strategy::Zigzag { angle },
                 ..*settings
             };
-            if contours == 0 {
-                return straight(whole, Rim::Boundary, layer, &zigzag, beads);
-            }
-            if inset(whole, widest_band(contours, settings), settings.join())?.is_empty() {
+            if contours > 0
+                && inset(whole, widest_band(contours, settings), settings.join())?.is_empty()
+            {
                 // a zigzag between contours this near would turn at every step: contours fill the band better
                 let settings = FillSettings {
                     strategy: Strategy::Contour { order },
@@ -188,9 +187,6 @@ fn fill_body(
                 },
                 ..*settings
             };
-            if contours == 0 {
-                return straight(whole, Rim::Boundary, layer, &lines, beads);
-            }
             let inside = end_distance(settings.stepover);
             let order = ContourOrder::OutsideIn;
             rimmed_lines(body, contours, inside, order, layer, &lines, beads)?;
@@ -199,7 +195,7 @@ fn fill_body(
     Ok(())
 }
 
-/// Contours along the boundary, and inside them, from `inside` mm of the last on, the parallel lines of the strategy.
+/// Contours along the boundary, if any, and inside them, from `inside` mm of the last on, the parallel lines of the strategy.
 fn rimmed_lines(
     body: &Region,
     contours: u32,
@@ -210,6 +206,9 @@ fn rimmed_lines(
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {
     let whole = std::slice::from_ref(body);
+    if contours == 0 {
+        return straight(whole, Rim::Boundary, layer, settings, beads);
+    }
     let depth = Depth::Levels {
         count: contours,
         inside,

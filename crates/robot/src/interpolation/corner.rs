@@ -282,6 +282,41 @@ mod tests {
     }
 
     #[test]
+    fn evidence_of_a_curve_fades_with_the_chord_error_of_its_chords() {
+        // three chords that turn by 0.1 rad each; their sagitta is length · angle / 8
+        let explained = |length: f64| {
+            let leg = |end: usize| Leg {
+                end,
+                length,
+                vector: DVec3::ZERO,
+                first: DVec3::ZERO,
+                last: DVec3::ZERO,
+                curved: false,
+            };
+            let turn = || Vertex {
+                angle: 0.1,
+                axis: DVec3::Z * 0.1,
+            };
+            let legs = [0, 1, 2, 3].map(leg);
+            match side(&legs, &[turn(), turn(), turn()], 1, 1, 0.05) {
+                Side::Curve(angle) => angle,
+                Side::End(_) => f64::NAN,
+            }
+        };
+        // whole up to the chord error, none from twice as much
+        for (sagitta, share) in [
+            (0.02, 1.0),
+            (0.05, 1.0),
+            (0.0625, 0.75),
+            (0.075, 0.5),
+            (0.1, 0.0),
+        ] {
+            let found = explained(8.0 * sagitta / 0.1);
+            assert!((found - 0.1 * share).abs() < 1e-12, "{sagitta}: {found}");
+        }
+    }
+
+    #[test]
     fn long_segments_follow_the_ramp() {
         for (turn, share) in [
             (3.0, 0.0),

@@ -165,3 +165,27 @@ impl Piece {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_takes_no_time_has_no_rate() {
+        let step = Step {
+            index: 0,
+            position: Shape::Hold(DVec3::X),
+            axis: Shape::Hold(DVec3::Z),
+            begin: 2.0,
+            pulse_end: 2.0,
+            end: 2.0,
+            passage: 2.0,
+        };
+        assert_eq!(Piece::pulse(&step).rate, 0.0);
+        let timed = Step {
+            pulse_end: 2.5,
+            ..step
+        };
+        assert_eq!(Piece::pulse(&timed).rate, 2.0);
+    }
+}

@@ -215,42 +215,8 @@ impl Axis {
                 let law = Cascade::new(gains, self.speed, self.limits, period, angle)?;
                 self.closed::<N, _>(law, period, angle, seed)
             }
-            Controller::StateSpace {
-                system,
-                unit,
-                every,
-                current,
-                feed_forward,
-            } => {
-                let law = Sampled::new(
-                    system,
-                    *unit,
-                    *every,
-                    current,
-                    feed_forward,
-                    self.limits,
-                    period,
-                    angle,
-                )?;
-                self.closed::<N, _>(law, period, angle, seed)
-            }
-            Controller::Exported {
-                export,
-                unit,
-                every,
-                current,
-                feed_forward,
-            } => {
-                let law = Sampled::exported(
-                    export,
-                    *unit,
-                    *every,
-                    current,
-                    feed_forward,
-                    self.limits,
-                    period,
-                    angle,
-                )?;
+            Controller::Sampled(controller) => {
+                let law = Sampled::new(controller, self.limits, period, angle)?;
                 self.closed::<N, _>(law, period, angle, seed)
             }
         }

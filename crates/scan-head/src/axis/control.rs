@@ -81,32 +81,32 @@ pub struct CascadeGains {
 pub enum Controller {
     /// Position, speed and current loops with feed-forward.
     Cascade(CascadeGains),
-    /// A sampled controller from error angle to current set-point, in place of the position and speed loops.
-    StateSpace {
-        /// The controller, one input (angle in `unit`) and one output (A), sampled.
-        system: StateSpace,
-        /// The unit of angles at its input.
-        unit: AngleUnit,
-        /// It acts once in this many samples of the axis.
-        every: u32,
-        /// Current regulator.
-        current: CurrentGains,
-        /// Feed-forward of current.
-        feed_forward: FeedForward,
-    },
-    /// The same as it leaves for a drive: word length, cut output and anti-windup included.
-    Exported {
-        /// The controller, error angle in `unit` to current set-point in A.
-        export: Exported,
-        /// The unit of angles at its input.
-        unit: AngleUnit,
-        /// It acts once in this many samples of the axis.
-        every: u32,
-        /// Current regulator.
-        current: CurrentGains,
-        /// Feed-forward of current.
-        feed_forward: FeedForward,
-    },
+    /// A sampled controller in place of the position and speed loops.
+    Sampled(SampledController),
+}
+
+/// A sampled controller from error angle to current set-point, behind it the current regulator, beside it the feed-forward.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledController {
+    /// The controller: one input (angle in `unit`) and one output (A).
+    pub form: SampledForm,
+    /// The unit of angles at its input.
+    pub unit: AngleUnit,
+    /// It acts once in this many samples of the axis.
+    pub every: u32,
+    /// Current regulator.
+    pub current: CurrentGains,
+    /// Feed-forward of current.
+    pub feed_forward: FeedForward,
+}
+
+/// A controller as it was designed, or as a drive runs it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SampledForm {
+    /// The sampled system.
+    Designed(StateSpace),
+    /// As it leaves for a drive: word length, cut output and anti-windup included.
+    Exported(Exported),
 }
 
 /// Where a sampled controller's output comes from.
@@ -336,88 +336,36 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// At rest at `angle` rad. `every` samples of `period` s make one of the controller's.
+    /// At rest at `angle` rad.
     ///
     /// # Errors
-    /// [`AxisError::Controller`] where the system has not one input and one output at that period.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the parts of the law, each used once"
-    )]
+    /// [`AxisError::Controller`] where the controller has not one input and one output, or is made for another period.
     pub fn new(
-        system: &StateSpace,
-        unit: AngleUnit,
-        every: u32,
-        current: &CurrentGains,
-        forward: &FeedForward,
+        controller: &SampledController,
         limits: Limits,
         period: f64,
         angle: f64,
     ) -> Result<Self, AxisError> {
-        let own = match system.domain {
-            Domain::Sampled { period } => period,
-            Domain::Continuous => 0.0,
-        };
-        let channels = (system.inputs(), system.outputs());
-        let behind = Behind::Designed(Running::new(system)?);
-        Self::behind(
-            behind, own, channels, unit, every, current, forward, limits, period, angle,
-        )
-    }
-
-    /// The same for an exported controller.
-    ///
-    /// # Errors
-    /// [`AxisError::Controller`] where it is made for another period.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the parts of the law, each used once"
-    )]
-    pub fn exported(
-        export: &Exported,
-        unit: AngleUnit,
-        every: u32,
-        current: &CurrentGains,
-        forward: &FeedForward,
-        limits: Limits,
-        period: f64,
-        angle: f64,
-    ) -> Result<Self, AxisError> {
-        let behind = Behind::Exported(export.running());
-        let own = export.period;
-        Self::behind(
-            behind,
-            own,
-            (1, 1),
+        let SampledController {
+            form,
             unit,
             every,
             current,
-            forward,
-            limits,
-            period,
-            angle,
-        )
-    }
-
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the parts of the law, each used once"
-    )]
-    fn behind(
-        system: Behind,
-        own: f64,
-        (inputs, outputs): (usize, usize),
-        unit: AngleUnit,
-        every: u32,
-        current: &CurrentGains,
-        forward: &FeedForward,
-        limits: Limits,
-        period: f64,
-        angle: f64,
-    ) -> Result<Self, AxisError> {
+            feed_forward: forward,
+        } = controller;
         check_common(current, forward, limits, period)?;
-        let wanted = period * f64::from(every);
-        if inputs != 1 || outputs != 1 || (own - wanted).abs() > 1e-6 * wanted || every == 0 {
+        let (inputs, outputs, own) = match form {
+            SampledForm::Designed(system) => {
+                let own = match system.domain {
+                    Domain::Sampled { period } => period,
+                    Domain::Continuous => 0.0,
+                };
+                (system.inputs(), system.outputs(), own)
+            }
+            SampledForm::Exported(export) => (1, 1, export.period),
+        };
+        let wanted = period * f64::from(*every);
+        if inputs != 1 || outputs != 1 || (own - wanted).abs() > 1e-6 * wanted || *every == 0 {
             return Err(AxisError::Controller {
                 inputs,
                 outputs,
@@ -425,10 +373,14 @@ impl Sampled {
                 wanted,
             });
         }
+        let system = match form {
+            SampledForm::Designed(system) => Behind::Designed(Running::new(system)?),
+            SampledForm::Exported(export) => Behind::Exported(export.running()),
+        };
         Ok(Sampled {
             system,
             per_radian: unit.per_radian(),
-            every,
+            every: *every,
             count: 0,
             output: 0.0,
             forward_speed: Derivative::new(forward.filter, period, angle),

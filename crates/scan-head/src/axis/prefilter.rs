@@ -168,11 +168,6 @@ impl Kernel {
     }
 }
 
-/// The damped pole −ξω + jω√(1 − ξ²).
-pub fn damped_pole(omega: f64, damping: f64) -> Complex64 {
-    Complex64::new(-damping * omega, omega * (1.0 - damping * damping).sqrt())
-}
-
 /// A length in whole samples, at least one.
 fn whole(length: f64, period: f64) -> usize {
     (length / period).round().max(1.0) as usize

@@ -92,14 +92,13 @@ impl Interpolator {
 
     fn enter(&mut self, window: &mut Window<'_>) {
         self.done = 0;
-        match window.step(self.next, self.period) {
-            Some(step) => {
-                (self.vector, self.next) = (self.next, self.next + 1);
-                (self.from, self.to) = (step.from, step.to);
-                (self.moving, self.waiting) = (step.moving, step.waiting);
-            }
-            None => (self.moving, self.waiting, self.resting) = (0, self.rest, true),
-        }
+        let Some(step) = window.step(self.next, self.period) else {
+            (self.moving, self.waiting, self.resting) = (0, self.rest, true);
+            return;
+        };
+        (self.vector, self.next) = (self.next, self.next + 1);
+        (self.from, self.to) = (step.from, step.to);
+        (self.moving, self.waiting) = (step.moving, step.waiting);
     }
 
     /// Fills `block` with the next `count` samples or fewer at the end; false when there are none left.

@@ -12,10 +12,9 @@ use meltpath_control::welch::estimate;
 use meltpath_control::{Complex64, ZeroPoleGain};
 use meltpath_numerics::least_squares::{self, Fit};
 
-use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
 use crate::identification::error::IdentificationError;
-use crate::identification::motor::{Identified, identify};
+use crate::identification::motor::{Identified, RIGID, identify, motor};
 use crate::identification::record::{BenchRecord, Excitation, Method};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use crate::identification::responses::responses;
@@ -45,8 +44,6 @@ impl Default for ModeSearch {
     }
 }
 
-/// Unknowns of the rigid motor.
-const RIGID: usize = 5;
 /// Peaks nearer than this, relative, are one.
 const APART: f64 = 0.15;
 /// Below this share of the angle that answers the current a peak is noise.
@@ -192,31 +189,6 @@ fn coherence(
     };
     let found = estimate(input, record.angle, record.period, &method.welch)?;
     Ok(found.omega.into_iter().zip(found.coherence).collect())
-}
-
-/// The motor of the logarithms of R, L, Kc, J, B and, for each mode, ω, ξ, K over Kc/J.
-fn motor(logs: &[f64]) -> Galvanometer {
-    let value = |i: usize| logs.get(i).map_or(f64::NAN, |v| v.exp());
-    let per_inertia = value(2) / value(3);
-    Galvanometer {
-        resistance: value(0),
-        inductance: value(1),
-        torque_constant: value(2),
-        back_emf: value(2),
-        inertia: value(3),
-        viscous: value(4),
-        modes: logs
-            .get(RIGID..)
-            .unwrap_or_default()
-            .chunks_exact(3)
-            .map(|m| Mode {
-                omega: m[0].exp(),
-                damping: m[1].exp(),
-                gain: m[2].exp() * per_inertia,
-            })
-            .collect(),
-        friction: Friction::None,
-    }
 }
 
 /// Responses of a motor sampled with its voltage held.

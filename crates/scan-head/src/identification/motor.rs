@@ -6,7 +6,7 @@
 //! frequency and is taken for viscous damping there, so excite strongly against it, then fit it on ramps.
 
 use crate::axis::friction::Friction;
-use crate::axis::galvanometer::Galvanometer;
+use crate::axis::galvanometer::{Galvanometer, Mode};
 use crate::identification::channels::check_channels;
 use crate::identification::error::IdentificationError;
 use crate::identification::record::{BenchRecord, Excitation, Method};
@@ -16,6 +16,9 @@ use crate::identification::transfers::{Transfers, motor_of};
 use meltpath_control::Complex64;
 use meltpath_control::frequency::Point;
 use meltpath_numerics::least_squares::{self, Fit};
+
+/// Unknowns of the rigid motor.
+pub(super) const RIGID: usize = 5;
 
 /// A motor and how sure it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,9 +69,10 @@ pub fn identify(
     })
 }
 
-/// The motor of the logarithms of R, L, Kc, J, B.
-fn motor(logs: &[f64]) -> Galvanometer {
+/// The motor of the logarithms of R, L, Kc, J, B and, for each mode, ω, ξ, K over Kc/J.
+pub(super) fn motor(logs: &[f64]) -> Galvanometer {
     let value = |i: usize| logs.get(i).map_or(f64::NAN, |v| v.exp());
+    let per_inertia = value(2) / value(3);
     Galvanometer {
         resistance: value(0),
         inductance: value(1),
@@ -76,7 +80,16 @@ fn motor(logs: &[f64]) -> Galvanometer {
         back_emf: value(2),
         inertia: value(3),
         viscous: value(4),
-        modes: Vec::new(),
+        modes: logs
+            .get(RIGID..)
+            .unwrap_or_default()
+            .chunks_exact(3)
+            .map(|m| Mode {
+                omega: m[0].exp(),
+                damping: m[1].exp(),
+                gain: m[2].exp() * per_inertia,
+            })
+            .collect(),
         friction: Friction::None,
     }
 }

@@ -1,9 +1,8 @@
 //! Correction tables: the inverse transform on a grid, interpolated bilinearly, as controllers do it.
 //!
-//! Source: Rasoanarivo 2020, § 2.3.2.2 (65 × 65 points); recalibration from measured marks: ours.
+//! Source: Rasoanarivo 2020, § 2.3.2.2 (65 × 65 points).
 
 use meltpath_geometry::math::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 
 use crate::optics::focus::Focus;
 use crate::optics::geometry::{Geometry, GeometryError};

@@ -89,11 +89,6 @@ impl Focus {
         })
     }
 
-    /// λ0: the lens spacing at rest, mm.
-    pub fn rest_spacing(&self) -> f64 {
-        self.rest_spacing
-    }
-
     /// The lens pair.
     pub fn lenses(&self) -> &Lenses {
         &self.lenses

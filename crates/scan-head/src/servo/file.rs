@@ -5,7 +5,9 @@
 use meltpath_control::export::Exported;
 use serde::{Deserialize, Serialize};
 
-use crate::axis::control::{AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward};
+use crate::axis::control::{
+    AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, SampledController, SampledForm,
+};
 use crate::axis::galvanometer::Galvanometer;
 use crate::head::scan_head::ScanHead;
 
@@ -175,13 +177,13 @@ impl AxisController {
                         wanted: 1e6 * period,
                     });
                 }
-                Ok(Controller::Exported {
-                    export: export.clone(),
+                Ok(Controller::Sampled(SampledController {
+                    form: SampledForm::Exported(export.clone()),
                     unit: *unit,
                     every: every as u32,
                     current: *current,
                     feed_forward: *feed_forward,
-                })
+                }))
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use meltpath_base::Silent;
 use meltpath_planning::powder::plate::SquarePlate;
-use meltpath_scan_head::axis::control::{AngleUnit, Controller};
+use meltpath_scan_head::axis::control::{AngleUnit, Controller, SampledController, SampledForm};
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::scan_head::ScanHead;
@@ -29,13 +29,13 @@ pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
         let targets =
             HinfTargets::thesis_like(&axis.motor, unit, bandwidth, data.head.period).unwrap();
         let servo = design(&axis.motor, &gains.current, unit, &targets).unwrap();
-        axis.controller = Controller::StateSpace {
-            system: servo.sampled,
+        axis.controller = Controller::Sampled(SampledController {
+            form: SampledForm::Designed(servo.sampled),
             unit,
             every: 1,
             current: gains.current,
             feed_forward: gains.feed_forward,
-        };
+        });
     }
     head
 }

@@ -167,22 +167,17 @@ fn lpbf_ac25_dynamic_focus() {
     let g = three_axis().geometry;
     for projection in [FocusProjection::Exact, FocusProjection::Thesis] {
         let f = focus(projection);
-        // the height of the focus with the cam left at rest
-        let at_rest = three_axis().focus.unwrap().1.rest_angle;
-        let bowl = |angles: DVec2| f.direct(angles, at_rest);
-        assert!(
-            (f.rest_spacing() - 85.93959).abs() < 1e-4,
-            "{}",
-            f.rest_spacing()
-        );
-        assert!(bowl(DVec2::ZERO).abs() < 1e-9);
+        let at_rest = |angles| f.direct(angles, f.lenses().rest_angle);
+        let spacing = f.lenses().spacing(g.path(g.inverse(DVec2::ZERO).unwrap()));
+        assert!((spacing - 85.93959).abs() < 1e-4, "{spacing}");
+        assert!(at_rest(DVec2::ZERO).abs() < 1e-9);
         let (mut last, mut left) = ([0.0; 2], 0.0);
         for k in 1..=20 {
             let t = 0.5 * f64::from(k);
-            let z = [bowl(deg(t, 0.0)), bowl(deg(0.0, t))];
+            let z = [at_rest(deg(t, 0.0)), at_rest(deg(0.0, t))];
             assert!(z[0] > last[0] && z[1] > last[1], "{t}: {z:?}");
             // the mirror's offset makes the two sides differ, but both rise
-            let other = bowl(deg(-t, 0.0));
+            let other = at_rest(deg(-t, 0.0));
             assert!(other > left, "{t}: {other}");
             left = other;
             last = z;

@@ -6,7 +6,9 @@ use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
 use meltpath_control::hinf::Template;
 use meltpath_numerics::swarm::Swarm;
-use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller, FeedForward};
+use meltpath_scan_head::axis::control::{
+    AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm,
+};
 use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
 };
@@ -54,13 +56,13 @@ fn servo(targets: &HinfTargets) -> HinfServo {
 }
 
 fn sampled(servo: &HinfServo, feed_forward: FeedForward) -> Controller {
-    Controller::StateSpace {
-        system: servo.sampled.clone(),
+    Controller::Sampled(SampledController {
+        form: SampledForm::Designed(servo.sampled.clone()),
         unit: AngleUnit::Degree,
         every: (SAMPLE / PERIOD).round() as u32,
         current: synthesised().current,
         feed_forward,
-    }
+    })
 }
 
 fn percent_below(error: &TrackingError, degrees: f64) -> f64 {
@@ -359,13 +361,13 @@ fn an_exported_controller_drives_the_axis_as_the_designed_one() {
             Exported::sections("k", &five.sampled, word, limit, follow),
             Exported::state_space("k", &five.sampled, word, limit, AntiWindup::None),
         ] {
-            let found = angles(Controller::Exported {
-                export: export.unwrap(),
+            let found = angles(Controller::Sampled(SampledController {
+                form: SampledForm::Exported(export.unwrap()),
                 unit: AngleUnit::Degree,
                 every: (SAMPLE / PERIOD).round() as u32,
                 current: synthesised().current,
                 feed_forward: feed_forward(),
-            });
+            }));
             let apart = TrackingError::of(&designed, &found).rms();
             assert!(apart < within * error, "{word:?}: {apart} of {error}");
         }

@@ -2,7 +2,7 @@
 //!
 //! A beam of twice the power takes a point to the same enthalpy in somewhat less than half the time, whatever the depth: the
 //! logarithm of each time is taken straight along the logarithm of the power. How far that lies from charts computed for
-//! the power is measured in `tests/chart_between.rs`.
+//! the power is measured in `tests/all/chart_between.rs`.
 
 use crate::charts::{Chart, ChartSet, ChartSettings, CoolingCurve, HeatingCurve, WarmGround};
 

@@ -14,7 +14,7 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation
 use super::chart::Chart;
 use super::edges::Samples;
 use super::error::FaceIssue;
-use super::outline::{Inside, Kind, Node, Outline};
+use super::outline::{Inside, Node, Outline};
 use super::tolerance::Tolerance;
 use super::warp::Warp;
 use crate::brep::{Sense, Solid};
@@ -23,27 +23,15 @@ use crate::math::{DVec2, DVec3};
 /// Points that one face may take.
 const MOST_POINTS: usize = 5_000_000;
 
-/// A chord of an edge as the boundary of a face has it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BoundaryChord {
-    pub(super) edge: u32,
-    pub(super) t: [f64; 2],
-    pub(super) uv: [DVec2; 2],
-    /// Local points at its ends.
-    pub(super) ends: [u32; 2],
-}
-
 /// A triangulated face. Triangles are counter-clockwise in the parameter plane.
 #[derive(Debug, Clone)]
 pub(super) struct FaceMesh {
     pub(super) nodes: Vec<Node>,
-    pub(super) uv: Vec<DVec2>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// Triangles that the mesh leaves out, in rising order: they fold to nothing at a pole.
     pub(super) folded: Vec<usize>,
     /// Points of [`Node::Own`].
     pub(super) own: Vec<DVec3>,
-    pub(super) boundary: Vec<BoundaryChord>,
     /// The face's normal against its surface's, as its boundary has it.
     pub(super) sense: Sense,
 }
@@ -127,20 +115,6 @@ pub(super) fn fill(
         locals.push(filler.outline_point(p.uv, p.node, point)?);
     }
     let walls = filler.constrain(outline, &locals)?;
-    let mut mesh_boundary = Vec::new();
-    for segment in &outline.segments {
-        if let Kind::Boundary { edge, t } = segment.kind {
-            mesh_boundary.push(BoundaryChord {
-                edge,
-                t,
-                uv: [
-                    outline.points[segment.from].uv,
-                    outline.points[segment.to].uv,
-                ],
-                ends: [locals[segment.from], locals[segment.to]],
-            });
-        }
-    }
     let mut rule = Rule {
         walls,
         inside: outline.inside,
@@ -161,10 +135,8 @@ pub(super) fn fill(
     Ok(FaceMesh {
         folded,
         nodes: filler.nodes,
-        uv: filler.uv,
         triangles,
         own: filler.own,
-        boundary: mesh_boundary,
         sense: rule.sense,
     })
 }

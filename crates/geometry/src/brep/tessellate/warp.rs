@@ -189,3 +189,41 @@ fn bends(chart: &Chart<'_>, d: usize, cells: &[Vec<f64>; 2], chord: f64, angle: 
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::nurbs::NurbsCurve;
+    use crate::brep::{Curve, Sense};
+    use crate::math::DVec3;
+
+    #[test]
+    fn cells_end_where_a_surface_bends_in_this_turn_and_its_neighbours() {
+        // a wall along a bent line, bent at 0.35 of its parameter
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 2.0, 0.0)];
+        let knots = vec![0.0, 0.0, 0.35, 1.0, 1.0];
+        let line = NurbsCurve::new(1, knots, points, Vec::new()).unwrap();
+        let wall = Surface::Extrusion {
+            profile: Curve::Nurbs(line).into(),
+            direction: DVec3::Z,
+        };
+        let mut chart = Chart {
+            surface: &wall,
+            sense: Sense::Forward,
+            periods: [None; 2],
+            poles: Vec::new(),
+            domain: wall.domain(),
+            gap: 1e-5,
+        };
+        let ends = [0.0, 0.125, 0.25, 0.35, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
+        assert_eq!(cell_ends(&chart, 0, [0.0, 1.0]), ends);
+        assert_eq!(cell_ends(&chart, 1, [-3.0, 5.0]), [-3.0, 5.0]);
+        // were it closed, a face over the seam would see the bends of the turns before and after
+        chart.periods[0] = Some(1.0);
+        let found = cell_ends(&chart, 0, [-0.8, 1.6]);
+        for bend in [-0.65, 0.0, 0.35, 1.0, 1.35] {
+            assert!(found.iter().any(|x| (x - bend).abs() < 1e-12), "{found:?}");
+        }
+        assert!(found.is_sorted() && found.first() == Some(&-0.8) && found.last() == Some(&1.6));
+    }
+}

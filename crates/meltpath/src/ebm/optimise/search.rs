@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use meltpath_base::{Observer, Ratio};
-use meltpath_melt_strategy::bed::{Bed, Resolution};
+use meltpath_melt_strategy::bed::{Bed, Domain, Resolution};
 use meltpath_melt_strategy::controller::{Accelerator, Controller, Pid, control};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::learning::{Learned, Learning, learn};
@@ -138,7 +138,7 @@ impl Search<'_> {
         draw: &mut Draw<'_>,
         observer: &dyn Observer,
     ) -> Result<(BeamPath, Option<SpeedProfile>, Vec<Trial>), EbmError> {
-        let candidates = self.how.candidates(self.plan)?;
+        let candidates = self.how.candidates(&self.plan.path, &self.plan.others)?;
         if candidates.len() == 1 {
             return Ok((self.plan.path.clone(), None, Vec::new()));
         }
@@ -263,6 +263,7 @@ pub fn on_reference(
         cell: how.cell,
         planes: how.planes,
         step: how.step,
+        domain: Domain::THESIS,
         power: 1.0,
     };
     let classes = match &plan.window {

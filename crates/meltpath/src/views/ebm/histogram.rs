@@ -12,13 +12,13 @@ use crate::ebm::plan::Plan;
 /// Width of a bar, K.
 const BIN: f64 = 20.0;
 
-/// Shares of the voxels of the last layer inside the contour that `whole` keeps, by temperature.
-fn bars(highest: &Field, plan: &Plan, whole: impl Fn([f64; 2]) -> bool) -> Vec<Bar> {
+/// Shares of the voxels of the last layer that are kept, by temperature.
+fn bars(highest: &Field, plan: &Plan, kept: impl Fn([f64; 2]) -> bool) -> Vec<Bar> {
     let top = highest.grid.planes() - 1;
     let judged = |[i, j, k]: [usize; 3]| {
         let c = highest.grid.centre(i, j, k);
         let point = [c.x, c.y];
-        k == top && plan.contour.depth(point) > plan.settings.inside && whole(point)
+        k == top && kept(point)
     };
     let found = histogram(highest, BIN, judged);
     let all: usize = found.iter().map(|b| b.1).sum();
@@ -91,16 +91,20 @@ pub(super) fn plot(
     classes: &Classes,
     plan: &Plan,
 ) -> Plot {
-    let of = |field: &Field| bars(field, plan, |_| true);
+    let of = |field: &Field| {
+        bars(field, plan, |p| {
+            plan.contour.depth(p) > plan.settings.inside
+        })
+    };
     drawn(title, of(given), better.map(of), classes)
 }
 
-/// Of the part that the reference solver judged.
+/// Of the section, or the part of it, that the reference solver judged.
 pub(super) fn judged(judged: &Judged, plan: &Plan) -> Plot {
     let part = plan.settings.judge.as_ref().and_then(|j| j.part.as_ref());
     let of = |field: &Field| {
         bars(field, plan, |point| {
-            part.is_none_or(|p| p.depth(point) > 0.0)
+            plan.contour.depth(point) > 0.0 && part.is_none_or(|p| p.depth(point) > 0.0)
         })
     };
     let better = judged.better.as_ref().map(|b| of(&b.highest));

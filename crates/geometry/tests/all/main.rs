@@ -1,0 +1,17 @@
+//! Shapes: files in and out, repair, sections, offsets, the growing workpiece.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
+
+mod height_map;
+mod mesh_io;
+mod mesh_large;
+mod mesh_repair;
+mod offset;
+mod slice;
+mod solids;
+mod step;

@@ -1,0 +1,332 @@
+//! The verdict of an electron-beam run. Charts preview and decide nothing; the reference solver judges the whole section, and where its
+//! figures are not converged it cannot say either.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_melt_strategy::judgement::{CONVERGED, Share, Variant};
+use meltpath_thermal::criteria::{Class, Tally};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+
+use super::judge::{JudgedPath, Run, of_all};
+use super::settings::{Judge, Settings};
+use super::simulate::Outcome;
+
+const IN_WINDOW: [&str; 2] = [
+    "in-window",
+    "section whose highest temperature lies in the window",
+];
+const UNMELTED: [&str; 2] = ["unmelted", "section that stays powder"];
+const OUTSIDE: [&str; 2] = [
+    "molten-outside",
+    "area molten outside the contour, of the section's",
+];
+const FARTHEST: [&str; 2] = [
+    "molten-farthest",
+    "farthest from the contour that metal melts",
+];
+const JUDGE: &str =
+    "let the reference solver judge the whole section: write solver = \"reference\" under [judge]";
+
+/// What is judged: of the path with better speeds where there is one.
+pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+    let limits = &settings.checks;
+    let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
+        let drawn = Shown::of(outcome);
+        return vec![
+            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn),
+            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn),
+            Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only [judge] tells"),
+            Check::not_checked(FARTHEST[0], FARTHEST[1], "only [judge] tells"),
+        ];
+    };
+    let path = judged.better.as_ref().unwrap_or(&judged.given);
+    let section = Section {
+        judging,
+        tally: &path.runs[0].tally,
+    };
+    // a cell more or less is what an outline on cells is known to
+    let cell = path.runs[0].resolution.cell;
+    let in_window = path.in_window();
+    let words = in_words(path, &in_window, judged.classes.window);
+    vec![
+        section
+            .check(
+                IN_WINDOW,
+                Figure::share(in_window),
+                Limit::AtLeast(100.0 * limits.in_window),
+            )
+            .because(&words)
+            .remedy(
+                "change speed, power, distance or order of lines; or let [optimise] change the speeds",
+            ),
+        section
+            .check(
+                UNMELTED,
+                Figure::share(path.moved(|run| of_all(&run.tally, Class::Unmelted))),
+                Limit::AtMost(100.0 * limits.unmelted),
+            )
+            .remedy("more power, slower lines, or lines closer together"),
+        section
+            .check(
+                OUTSIDE,
+                Figure::share(path.moved(|run| run.outside.share)),
+                Limit::AtMost(100.0 * limits.outside),
+            )
+            .because(&format!("beyond {} mm of the contour", limits.rim))
+            .remedy("lines that end further inside the contour, or less power along it"),
+        section
+            .check(
+                FARTHEST,
+                Figure {
+                    share: path.moved(|run| run.outside.farthest),
+                    converged: cell,
+                    factor: 1.0,
+                    unit: "mm",
+                },
+                Limit::AtMost(limits.farthest),
+            )
+            .remedy("lines that end further inside the contour, or less power along it"),
+    ]
+}
+
+/// A check of which only a preview is known.
+fn preview([id, title]: [&str; 2], limit: Limit, drawn: &Shown<'_>) -> Check {
+    Check {
+        status: Status::CannotSay,
+        limit: Some(limit),
+        ..Check::not_checked(
+            id,
+            title,
+            &format!(
+                "there is only a {}, which is told beside the checks",
+                drawn.words
+            ),
+        )
+    }
+    .remedy(JUDGE)
+}
+
+/// A figure of the judge with what moves it.
+struct Figure {
+    share: Share,
+    /// Largest change that is called converged, as the share is.
+    converged: f64,
+    /// To the unit in which it is told.
+    factor: f64,
+    unit: &'static str,
+}
+
+impl Figure {
+    fn share(share: Share) -> Self {
+        Figure {
+            share,
+            converged: CONVERGED,
+            factor: 100.0,
+            unit: "%",
+        }
+    }
+}
+
+/// What is judged, and how.
+struct Section<'a> {
+    judging: &'a Judge,
+    tally: &'a Tally,
+}
+
+impl Section<'_> {
+    /// A figure against its limit. Beyond it in every run it fails; else it passes only where it is converged, over the whole section,
+    /// and where something melts at all.
+    fn check(&self, [id, title]: [&str; 2], figure: Figure, limit: Limit) -> Check {
+        let Figure {
+            share,
+            converged,
+            factor,
+            unit,
+        } = figure;
+        let value = Measure::new(factor * share.value, factor * share.spread(), unit);
+        let check = Check::judge(
+            id,
+            &format!("{title}, on the reference solver"),
+            value,
+            limit,
+        );
+        let unsure = |check: Check, reason: &str| Check {
+            status: check.status.max(Status::CannotSay),
+            ..check.because(reason)
+        };
+        if self.tally.voxels == 0 {
+            return unsure(check, "no cell of the judge lies in what is to be judged");
+        }
+        if self.tally.molten() == 0 {
+            let check = check.because("nothing melts");
+            return Check {
+                status: Status::Fail,
+                ..check
+            };
+        }
+        let check = if share.within(converged) {
+            check
+        } else {
+            let by: Vec<String> = share
+                .changes
+                .iter()
+                .filter(|(_, change)| change.abs() > converged)
+                .map(|(variant, _)| variant.words().to_owned())
+                .collect();
+            unsure(
+                check,
+                &format!(
+                    "NOT CONVERGED: it moves by more than {} {} with {}",
+                    factor * converged,
+                    if unit == "%" { "points" } else { unit },
+                    by.join(", ")
+                ),
+            )
+        };
+        match self.judging.part {
+            Some(_) => unsure(check, "only judge.part was judged, not the whole section"),
+            None => check,
+        }
+    }
+}
+
+/// The share in the window as the reports tell it.
+fn in_words(path: &JudgedPath, share: &Share, window: [f64; 2]) -> String {
+    let Run {
+        resolution, tally, ..
+    } = &path.runs[0];
+    let changes: Vec<String> = path.runs[1..]
+        .iter()
+        .zip(&share.changes)
+        .map(|(run, (v, c))| {
+            let told = format!("{:+.1} at {}", 100.0 * c, v.words());
+            match v {
+                Variant::LessPower | Variant::MorePower => {
+                    format!(
+                        "{told}, {:.1} % in the window as it was",
+                        100.0 * run.as_it_was
+                    )
+                }
+                _ => told,
+            }
+        })
+        .collect();
+    format!(
+        "the mean is {:.0} °C, the window {:.0} to {:.0} °C; cells of {:.1} µm, steps of {:.2} µs ({})",
+        tally.mean - CELSIUS,
+        window[0] - CELSIUS,
+        window[1] - CELSIUS,
+        1e3 * resolution.cell,
+        1e6 * resolution.step,
+        changes.join("; ")
+    )
+}
+
+/// The last drawing, on the best model that drew the path.
+struct Shown<'a> {
+    highest: &'a Field,
+    tally: &'a Tally,
+    words: &'static str,
+}
+
+impl<'a> Shown<'a> {
+    fn of(outcome: &'a Outcome) -> Self {
+        if let Some(judged) = &outcome.judged {
+            let path = judged.better.as_ref().unwrap_or(&judged.given);
+            return Shown {
+                highest: &path.highest,
+                tally: &path.runs[0].tally,
+                words: "on the reference solver",
+            };
+        }
+        let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
+        if let Some(there) = there {
+            return Shown {
+                highest: &there.better.0,
+                tally: &there.better.1,
+                words: "preview by one run of the reference solver",
+            };
+        }
+        Self::on_charts(outcome)
+    }
+
+    fn on_charts(outcome: &'a Outcome) -> Self {
+        let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
+        Shown {
+            highest: &drawn.highest,
+            tally: &drawn.tally,
+            words: "preview by charts",
+        }
+    }
+
+    /// The share in the window of what melts, and what stays powder, as facts.
+    fn shares(&self, [window, powder]: [&str; 2]) -> [Fact; 2] {
+        let percent = |share: f64| Measure::exact(100.0 * share, "%");
+        let unmelted = of_all(self.tally, Class::Unmelted);
+        let melt = "molten voxels of the region in the window";
+        [
+            Fact::new(
+                window,
+                melt,
+                percent(self.tally.share(Class::Good)),
+                self.words,
+            ),
+            Fact::new(
+                powder,
+                "region that stays powder",
+                percent(unmelted),
+                self.words,
+            ),
+        ]
+    }
+}
+
+/// What is told beside the checks.
+pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let path = &outcome.better.as_ref().unwrap_or(&outcome.given).path;
+    let path = outcome.found.as_ref().map_or(path, |f| &f.path);
+    let shown = Shown::of(outcome);
+    let (hottest, [i, j, k]) = shown.tally.hottest;
+    let place = if hottest.is_finite() {
+        Place::at(shown.highest.grid.centre(i, j, k).to_array())
+    } else {
+        Place::default()
+    };
+    let time = Measure::exact(path.end() - path.begin(), "s");
+    let celsius = Measure::exact(hottest - CELSIUS, "°C");
+    let mut facts = vec![
+        Fact::new("time-path", "time of the path", time, ""),
+        Fact::new(
+            "hottest",
+            "hottest place of the region",
+            celsius,
+            shown.words,
+        )
+        .at(place),
+    ];
+    if outcome.judged.is_some() {
+        for (id, title, class) in [
+            (
+                "below-window",
+                "section molten below the window",
+                Class::Porous,
+            ),
+            (
+                "above-window",
+                "section above the window",
+                Class::Overheated,
+            ),
+        ] {
+            let share = Measure::exact(100.0 * of_all(shown.tally, class), "%");
+            facts.push(Fact::new(id, title, share, shown.words));
+        }
+    } else if outcome
+        .found
+        .as_ref()
+        .is_some_and(|f| f.reference.is_some())
+    {
+        facts.extend(shown.shares(["in-window-search", "unmelted-search"]));
+    }
+    facts.extend(Shown::on_charts(outcome).shares(["in-window-charts", "unmelted-charts"]));
+    facts
+}

@@ -1,0 +1,286 @@
+//! `meltpath compare`: a run against samples of its own field, shifted ones, and tables that are wrong.
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use meltpath::compare::quantity::Quantity;
+use meltpath::{chain, compare};
+use meltpath_base::Silent;
+
+/// A small run with pictures in time, and its folder.
+fn run(folder: &Path) -> PathBuf {
+    let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    for (time, x) in [(0.0, 0.0), (2.0 / 980.0, 2.0)] {
+        writeln!(path, "{time},{x},0,60000,0.005,0.004,1").unwrap();
+    }
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
+    let file = folder.join("job.toml");
+    std::fs::write(&file, job).unwrap();
+    let out = folder.join("run");
+    chain::run(&file, Some(&out), folder, &Silent).unwrap();
+    out
+}
+
+#[test]
+fn a_run_is_compared_with_a_table_and_with_itself() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let run = run(folder);
+    // sensors that show 25 K more than anything at rest, one outside, one too late
+    let mut table = "x_mm,y_mm,z_mm,t_ms,T_C\n".to_owned();
+    for n in 0..40 {
+        writeln!(
+            table,
+            "{},{},-0.02,{},775",
+            0.05 * f64::from(n),
+            0.4,
+            0.001 * f64::from(n)
+        )
+        .unwrap();
+    }
+    table += "50,0,-0.02,0.1,775\n1,0,-0.02,500,775\n";
+    let file = folder.join("sensors.csv");
+    std::fs::write(&file, &table).unwrap();
+    let out = folder.join("first");
+    let found = compare::compare(&run, Some(&file), Some(&out), folder, &Silent).unwrap();
+    assert_eq!(found.parts[0].left_out, [1, 1]);
+    // 0.4 mm beside the line nothing is heated yet: the table is 25 K too high
+    assert!(
+        (found.parts[0].apart.bias - 25.0).abs() < 0.5,
+        "{:?}",
+        found.parts[0].apart
+    );
+    assert!(
+        found
+            .verdict
+            .warnings
+            .iter()
+            .any(|w| w.code == "samples-left-out")
+    );
+    for name in [
+        "report.html",
+        "pairs.csv",
+        "map.csv",
+        "map.vti",
+        "verdict.json",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    // the pairs it wrote are a table themselves: the run's own temperatures, met again to the rounding of the file
+    let pairs = std::fs::read_to_string(out.join("pairs.csv")).unwrap();
+    let own: String = pairs
+        .lines()
+        .enumerate()
+        .map(|(n, line)| {
+            let cells: Vec<&str> = line.split(',').collect();
+            if n == 0 {
+                "x_mm,y_mm,z_mm,t_s,T_C\n".to_owned()
+            } else {
+                format!(
+                    "{},{},{},{},{}\n",
+                    cells[1], cells[2], cells[3], cells[4], cells[6]
+                )
+            }
+        })
+        .collect();
+    let again = folder.join("own.csv");
+    std::fs::write(&again, own).unwrap();
+    let same = compare::compare(
+        &run,
+        Some(&again),
+        Some(&folder.join("second")),
+        folder,
+        &Silent,
+    )
+    .unwrap();
+    assert!(
+        same.parts[0].apart.worst.difference().abs() < 0.05,
+        "{:?}",
+        same.parts[0].apart
+    );
+    // and one table against the other
+    let tables = compare::compare(
+        &again,
+        Some(&file),
+        Some(&folder.join("third")),
+        folder,
+        &Silent,
+    )
+    .unwrap();
+    assert!(
+        (tables.parts[0].apart.bias - 25.0).abs() < 0.5,
+        "{:?}",
+        tables.parts[0].apart
+    );
+}
+
+/// A judged run is compared with its own judge by one command, and the judge's tables with themselves and with charts.
+#[test]
+fn charts_are_compared_with_their_judge() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    for (time, x) in [(0.0, 0.0), (2.5e-3, 1.0), (6.0e-3, 1.0)] {
+        let on = i32::from(time < 1e-3);
+        writeln!(path, "{time},{x},0,60000,0.002,0.004,{on}").unwrap();
+    }
+    std::fs::write(folder.join("path.csv"), path).unwrap();
+    let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3300 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n";
+    let file = folder.join("job.toml");
+    let plain = folder.join("plain");
+    std::fs::write(&file, job).unwrap();
+    chain::run(&file, Some(&plain), folder, &Silent).unwrap();
+    let refused = compare::compare(&plain, None, None, folder, &Silent).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.contains("solver = \"reference\""), "{refused}");
+    let judge = "[judge]\nsolver = \"reference\"\ncell = \"0.1 mm\"\nstep = \"10 us\"\nplaces = [[\"0.6 mm\", \"0 mm\"], [\"0.6 mm\", \"0 mm\", \"-0.1 mm\"], [\"9 mm\", \"0 mm\"]]\n";
+    std::fs::write(&file, format!("{job}{judge}")).unwrap();
+    let run = folder.join("run");
+    let ran = chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    let told = |code: &str| ran.verdict.warnings.iter().find(|w| w.code == code);
+    assert!(
+        told("places-outside")
+            .unwrap()
+            .message
+            .contains("(9, 0, 0)")
+    );
+    let out = folder.join("out");
+    let found = compare::compare(&run, None, Some(&out), folder, &Silent).unwrap();
+    let of = |q: Quantity| found.parts.iter().find(|p| p.quantity == q).unwrap();
+    assert_eq!(found.parts.len(), 4);
+    // two places every 50 µs of 6 ms, from the first look on
+    assert_eq!(of(Quantity::Temperature).pairs.len(), 2 * 121);
+    // one line, charts that do not end before it: within some 100 K and half a millisecond
+    let highest = &of(Quantity::Highest).apart;
+    assert!(highest.bias.abs() < 150.0, "{highest:?}");
+    let froze = &of(Quantity::Solidified).apart;
+    assert!(froze.mean < 5e-4, "{froze:?}");
+    for name in [
+        "pairs.csv",
+        "pairs-highest.csv",
+        "map-molten.vti",
+        "map-solidified.csv",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("Time of freezing"));
+    // tables against tables: each with itself, and charts with the solver within a twentieth of a millimetre
+    let (ours, theirs) = (
+        run.join("series/voxels-reference.csv"),
+        run.join("series/voxels.csv"),
+    );
+    let same = compare::compare(&ours, Some(&ours), None, &folder.join("same"), &Silent).unwrap();
+    assert!(same.parts.iter().all(|p| p.apart.worst.difference() == 0.0));
+    let near = compare::compare(&theirs, Some(&ours), None, &folder.join("near"), &Silent).unwrap();
+    assert_eq!(near.parts.len(), 3);
+    let samples = run.join("series/temperatures-reference.csv");
+    let error = compare::compare(&theirs, Some(&samples), None, folder, &Silent).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("nothing is told by both"), "{error}");
+}
+
+/// Each layer of a run is met at its own height and on its own clock, and told by itself.
+#[test]
+fn every_layer_is_compared() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
+    let file = folder.join("job.toml");
+    std::fs::write(&file, job).unwrap();
+    let run = folder.join("run");
+    chain::run(&file, Some(&run), folder, &Silent).unwrap();
+    // on the surface, which is 750 °C until the beam comes
+    let table = |name: &str, layers: &[u32]| {
+        let mut text = "x,y,t_ms,T,layer\n".to_owned();
+        for layer in layers {
+            for n in 0..10 {
+                writeln!(
+                    text,
+                    "{},0.5,0.001,{},{layer}",
+                    0.2 * f64::from(n),
+                    750 + 10 * layer
+                )
+                .unwrap();
+            }
+        }
+        let file = folder.join(name);
+        std::fs::write(&file, text).unwrap();
+        file
+    };
+    let out = folder.join("out");
+    let found = compare::compare(
+        &run,
+        Some(&table("all.csv", &[1, 2, 3])),
+        Some(&out),
+        folder,
+        &Silent,
+    );
+    let found = found.unwrap();
+    assert_eq!(found.parts[0].pairs.len(), 30);
+    let height = |layer: usize| {
+        let n = found.parts[0]
+            .layers
+            .iter()
+            .position(|l| *l == layer)
+            .unwrap();
+        found.parts[0].pairs[n].sample.place[2]
+    };
+    assert!((height(3) - height(1) - 0.1).abs() < 1e-9);
+    let of = |layer: usize| {
+        let own = found.parts[0]
+            .layers
+            .iter()
+            .zip(&found.parts[0].pairs)
+            .filter(|(l, _)| **l == layer);
+        own.map(|(_, p)| p.difference()).fold(0.0, f64::max)
+    };
+    for layer in 1..=3 {
+        assert!(
+            (of(layer) - 10.0 * layer as f64).abs() < 1.0,
+            "{layer}: {}",
+            of(layer)
+        );
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("By layer"));
+    let wrong = table("wrong.csv", &[1, 4]);
+    let error = compare::compare(&run, Some(&wrong), None, folder, &Silent).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("layer 4 is not one of the run's 1 to 3"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_cannot_be_compared_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let write = |name: &str, text: &str| {
+        let file = folder.join(name);
+        std::fs::write(&file, text).unwrap();
+        file
+    };
+    let table = write("a.csv", "x,y,z,t,T\n0,0,0,0,900\n");
+    let away = write("b.csv", "x,y,z,t,T\n5,0,0,0,900\n");
+    let told = |against: &Path, table: &Path| {
+        let out = folder.join("out");
+        let error =
+            compare::compare(against, Some(table), Some(&out), folder, &Silent).unwrap_err();
+        assert!(!out.exists());
+        error.to_string()
+    };
+    assert!(told(&away, &table).contains("none of the 1 samples"));
+    assert!(told(folder, &table).contains("it has no job.toml"));
+    let kind = write("c.dat", "");
+    assert!(
+        told(&away, &kind).contains("c.dat"),
+        "{}",
+        told(&away, &kind)
+    );
+    assert!(told(&away, &folder.join("none.csv")).contains("none.csv"));
+    let cut = write("d.parquet", "PAR1 and no more");
+    assert!(told(&away, &cut).contains("d.parquet"));
+}

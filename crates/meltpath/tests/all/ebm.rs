@@ -1,0 +1,523 @@
+//! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
+
+mod charts;
+mod material;
+mod part;
+mod quality;
+mod reference_solver;
+mod spots;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use meltpath::ebm::plan::planned;
+use meltpath::ebm::settings::resolve;
+use meltpath::ebm::simulate::simulate;
+use meltpath::job::{Job, load};
+use meltpath::{chain, compare};
+use meltpath_base::{Reporter, Silent, Status};
+
+/// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
+fn path(lines: u32, focus: f64) -> String {
+    let mut text = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
+    let mut time = 0.0;
+    for n in 0..lines {
+        let y = 0.125 * f64::from(n);
+        let ends = if n % 2 == 0 { [0.0, 2.0] } else { [2.0, 0.0] };
+        for (m, x) in ends.into_iter().enumerate() {
+            writeln!(text, "{time},{x},{y},60000,0.005,{focus},1").unwrap();
+            time += if m == 0 { 2.0 / 980.0 } else { 0.125 / 980.0 };
+        }
+    }
+    text
+}
+
+const JOB: &str = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
+
+fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
+    std::fs::write(folder.join("path.csv"), path(6, focus)).unwrap();
+    let file = folder.join("job.toml");
+    std::fs::write(&file, format!("{JOB}{extra}")).unwrap();
+    file
+}
+
+#[test]
+fn a_small_job_runs_and_learns() {
+    let dir = tempfile::tempdir().unwrap();
+    let extra = "sections = [[\"1 mm\", \"0.25 mm\"], [\"50 mm\", \"0 mm\"]]\n[window]\ngood = \"path.csv\"\n[region]\ninside = \"0.1 mm\"\n[optimise]\nmethod = \"learning\"\nrounds = 3\n[checks]\nin_window = \"5 %\"\n";
+    let file = job(dir.path(), extra, 4e-3);
+    let out = dir.path().join("out");
+    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    // charts preview: what they say is kept, and nothing passes by it
+    assert_eq!(outcome.verdict.status(), Status::CannotSay);
+    let share = &outcome.verdict.checks[0];
+    assert_eq!(
+        (share.id.as_str(), share.status),
+        ("in-window", Status::CannotSay)
+    );
+    assert!(share.remedy.as_ref().unwrap().contains("under [judge]"));
+    for id in ["in-window-charts", "unmelted-charts"] {
+        let fact = outcome.verdict.facts.iter().find(|f| f.id == id).unwrap();
+        assert!(fact.value.is_some() && fact.reason == "preview by charts");
+    }
+    let told = outcome
+        .verdict
+        .warnings
+        .iter()
+        .any(|w| w.code == "laws-extrapolated");
+    assert!(told, "{:?}", outcome.verdict.warnings);
+    for name in [
+        "report.html",
+        "verdict.json",
+        "provenance.json",
+        "path.csv",
+        "charts/1.melt",
+        "series/voxels.csv",
+        "fields/temperature.pvd",
+        "fields/frames/003.vti",
+        "fields/voxels.vti",
+    ] {
+        assert!(out.join(name).is_file(), "{name}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for said in [
+        "Section along x through the hottest place, charts",
+        "Section along y through x 1 mm, y 0.25 mm, charts",
+        "x 50 mm, y 0 mm lies outside the voxels",
+        "as given",
+        "better path",
+    ] {
+        assert!(report.contains(said), "{said}");
+    }
+    // the charts it wrote serve the next run, and the path it wrote is one
+    let again = dir.path().join("again.toml");
+    let text = format!("{JOB}files = [\"out/charts/1.melt\"]\n")
+        .replace("path.csv", "out/path.csv")
+        .replace("[simulation]\nframes = 3\nfiles", "files");
+    std::fs::write(&again, text).unwrap();
+    let second = chain::run(
+        &again,
+        Some(&dir.path().join("second")),
+        dir.path(),
+        &Silent,
+    )
+    .unwrap();
+    assert_eq!(
+        std::fs::read(out.join("charts/1.melt")).unwrap(),
+        std::fs::read(second.folder.join("charts/1.melt")).unwrap()
+    );
+}
+
+/// A region with a hole, two layers of lines that cross: no file of a path is needed, and the one that is written is one.
+#[test]
+fn a_region_is_hatched_layer_by_layer() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let out = dir.path().join("out");
+    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    // the second layer's lines run along y
+    let upright = csv.lines().skip(1).filter(|l| !l.starts_with('#'));
+    let first: Vec<Vec<f64>> = upright
+        .take(2)
+        .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+        .collect();
+    assert!((first[0][1] - first[1][1]).abs() < 1e-9, "{first:?}");
+    assert!(out.join("path.parquet").is_file());
+    for (extra, what) in [
+        ("path = \"p.csv\"\n", "either `path` or the table [hatch]"),
+        ("", "has nothing to fill"),
+    ] {
+        let wrong = if extra.is_empty() {
+            text.replace("contour = ", "# ").replace("holes = ", "# ")
+        } else {
+            format!("{extra}{text}")
+        };
+        std::fs::write(&file, wrong).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
+}
+
+/// The reference solver finds a path whose current changes along it; the report stands beside the un-optimised one.
+#[test]
+fn a_path_is_found_on_the_reference_solver() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[hatch]\nstrategy = \"one-way\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\norders = [\"backwards\"]\nrounds = 4\ncell = \"0.1 mm\"\n[checks]\nin_window = \"5 %\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let out = dir.path().join("out");
+    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    // one run of the solver shows no convergence
+    assert_eq!(outcome.verdict.status(), Status::CannotSay);
+    let fact = outcome
+        .verdict
+        .facts
+        .iter()
+        .find(|f| f.id == "in-window-search");
+    assert!(fact.unwrap().value.as_ref().unwrap().value > 5.0);
+    // what lies beyond the laws is said of the solver too, not of charts alone
+    let warned = |code: &str| outcome.verdict.warnings.iter().any(|w| w.code == code);
+    assert!(warned("laws-extrapolated-reference"));
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for what in [
+        "laws of",
+        "Beam current along lines",
+        "Voxels of the region on the reference solver",
+        "Orders and strategies tried",
+        "backwards",
+    ] {
+        assert!(report.contains(what), "{what}");
+    }
+    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let currents: std::collections::BTreeSet<&str> = csv
+        .lines()
+        .skip(1)
+        .filter_map(|l| l.split(',').nth(4))
+        .collect();
+    assert!(currents.len() > 5, "{currents:?}");
+    // the run drew it with charts too, for some of its currents, and comparing draws the same, but for currents halfway
+    // between two steps
+    assert!(warned("charts-in-steps"));
+    let voxels = out.join("series/voxels.csv");
+    let same = compare::compare(&out, Some(&voxels), None, dir.path(), &Silent).unwrap();
+    let apart = same.parts.iter().map(|p| p.apart.mean);
+    assert!(apart.fold(0.0, f64::max) < 1.0);
+    let wrong = text.replace("solver = \"reference\"\n", "");
+    std::fs::write(&file, wrong).unwrap();
+    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+    assert!(
+        error.to_string().contains("need the reference solver"),
+        "{error}"
+    );
+}
+
+/// Optimiser and judge read the good body's middle alike: with the same cells and steps both have the same window.
+#[test]
+fn optimiser_and_judge_speak_of_one_window() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.125 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let (Job::Ebm(read), _) = load(&file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let outcome = simulate(&plan, &Reporter::new(), &Silent).unwrap();
+    let found = outcome.found.unwrap().reference.unwrap();
+    let judged = outcome.judged.unwrap();
+    let apart = found.classes.window[0] - judged.classes.window[0];
+    println!("windows {apart:.2} K apart");
+    assert!(apart.abs() < 3.0, "{apart} K");
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_its_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |extra: &str, focus: f64| {
+        let file = job(dir.path(), extra, focus);
+        let out = dir.path().join("out");
+        let error = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap_err();
+        assert!(!out.exists());
+        error.to_string()
+    };
+    assert!(refused("", 0.05).contains("outside the calibration"));
+    assert!(refused("[window]\nwidth = \"60 °C\"\n", 4e-3).contains("one of \"K\""));
+    assert!(
+        refused("[window]\nlow = \"2800 °C\"\nhigh = \"2700 °C\"\n", 4e-3).contains("not below")
+    );
+    assert!(
+        refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
+            .contains("known are \"ti6al4v-ebm\", \"in625-laser\"")
+    );
+    assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
+    // a step in which a voxel would melt whole
+    let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
+    let error = chain::run(&file, None, dir.path(), &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("loses the phase change"), "{error}");
+    // charts that are cut short, and what is none
+    for (bytes, said) in [(&b"MELT"[..], "cut"), (&b"no chart at all"[..], "none")] {
+        std::fs::write(dir.path().join("a.melt"), bytes).unwrap();
+        let text = JOB.replace("[charts]\n", "[charts]\nfiles = [\"a.melt\"]\n");
+        let file = dir.path().join("charts.toml");
+        std::fs::write(&file, text).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("cannot use the charts") && error.contains("a.melt"),
+            "{said}: {error}"
+        );
+    }
+    let file = job(dir.path(), "", 4e-3);
+    std::fs::write(dir.path().join("path.csv"), "t_s,x_mm\n").unwrap();
+    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+    assert!(error.to_string().contains("the columns are"), "{error}");
+}
+
+/// Every file that is not there and every value that cannot be, at once; values alone are resolved without reading any of them.
+#[test]
+fn all_that_is_missing_is_told_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "path = \"beam.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nmaterial = \"gold\"\n[charts]\nfiles = [\"one.melt\", \"two.melt\"]\n[window]\ngood = \"good.csv\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, text).unwrap();
+    let told = chain::doctor(&file, &Silent).unwrap();
+    assert_eq!(told.problems(), 5);
+    let refused = told.refused.unwrap().to_string();
+    for name in ["beam.csv", "one.melt", "two.melt", "good.csv", "gold"] {
+        assert!(refused.contains(name), "{name}: {refused}");
+    }
+    // files that are there and do not read: both
+    for name in ["beam.csv", "good.csv"] {
+        std::fs::write(dir.path().join(name), "no path\n").unwrap();
+    }
+    let text = "path = \"beam.csv\"\n[process]\nkind = \"ebm\"\n[window]\ngood = \"good.csv\"\n";
+    std::fs::write(&file, text).unwrap();
+    let (Job::Ebm(read), _) = load(&file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    assert!(resolve(&read, dir.path()).is_ok());
+    assert_eq!(planned(&read, dir.path(), &Silent).unwrap_err().0.len(), 2);
+}
+
+/// A record in which the gun changes its voltage, or the side of its focus, is drawn as it is and written back otherwise.
+#[test]
+fn a_record_of_several_voltages_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = job(dir.path(), "", 4e-3);
+    let told = |text: String| {
+        std::fs::write(dir.path().join("path.csv"), text).unwrap();
+        let told = chain::doctor(&file, &Silent).unwrap();
+        told.lines
+            .into_iter()
+            .find(|l| l.contains("rows with the beam on"))
+    };
+    let one = path(6, 4e-3);
+    assert_eq!(told(one.clone()), None);
+    let two = told(one.replacen("60000,0.005,0.004,1\n", "50000,0.006,0.004,1\n", 3)).unwrap();
+    // the first three rows, so that the other eight with the beam on are otherwise
+    assert!(two.contains("path.csv: 8 of its 11 rows"), "{two}");
+    assert!(two.contains("50000 V"), "{two}");
+}
+
+#[test]
+fn a_doctor_tells_every_default() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = chain::doctor(&job(dir.path(), "", 4e-3), &Silent).unwrap();
+    assert!(told.refused.is_none());
+    let lines = told.lines.join("\n");
+    for line in [
+        "\n[ebm]\n",
+        "\nporosity = physical    (default: erratum E1: the printed law is no porosity)\n",
+        "\ndensity = corrected    (default: ",
+        "\nefficiency = 90 %    (default: ",
+        "\nlow = 2700 °C    (default: ",
+        "\njudge] not written: ",
+    ] {
+        let line = line.replace("\njudge", "\n[judge");
+        assert!(lines.contains(&line), "{line}: {lines}");
+    }
+}
+
+/// The last 2 mm of the thesis' triangle: speeds learned on charts, judged on the reference solver with half the cell, half the
+/// step and ±5 % power. Recorded: some 1 % are in the window there, where the charts see a quarter.
+#[test]
+#[ignore = "a minute of computing"]
+fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
+    let dir = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ebm-triangle");
+    for name in ["triangle.csv", "rectangle.csv"] {
+        std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
+    }
+    let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
+    let judge = "\n[judge]\nsolver = \"reference\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
+    let file = dir.path().join("job.toml");
+    let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
+    std::fs::write(&file, text + judge).unwrap();
+    let out = dir.path().join("out");
+    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let check = &outcome.verdict.checks[0];
+    println!("{} {:?}: {}", check.id, check.status, check.reason);
+    assert_eq!(check.id, "in-window");
+    assert!(check.title.ends_with("on the reference solver"));
+    for said in [
+        "cells of 62.5 µm",
+        "steps of",
+        "half the cell",
+        "half the step",
+        "5 % less power",
+    ] {
+        assert!(check.reason.contains(said), "{said}: {}", check.reason);
+    }
+    let share = check.value.as_ref().unwrap();
+    let spread = share.sigma.unwrap();
+    // speeds learned on charts are worth little here: the solver runs far hotter than charts, which know no heat of earlier lines
+    assert!(share.value < 10.0 && spread > 0.0, "{share:?}");
+    assert_eq!(check.reason.contains("NOT CONVERGED"), spread > 5.0);
+    assert_eq!(check.status, Status::Fail);
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("Judged on the reference solver"));
+}
+
+#[test]
+fn a_part_without_beam_or_area_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |part: &str| {
+        let extra = format!("[judge]\nsolver = \"reference\"\nbeyond = \"0 mm\"\npart = {part}\n");
+        let file = job(dir.path(), &extra, 4e-3);
+        chain::run(&file, Some(&dir.path().join("out")), dir.path(), &Silent)
+            .unwrap_err()
+            .to_string()
+    };
+    let away = refused("[[\"5 mm\", \"5 mm\"], [\"6 mm\", \"6 mm\"]]");
+    assert!(away.contains("never on in the part"), "{away}");
+    let flat = refused("[[\"1 mm\", \"0 mm\"], [\"1 mm\", \"1 mm\"]]");
+    assert!(flat.contains("judge.part has no area"), "{flat}");
+}
+
+/// A few lines, judged with coarse cells: every run in the report and in the verdict.
+#[test]
+fn a_small_job_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let extra = "[judge]\nsolver = \"reference\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\npart = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n";
+    let file = job(dir.path(), extra, 4e-3);
+    let out = dir.path().join("out");
+    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    assert!(
+        outcome.verdict.checks[0]
+            .reason
+            .contains("cells of 125.0 µm")
+    );
+    let told = &outcome.verdict.facts;
+    assert!(told.iter().any(|f| f.id == "in-window-charts"), "{told:?}");
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(out.join("fields/voxels-reference.vti").is_file());
+    for said in [
+        "Judged on the reference solver",
+        "Section along x through the hottest place, reference solver",
+        "half the cell",
+        "5 % more power",
+    ] {
+        assert!(report.contains(said), "{said}");
+    }
+}
+
+/// The whole section is judged, what melts outside it too; a part of it, or one in which nothing melts, never passes.
+#[test]
+fn the_whole_section_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let checked = |extra: &str| {
+        let extra = format!(
+            "[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
+        );
+        let file = job(dir.path(), &extra, 4e-3);
+        let out = dir.path().join("out");
+        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        std::fs::remove_dir_all(&out).unwrap();
+        println!("{}", outcome.verdict.to_json());
+        move |id: &str| {
+            let found = outcome.verdict.checks.iter().find(|c| c.id == id);
+            let check = found.unwrap();
+            (
+                check.status,
+                check.value.as_ref().unwrap().value,
+                check.reason.clone(),
+            )
+        }
+    };
+    // lines on the contour itself: all of it melts, and what lies beside it
+    let whole = checked("[checks]\nfarthest = \"0.1 mm\"\n");
+    let (status, share, reason) = whole("in-window");
+    assert_eq!(status, Status::Pass, "{reason}");
+    assert!(share > 99.0, "{share}");
+    for variant in [
+        "twice the planes",
+        "the ground twice as deep",
+        "the ground twice as wide",
+    ] {
+        assert!(reason.contains(variant), "{variant}: {reason}");
+    }
+    assert_eq!(whole("unmelted").0, Status::Pass);
+    let (status, share, _) = whole("molten-outside");
+    assert!(status == Status::Fail && share > 10.0, "{status:?} {share}");
+    let (status, away, _) = whole("molten-farthest");
+    assert!(status == Status::Fail && away > 0.15, "{status:?} {away}");
+    // a part of it
+    let part = checked("part = [[\"0.5 mm\", \"0.2 mm\"], [\"1.5 mm\", \"0.5 mm\"]]\n");
+    let (status, _, reason) = part("in-window");
+    assert_eq!(status, Status::CannotSay, "{reason}");
+    assert!(reason.contains("only judge.part"), "{reason}");
+    // a corner of the region that the beam does not reach, and one that no cell lies in
+    let region = "[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"4 mm\", \"0 mm\"], [\"4 mm\", \"0.5 mm\"], [\"0 mm\", \"0.5 mm\"]]\n[checks]\nin_window = \"0 %\"\nunmelted = \"100 %\"\n";
+    let nothing = checked(&format!(
+        "beyond = \"1 mm\"\npart = [[\"2.375 mm\", \"0.1 mm\"], [\"2.5 mm\", \"0.5 mm\"]]\n{region}"
+    ));
+    for id in ["in-window", "unmelted", "molten-outside"] {
+        let (status, _, reason) = nothing(id);
+        assert!(
+            status == Status::Fail && reason.contains("nothing melts"),
+            "{id}: {reason}"
+        );
+    }
+    let empty = checked(&format!(
+        "beyond = \"2 mm\"\npart = [[\"3.4 mm\", \"0.1 mm\"], [\"3.5 mm\", \"0.2 mm\"]]\n{region}"
+    ));
+    let (status, _, reason) = empty("in-window");
+    assert!(
+        status == Status::CannotSay && reason.contains("no cell"),
+        "{reason}"
+    );
+}
+
+/// Lines go beyond the contour where the job says so; the region that is judged stays, on voxels of two planes a layer.
+#[test]
+fn lines_overrun_the_contour() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = JOB.replace("path = \"path.csv\"\n", "")
+        + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
+    let file = dir.path().join("job.toml");
+    std::fs::write(&file, &text).unwrap();
+    let out = dir.path().join("out");
+    chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+    let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let column = |n: usize| -> Vec<f64> {
+        let rows = csv
+            .lines()
+            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()));
+        rows.map(|l| l.split(',').nth(n).unwrap().parse().unwrap())
+            .collect()
+    };
+    let least = |values: Vec<f64>| values.into_iter().fold(f64::INFINITY, f64::min);
+    let (x, y) = (least(column(1)), least(column(2)));
+    // half a spacing stays between the lines and where they end
+    assert!(
+        (-0.2..-0.1).contains(&x) && (-0.2..-0.05).contains(&y),
+        "{x} {y}"
+    );
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("hatch.overrun") && report.contains("optimise.planes"));
+    for (from, to, what) in [
+        (
+            "planes = 2",
+            "planes = 0",
+            "optimise.planes is 0: it must be 1 to 16",
+        ),
+        (
+            "[hatch]",
+            "[modulation]\n[hatch]",
+            "beyond the contour, where [modulation]",
+        ),
+    ] {
+        std::fs::write(&file, text.replace(from, to)).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+    }
+}

@@ -1,0 +1,143 @@
+//! Programs of other software through `meltpath simulate`: nothing passes while a line that shapes metal was not simulated, or while
+//! nobody says which wire lays it.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use meltpath::waam::simulate_program;
+use meltpath_base::{Check, Silent, Status, Verdict};
+
+/// A wall of two beads, 100 mm long, with `lines` before its first bead.
+fn program(folder: &Path, lines: &[&str]) -> PathBuf {
+    let mut text = "/PROG WALL\n/MN\n".to_owned();
+    let before = ["UFRAME_NUM=1", "UTOOL_NUM=1", "J P[1] 20% FINE"];
+    let beads = [
+        "L P[2] 20mm/sec FINE Arc Start[7]",
+        "L P[3] WELD_SPEED FINE Arc End[7]",
+        "L P[1] 100mm/sec CNT100",
+        "L P[4] 20mm/sec FINE Arc Start[7]",
+        "L P[5] WELD_SPEED FINE Arc End[7]",
+    ];
+    for (n, line) in before.iter().chain(lines).chain(&beads).enumerate() {
+        writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
+    }
+    text += "/POS\n";
+    for (n, [x, z]) in [
+        [0.0, 60.0],
+        [0.0, 0.0],
+        [100.0, 0.0],
+        [100.0, 1.7],
+        [0.0, 1.7],
+    ]
+    .iter()
+    .enumerate()
+    {
+        let n = n + 1;
+        writeln!(text, "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};").unwrap();
+    }
+    text += "/END\n";
+    let path = folder.join("wall.ls");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A job for it, with a cell that knows schedule 7.
+fn job(folder: &Path) -> PathBuf {
+    let shipped = meltpath_data::cells::ARCMATE_120IC.text;
+    let cell = format!(
+        "{shipped}\n[[program.schedule]]\nnumber = 7\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n"
+    );
+    std::fs::write(folder.join("cell.toml"), cell).unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
+    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
+    let text = "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+                [machine]\ncell = \"cell.toml\"\n[simulation]\ncell = \"1 mm\"\n";
+    let path = folder.join("job.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
+    let program = program(folder, lines);
+    let runs = folder.join("runs");
+    simulate_program(&program, job, None, &runs, &Silent)
+        .unwrap()
+        .verdict
+}
+
+fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
+}
+
+/// Checks of the metal, which stand and fall with the whole program.
+const METAL: [&str; 6] = [
+    "lack", "excess", "flatness", "height", "ctwd-min", "ctwd-max",
+];
+
+#[test]
+fn a_program_that_is_simulated_whole_is_decided() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let verdict = simulated(dir.path(), &["DO[3]=ON", "!clean plate"], Some(&job));
+    assert_eq!(check(&verdict, "lines").status, Status::Pass);
+    // a wall of two layers is far from a part of 25
+    assert_eq!(check(&verdict, "lack").status, Status::Fail);
+    assert_eq!(check(&verdict, "ctwd-min").status, Status::Pass);
+    assert!(verdict.facts.iter().any(|f| f.id == "wire-mass"));
+}
+
+#[test]
+fn nothing_is_decided_while_a_line_that_shapes_metal_was_not_simulated() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    for line in ["Weave Sine[1]", "CALL TORCH_CLEAN", "AO[1]=5"] {
+        let verdict = simulated(dir.path(), &[line], Some(&job));
+        let lines = check(&verdict, "lines");
+        assert_eq!(lines.status, Status::CannotSay, "{line}");
+        assert_eq!(lines.place.as_ref().unwrap().line, Some(4), "{line}");
+        assert!(lines.reason.contains(line), "{}", lines.reason);
+        assert!(lines.remedy.is_some());
+        for id in METAL {
+            let check = check(&verdict, id);
+            assert_eq!(check.status, Status::CannotSay, "{line}: {id}");
+            assert!(check.reason.contains("WALL, line 4"), "{}", check.reason);
+        }
+        assert_eq!(verdict.status(), Status::CannotSay);
+    }
+}
+
+#[test]
+fn without_the_cells_table_a_schedule_is_not_guessed() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let shipped = meltpath_data::cells::ARCMATE_120IC.text;
+    std::fs::write(dir.path().join("cell.toml"), shipped).unwrap();
+    let verdict = simulated(dir.path(), &[], Some(&job));
+    let lines = check(&verdict, "lines");
+    assert_eq!(lines.status, Status::CannotSay);
+    assert!(lines.reason.contains("Arc Start[7]"), "{}", lines.reason);
+    assert!(lines.reason.contains("WELD_SPEED"), "{}", lines.reason);
+}
+
+#[test]
+fn without_a_job_no_wire_is_assumed_in_the_verdict() {
+    let dir = tempfile::tempdir().unwrap();
+    let told = ["!Schedule 7 WFS 8.00 m/min"];
+    let verdict = simulated(dir.path(), &told, None);
+    for id in ["flatness", "height", "ctwd-min", "ctwd-max"] {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::CannotSay, "{id}");
+        assert!(
+            check.reason.contains("no job was given"),
+            "{}",
+            check.reason
+        );
+    }
+    assert!(
+        !verdict
+            .facts
+            .iter()
+            .any(|f| f.id == "wire-mass" || f.id == "energy")
+    );
+}

@@ -1,0 +1,195 @@
+//! The health test from records and from the simulated bench to its history.
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use meltpath::health::{Bench, Circumstances, HealthError, History, Subject, test};
+use meltpath_base::{Reporter, Status};
+use meltpath_scan_head::files;
+use meltpath_scan_head::health::bench::{simulate_first_stage, simulate_second_stage};
+use meltpath_scan_head::health::rating::Rating;
+use meltpath_scan_head::health::signal::Km0Signal;
+
+fn at(time: &str) -> Circumstances {
+    Circumstances {
+        time: time.to_owned(),
+        temperature: Some(22.0),
+        accept: false,
+    }
+}
+
+fn simulated(folder: &Path, time: &str, changes: &[&str]) -> meltpath::health::Outcome {
+    let subject = Subject::find("demo", "two-axis-150", "Y").unwrap();
+    let changes = changes.iter().map(|c| (*c).to_owned()).collect();
+    test(
+        &subject,
+        &Bench::Simulated(changes),
+        folder,
+        &at(time),
+        &Reporter::new(),
+    )
+    .unwrap()
+}
+
+#[test]
+fn drift_is_told_against_the_history_with_fault_and_action() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("history");
+    let first = simulated(&folder, "2026-01-05T08:00:00Z", &[]);
+    assert_eq!((first.tests, first.rating), (1, Rating::Good));
+    let same = simulated(&folder, "2026-02-05T08:00:00Z", &[]);
+    assert_eq!(same.rating, Rating::Good);
+    assert_eq!(same.verdict.status(), Status::Pass);
+    let worn = simulated(&folder, "2026-03-05T08:00:00Z", &["coulomb=1.4"]);
+    assert_eq!(worn.rating, Rating::Watch);
+    let bad = simulated(&folder, "2026-04-05T08:00:00Z", &["coulomb=2"]);
+    assert_eq!((bad.tests, bad.rating), (4, Rating::Intervene));
+    assert_eq!(bad.verdict.status(), Status::Fail);
+    let worst = bad.verdict.checks.first().unwrap();
+    assert!(
+        worst.remedy.as_ref().unwrap().contains("lubrication"),
+        "{worst:?}"
+    );
+    let page = fs::read_to_string(bad.folder.join("report.html")).unwrap();
+    for words in [
+        "intervention needed",
+        "Coulomb torque",
+        "2026-03-05",
+        "lubrication",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // the file: one line a test, readable by anyone
+    let history = History::open(&folder, "demo/two-axis-150/y").unwrap();
+    assert_eq!(history.entries().len(), 4);
+    assert!(
+        history.entries()[3]
+            .reasons
+            .iter()
+            .any(|r| r.contains("Coulomb"))
+    );
+    let file = folder.join("demo_two-axis-150_y.jsonl");
+    let text = fs::read_to_string(&file).unwrap();
+    let line: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(line["rating"], "intervene");
+    assert_eq!(
+        line["record"]["stage2"]["ramps"].as_array().unwrap().len(),
+        20
+    );
+
+    // a broken line is named, and nothing is added
+    fs::write(&file, format!("{text}{{\"schema\":\n")).unwrap();
+    let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
+    let error = test(
+        &subject,
+        &Bench::Simulated(Vec::new()),
+        &folder,
+        &at("2026-05-05T08:00:00Z"),
+        &Reporter::new(),
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("line 5"), "{error}");
+    assert!(
+        fs::read_to_string(&file)
+            .unwrap()
+            .ends_with("{\"schema\":\n")
+    );
+}
+
+#[test]
+fn axes_heads_and_changes_that_are_none_are_named() {
+    assert!(matches!(
+        Subject::find("demo", "two-axis-150", "z"),
+        Err(HealthError::Axis { .. })
+    ));
+    let error = Subject::find("demo", "nowhere", "x")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("three-axis-350"), "{error}");
+    let dir = tempfile::tempdir().unwrap();
+    let subject = Subject::find("demo", "two-axis-150", "x").unwrap();
+    for change in ["coulomb", "colomb=2", "coulomb=-1", "coulomb=x"] {
+        let bench = Bench::Simulated(vec![change.to_owned()]);
+        let error = test(&subject, &bench, dir.path(), &at("t"), &Reporter::new()).unwrap_err();
+        assert!(error.to_string().contains("NAME=FACTOR"), "{error}");
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+}
+
+/// Records made by the simulated bench and written as another program would write them give the simulated test's own values.
+#[test]
+fn records_give_what_the_bench_gave() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
+        .unwrap()
+        .head;
+    let axis = &head.mirrors[1];
+    let first = simulate_first_stage(axis, head.period).unwrap();
+    let mut text = String::from("t,U,i,angle,asked\n");
+    for k in 0..first.voltage.len() {
+        writeln!(
+            text,
+            "{:.6},{},{:.9},{:.9},0",
+            k as f64 * head.period,
+            first.voltage[k],
+            1e3 * first.current[k],
+            first.angle[k].to_degrees()
+        )
+        .unwrap();
+    }
+    fs::write(dir.path().join("one.csv"), &text).unwrap();
+    let signal = Km0Signal::for_axis(axis).samples(head.period).unwrap();
+    let second = simulate_second_stage(axis, &signal, head.period).unwrap();
+    let late = 777;
+    let mut text = String::from("t,U,i,angle,asked\n");
+    for k in 0..signal.set_points.len() + late {
+        let j = k.saturating_sub(late);
+        writeln!(
+            text,
+            "{:.6},{:.6},{:.9},{:.9},{:.9}",
+            k as f64 * head.period,
+            second.voltage[j],
+            1e3 * second.current[j],
+            second.angle[j].to_degrees(),
+            signal.set_points[j].to_degrees()
+        )
+        .unwrap();
+    }
+    fs::write(dir.path().join("two.csv"), &text).unwrap();
+    let mapping = "time = { column = \"t\", unit = \"s\" }\n[channels.voltage]\ncolumn = \"U\"\nunit = \"V\"\n\
+        [channels.current]\ncolumn = \"i\"\nunit = \"mA\"\n[channels.angle]\ncolumn = \"angle\"\nunit = \"deg\"\n\
+        [channels.set-point]\ncolumn = \"asked\"\nunit = \"deg\"\n";
+    fs::write(dir.path().join("map.toml"), mapping).unwrap();
+    let folder = dir.path().join("history");
+    simulated(&folder, "2026-01-05T08:00:00Z", &[]);
+    let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
+    let records = |second: &str| Bench::Records {
+        first: dir.path().join("one.csv"),
+        second: dir.path().join(second),
+        mapping: dir.path().join("map.toml"),
+    };
+    let outcome = test(
+        &subject,
+        &records("two.csv"),
+        &folder,
+        &at("2026-02-05T08:00:00Z"),
+        &Reporter::new(),
+    )
+    .unwrap();
+    assert_eq!(outcome.rating, Rating::Good, "{:?}", outcome.drifts[0]);
+    for d in &outcome.drifts {
+        assert!(d.change.abs() < 0.01, "{d:?}");
+    }
+    // another signal in the second stage: named, and the history stays as it was
+    let error = test(
+        &subject,
+        &records("one.csv"),
+        &folder,
+        &at("2026-03-05T08:00:00Z"),
+        &Reporter::new(),
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("second stage"), "{error}");
+    let history = History::open(&folder, &subject.name()).unwrap();
+    assert_eq!(history.entries().len(), 2);
+}

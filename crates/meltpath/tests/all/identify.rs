@@ -1,0 +1,244 @@
+//! From a bench's file to a motor.
+use std::fmt::Write;
+use std::fs;
+
+use meltpath::identify::{IdentifyError, add_friction, identify};
+use meltpath_base::Reporter;
+use meltpath_perception::RecordError;
+use meltpath_scan_head::axis::friction::Friction;
+use meltpath_scan_head::axis::galvanometer::Galvanometer;
+use meltpath_scan_head::axis::plant::Plant;
+use meltpath_scan_head::files;
+use meltpath_scan_head::servo::compare::run;
+
+const MAPPING: &str = "time = { column = \"t\", unit = \"us\" }
+[channels.voltage]
+column = \"U\"
+unit = \"V\"
+[channels.current]
+column = \"i\"
+unit = \"mA\"
+[channels.angle]
+column = \"n\"
+unit = \"deg\"
+scale = 1e-5
+offset = 1000000
+";
+
+/// A bench's record of the two-axis head's Y motor without dry friction, `samples` long: voltage of a pseudo-random
+/// sequence, current held within `limit` A by the probe's range, angle in counts.
+fn bench(motor: &Galvanometer, samples: u32, limit: f64) -> String {
+    let mut plant = Plant::<5>::new(motor, &[50e-6], 0.0).unwrap();
+    let mut text = String::from("t,U,i,n\n");
+    let mut register = 0x1u32;
+    for k in 0..samples {
+        // a shift register of 16 stages
+        let bit = (register ^ (register >> 1) ^ (register >> 3) ^ (register >> 12)) & 1;
+        register = (register >> 1) | (bit << 15);
+        let voltage = if register & 1 == 1 { 0.5 } else { -0.5 };
+        let counts = 1e6 + (plant.angle().to_degrees() * 1e5).round();
+        writeln!(
+            text,
+            "{},{voltage},{:.4},{counts}",
+            50 * k,
+            1e3 * plant.current().clamp(-limit, limit)
+        )
+        .unwrap();
+        plant.advance(0, voltage, 0.0);
+    }
+    text
+}
+
+fn motor() -> Galvanometer {
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    Galvanometer {
+        friction: Friction::None,
+        ..head.head.mirrors[1].motor.clone()
+    }
+}
+
+#[test]
+fn a_csv_of_counts_gives_the_motor_that_made_it() {
+    let motor = motor();
+    let text = bench(&motor, 90_000, f64::INFINITY);
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("bench.csv"), &text).unwrap();
+    fs::write(at("map.toml"), MAPPING).unwrap();
+    let found = identify(&at("bench.csv"), &at("map.toml"), &Reporter::new()).unwrap();
+    let off = |a: f64, b: f64| (a / b - 1.0).abs();
+    let got = &found.found.motor;
+    assert!(off(got.resistance, motor.resistance) < 0.02, "{got:?}");
+    assert!(off(got.inertia, motor.inertia) < 0.03, "{got:?}");
+    assert!(
+        off(got.torque_constant, motor.torque_constant) < 0.03,
+        "{got:?}"
+    );
+    assert!(
+        found.prediction.current.fit > 0.9,
+        "{:?}",
+        found.prediction.current
+    );
+    assert!(found.lines(&at("bench.csv"))[1].contains("Ω"));
+
+    // angle and current exchanged: what comes out is no motor, or the record is noted as odd
+    let swapped = MAPPING
+        .replace("\"i\"", "\"x\"")
+        .replace("\"n\"", "\"i\"")
+        .replace("\"x\"", "\"n\"");
+    fs::write(at("swapped.toml"), swapped).unwrap();
+    let reporter = Reporter::new();
+    let result = identify(&at("bench.csv"), &at("swapped.toml"), &reporter);
+    let noted = reporter
+        .warnings()
+        .iter()
+        .any(|w| w.code == "channels-exchanged");
+    assert!(noted || result.is_err());
+    let error = identify(&at("bench.csv"), &at("absent.toml"), &Reporter::new()).unwrap_err();
+    assert!(matches!(
+        error,
+        IdentifyError::Record(RecordError::File { .. })
+    ));
+}
+
+#[test]
+fn bad_records_are_named_with_what_to_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = bench(&motor(), 3_000, f64::INFINITY);
+    let refused = |record: &str, mapping: &str| {
+        fs::write(at("bench.csv"), record).unwrap();
+        fs::write(at("map.toml"), mapping).unwrap();
+        identify(&at("bench.csv"), &at("map.toml"), &Reporter::new())
+            .unwrap_err()
+            .to_string()
+    };
+    let without = |gap: std::ops::Range<usize>| {
+        let kept = text.lines().enumerate().filter(|(n, _)| !gap.contains(n));
+        let kept: Vec<&str> = kept.map(|(_, line)| line).collect();
+        kept.join("\n")
+    };
+    let gap = refused(&without(1001..1011), MAPPING);
+    assert!(
+        gap.contains("samples are missing") && gap.contains("rows = [1001, 2990]"),
+        "{gap}"
+    );
+    let blank = text.replacen(&format!("\n{},", 50 * 2_000), "\n,", 1);
+    let blank = refused(&blank, MAPPING);
+    assert!(
+        blank.contains("row 2001") && blank.contains("rows = [1, 2000]"),
+        "{blank}"
+    );
+    let wrong_rate = refused(&text, &format!("sample_time = \"40 us\"\n{MAPPING}"));
+    assert!(
+        wrong_rate.contains("the mapping says 0.000040000 s"),
+        "{wrong_rate}"
+    );
+    let missing = refused(&text, &MAPPING.replace("channels.current", "channels.amps"));
+    assert!(missing.contains("[channels.current]"), "{missing}");
+    let short = refused(&text, MAPPING);
+    assert!(short.contains("record longer"), "{short}");
+}
+
+/// A record of ramps up and down of the two-axis head's Y axis, friction included: current in mA, angle in counts.
+fn ramps() -> String {
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let mut set_points = vec![(-15f64).to_radians(); 2000];
+    for speed in [20.0f64, 50.0, 100.0, 200.0, 400.0] {
+        let step = speed.to_radians() * 50e-6;
+        for sign in [1.0, -1.0] {
+            let from = set_points.last().copied().unwrap();
+            let count = (30f64.to_radians().min(0.25 * speed.to_radians()) / step) as usize;
+            set_points.extend((1..=count).map(|k| from + sign * step * k as f64));
+            let end = set_points.last().copied().unwrap();
+            set_points.extend(vec![end; 600]);
+        }
+    }
+    let record = run(&head.head.mirrors[1], &set_points, 50e-6, 1).unwrap();
+    let mut text = String::from("t,U,i,n\n");
+    for (k, (i, a)) in record.current.iter().zip(&record.angle).enumerate() {
+        let counts = 1e6 + (a.to_degrees() * 1e5).round();
+        writeln!(text, "{},0,{:.4},{counts}", 50 * k, 1e3 * i).unwrap();
+    }
+    text
+}
+
+#[test]
+fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
+    let motor = motor();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("bench.csv"), bench(&motor, 90_000, f64::INFINITY)).unwrap();
+    fs::write(at("ramps.csv"), ramps()).unwrap();
+    fs::write(at("map.toml"), MAPPING).unwrap();
+    let reporter = Reporter::new();
+    let mut found = identify(&at("bench.csv"), &at("map.toml"), &reporter).unwrap();
+    add_friction(&mut found, &at("ramps.csv"), &at("map.toml"), &reporter).unwrap();
+    let lines = found.lines(&at("bench.csv"));
+    let file: Vec<&str> = lines
+        .iter()
+        .map(String::as_str)
+        .filter(|l| !l.starts_with('#'))
+        .collect();
+    let shipped = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let shipped = &shipped.head.mirrors[1].motor;
+    let read = files::parse_motor(&file.join("\n"), shipped).unwrap();
+    let (
+        Friction::Coulomb { coulomb, .. },
+        Friction::Coulomb {
+            coulomb: wanted, ..
+        },
+    ) = (read.friction, shipped.friction)
+    else {
+        unreachable!("the head has dry friction");
+    };
+    assert!((coulomb / wanted - 1.0).abs() < 0.1, "{coulomb} {wanted}");
+    assert!(
+        (read.viscous / shipped.viscous - 1.0).abs() < 0.25,
+        "{} {}",
+        read.viscous,
+        shipped.viscous
+    );
+    // a record without ramps, and one whose current is reversed
+    let error = add_friction(&mut found, &at("bench.csv"), &at("map.toml"), &reporter).unwrap_err();
+    assert!(error.to_string().contains("ramps"), "{error}");
+    let reversed = MAPPING.replace("unit = \"mA\"", "unit = \"mA\"\nscale = -1.0");
+    fs::write(at("reversed.toml"), reversed).unwrap();
+    let error = add_friction(
+        &mut found,
+        &at("ramps.csv"),
+        &at("reversed.toml"),
+        &reporter,
+    )
+    .unwrap_err();
+    assert!(error.to_string().contains("sign is reversed"), "{error}");
+    let error = identify(&at("bench.csv"), &at("reversed.toml"), &reporter).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("the current answers against its cause"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_probe_at_the_end_of_its_range_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let peak = bench(&motor(), 6_000, f64::INFINITY)
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').nth(2).unwrap().parse::<f64>().unwrap().abs())
+        .fold(0.0, f64::max)
+        * 1e-3;
+    fs::write(at("bench.csv"), bench(&motor(), 90_000, 0.5 * peak)).unwrap();
+    fs::write(at("map.toml"), MAPPING).unwrap();
+    let reporter = Reporter::new();
+    let result = identify(&at("bench.csv"), &at("map.toml"), &reporter);
+    let warnings = reporter.warnings();
+    let noted = warnings.iter().find(|w| w.code == "channel-saturated");
+    assert!(
+        noted.is_some_and(|w| w.message.contains("current") && w.remedy.is_some()),
+        "{warnings:?} {result:?}"
+    );
+}

@@ -1,0 +1,306 @@
+//! Scan-head jobs from their files to the folder of results.
+
+mod heat;
+mod options;
+mod refused;
+mod section;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use meltpath::chain;
+use meltpath_base::Silent;
+use meltpath_geometry::math::DVec2;
+use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_programs::cli::{self, Form};
+use meltpath_programs::vectors;
+use meltpath_scan_head::files;
+use meltpath_scan_head::head::job::prepare;
+use meltpath_scan_head::head::vector::VectorKind;
+use meltpath_toolpath::{Channel, Layer, PassHead, Role};
+
+const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
+const INDUSTRIAL: &str = meltpath_data::recipes::INDUSTRIAL.text;
+const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ndelays = \"recipe\"\n";
+
+/// Runs a job text in `folder`; the folder of results.
+fn run(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let job = folder.join(format!("{name}.toml"));
+    fs::write(&job, text).unwrap();
+    let out = folder.join(name);
+    chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap();
+    out
+}
+
+fn refused(folder: &Path, text: &str) -> String {
+    let job = folder.join("wrong.toml");
+    fs::write(&job, text).unwrap();
+    let out = folder.join("wrong");
+    let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
+    assert!(!out.exists(), "nothing is left behind");
+    error.to_string()
+}
+
+/// The figures of the row of the report's first table whose name begins so, one a recipe.
+fn figures(out: &Path, name: &str) -> Vec<f64> {
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let begin = page.find(&format!("<td>{name}")).unwrap();
+    let row = &page[begin..begin + page[begin..].find("</tr>").unwrap()];
+    row.split("</td>")
+        .skip(1)
+        .filter_map(|cell| cell.rsplit('>').next().and_then(|text| text.parse().ok()))
+        .collect()
+}
+
+/// A value of the verdict, of a check or of a fact.
+fn value(out: &Path, id: &str) -> f64 {
+    let text = fs::read_to_string(out.join("verdict.json")).unwrap();
+    let verdict: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [checks, facts] = ["checks", "facts"].map(|key| verdict[key].as_array().unwrap());
+    let found = checks.iter().chain(facts).find(|c| c["id"] == id).unwrap();
+    found["value"]["value"].as_f64().unwrap()
+}
+
+/// What the verdict says of the first recipe: share of contour points, fill rate.
+fn shares(out: &Path) -> [f64; 2] {
+    ["contour-1", "fill-1"].map(|id| value(out, id))
+}
+
+/// Small squares as layers of a CLI file, moved by `shift`.
+fn squares(plate: &SquarePlate, layers: u32, shift: DVec2) -> Vec<Layer> {
+    let layer = |number: u32| {
+        let mut layer = Layer::new(number, 0.03 * f64::from(number));
+        for part in 0..plate.squares() {
+            let half = 0.5 * plate.side;
+            let ring = [
+                (1.0, -1.0),
+                (1.0, 1.0),
+                (-1.0, 1.0),
+                (-1.0, -1.0),
+                (1.0, -1.0),
+            ]
+            .map(|(x, y)| plate.centre(part) + shift + DVec2::new(x, y) * half);
+            let mut head = PassHead {
+                part,
+                role: Role::Contour,
+                ..PassHead::default()
+            };
+            layer.polyline(head, ring.map(|p| p.extend(0.0)));
+            head.role = Role::Fill;
+            for line in plate.hatch_lines(part) {
+                layer.polyline(head, line.map(|p| (p + shift).extend(0.0)));
+            }
+        }
+        layer
+    };
+    (1..=layers).map(layer).collect()
+}
+
+fn cli_file(layers: &[Layer], form: Form) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let parts = [(0, "first".to_owned())].into();
+    let mut writer = cli::Writer::new(&mut bytes, form, &parts, Some(layers.len())).unwrap();
+    for layer in layers {
+        writer.layer(layer).unwrap();
+    }
+    writer.finish().unwrap();
+    bytes
+}
+
+fn small() -> SquarePlate {
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    SquarePlate {
+        columns: 2,
+        rows: 1,
+        column_pitch: head.plate.column_pitch,
+        row_pitch: head.plate.row_pitch,
+        side: 2.0,
+        contour_distance: head.plate.contour_distance,
+        hatch: head.plate.hatch,
+        inset: head.plate.inset,
+    }
+}
+
+#[test]
+fn layers_of_a_cli_file_run_as_text_and_as_binary() {
+    let dir = tempfile::tempdir().unwrap();
+    let shift = DVec2::new(75.0, 75.0);
+    let layers = squares(&small(), 3, shift);
+    for (name, form) in [("a.cli", Form::Ascii), ("b.cli", Form::Binary)] {
+        fs::write(dir.path().join(name), cli_file(&layers, form)).unwrap();
+    }
+    let job = |file: &str| {
+        format!(
+            "{JOB}layers = \"{file}\"\n[layers]\nrange = [2, 3]\norigin = [\"75 mm\", \"75 mm\"]\n[output]\nmotion = \"csv\"\n"
+        )
+    };
+    let (a, b) = (
+        run(dir.path(), "a", &job("a.cli")),
+        run(dir.path(), "b", &job("b.cli")),
+    );
+    let found = shares(&a);
+    assert!(found[1] > 40.0, "{found:?}");
+    // coordinates of binary files have 32 bits
+    for (x, y) in found.iter().zip(shares(&b)) {
+        assert!((x - y).abs() < 1.0, "{x} {y}");
+    }
+    let motion = fs::read_to_string(a.join("series/motion-1.csv")).unwrap();
+    let mut lines = motion.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "time [s],x [mm],y [mm],z [mm],speed [mm/s],power [W],vector"
+    );
+    let rows: Vec<Vec<f64>> = lines
+        .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
+        .collect();
+    let heights: Vec<f64> = [rows.first().unwrap()[3], rows.last().unwrap()[3]].to_vec();
+    assert_eq!(heights, [0.06, 0.09]);
+    // energy: the power of lit samples only, for about the time that marks take
+    let energy: f64 = rows.iter().map(|r| r[5]).sum::<f64>() * 50e-6;
+    let most = rows.iter().map(|r| r[5]).fold(0.0, f64::max);
+    assert!(energy > 0.0 && energy < most * rows.len() as f64 * 50e-6);
+    assert!(rows.iter().any(|r| r[5] == 0.0));
+    // the part lies where the job puts it, but for light before the first jump has settled
+    let lit = rows.iter().filter(|r| r[5] > 0.0);
+    let reach = lit.map(|r| r[1].abs()).fold(0.0, f64::max);
+    let plate = small();
+    assert!(
+        (reach - (0.5 * plate.column_pitch + 1.0)).abs() < 0.6,
+        "{reach}"
+    );
+    let page = fs::read_to_string(a.join("report.html")).unwrap();
+    assert!(page.contains("2 layers of 3, 2 to 3, of a.cli"));
+}
+
+/// A plate written as a vector list with every value of its recipe gives the plate's own figures.
+#[test]
+fn a_vector_list_does_what_the_plate_does() {
+    let dir = tempfile::tempdir().unwrap();
+    let recipe = files::parse_recipe(INDUSTRIAL).unwrap();
+    let path = small().toolpath().unwrap();
+    let job = prepare(&path.layers, &recipe).unwrap();
+    let mut layer = Layer::new(7, 0.21);
+    let mut at = job.start;
+    for v in &job.vectors {
+        let head = PassHead {
+            part: v.block,
+            role: match v.kind {
+                VectorKind::Contour => Role::Contour,
+                VectorKind::Fill => Role::Fill,
+                VectorKind::Jump => Role::Jump,
+                VectorKind::Connection => Role::Connection,
+                VectorKind::Run => Role::Run,
+            },
+            ..PassHead::default()
+        };
+        let mut pass = layer.begin(head, at);
+        pass.line_to(v.end).set(Channel::Speed, v.speed);
+        pass.set(Channel::Power, v.power)
+            .set(Channel::Dwell, v.wait);
+        at = v.end;
+    }
+    let mut list = Vec::new();
+    let mut writer = vectors::Writer::new(&mut list).unwrap();
+    writer.layer(&layer).unwrap();
+    writer.finish().unwrap();
+    fs::write(dir.path().join("v.csv"), list).unwrap();
+    let listed = run(dir.path(), "listed", &format!("{JOB}layers = \"v.csv\"\n"));
+    let plate = run(
+        dir.path(),
+        "plate",
+        &format!("{JOB}[plate]\nblock = [2, 1]\nside = \"2 mm\"\n"),
+    );
+    // the contour share is the same to the bit; surfaces to fill are not defined in the same way
+    assert_eq!(shares(&listed)[0].to_bits(), shares(&plate)[0].to_bits());
+    let path = |out: &Path| fs::read_to_string(out.join("marked-path-1.csv")).unwrap();
+    let (a, b) = (path(&listed), path(&plate));
+    assert!(
+        a.starts_with(&b[..b.len() - 1]),
+        "the plate's file ends after its first square"
+    );
+    let page = fs::read_to_string(listed.join("report.html")).unwrap();
+    assert!(page.contains("layer 7 of 1 of v.csv"));
+}
+
+#[test]
+fn layers_that_cannot_be_run_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let layers = squares(&small(), 2, DVec2::new(200.0, 0.0));
+    let text = cli_file(&layers, Form::Ascii);
+    fs::write(dir.path().join("far.cli"), &text).unwrap();
+    fs::write(dir.path().join("cut.cli"), &text[..text.len() / 2]).unwrap();
+    fs::write(
+        dir.path().join("bad.csv"),
+        "kind,x [mm],y [mm]\nstart,0,0\nfill,a,0\n",
+    )
+    .unwrap();
+    fs::write(
+        dir.path().join("dark.csv"),
+        "kind,x [mm],y [mm]\nstart,0,0\njump,1,0\n",
+    )
+    .unwrap();
+    fs::write(dir.path().join("a.step"), "x").unwrap();
+    for (name, more, words) in [
+        ("none.cli", "", "cannot read the layers"),
+        ("a.step", "", ".cli files"),
+        ("cut.cli", "", "layer file"),
+        ("bad.csv", "", "line 3"),
+        ("dark.csv", "", "marks nothing"),
+        ("far.cli", "[layers]\nrange = [5, 9]\n", "the layers 1 to 2"),
+        ("far.cli", "", "field"),
+    ] {
+        let error = refused(dir.path(), &format!("{JOB}layers = \"{name}\"\n{more}"));
+        assert!(error.contains(words), "{name}: {error}");
+    }
+    // what cannot run is no news after a doctor, who tells it too
+    let doctor = |more: &str| {
+        let path = dir.path().join("seen.toml");
+        fs::write(&path, format!("{JOB}layers = \"far.cli\"\n{more}")).unwrap();
+        chain::doctor(&path, &Silent).unwrap()
+    };
+    let refused = doctor("").refused.unwrap();
+    assert!(refused.to_string().contains("field"));
+    let told = doctor("[layers]\norigin = [\"200 mm\", \"0 mm\"]\n");
+    assert!(
+        told.refused.is_none() && told.lines.iter().any(|l| l.starts_with("range = [")),
+        "{told:?}"
+    );
+}
+
+/// The found recipe keeps its bounds on the work that is run, not only on the small one it was found on, and is faster.
+#[test]
+fn a_faster_recipe_is_found_and_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\n\
+        [plate]\nblock = [2, 1]\nside = \"3 mm\"\n[checks]\ncontour_error = \"100 µm\"\ncontour_share = \"80 %\"\n\
+        [optimise]\nmark_waits = [\"0.5 ms\", \"1.5 ms\"]\nfilter_factors = [\"100 %\"]\njump_factors = [\"100 %\"]\n";
+    let out = run(dir.path(), "best", text);
+    let saved = value(&out, "optimise");
+    assert!(saved > 5.0, "{saved}");
+    let value = |id: &str| value(&out, id);
+    assert!(value("contour-2") >= 80.0, "{}", value("contour-2"));
+    assert!(
+        value("fill-2") >= value("fill-1") - 2.0,
+        "{} {}",
+        value("fill-2"),
+        value("fill-1")
+    );
+    // the found recipe is a recipe file: run from it, it does the same
+    let found = fs::read_to_string(out.join("recipe-optimised.toml")).unwrap();
+    files::parse_recipe(&found).unwrap().check().unwrap();
+    let tried = fs::read_to_string(out.join("series/recipes-tried.csv")).unwrap();
+    assert!(tried.lines().count() > 10);
+    assert!(out.join("series/delays-2.csv").exists());
+
+    // bounds that nothing keeps are told with the nearest
+    let out = run(
+        dir.path(),
+        "none",
+        &text
+            .replace("\"80 %\"", "\"100 %\"")
+            .replace("\"100 µm\"", "\"1 µm\""),
+    );
+    let page = fs::read_to_string(out.join("verdict.json")).unwrap();
+    assert!(page.contains("keeps the bounds; the nearest has"), "{page}");
+    assert!(!out.join("recipe-optimised.toml").exists());
+}

@@ -1,0 +1,115 @@
+//! What the laser melts, from a job to the folder.
+use std::fs;
+use std::path::Path;
+
+use meltpath::job::{Job, parse};
+use meltpath_base::{Silent, Status};
+
+const JOB: &str = r#"
+[process]
+kind = "lpbf"
+[lpbf]
+head = "three-axis-350"
+recipes = ["soft.toml"]
+delays = "recipe"
+[plate]
+block = [1, 1]
+side = "3 mm"
+hatch = "0.05 mm"
+[heat]
+layer = "10 µm"
+"#;
+
+/// A recipe of 70 W: a surface that does not boil under a spot of 70 µm.
+const SOFT: &str = meltpath_data::recipes::INDUSTRIAL.text;
+
+fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outcome, String> {
+    fs::write(place.join("soft.toml"), recipe).unwrap();
+    let file = place.join("job.toml");
+    fs::write(&file, job).unwrap();
+    let Job::Lpbf(parsed) = parse(job).map_err(|e| e[0].to_string())? else {
+        return Err("this is no scan-head job".to_owned());
+    };
+    meltpath::lpbf::run(&file, &parsed, job, None, &place.join("runs"), &Silent)
+        .map_err(|e| e.to_string())
+}
+
+fn soft(power: &str) -> String {
+    SOFT.replace("300 W", power)
+}
+
+#[test]
+fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
+    let place = tempfile::tempdir().unwrap();
+    let outcome = run(place.path(), JOB, &soft("70 W")).unwrap();
+    let find = |o: &meltpath::outcome::Outcome| {
+        let all = &o.verdict.checks;
+        all.iter().find(|c| c.id == "fusion-1").unwrap().clone()
+    };
+    let check = find(&outcome);
+    let share = check.value.clone().unwrap();
+    assert!(share.value > 60.0 && share.value <= 100.0, "{share:?}");
+    assert!(!outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
+    // light that comes on late leaves the starts of lines
+    let late = soft("70 W").replace("395 µs", "1000 µs");
+    let worse = find(&run(place.path(), JOB, &late).unwrap());
+    assert!(
+        worse.value.clone().unwrap().value < share.value - 5.0,
+        "{worse:?}"
+    );
+    assert_eq!(worse.status, Status::Fail);
+    let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
+    for words in [
+        "What melts",
+        "as commanded",
+        "a tenth less absorbed",
+        "Boiling number",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let pools = fs::read_to_string(outcome.folder.join("series/pools-1.csv")).unwrap();
+    assert!(pools.lines().count() > 100);
+    assert!(outcome.folder.join("fields/melted-1.vti").is_file());
+}
+
+#[test]
+fn a_boiling_surface_is_told_and_not_judged_against() {
+    let place = tempfile::tempdir().unwrap();
+    let outcome = run(place.path(), &JOB.replace("10 µm", "90 µm"), &soft("300 W")).unwrap();
+    assert!(outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
+    let all = &outcome.verdict.checks;
+    let check = all.iter().find(|c| c.id == "fusion-1").unwrap();
+    assert_eq!(check.status, Status::CannotSay, "{check:?}");
+    assert!(check.reason.contains("lower bound"), "{}", check.reason);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let place = tempfile::tempdir().unwrap();
+    for (wrong, right, words) in [
+        (
+            "layer = \"10 µm\"",
+            "material = \"cheese\"",
+            "no material \"cheese\"",
+        ),
+        ("layer = \"10 µm\"", "absorptivity = \"140 %\"", "140 %"),
+        (
+            "layer = \"10 µm\"",
+            "preheat = \"1500 degC\"",
+            "liquid from 1347",
+        ),
+        ("layer = \"10 µm\"", "cell = \"0.1 µm\"", "larger cells"),
+        ("layer = \"10 µm\"", "layer = \"0 µm\"", "above zero"),
+    ] {
+        let text = JOB.replace(wrong, right);
+        let told = run(place.path(), &text, &soft("70 W")).unwrap_err();
+        assert!(told.contains(words), "{right}: {told}");
+        assert!(
+            !place.path().join("runs").exists()
+                || fs::read_dir(place.path().join("runs"))
+                    .unwrap()
+                    .next()
+                    .is_none()
+        );
+    }
+}

@@ -1,0 +1,19 @@
+//! The application as a library: jobs, commands and files as a person writes them, and the folders that they leave.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::panic,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
+
+mod compare;
+mod ebm;
+mod fit;
+mod foreign;
+mod health;
+mod identify;
+mod lpbf;
+mod reference;
+mod remedies;
+mod tune;
+mod walls;

@@ -1,0 +1,314 @@
+//! From a tuning file to controllers, and from controllers to a whole job.
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use meltpath::{chain, tune};
+use meltpath_base::{Silent, Status};
+use meltpath_scan_head::axis::control::Controller;
+use meltpath_scan_head::files;
+use meltpath_scan_head::servo::compare::{MultiStep, run};
+use meltpath_scan_head::servo::file::ControllerFile;
+
+/// A tuning that takes a second.
+const SHORT: &str = "head = \"two-axis-150\"
+[cascade.refine]
+on = \"nothing\"
+[robust]
+mode_shift = \"5 %\"
+delay = \"0 us\"
+particles = 6
+iterations = 3
+[compare]
+hold = \"10 ms\"
+levels = 4
+draws = 4
+";
+
+fn tuned(folder: &Path, text: &str) -> Result<meltpath::outcome::Outcome, String> {
+    fs::write(folder.join("tune.toml"), text).unwrap();
+    tune::tune(
+        &folder.join("tune.toml"),
+        None,
+        &folder.join("runs"),
+        &Silent,
+    )
+    .map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
+    let place = tempfile::tempdir().unwrap();
+    let outcome = tuned(place.path(), SHORT).unwrap();
+    assert_ne!(
+        outcome.verdict.status(),
+        Status::Fail,
+        "{:?}",
+        outcome.verdict
+    );
+    for name in [
+        "report.html",
+        "verdict.json",
+        "provenance.json",
+        "tuning.json",
+        "tune.toml",
+        "controllers.json",
+        "controller-x.c",
+        "controller-x.json",
+        "controller-y.mat",
+        "multi-step-y.csv",
+    ] {
+        assert!(outcome.folder.join(name).is_file(), "{name}");
+    }
+    let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
+    // frequencies on decades
+    for words in [
+        "after the synthesis",
+        "those of the head&#39;s file",
+        "Current loop, open: phase",
+        "10000",
+        "Scattered motors",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let text = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&text).unwrap();
+    assert_eq!(file.axes.len(), 2);
+
+    let job = |controller: &str| {
+        format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\nrecipes = [\"industrial\"]\ncontroller = \"{controller}\"\n[plate]\nblock = [1, 1]\n[checks]\ncontour_error = \"300 µm\"\n"
+        )
+    };
+    let run = |controller: &str| {
+        let path = place.path().join("job.toml");
+        fs::write(&path, job(controller)).unwrap();
+        chain::run(&path, None, &place.path().join("jobs"), &Silent).map_err(|e| e.to_string())
+    };
+    for controller in ["cascade", "h-infinity"] {
+        let previewed = run(&format!("{controller}\"\npath = \"preview")).unwrap();
+        assert_eq!(previewed.verdict.status(), Status::Pass);
+    }
+    for controller in ["runs/001/controllers.json", "h-infinity"] {
+        let done = run(controller).unwrap();
+        assert_eq!(done.verdict.status(), Status::Pass, "{:?}", done.verdict);
+        let told = fs::read_to_string(done.folder.join("provenance.json")).unwrap();
+        assert!(told.contains(controller) && told.contains("lpbf.prefilter"));
+    }
+    let error = run("pid").unwrap_err();
+    assert!(error.contains("h-infinity"), "{error}");
+    // a file that holds another axis only
+    let only = ControllerFile {
+        axes: file.axes[1..].to_vec(),
+        ..file
+    };
+    fs::write(
+        place.path().join("only.json"),
+        serde_json::to_string(&only).unwrap(),
+    )
+    .unwrap();
+    let error = run("only.json").unwrap_err();
+    assert!(error.contains("no controller for the x axis"), "{error}");
+}
+
+#[test]
+fn an_identified_motor_takes_the_place_of_the_heads() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(
+        place.path().join("motor.toml"),
+        "inertia = { value = \"6e-8 kg·m²\", source = \"bench\" }\n",
+    )
+    .unwrap();
+    let text = SHORT
+        .replace(
+            "[cascade",
+            "axes = [\"y\"]\nmotor.y = \"motor.toml\"\n[cascade",
+        )
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"cascade\"\n";
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&json).unwrap();
+    assert!((file.axes[0].motor.inertia - 6e-8).abs() < 1e-15);
+    assert!(json.contains("\"cascade\""));
+}
+
+#[test]
+fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
+    let place = tempfile::tempdir().unwrap();
+    let text = |refine: &str| {
+        SHORT
+            .replace(
+                "[cascade.refine]\non = \"nothing\"",
+                &format!("axes = [\"y\"]\n[cascade.refine]\n{refine}"),
+            )
+            .replace("\"5 %\"", "\"0 %\"")
+            + "[export]\ncontroller = \"cascade\"\n"
+    };
+    let rms = |refine: &str| {
+        let outcome = tuned(place.path(), &text(refine)).unwrap();
+        let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
+        let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+        let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+        (page, told)
+    };
+    let (page, plain) = rms("on = \"nothing\"");
+    assert!(!page.contains("Refinement") && plain[0]["refined"].is_null());
+    let (page, told) = rms("particles = 10\niterations = 12");
+    for words in [
+        "Refinement: the swarm",
+        "heavier, modes lower, coil warm, late, noise",
+        "as the head has it",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // the gains that leave are the swarm's, or those of the start with a warning
+    let axis = &told[0];
+    let kept = axis["cascade"] == axis["refined"]["gains"];
+    assert_eq!(axis["synthesis"], plain[0]["synthesis"]);
+    assert_eq!(page.contains("The gains of the synthesis are kept"), !kept);
+    let error = |told: &serde_json::Value| {
+        let all = told[0]["candidates"].as_array().unwrap();
+        all[0]["rms_deg"].as_f64().unwrap()
+    };
+    assert!(error(&told) <= error(&plain));
+}
+
+/// A bench's multi-step of the two-axis head's Y axis, whose drive has other gains than the synthesis finds: CSV in degrees.
+fn multi_step() -> String {
+    let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
+    let mut axis = head.head.mirrors[1].clone();
+    let Controller::Cascade(gains) = &mut axis.controller else {
+        unreachable!("the shipped head has a cascade");
+    };
+    // table 2.1 of the thesis, after the swarm
+    gains.speed_integral_time = 0.005;
+    gains.position_gain = 24.0;
+    gains.position_derivative_time = 0.09;
+    let signal = MultiStep {
+        hold: 10e-3,
+        levels: 4,
+        ..MultiStep::thesis()
+    };
+    let set_points = signal.samples(head.head.period).unwrap();
+    let angles = run(&axis, &set_points, head.head.period, 1).unwrap().angle;
+    let mut text = String::from("set,encoder\n");
+    for (s, a) in set_points.iter().zip(angles) {
+        writeln!(text, "{:.6},{:.6}", s.to_degrees(), a.to_degrees()).unwrap();
+    }
+    text
+}
+
+#[test]
+fn gains_are_refined_on_a_record_of_the_drive() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("bench.csv"), multi_step()).unwrap();
+    let mapping = |time: &str| {
+        let text = format!(
+            "sample_time = \"{time}\"\n[channels.set-point]\ncolumn = \"set\"\nunit = \"deg\"\n[channels.angle]\ncolumn = \"encoder\"\nunit = \"deg\"\n"
+        );
+        fs::write(place.path().join("map.toml"), text).unwrap();
+    };
+    let text = SHORT
+        .replace(
+            "[cascade.refine]\non = \"nothing\"",
+            "axes = [\"y\"]\n[cascade.refine]\non = \"record\"\nrecord = \"bench.csv\"\nmapping = \"map.toml\"\niterations = 60",
+        )
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"cascade\"\n";
+    mapping("50 us");
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let refined = &told[0]["refined"];
+    let run = &refined["runs"][0];
+    let [before, after] = ["rms_before_deg", "rms_after_deg"].map(|key| run[key].as_f64().unwrap());
+    assert_eq!(run["name"], "the record");
+    assert!(after < 0.2 * before, "{before} {after}");
+    // towards what the drive has, away from what the synthesis would give it; one record does not tell all eight apart
+    let product = |gains: &serde_json::Value| {
+        let of = |key: &str| gains[key].as_f64().unwrap();
+        of("position_gain") * of("position_derivative_time")
+    };
+    let [start, found] =
+        [&told[0]["synthesis"], &refined["gains"]].map(|g| (product(g) - 24.0 * 0.09).abs());
+    assert!(found < 0.5 * start, "{found} {start}");
+    assert_eq!(told[0]["cascade"], refined["gains"]);
+    // a record at another rate is refused, with both rates
+    mapping("40 us");
+    let error = tuned(place.path(), &text).unwrap_err();
+    assert!(error.contains("40") && error.contains("50"), "{error}");
+}
+
+#[test]
+fn the_focus_axis_gets_an_h_infinity_controller() {
+    let place = tempfile::tempdir().unwrap();
+    let text = SHORT
+        .replace("two-axis-150", "three-axis-350")
+        .replace("[cascade", "axes = [\"z\"]\n[cascade")
+        .replace("\"5 %\"", "\"0 %\"")
+        + "[export]\ncontroller = \"h-infinity\"\n";
+    let outcome = tuned(place.path(), &text).unwrap();
+    let json = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
+    let file: ControllerFile = serde_json::from_str(&json).unwrap();
+    assert_eq!((file.axes.len(), file.axes[0].axis), (1, 'z'));
+    let json = fs::read_to_string(outcome.folder.join("tuning.json")).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&json).unwrap();
+    // continuous and sampled
+    for loops in told[0]["h_infinity"]["loops"].as_array().unwrap() {
+        assert_eq!(loops["stable"], true);
+        assert!(loops["modulus_margin"].as_f64().unwrap() > 0.4, "{loops}");
+    }
+    let [cascade, hinf] = [0, 1].map(|k| told[0]["candidates"][k]["rms_deg"].as_f64().unwrap());
+    assert!(hinf < 2.0 * cascade, "{hinf} {cascade}");
+}
+
+#[test]
+fn mistakes_are_named() {
+    let place = tempfile::tempdir().unwrap();
+    for (wrong, right, expected) in [
+        ("two-axis-150", "four-axis", "three-axis-350"),
+        ("[cascade", "axes = [\"z\"]\n[cascade", "no z axis"),
+        ("[cascade", "axes = []\n[cascade", "1 or more"),
+        ("draws = 4", "draw = 4", "draw"),
+        (
+            "levels = 4",
+            "levels = 4\namplitude = \"25 deg\"",
+            "travels",
+        ),
+        ("\"nothing\"", "\"record\"", "mapping"),
+        ("\"nothing\"", "\"tracking\"\nslower = \"100 %\"", "slower"),
+        (
+            "[cascade",
+            "[h-infinity]\nsensitivity = { low = 0.001, high = 0.9, crossover = \"3000 rad/s\" }\n[cascade",
+            "three templates",
+        ),
+        (
+            "[cascade",
+            "[h-infinity]\nsensitivity = { low = 0.001, high = 0.9, crossover = \"3000 rad/s\" }\ncommand = { low = 55.0, high = 0.1, crossover = \"5e5 rad/s\" }\ndisturbance = { low = 15.0, high = 0.9, crossover = \"300 rad/s\" }\n[cascade",
+            "never crosses 1",
+        ),
+        (
+            "[cascade",
+            "[h-infinity]\nbandwidth = \"3000\"\n[cascade",
+            "rad/s",
+        ),
+        (
+            "[cascade.refine]",
+            "[cascade]\nfirst_maximum = [\"600 us\", \"300 us\", \"1 ms\"]\n[cascade.refine]",
+            "not below",
+        ),
+        (
+            "draws = 4",
+            "draws = 4\n[export]\nword = \"fixed\"\nbits = [30, 22]",
+            "fit",
+        ),
+    ] {
+        let error = tuned(place.path(), &SHORT.replace(wrong, right)).unwrap_err();
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+    assert!(
+        !place.path().join("runs").exists(),
+        "nothing is left behind"
+    );
+}

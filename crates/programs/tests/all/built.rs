@@ -1,0 +1,394 @@
+//! Programs of toolpaths: golden text, and laws over random toolpaths, all from the text that the controller would read.
+
+use meltpath_base::{Length, Ratio, Reporter, Speed};
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program};
+use meltpath_programs::{
+    BuildError, BuildSettings, Built, CellProgramming, Executed, ExecutedKind, ExecutedMotion,
+    ExecutedSpeed, ExecutionSettings, PathSpeedUnit, Pause, build, execution_order, fanuc_ls,
+};
+use meltpath_toolpath::{Channel, Event, Layer, Move, PassHead, PassId, Profile, Role, Toolpath};
+use proptest::prelude::*;
+
+fn arcmate() -> CellProgramming {
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
+    meltpath_base::settings::peek(text, &["program"])
+        .unwrap()
+        .unwrap()
+}
+
+fn settings(pause: Pause) -> BuildSettings {
+    BuildSettings {
+        name: "test part".to_owned(),
+        comment: "test part".to_owned(),
+        smoothing: Ratio(0.5),
+        pause,
+    }
+}
+
+fn head(id: u32, role: Role) -> PassHead {
+    PassHead {
+        id: PassId(id),
+        role,
+        ..PassHead::default()
+    }
+}
+
+/// A toolpath of one profile.
+fn toolpath(wire_feed: f64, layers: Vec<Layer>) -> Toolpath {
+    Toolpath {
+        profiles: vec![profile(wire_feed)],
+        layers,
+        ..Toolpath::default()
+    }
+}
+
+fn profile(wire_feed: f64) -> Profile {
+    Profile {
+        name: "bead".to_owned(),
+        speed: 12.5,
+        wire_feed,
+        height: 2.0,
+        ..Profile::default()
+    }
+}
+
+/// Text of every program, parsed back.
+fn through_text(built: &Built) -> Vec<Program> {
+    let parse = |p: &Program| {
+        let text = fanuc_ls::write(p).unwrap();
+        let parsed = fanuc_ls::parse(&text).unwrap();
+        assert!(parsed.unread.is_empty(), "{:?}", parsed.unread);
+        parsed.program
+    };
+    built.programs.iter().map(parse).collect()
+}
+
+fn small() -> Toolpath {
+    let p = DVec3::new;
+    let mut first = Layer::new(1, 0.0);
+    first
+        .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
+        .line_to(p(50.0, 0.0, 0.0))
+        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .line_to(p(60.0, 40.0, 0.0));
+    let mut second = Layer::new(2, 0.0);
+    let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
+    pass.axis(DVec3::Z)
+        .line_to(p(30.0, 5.0, 1.6))
+        .axis(DVec3::Z);
+    pass.set(Channel::WireFeed, 400.0 / 3.0);
+    pass.set(Channel::Speed, 10.0);
+    pass.line_to(p(30.0, 25.0, 1.6));
+    pass.axis(p(0.0, -0.5, 1.0).normalize());
+    pass.set(Channel::WireFeed, 100.0).set(Channel::Speed, 8.0);
+    let at = p(10.0, 10.0, 1.6);
+    let mut spot = second.begin(head(3, Role::Fill), at);
+    spot.go(Move::Spot { time: 0.4 }, at);
+    let small = toolpath(400.0 / 3.0, vec![first, second]);
+    small.sanity_check().unwrap();
+    small
+}
+
+#[test]
+fn golden_program() {
+    let built = build(
+        &small(),
+        &arcmate(),
+        &settings(Pause::Wait(30.0)),
+        &Reporter::new(),
+    )
+    .unwrap();
+    assert_eq!(built.programs.len(), 1);
+    insta::assert_snapshot!(fanuc_ls::write(&built.programs[0]).unwrap());
+}
+
+#[test]
+fn golden_program_with_weld_words_and_sub_programs() {
+    let mut cell = arcmate();
+    cell.arc.style.value = ArcStyle::Weld;
+    cell.speed_unit.value = PathSpeedUnit::MillimetrePerSecond;
+    cell.name_length.value = 8;
+    cell.lines_per_program.value = 50;
+    cell.points_per_program.value = 20;
+    let layers = (0..5).map(|i| {
+        let z = f64::from(i) * 1.6;
+        let mut layer = Layer::new(i + 1, 0.0);
+        let points = (0..8).map(|k| DVec3::new(f64::from(k) * 10.0, 0.0, z));
+        layer.polyline(head(i, Role::Contour), points);
+        layer
+    });
+    let toolpath = toolpath(400.0 / 3.0, layers.collect());
+    let pause = Pause::Call("COOL".to_owned());
+    let built = build(&toolpath, &cell, &settings(pause), &Reporter::new()).unwrap();
+    let names: Vec<_> = built.programs.iter().map(|p| p.name.as_str()).collect();
+    assert!(
+        names.len() > 2 && names.iter().all(|n| n.len() <= 8),
+        "{names:?}"
+    );
+    for p in &built.programs {
+        assert!(p.instructions.len() <= 50 && p.positions.len() <= 20);
+    }
+    insta::assert_snapshot!(fanuc_ls::write(&built.programs[0]).unwrap());
+    insta::assert_snapshot!(fanuc_ls::write(&built.programs[1]).unwrap());
+}
+
+/// The executed moves of the text of a toolpath's programs, in order, with waits left out.
+fn executed(built: &Built) -> Vec<ExecutedMotion> {
+    let mut settings = ExecutionSettings::default();
+    settings.passed_over.insert("COOL".to_owned());
+    let all = execution_order(&through_text(built), &settings, &Reporter::new()).unwrap();
+    assert_eq!(all.gaps, []);
+    let moves = all.steps.iter().filter_map(|e| match e {
+        Executed::Motion(m) => Some(*m),
+        Executed::Wait { .. } => None,
+    });
+    moves.collect()
+}
+
+#[test]
+fn speeds_schedules_and_places_survive_the_text() {
+    let built = build(
+        &small(),
+        &arcmate(),
+        &settings(Pause::None),
+        &Reporter::new(),
+    )
+    .unwrap();
+    let feeds: Vec<_> = built
+        .schedules
+        .iter()
+        .map(|s| (s.number, s.wire_feed))
+        .collect();
+    assert_eq!(feeds, [(1, 400.0 / 3.0), (2, 100.0)]);
+    let moves = executed(&built);
+    let depositing: Vec<_> = moves.iter().filter(|m| m.arc.is_some()).collect();
+    assert_eq!(depositing.len(), 5);
+    let seen: Vec<_> = depositing
+        .iter()
+        .map(|m| (m.layer, m.pass, m.arc, m.smoothing))
+        .collect();
+    assert_eq!(
+        seen,
+        [
+            (Some(1), Some(1), Some(1), Some(0.5)),
+            (Some(1), Some(1), Some(1), Some(0.5)),
+            (Some(1), Some(1), Some(1), None),
+            (Some(2), Some(2), Some(1), Some(0.5)),
+            (Some(2), Some(2), Some(2), None),
+        ]
+    );
+    assert!(matches!(depositing[1].kind, ExecutedKind::Circular { .. }));
+    assert_eq!(depositing[4].speed, ExecutedSpeed::Path(8.0));
+    let axis = DVec3::new(0.0, -0.5, 1.0).normalize();
+    assert!(depositing[4].target.tool_axis().distance(axis) < 1e-4);
+}
+
+#[test]
+fn travels_clear_the_highest_surface() {
+    let built = build(
+        &small(),
+        &arcmate(),
+        &settings(Pause::None),
+        &Reporter::new(),
+    )
+    .unwrap();
+    let moves = executed(&built);
+    for pair in moves.windows(2) {
+        let (a, b) = (pair[0].target.position, pair[1].target.position);
+        if pair[1].arc.is_none() && a.truncate().distance(b.truncate()) > 1e-3 {
+            let height = if b.z > 21.0 + 1.6 { 1.6 } else { 0.0 };
+            assert!(a.z.min(b.z) >= height + 20.0, "{a} {b}");
+        }
+    }
+    assert!(moves[1..].iter().all(|m| m.kind != ExecutedKind::Joint));
+}
+
+#[test]
+fn unsound_passes_are_refused_by_number() {
+    let refused = |change: fn(&mut Toolpath)| {
+        let mut toolpath = small();
+        change(&mut toolpath);
+        build(
+            &toolpath,
+            &arcmate(),
+            &settings(Pause::None),
+            &Reporter::new(),
+        )
+        .unwrap_err()
+    };
+    assert!(matches!(
+        refused(|t| t.layers[1].translate(DVec3::X * f64::NAN)),
+        BuildError::Pass {
+            pass: 2,
+            layer: 2,
+            ..
+        }
+    ));
+    let weave = |t: &mut Toolpath| {
+        let mut pass = t.layers[0].begin(head(9, Role::Fill), DVec3::ZERO);
+        pass.event(Event::Weave(1)).line_to(DVec3::X);
+    };
+    assert!(refused(weave).to_string().contains("Weave"));
+    assert!(
+        refused(|t| t.profiles[0].speed = 0.0)
+            .to_string()
+            .contains("speed")
+    );
+    assert!(
+        refused(|t| t.profiles[0].wire_feed = -1.0)
+            .to_string()
+            .contains("wire feed")
+    );
+    let other_profile = |t: &mut Toolpath| t.layers[0].heads_mut().for_each(|h| h.profile = 7);
+    assert!(refused(other_profile).to_string().contains("profile"));
+    assert_eq!(refused(|t| t.layers.clear()), BuildError::Empty);
+    let mut cell = arcmate();
+    cell.arc.schedules.value = 1;
+    let reporter = Reporter::new();
+    assert_eq!(
+        build(&small(), &cell, &settings(Pause::None), &reporter),
+        Err(BuildError::Schedules {
+            available: 1,
+            pass: 2,
+            layer: 2
+        })
+    );
+}
+
+#[test]
+fn infinite_numbers_are_not_written() {
+    let mut program = build(
+        &small(),
+        &arcmate(),
+        &settings(Pause::None),
+        &Reporter::new(),
+    )
+    .unwrap()
+    .programs
+    .remove(0);
+    if let Coordinates::Cartesian { xyz, .. } = &mut program.positions[3].groups[0].coordinates {
+        xyz[1] = f64::INFINITY;
+    }
+    let error = fanuc_ls::write(&program).unwrap_err().to_string();
+    assert!(error.contains("P[4]"), "{error}");
+}
+
+/// One pass in a layer of its own.
+fn random_pass(id: u32) -> impl Strategy<Value = Layer> {
+    let point = (-200.0..200.0, -200.0..200.0, 0.0..60.0).prop_map(|(x, y, z)| DVec3::new(x, y, z));
+    let step = (point, 0_u8..8, -30.0..30.0, 0.5..20.0, 0_u8..3, 0.0..0.5);
+    let role = prop_oneof![4 => Just(Role::Fill), 1 => Just(Role::Travel)];
+    (role, 1_u32..6, proptest::collection::vec(step, 1..12)).prop_map(
+        move |(role, number, steps)| {
+            let mut layer = Layer::new(number, 0.0);
+            let mut pass = layer.begin(head(id, role), steps[0].0);
+            for (&(from, kind, bulge, speed, feed, time), &(to, ..)) in
+                steps.iter().zip(&steps[1..])
+            {
+                let middle = 0.5 * (from + to);
+                let shape = match kind {
+                    0 => Move::Arc {
+                        via: middle + DVec3::new(bulge, -bulge, 0.0),
+                    },
+                    1 => Move::Spot { time },
+                    _ => Move::Line,
+                };
+                pass.go(shape, to).set(Channel::Speed, speed);
+                pass.set(Channel::WireFeed, 100.0 + f64::from(feed));
+            }
+            layer
+        },
+    )
+}
+
+fn random_toolpath() -> impl Strategy<Value = Toolpath> {
+    let layers: Vec<_> = (0..5).map(random_pass).collect();
+    layers.prop_map(|mut layers| {
+        layers.sort_by_key(|l| l.number);
+        toolpath(150.0, layers)
+    })
+}
+
+/// The arc as the lines of the text switch it, without any of this crate's understanding: state during each move.
+fn arc_by_text(programs: &[String]) -> (Vec<bool>, bool) {
+    let (mut on, mut during) = (false, Vec::new());
+    for line in programs.iter().flat_map(|p| p.lines()) {
+        let words: Vec<_> = line.split([':', ' ']).collect();
+        let moves = words.iter().any(|w| ["L", "J", "C"].contains(w));
+        if moves {
+            during.push(on);
+        }
+        on |= line.contains("Arc Start[");
+        on &= !line.contains("Arc End[");
+    }
+    (during, on)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_arc_is_never_on_in_a_travel_and_off_at_the_end(toolpath in random_toolpath(), small_programs in any::<bool>()) {
+        let mut cell = arcmate();
+        if small_programs {
+            cell.lines_per_program.value = 50;
+            cell.points_per_program.value = 20;
+        }
+        let built = build(&toolpath, &cell, &settings(Pause::None), &Reporter::new()).unwrap();
+        let moves = executed(&built);
+        // by the text alone
+        let parts = &built.programs[usize::from(built.programs.len() > 1)..];
+        let texts: Vec<_> = parts.iter().map(|p| fanuc_ls::write(p).unwrap()).collect();
+        let (during, left_on) = arc_by_text(&texts);
+        prop_assert!(!left_on);
+        prop_assert_eq!(during, moves.iter().map(|m| m.arc.is_some()).collect::<Vec<_>>());
+        // what is deposited is what the toolpath deposits, move by move, and nothing else
+        let mut wanted = Vec::new();
+        for pass in toolpath.passes().filter(|p| p.head.role.deposits()) {
+            for (i, pair) in pass.points.windows(2).enumerate() {
+                if pair[0].distance(pair[1]) > 1e-3 {
+                    let feed = pass.value(Channel::WireFeed, i).unwrap();
+                    wanted.push((pass.head.id.0, pair[1], feed));
+                }
+            }
+        }
+        let found: Vec<_> = moves.iter().filter(|m| m.arc.is_some()).collect();
+        prop_assert_eq!(found.len(), wanted.len());
+        for (m, (pass, to, feed)) in found.iter().zip(wanted) {
+            prop_assert_eq!(m.pass, Some(pass));
+            prop_assert!(m.target.position.distance(to) < 1e-3);
+            let schedule = built.schedules.iter().find(|s| Some(s.number) == m.arc).unwrap();
+            prop_assert_eq!(schedule.wire_feed, feed);
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read(toolpath in random_toolpath(), clearance in 1.0..50.0, speed in 1.0..200.0) {
+        let mut cell = arcmate();
+        cell.clearance.value = Length(clearance);
+        cell.travel_speed.value = Speed(speed);
+        let built = build(&toolpath, &cell, &settings(Pause::Wait(1.25)), &Reporter::new()).unwrap();
+        for (program, read) in built.programs.iter().zip(through_text(&built)) {
+            prop_assert_eq!(&read.attributes, &program.attributes);
+            prop_assert_eq!(&read.application, &program.application);
+            prop_assert_eq!(read.instructions.len(), program.instructions.len());
+            for (a, b) in program.instructions.iter().zip(&read.instructions) {
+                if let (Instruction::Wait(x), Instruction::Wait(y)) = (a, b) {
+                    prop_assert!((x - y).abs() < 1e-9);
+                } else {
+                    prop_assert_eq!(a, b);
+                }
+            }
+            for (a, b) in program.positions.iter().zip(&read.positions) {
+                let (Coordinates::Cartesian { xyz: p, wpr_degrees: v, .. }, Coordinates::Cartesian { xyz: q, wpr_degrees: w, .. }) =
+                    (&a.groups[0].coordinates, &b.groups[0].coordinates) else { panic!("not Cartesian") };
+                for k in 0..3 {
+                    prop_assert!((p[k] - q[k]).abs() <= 1e-3 && (v[k] - w[k]).abs() <= 1e-3);
+                }
+            }
+            let text = fanuc_ls::write(&read).unwrap();
+            prop_assert_eq!(fanuc_ls::parse(&text).unwrap().program, read);
+        }
+    }
+}

@@ -1,0 +1,503 @@
+//! Programs as other software writes them: read, nothing lost, executed or refused with the reason.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use meltpath_base::Reporter;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::execute::{Execution, Refusal};
+use meltpath_programs::fanuc_ls::{self, ParseError, Parsed};
+use meltpath_programs::program::{Coordinates, Instruction, PositionRef, Termination};
+use meltpath_programs::{
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Missing, Program,
+    WeldSettings, execution_order,
+};
+
+const SIMPLE: &str = include_str!("../data/offline_simple.ls");
+const TWO_GROUPS: &str = include_str!("../data/controller_two_groups.ls");
+const LOGIC: &str = include_str!("../data/lower_case_logic.ls");
+
+fn parsed(text: &str) -> Parsed {
+    fanuc_ls::parse(text).unwrap()
+}
+
+fn execute(programs: &[Program]) -> Result<Execution, Refusal> {
+    execution_order(programs, &ExecutionSettings::default(), &Reporter::new()).map_err(|e| e.why)
+}
+
+fn motions(execution: &Execution) -> Vec<ExecutedMotion> {
+    let moves = execution.steps.iter().filter_map(|e| match e {
+        Executed::Motion(m) => Some(*m),
+        Executed::Wait { .. } => None,
+    });
+    moves.collect()
+}
+
+#[test]
+fn every_line_is_kept() {
+    for (text, instructions, positions) in [(SIMPLE, 16, 8), (TWO_GROUPS, 21, 9), (LOGIC, 17, 1)] {
+        let p = parsed(text);
+        assert_eq!(
+            p.program.instructions.len(),
+            instructions,
+            "{}",
+            p.program.name
+        );
+        assert_eq!(p.program.positions.len(), positions);
+        assert_eq!(p.lines.len(), instructions);
+        // and written again it is read the same
+        let written = fanuc_ls::write(&p.program).unwrap();
+        let again = parsed(&written);
+        assert_eq!(again.program, p.program);
+        assert_eq!(fanuc_ls::write(&again.program).unwrap(), written);
+    }
+}
+
+#[test]
+fn lines_that_are_not_modelled_are_listed_with_their_place() {
+    let p = parsed(TWO_GROUPS);
+    let unread: Vec<_> = p.unread.iter().map(|u| (u.line, u.text.as_str())).collect();
+    assert_eq!(
+        unread,
+        [
+            (32, "PAYLOAD[1]"),
+            (33, "R[12:speed]=75"),
+            (34, "R[13:cnt]=50"),
+            (41, "Weave Sine[1]"),
+            (46, "Weave End"),
+        ]
+    );
+    let p = parsed(LOGIC);
+    for text in [
+        "for R[1]=1 to 10",
+        "endfor",
+        "SELECT R[2]=1,CALL A1",
+        "=2,JMP LBL[9]",
+        "ELSE,CALL A3",
+        "Touch Offset PR[5]",
+        "plain text without number",
+    ] {
+        let kept = p.unread.iter().any(|u| u.text == text);
+        assert!(kept, "{text}: {:?}", p.unread);
+    }
+}
+
+#[test]
+fn a_simple_export_is_executed() {
+    let p = parsed(SIMPLE);
+    let executed = execute(&[p.program]).unwrap();
+    let moves = motions(&executed);
+    assert_eq!(moves.len(), 7);
+    let arcs: Vec<_> = moves.iter().map(|m| m.arc).collect();
+    assert_eq!(arcs, [None, None, Some(1), Some(1), Some(1), Some(1), None]);
+    assert_eq!(moves[0].speed, ExecutedSpeed::Joint(1.0));
+    assert_eq!(moves[2].speed, ExecutedSpeed::Path(12.0));
+    assert_eq!((moves[2].smoothing, moves[5].smoothing), (Some(0.01), None));
+    assert_eq!(
+        moves[4].kind,
+        ExecutedKind::Circular {
+            via: DVec3::new(42.929, 47.071, 0.0)
+        }
+    );
+    assert!(
+        moves
+            .iter()
+            .all(|m| m.target.tool_axis().distance(DVec3::Z) < 1e-9)
+    );
+    assert_eq!((moves[6].line, moves[6].frames), (15, (9, 9)));
+    assert!(
+        executed
+            .steps
+            .iter()
+            .any(|e| matches!(e, Executed::Wait { time, arc: None, .. } if *time == 0.5))
+    );
+}
+
+#[test]
+fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
+    let p = parsed(TWO_GROUPS);
+    assert_eq!(p.program.kind, "Macro");
+    assert_eq!(p.program.attribute("comment"), Some("\"wall; 2 groups\""));
+    assert_eq!(p.program.attribute("TCD").unwrap().matches('=').count(), 6);
+    assert!(
+        p.program
+            .application
+            .iter()
+            .any(|l| l.contains("ARC Welding Equipment"))
+    );
+    let nine = p.program.positions.iter().find(|p| p.index == 9).unwrap();
+    assert!(matches!(&nine.groups[0].coordinates, Coordinates::Unread(t) if t.contains("****")));
+
+    let reporter = Reporter::new();
+    let mut settings = ExecutionSettings {
+        registers: BTreeMap::from([(14, 50.0)]),
+        ..ExecutionSettings::default()
+    };
+    let program = std::slice::from_ref(&p.program);
+    let whys = |settings: &ExecutionSettings| -> Vec<(u32, Missing)> {
+        let executed = execution_order(program, settings, &Reporter::new()).unwrap();
+        executed.gaps.into_iter().map(|g| (g.line, g.why)).collect()
+    };
+    assert_eq!(
+        whys(&settings),
+        [
+            (10, Missing::Positioner(2)),
+            (11, Missing::Schedule("Weld Start[1,2]".into())),
+            (12, Missing::Weave),
+            (13, Missing::Word("ACC80".into())),
+            (18, Missing::Speed("WELD_SPEED".into())),
+            (19, Missing::Call("TORCH_CLEAN".into())),
+        ]
+    );
+    // what the cell knows is no gap any more
+    settings.passed_over.insert("TORCH_CLEAN".into());
+    let set = WeldSettings {
+        wire_feed: 100.0,
+        speed: Some(12.5),
+    };
+    settings.schedules.insert(2, set);
+    let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
+    assert_eq!(left, [10, 12, 13]);
+
+    let executed = execution_order(program, &settings, &reporter).unwrap();
+    let moves = motions(&executed);
+    // both moves to the joint position are left out
+    assert_eq!(moves.len(), 7);
+    assert_eq!(moves[2].speed, ExecutedSpeed::Path(12.5));
+    assert_eq!(moves[2].smoothing, Some(0.5));
+    let arcs: Vec<_> = moves.iter().map(|m| m.arc).collect();
+    assert_eq!(
+        arcs,
+        [None, None, Some(2), Some(2), Some(2), Some(2), Some(2)]
+    );
+    // three A moves lie on one circle about (60, 20)
+    let centre = DVec3::new(60.0, 20.0, 0.0);
+    assert_eq!(moves[3].kind, ExecutedKind::Linear);
+    for k in [4, 5] {
+        let ExecutedKind::Circular { via } = moves[k].kind else {
+            panic!("not a circle: {k}")
+        };
+        assert!((via.distance(centre) - 20.0).abs() < 1e-3);
+        let arc =
+            Arc::through(moves[k - 1].target.position, via, moves[k].target.position).unwrap();
+        assert!(
+            (arc.sweep - std::f64::consts::FRAC_PI_4).abs() < 1e-3,
+            "{}",
+            arc.sweep
+        );
+    }
+    let codes: Vec<_> = reporter.warnings().iter().map(|w| w.code.clone()).collect();
+    for code in [
+        "joint-position-skipped",
+        "call-passed-over",
+        "line-passed-over",
+    ] {
+        assert!(codes.iter().any(|c| c == code), "{code}: {codes:?}");
+    }
+}
+
+#[test]
+fn forms_of_speed_termination_and_reference() {
+    let p = parsed(LOGIC).program;
+    let found: Vec<_> = p
+        .instructions
+        .iter()
+        .filter_map(|i| match i {
+            Instruction::Motion(m) => {
+                Some((m.target.clone(), m.termination.clone(), m.extra.clone()))
+            }
+            _ => None,
+        })
+        .collect();
+    assert_eq!(found.len(), 4);
+    assert_eq!(found[0].2, ["Offset,PR[3:\"shift x\"]"]);
+    assert_eq!(found[1].0, PositionRef::Unresolved("PR[1:safe]".into()));
+    assert_eq!(found[2].1, Termination::Fine);
+    assert_eq!(found[3].1, Termination::Other("CD5".into()));
+    assert!(matches!(&found[3].0, PositionRef::Point { index: 2, comment: Some(c) } if c == "a;b"));
+}
+
+/// A program with these instructions, and point 1 to 3 in frames 1.
+fn program(name: &str, lines: &[&str]) -> Program {
+    let mut text = format!("/PROG {name}\n/MN\n");
+    for (i, line) in lines.iter().enumerate() {
+        writeln!(text, "{:4}:{line} ;", i + 1).unwrap();
+    }
+    text += "/POS\n";
+    for i in 1..=3 {
+        write!(text, "P[{i}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {i} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
+        ).unwrap();
+    }
+    text += "P[4]{\n GP1:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg\n};\n/END\n";
+    parsed(&text).program
+}
+
+#[test]
+fn what_cannot_be_executed_is_refused_with_the_reason() {
+    let frames = ["UFRAME_NUM=1", "UTOOL_NUM=1"];
+    let refuse = |lines: &[&str]| {
+        let all: Vec<_> = frames.iter().chain(lines).copied().collect();
+        execute(&[program("P", &all)]).unwrap_err()
+    };
+    let go = "L P[1] 50mm/sec FINE";
+    assert!(matches!(
+        refuse(&["LBL[1]", go, "JMP LBL[1]"]),
+        Refusal::Loop(_)
+    ));
+    assert!(matches!(
+        refuse(&["FOR R[1]=1 TO 3", go, "ENDFOR"]),
+        Refusal::Loop(_)
+    ));
+    assert!(matches!(refuse(&[go, "CALL P"]), Refusal::Loop(_)));
+    assert!(matches!(
+        refuse(&["IF R[1]=1,JMP LBL[2]"]),
+        Refusal::Condition(_)
+    ));
+    assert_eq!(refuse(&["JMP LBL[7]"]), Refusal::Label(7));
+    assert_eq!(refuse(&["L P[9] 50mm/sec FINE"]), Refusal::NoPosition(9));
+    assert_eq!(refuse(&["L P[1] 9999999mm/sec FINE"]), Refusal::Speed);
+    assert_eq!(refuse(&["WAIT 9999999(sec)"]), Refusal::Wait(9_999_999.0));
+    assert_eq!(refuse(&["L P[1] 50% FINE"]), Refusal::Speed);
+    assert_eq!(
+        refuse(&[go, "Arc Start[1]", "L P[2] 12mm/sec FINE Arc Start[1]"]),
+        Refusal::ArcOn
+    );
+    assert_eq!(
+        refuse(&["L P[1] 50mm/sec FINE Arc End[1]"]),
+        Refusal::ArcOff
+    );
+    assert_eq!(
+        refuse(&[go, "Arc Start[1]", "J P[2] 50% FINE"]),
+        Refusal::ArcInJointMove
+    );
+    assert_eq!(
+        refuse(&["L P[1] 50mm/sec FINE Arc Start[1]"]),
+        Refusal::ArcLeftOn
+    );
+    assert_eq!(
+        refuse(&["UFRAME_NUM=2", go]),
+        Refusal::OtherFrame {
+            index: 1,
+            what: "user frame",
+            taught: 1,
+            selected: 2
+        }
+    );
+    assert_eq!(
+        execute(&[program("P", &["UFRAME_NUM=1", go])]).unwrap_err(),
+        Refusal::NoFrame("UTOOL_NUM")
+    );
+    assert_eq!(
+        execute(&[program("P", &["UTOOL_NUM=1", "UFRAME_NUM=R[5]", go])]).unwrap_err(),
+        Refusal::NoFrame("UFRAME_NUM")
+    );
+    assert_eq!(execute(&[]).unwrap_err(), Refusal::NoProgram);
+    let error = execution_order(
+        &[program("P", &["L P[1] 50mm/sec FINE"])],
+        &ExecutionSettings::default(),
+        &Reporter::new(),
+    );
+    let text = error.unwrap_err().to_string();
+    assert!(
+        text.contains("P, line 1") && text.contains("set UFRAME_NUM"),
+        "{text}"
+    );
+}
+
+/// Every line is executed, or shapes no metal, or is told with its reason; never passed over in silence.
+#[test]
+fn lines_that_shape_metal_and_are_not_simulated_are_told() {
+    let start = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "!Schedule 1 WFS 8.00 m/min",
+        "L P[1] 50mm/sec FINE Arc Start[1]",
+    ];
+    let end = ["L P[2] 10mm/sec FINE", "L P[3] 10mm/sec FINE Arc End[1]"];
+    let gaps = |lines: &[&str]| -> Vec<Missing> {
+        let all: Vec<_> = start.iter().chain(lines).chain(&end).copied().collect();
+        let executed = execute(&[program("P", &all)]).unwrap();
+        let at = start.len() as u32 + 1;
+        let gaps = executed.gaps.into_iter();
+        gaps.inspect(|g| assert!(g.line >= at && !g.text.is_empty(), "{g:?}"))
+            .map(|g| g.why)
+            .collect()
+    };
+    // what shapes no metal
+    for line in [
+        "DO[1]=ON",
+        "F[2]=(OFF)",
+        "MESSAGE[hello]",
+        "TIMER[1]=START",
+        "PR[3]=LPOS",
+        "R[4]=R[4]+1",
+        "--eg:a comment",
+        "COL DETECT ON",
+        "$x",
+        "",
+    ] {
+        let expected = usize::from(line == "$x");
+        assert_eq!(gaps(&[line]).len(), expected, "{line}");
+    }
+    // what does
+    for (line, why) in [
+        ("Weave Sine[1]", Missing::Weave),
+        ("Weave[3]", Missing::Weave),
+        ("CALL NOWHERE", Missing::Call("NOWHERE".into())),
+        ("AO[2]=20.5", Missing::Output("AO[2]=20.5".into())),
+        ("WAIT DI[1]=ON", Missing::WaitWithArc),
+        ("OVERRIDE=50%", Missing::Setting("OVERRIDE=50%".into())),
+        (
+            "UFRAME[1]=PR[2]",
+            Missing::Setting("UFRAME[1]=PR[2]".into()),
+        ),
+        ("Track TAST[1]", Missing::Setting("Track TAST[1]".into())),
+        (
+            "Touch Offset PR[5]",
+            Missing::Unknown("Touch Offset PR[5]".into()),
+        ),
+        ("L PR[1] 10mm/sec FINE", Missing::Position("PR[1]".into())),
+        (
+            "L P[R[2]] 10mm/sec FINE",
+            Missing::Position("P[R[2]]".into()),
+        ),
+        ("L P[4] 10mm/sec FINE", Missing::JointPosition(4)),
+        ("L P[2] R[3]mm/sec FINE", Missing::Speed("R[3]".into())),
+        (
+            "L P[2] WELD_SPEED FINE",
+            Missing::Speed("WELD_SPEED".into()),
+        ),
+        (
+            "L P[2] 10mm/sec CNT R[9]",
+            Missing::Termination("CNT R[9]".into()),
+        ),
+        ("L P[2] 10mm/sec CD5", Missing::Termination("CD5".into())),
+        (
+            "L P[2] 10mm/sec FINE Offset,PR[1]",
+            Missing::Offset("Offset,PR[1]".into()),
+        ),
+        ("L P[2] 10mm/sec FINE COORD", Missing::Word("COORD".into())),
+        ("Arc Start[2]", Missing::Schedule("Arc Start[2]".into())),
+        (
+            "Arc Start[1,R[2]]",
+            Missing::Schedule("Arc Start[1,R[2]]".into()),
+        ),
+        (
+            "Arc Start[20,190]",
+            Missing::Schedule("Arc Start[20,190]".into()),
+        ),
+    ] {
+        assert_eq!(gaps(&[line]), [why], "{line}");
+    }
+    // a weave's end, a wait and an unknown speed without arc shape nothing
+    assert_eq!(gaps(&["Weave End"]), []);
+    let travel = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "WAIT DI[1]=ON",
+        "L P[1] R[7]mm/sec FINE",
+        "L P[2] 10mm/sec FINE ACC80",
+    ];
+    assert_eq!(execute(&[program("P", &travel)]).unwrap().gaps, []);
+}
+
+/// Positions count in their frame: beads of two frames do not lie where their numbers say.
+#[test]
+fn beads_of_two_frames_are_told() {
+    let text = "/PROG P\n/MN\n1:UFRAME_NUM=1 ;\n2:UTOOL_NUM=1 ;\n3:!Schedule 1 WFS 8 m/min ;\n\
+        4:L P[1] 50mm/sec FINE Arc Start[1] ;\n5:L P[1] 10mm/sec FINE Arc End[1] ;\n\
+        6:UFRAME_NUM=2 ;\n7:L P[2] 50mm/sec FINE Arc Start[1] ;\n8:L P[2] 10mm/sec FINE Arc End[1] ;\n/POS\n";
+    let positions = [1, 2].map(|f| {
+        format!("P[{f}]{{\n GP1:\n UF : {f}, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = 1 mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n")
+    });
+    let program = parsed(&format!("{text}{}/END\n", positions.concat())).program;
+    let found = execute(&[program]).unwrap().gaps;
+    let found: Vec<_> = found.into_iter().map(|g| (g.line, g.why)).collect();
+    assert_eq!(found, [(8, Missing::Frames(2, 1))]);
+}
+
+#[test]
+fn a_move_that_is_left_out_still_switches_the_arc() {
+    let lines = [
+        "UFRAME_NUM=1",
+        "UTOOL_NUM=1",
+        "L PR[1] 50mm/sec FINE Arc Start[1]",
+        "L P[2] 10mm/sec FINE Arc End[1]",
+    ];
+    let executed = execute(&[program("P", &lines)]).unwrap();
+    let moves = motions(&executed);
+    assert_eq!((moves.len(), moves[0].arc), (1, Some(1)));
+    assert_eq!(executed.gaps.len(), 2);
+    assert_eq!(executed.gaps[0].why, Missing::Position("PR[1]".into()));
+}
+
+#[test]
+fn calls_jumps_ends_and_aborts_are_followed() {
+    let main = program(
+        "MAIN",
+        &[
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "R[5]=20",
+            "CALL Sub",
+            "JMP LBL[3]",
+            "L P[3] 10mm/sec FINE",
+            "LBL[3:on]",
+            "CALL SUB",
+            "ABORT",
+            "L P[3] 10mm/sec FINE",
+        ],
+    );
+    let sub = program(
+        "SUB",
+        &["L P[2] R[5]mm/sec CNT100", "END", "L P[1] 10mm/sec FINE"],
+    );
+    let executed = execute(&[main, sub]).unwrap();
+    let moves = motions(&executed);
+    assert_eq!(moves.len(), 2);
+    assert!(
+        moves
+            .iter()
+            .all(|m| m.speed == ExecutedSpeed::Path(20.0) && m.program == 1)
+    );
+}
+
+#[test]
+fn damaged_files_say_what_is_wrong() {
+    assert_eq!(fanuc_ls::parse(""), Err(ParseError::NotAProgram));
+    assert_eq!(
+        fanuc_ls::parse("G1 X10 Y20\n"),
+        Err(ParseError::NotAProgram)
+    );
+    assert!(matches!(
+        fanuc_ls::parse("/PROG A\n/MN\n 1: END ;\n"),
+        Err(ParseError::CutOff { line: 3 })
+    ));
+    assert!(matches!(
+        fanuc_ls::parse("/PROG A\n/MN\n/POS\nP[1]{\n GP1:\n/END\n"),
+        Err(ParseError::Position { line: 4, .. })
+    ));
+    assert!(matches!(
+        fanuc_ls::parse("/PROG A\n/MN\n/POS\nP[1]{};\nP[1]{};\n/END\n"),
+        Err(ParseError::RepeatedPosition { index: 1 })
+    ));
+    assert!(matches!(
+        fanuc_ls::parse("/PROG A\n/MN\n/PROG B\n/END\n"),
+        Err(ParseError::SecondProgram { line: 3 })
+    ));
+    let latin = fanuc_ls::read(b"/PROG A\n/MN\n 1: !caf\xe9 ;\n/END\n").unwrap();
+    assert!(
+        matches!(&latin.program.instructions[0], Instruction::Comment { text, .. } if text == "café")
+    );
+}
+
+#[test]
+fn lines_end_in_any_way() {
+    // the sample has the line ends of its checkout
+    let unix = SIMPLE.replace("\r\n", "\n");
+    let windows = unix.replace('\n', "\r\n");
+    assert_eq!(parsed(&windows), parsed(&unix));
+    let marked = format!("\u{feff}{unix}");
+    assert_eq!(parsed(&marked), parsed(&unix));
+}

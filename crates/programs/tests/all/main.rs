@@ -1,0 +1,7 @@
+//! Programs: golden text, laws over random toolpaths, programs of other software, damaged text; CLI layers.
+#![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
+
+mod built;
+mod cli_layers;
+mod foreign;
+mod mutation;

@@ -1,0 +1,16 @@
+//! Heat: the solver, the moving source and the charts, against closed forms, the thesis and each other.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that fails stops here; its figures are shown with --nocapture"
+)]
+
+mod cases;
+mod chart_between;
+mod chart_simulation;
+mod charts;
+mod closed_form;
+mod laser_tracks;
+mod moving_source;
+mod support;
+mod verification;

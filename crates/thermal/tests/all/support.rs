@@ -1,0 +1,156 @@
+//! What several files need: the material, charts that are computed once, the bed that beams draw on.
+#![allow(dead_code, reason = "the tests of another room share this file")]
+
+use std::sync::OnceLock;
+
+use meltpath_base::Silent;
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
+use meltpath_thermal::charts::build::{compute, warm, warm_grounds};
+use meltpath_thermal::charts::{ChartSet, ChartSettings};
+use meltpath_thermal::criteria::{Classes, Tally};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::file::{Readings, read};
+use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::solver::source::Depth;
+use meltpath_thermal::solver::surface::Surface;
+use meltpath_thermal::solver::{Face, Faces, State};
+
+/// Ti6Al4V of the thesis.
+pub(crate) fn titanium() -> Material {
+    titanium_read(Readings::default())
+}
+
+/// The same, its source read otherwise.
+pub(crate) fn titanium_read(readings: Readings) -> Material {
+    let text = meltpath_data::materials::TI6AL4V_EBM.text;
+    read(text, readings).unwrap()
+}
+
+/// Charts of the slow beam, computed once.
+pub(crate) fn slow() -> &'static ChartSet {
+    static SET: OnceLock<ChartSet> = OnceLock::new();
+    SET.get_or_init(|| compute_charts(120.0, 0.551_67, 2800.0))
+}
+
+/// The slow beam's charts over warm ground too, computed once.
+pub(crate) fn slow_and_warm() -> &'static ChartSet {
+    static SET: OnceLock<ChartSet> = OnceLock::new();
+    SET.get_or_init(|| {
+        let mut set = slow().clone();
+        with_warm_ground(&mut set);
+        set
+    })
+}
+
+/// Charts of the inner circle of a strut, computed once.
+pub(crate) fn inner() -> &'static ChartSet {
+    static SET: OnceLock<ChartSet> = OnceLock::new();
+    SET.get_or_init(|| compute_charts(144.0, 0.551_67, 2800.0))
+}
+
+/// Charts of the fast beam, computed once.
+pub(crate) fn fast() -> &'static ChartSet {
+    static SET: OnceLock<ChartSet> = OnceLock::new();
+    SET.get_or_init(|| compute_charts(300.0, 0.413_67, 3700.0))
+}
+
+/// Charts of a beam of `power` W on `spot` mm that heat to `stop` °C and cool from 2800 °C.
+pub(crate) fn compute_charts(power: f64, spot: f64, stop: f64) -> ChartSet {
+    let settings = ChartSettings {
+        stop: stop + CELSIUS,
+        cooling_from: 2800.0 + CELSIUS,
+        ..ChartSettings::of_thesis(power, spot)
+    };
+    compute(&settings, &titanium(), &Silent).unwrap()
+}
+
+/// The same, over warm ground too.
+pub(crate) fn compute_warm_charts(power: f64, spot: f64, stop: f64) -> ChartSet {
+    let mut set = compute_charts(power, spot, stop);
+    with_warm_ground(&mut set);
+    set
+}
+
+/// Adds histories over warm ground.
+pub(crate) fn with_warm_ground(set: &mut ChartSet) {
+    let material = titanium();
+    warm(set, &warm_grounds(&material), &material, &Silent).unwrap();
+}
+
+/// A beam of `power` W on `spot` mm at the origin and time 0.
+pub(crate) fn settings(power: f64, spot: f64) -> BeamPoint {
+    BeamPoint {
+        time: 0.0,
+        x: 0.0,
+        y: 0.0,
+        power,
+        spot,
+    }
+}
+
+/// Speed of the thesis at lines 0.125 mm apart, mm/s.
+pub(crate) const SPEED: f64 = 980.0;
+/// Its lines are this far apart, mm.
+pub(crate) const HATCH: f64 = 0.125;
+
+/// The middle of the thesis' rectangle: 4 mm of ten of its lines of 15 mm, the beam off while it is further away.
+pub(crate) fn good_body() -> BeamPath {
+    let mut points = Vec::new();
+    let mut time = 0.0;
+    for n in 0..10 {
+        let y = (f64::from(n) + 0.5) * HATCH;
+        let ends = if n % 2 == 0 { [-2.0, 2.0] } else { [2.0, -2.0] };
+        for (x, power) in ends.into_iter().zip([300.0, 0.0]) {
+            points.push(BeamPoint {
+                time,
+                x,
+                y,
+                ..settings(power, 0.413_67)
+            });
+            time += if power > 0.0 { 4.0 } else { 11.0 } / SPEED;
+        }
+    }
+    BeamPath::new(points).unwrap()
+}
+
+/// Metal under a layer of fresh powder of 50 µm.
+pub(crate) fn fresh_layer(c: DVec3) -> State {
+    if c.z > -0.05 {
+        State::Powder
+    } else {
+        State::Dense
+    }
+}
+
+/// The thesis' surroundings: a shield at 300 °C above, everything else at the start temperature.
+pub(crate) fn faces(material: &Material) -> Faces {
+    Faces {
+        top: Surface::Radiating {
+            surroundings: 300.0 + CELSIUS,
+        },
+        sides: Face::Imposed(material.start),
+        bottom: Face::Imposed(material.start),
+    }
+}
+
+/// How the thesis' beam heats.
+pub(crate) fn beam() -> Beam {
+    Beam {
+        efficiency: 0.9,
+        depth: Depth::Falling { penetration: 0.1 },
+    }
+}
+
+/// 60 K round what the middle of [`good_body`] reaches: four lines from the first, the period of two lines twice.
+pub(crate) fn window_round(field: &Field) -> Classes {
+    let any = Classes {
+        melting: 0.0,
+        window: [0.0, f64::INFINITY],
+    };
+    let middle = Tally::of(field, &any, |[i, j, k]| {
+        let c = field.grid.centre(i, j, k);
+        k + 1 == field.grid.planes() && c.x.abs() < 1.0 && (0.5..1.0).contains(&c.y)
+    });
+    Classes::calibrated(titanium().liquidus, middle.mean, 60.0)
+}
