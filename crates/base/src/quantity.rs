@@ -192,63 +192,33 @@ impl de::Visitor<'_> for QuantityVisitor {
     }
 }
 
-/// One newtype per dimension: they differ in nothing but the table of units.
-macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr $(, $more:ident = $value:expr)?)),+]) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
-        pub struct $name(
-            #[doc = concat!("The value in ", $internal, ".")]
-            pub f64,
-        );
-
-        impl $name {
-            /// The units that files may use; the first is the one values are written back in.
-            pub const UNITS: &'static [Unit] = &[$(Unit { $($more: $value,)? ..Unit::new($symbol, $factor) }),+];
-
-            /// Reads a number with a unit.
-            ///
-            /// # Errors
-            /// [`QuantityError`] naming what was written and the accepted units.
-            pub fn parse(text: &str) -> Result<Self, QuantityError> {
-                parse(text, $what, Self::UNITS).map($name)
-            }
-        }
-
-        impl Quantity for $name {
-            const WHAT: &'static str = $what;
-            const UNITS: &'static [Unit] = Self::UNITS;
-
-            fn from_number(number: f64) -> Self {
-                $name(number)
-            }
-
-            fn number(self) -> f64 {
-                self.0
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(&Self::UNITS[0].show(self.0))
-            }
-        }
-
+/// The dimensions that are read by serde too.
+macro_rules! deserialized {
+    ($($name:ident),+) => {$(
         impl<'de> Deserialize<'de> for $name {
             fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-                d.deserialize_any(QuantityVisitor { what: $what, units: Self::UNITS }).map($name)
+                let visitor = QuantityVisitor { what: Self::WHAT, units: Self::UNITS };
+                d.deserialize_any(visitor).map($name)
             }
         }
-
-        impl Serialize for $name {
-            fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-                s.collect_str(self)
-            }
-        }
-    };
+    )+};
 }
+deserialized!(
+    Length,
+    Speed,
+    Time,
+    Angle,
+    Voltage,
+    Current,
+    Ratio,
+    Temperature,
+    TemperatureDifference,
+    Frequency,
+    AngularSpeed,
+    BeadWidths
+);
 
-quantity!(
+crate::quantity!(
     /// A length, mm inside.
     ///
     /// ```
@@ -258,9 +228,9 @@ quantity!(
     /// assert!(Length::parse("1.6").unwrap_err().to_string().contains("\"mm\""));
     /// ```
     Length, "length", "mm",
-    [("mm", 1.0), ("µm", 1e-3), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4)]
+    [("mm", 1.0), ("µm", 1e-3), ("um", 1e-3), ("cm", 10.0), ("m", 1e3), ("in", 25.4), ("nm", 1e-6)]
 );
-quantity!(
+crate::quantity!(
     /// A speed (travel, wire feed), mm/s inside; people write m/min.
     ///
     /// ```
@@ -271,22 +241,22 @@ quantity!(
     Speed, "speed", "mm/s",
     [("m/min", 1e3 / 60.0), ("mm/s", 1.0), ("mm/min", 1.0 / 60.0), ("cm/min", 10.0 / 60.0), ("m/s", 1e3), ("in/min", 25.4 / 60.0)]
 );
-quantity!(
+crate::quantity!(
     /// A duration, s inside.
     Time, "time", "s",
-    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)]
+    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("min", 60.0), ("h", 3600.0)]
 );
-quantity!(
+crate::quantity!(
     /// An angle, rad inside.
     Angle, "angle", "rad",
     [("deg", std::f64::consts::PI / 180.0), ("°", std::f64::consts::PI / 180.0), ("rad", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A voltage, V inside.
     Voltage, "voltage", "V",
     [("kV", 1e3), ("V", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// An electric current, A inside.
     ///
     /// ```
@@ -296,33 +266,43 @@ quantity!(
     Current, "current", "A",
     [("mA", 1e-3), ("A", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A share or a factor, 1 inside for `100 %`.
     Ratio, "ratio", "1",
     [("%", 1.0, divisor = 100.0)]
 );
 
-quantity!(
+crate::quantity!(
     /// A temperature, K inside.
     Temperature, "temperature", "K",
     [("°C", 1.0, offset = 273.15), ("degC", 1.0, offset = 273.15), ("K", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// A difference of temperatures, K inside.
     TemperatureDifference, "difference of temperatures", "K",
     [("K", 1.0)]
 );
-quantity!(
+crate::quantity!(
     /// An angular frequency (bandwidth, crossover), rad/s inside.
     Frequency, "frequency", "rad/s",
     [("rad/s", 1.0), ("Hz", std::f64::consts::TAU), ("kHz", 1e3 * std::f64::consts::TAU)]
 );
-quantity!(
+crate::quantity!(
     /// A speed of turning, rad/s inside.
     AngularSpeed, "angular speed", "rad/s",
     [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
 );
-quantity!(
+crate::quantity!(
+    /// A number without a unit, such as an exponent.
+    Pure, "number", "1",
+    [("1", 1.0)]
+);
+crate::quantity!(
+    /// A density, kg/m³ inside.
+    Density, "density", "kg/m³",
+    [("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3)]
+);
+crate::quantity!(
     /// A number of bead widths.
     BeadWidths, "number of bead widths", "1",
     [("w", 1.0)]
@@ -477,6 +457,7 @@ mod tests {
             ("cm", 10.0),
             ("m", 1000.0),
             ("in", 25.4),
+            ("nm", 0.000_001),
         ];
         each(|text| Length::parse(text).unwrap().0, &lengths);
         let speeds = [
@@ -492,6 +473,7 @@ mod tests {
             ("s", 1.0),
             ("ms", 0.001),
             ("us", 0.000_001),
+            ("µs", 0.000_001),
             ("min", 60.0),
             ("h", 3600.0),
         ];

@@ -24,10 +24,13 @@ mod listing;
 mod read;
 mod reference;
 mod schema;
+mod sourced;
+mod syntax;
 mod values;
 
 use std::fmt;
-use std::ops::{Deref, Range};
+use std::ops::{Deref, DerefMut, Range};
+use std::sync::Arc;
 
 pub use serde::{Serialize, Serializer};
 pub use serde_json::Value as Json;
@@ -40,7 +43,8 @@ pub use listing::{listing, rounded};
 pub use read::{Keys, Node, Place, Reader, nearest};
 pub use reference::reference;
 pub use schema::schema;
-pub use values::{File, Many};
+pub use sourced::{Amount, Datum, Sourced, UnitOf};
+pub use values::{File, Many, quantity};
 
 /// A table of settings.
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +105,19 @@ pub enum Kind {
     },
     /// A table of its own.
     Table(Table),
+    /// A number in a table with its source: the key `value`, what it means and who says so.
+    Figure(Table),
+    /// A unit's symbol.
+    Unit(&'static [Unit]),
+    /// A table whose keys are chosen by whoever writes the file, each of the same kind.
+    Named(&'static Kind),
+    /// One of several tables, as the word of a key says.
+    OneOf {
+        /// The key.
+        by: &'static str,
+        /// The words, each with its table.
+        tables: &'static [(&'static str, Kind)],
+    },
 }
 
 /// A word that may be written, and what it means.
@@ -178,6 +195,8 @@ impl Bounds {
         ) {
             (false, _, false) => String::new(),
             (false, _, true) => format!("at most {}", show(self.high)),
+            (true, ..) if self.low == self.high => show(self.low),
+            (true, true, false) if !self.above => format!("at least {}", show(self.low)),
             (true, true, false) => format!("above {}", show(self.low)),
             (true, false, false) => "zero or above".to_owned(),
             (true, _, true) if self.above => {
@@ -217,6 +236,61 @@ pub struct Problem {
     pub help: Option<String>,
     /// What to write in place of the range, where that mends it.
     pub fix: Option<String>,
+    /// The file, where it is not the one that is read, but one that it names.
+    pub file: Option<Arc<FileText>>,
+}
+
+/// A file and what it holds, to show places in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileText {
+    /// Its name.
+    pub name: String,
+    /// Its content.
+    pub text: String,
+}
+
+impl FileText {
+    /// Line and column of a byte, from 1.
+    pub fn place(&self, byte: usize) -> (usize, usize) {
+        let before = self.text.get(..byte).unwrap_or(&self.text);
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        (1 + before.matches('\n').count(), 1 + line.chars().count())
+    }
+}
+
+/// Everything wrong with a file.
+#[derive(Debug, Clone, PartialEq, Default, thiserror::Error)]
+#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct Problems(
+    /// Each.
+    pub Vec<Problem>,
+);
+
+impl Problems {
+    /// Problems of a file that another one names.
+    #[must_use]
+    pub fn of_file(mut self, name: &str, text: &str) -> Self {
+        let file = Arc::new(FileText {
+            name: name.to_owned(),
+            text: text.to_owned(),
+        });
+        for problem in &mut self.0 {
+            problem.file.get_or_insert_with(|| Arc::clone(&file));
+        }
+        self
+    }
+}
+
+impl From<Problem> for Problems {
+    fn from(problem: Problem) -> Self {
+        Problems(vec![problem])
+    }
+}
+
+impl From<Vec<Problem>> for Problems {
+    fn from(problems: Vec<Problem>) -> Self {
+        Problems(problems)
+    }
 }
 
 impl Problem {
@@ -249,6 +323,14 @@ impl Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.file, &self.span) {
+            (Some(file), Some(span)) => {
+                let (line, column) = file.place(span.start);
+                write!(f, "{}:{line}:{column}: ", file.name)?;
+            }
+            (Some(file), None) => write!(f, "{}: ", file.name)?,
+            (None, _) => {}
+        }
         f.write_str(&self.message)?;
         match &self.help {
             Some(help) => write!(f, "; {help}"),
@@ -293,6 +375,12 @@ impl<T> Deref for Setting<T> {
 
     fn deref(&self) -> &T {
         &self.value
+    }
+}
+
+impl<T> DerefMut for Setting<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.value
     }
 }
 
@@ -363,16 +451,30 @@ pub fn read<T: Value>(text: &str) -> Read<T> {
     }
 }
 
-/// Reads one key of a file and nothing else: `None` where it is not written.
+/// Reads a file's text and checks what `check` says of its values.
+///
+/// # Errors
+/// Everything wrong.
+pub fn parse<T: Value>(text: &str, check: impl Fn(&T) -> Vec<Problem>) -> Result<T, Problems> {
+    let read = read::<T>(text);
+    let mut problems = read.problems;
+    problems.extend(read.settings.iter().flat_map(check));
+    match read.settings {
+        Some(settings) if problems.is_empty() => Ok(settings),
+        _ => Err(Problems(problems)),
+    }
+}
+
+/// Reads one key of a file, or one table, and nothing else: `None` where it is not written.
 ///
 /// # Errors
 /// What is wrong with the file as TOML, or with the value.
-pub fn peek<T: Value>(text: &str, [table, key]: [&str; 2]) -> Result<Option<T>, Vec<Problem>> {
+pub fn peek<T: Value>(text: &str, path: &[&str]) -> Result<Option<T>, Problems> {
     let mut reader = Reader::default();
-    let value = reader.peek(text, [table, key]);
+    let value = reader.peek(text, path);
     if reader.problems.is_empty() {
         Ok(value)
     } else {
-        Err(reader.problems)
+        Err(Problems(reader.problems))
     }
 }

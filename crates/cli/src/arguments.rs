@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use meltpath::reference::Subject;
 
 /// Plan the path, simulate the machine, predict the metal.
 ///
@@ -122,8 +123,9 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file.
-        of: SchemaOf,
+        /// Which file: job, tune, or a data file: wire, gas, map, cell, material, head, motor, recipe, gun.
+        #[arg(value_parser = subject)]
+        of: Subject,
     },
     /// Print every value of a job with where it comes from, and what is wrong, before anything runs; exits with 2 where `run`
     /// would refuse the job.
@@ -175,13 +177,12 @@ pub(crate) struct HealthArguments {
     pub(crate) accept: bool,
 }
 
-/// The files that have a schema.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub(crate) enum SchemaOf {
-    /// A job of any process.
-    Job,
-    /// A tuning file.
-    Tune,
+/// The file of a word.
+fn subject(word: &str) -> Result<Subject, String> {
+    Subject::from_word(word).ok_or_else(|| {
+        let words = Subject::ALL.map(Subject::word);
+        format!("known are {}", words.join(", "))
+    })
 }
 
 /// The processes of `meltpath new`.

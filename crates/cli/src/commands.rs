@@ -9,7 +9,7 @@ use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, tune};
 use meltpath_base::{Place, Reporter, Status, Verdict};
 
-use crate::arguments::{Arguments, Command, HealthArguments, NewProcess, SchemaOf};
+use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
 use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, PART_FAILS};
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -364,12 +364,8 @@ fn doctor(job: &Path) -> Result<u8, Failure> {
     })
 }
 
-fn print_schema(of: SchemaOf) -> u8 {
-    let subject = match of {
-        SchemaOf::Job => Subject::Job,
-        SchemaOf::Tune => Subject::Tune,
-    };
-    line(&format!("{:#}", schema(subject)));
+fn print_schema(of: Subject) -> u8 {
+    line(&format!("{:#}", schema(of)));
     0
 }
 

@@ -214,7 +214,10 @@ fn beads_beyond_the_plate_fail_the_part() {
     let smaller = good.replace(size, "size = [\"130 mm\", \"30 mm\"]");
     refused(dir.path(), &smaller, &["substrate.size", "100 x 100 mm"]);
     // the part stands on it, its allowance does not
-    let small = good.replace(size, "size = [\"101 mm\", \"101 mm\"]");
+    let small = good
+        .replace(size, "size = [\"101 mm\", \"101 mm\"]")
+        .replace("programs = [\"fanuc-ls\"]", "programs = []");
+    assert!(small.contains("programs = []"));
     fs::write(dir.path().join("job/job.toml"), small).unwrap();
     let output = meltpath(&["run", "job/job.toml", "--out", "built"], dir.path());
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
@@ -223,6 +226,8 @@ fn beads_beyond_the_plate_fail_the_part() {
     let checks = verdict["checks"].as_array().unwrap();
     let plate = checks.iter().find(|c| c["id"] == "plate").unwrap();
     assert_eq!(plate["status"], "fail", "{plate}");
+    // a job that asks for no program gets none
+    assert!(!dir.path().join("built/program").exists());
 }
 
 #[cfg(unix)]
@@ -261,10 +266,19 @@ fn help_and_version_are_no_errors() {
         &["--version"],
         &["run", "--help"],
         &["new", "waam", "--help"],
+        &["schema", "wire"],
+        &["schema", "gun"],
     ] {
         let output = meltpath(args, dir.path());
         assert_eq!(output.status.code(), Some(0));
         assert!(!output.stdout.is_empty());
     }
     assert_eq!(meltpath(&["fly"], dir.path()).status.code(), Some(2));
+    let unknown = meltpath(&["schema", "wires"], dir.path());
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(
+        said(&unknown).contains("known are job, tune, wire"),
+        "{}",
+        said(&unknown)
+    );
 }

@@ -1,54 +1,20 @@
 //! Wires, gases and measured pools, from the data files that come with the program.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use meltpath_base::Speed;
-use meltpath_data::{File, find, gases, names, pools, wires};
-use serde::Deserialize;
+use meltpath_base::settings::{Datum, Problem, Problems};
+use meltpath_base::{Density, Length, Speed, quantity, settings, table};
+use meltpath_data::{File, find, names, pools, wires};
 
 use crate::bead::{PoolModel, PursuitLength};
-
-/// A number with where it comes from.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Datum {
-    /// The value, in `unit`.
-    pub value: f64,
-    /// Its unit.
-    pub unit: String,
-    /// Standard uncertainty in the same unit, where known.
-    pub uncertainty: Option<f64>,
-    /// Document.
-    pub source: String,
-    /// Page of it.
-    pub page: String,
-    /// How it was read or derived.
-    pub note: Option<String>,
-}
 
 /// Why a data file cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DataError {
-    /// It does not read.
-    #[error("{file}: {message}")]
-    Syntax {
-        /// Which file.
-        file: String,
-        /// What is wrong and where.
-        message: String,
-    },
-    /// A number is out of range.
-    #[error("{file}: {what} is {value}: {must}")]
-    Value {
-        /// Which file.
-        file: String,
-        /// Which number.
-        what: String,
-        /// What it is.
-        value: f64,
-        /// What it must be.
-        must: &'static str,
-    },
+    /// What is written in it is wrong.
+    #[error(transparent)]
+    Content(#[from] Problems),
     /// There is no such entry.
     #[error("no {kind} \"{id}\" comes with the program: known are {known}")]
     Unknown {
@@ -59,45 +25,6 @@ pub enum DataError {
         /// The names there are.
         known: String,
     },
-}
-
-pub(crate) fn read<T: for<'de> Deserialize<'de>>(file: &str, text: &str) -> Result<T, DataError> {
-    toml::from_str(text).map_err(|e| DataError::Syntax {
-        file: file.to_owned(),
-        message: e.to_string(),
-    })
-}
-
-fn within(
-    file: &str,
-    what: &str,
-    value: f64,
-    [low, high]: [f64; 2],
-    must: &'static str,
-) -> Result<f64, DataError> {
-    if (low..=high).contains(&value) {
-        Ok(value)
-    } else {
-        Err(DataError::Value {
-            file: file.to_owned(),
-            what: what.to_owned(),
-            value,
-            must,
-        })
-    }
-}
-
-pub(crate) fn positive(file: &str, what: &str, value: f64) -> Result<f64, DataError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(DataError::Value {
-            file: file.to_owned(),
-            what: what.to_owned(),
-            value,
-            must: "it must be positive and finite",
-        })
-    }
 }
 
 /// Looks `id` up in a table of (id, text).
@@ -115,46 +42,83 @@ pub(crate) fn lookup(
         })
 }
 
-/// A wire.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wire {
-    /// Version of the file's layout.
-    pub schema: u32,
-    /// Identifier in jobs.
-    pub id: String,
-    /// Name in words.
-    pub name: String,
-    /// Designation by its standard.
-    pub standard: String,
-    /// Diameter, mm.
-    pub diameter: Datum,
-    /// Density, kg/m³.
-    pub density: Datum,
+quantity!(
+    /// A flow of gas, L/min inside.
+    GasFlow, "flow", "L/min",
+    [("L/min", 1.0)]
+);
+
+table! {
+    /// A wire.
+    pub struct Wire {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Identifier in jobs, process maps and weld pools.
+        id: String => required;
+        /// Name in words.
+        name: String => required;
+        /// Designation by its standard.
+        standard: String => required;
+        /// Diameter.
+        diameter: Datum<Length> where within(0.1, 10.0) => required;
+        /// Density.
+        density: Datum<Density> where within(500.0, 25_000.0) => required;
+    }
+
+    /// A shielding gas.
+    pub struct Gas {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Identifier in jobs and process maps.
+        id: String => required;
+        /// Name in words.
+        name: String => required;
+        /// Designation by its standard.
+        standard: String => required;
+        /// Volume percent of each component.
+        composition: BTreeMap<String, f64> where within(0.0, 100.0) => required;
+        /// Flow.
+        flow: Datum<GasFlow> where positive => required;
+    }
+
+    /// Weld pools measured for a wire, gas and mode.
+    pub struct PoolFile {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Identifier: `wire-mode-gas`.
+        id: String => required;
+        /// Wire.
+        wire: String => required;
+        /// Gas.
+        gas: String => required;
+        /// Transfer mode.
+        mode: String => required;
+        /// The pools.
+        pool: Vec<PoolRow> => required;
+    }
+
+    /// A pool measured at given settings.
+    pub struct PoolRow {
+        /// Wire feed.
+        wire_feed: Speed where positive => required;
+        /// Travel speed.
+        travel_speed: Speed where positive => required;
+        /// Half width b; the front length is the same.
+        half_width: Datum<Length> where positive => required;
+        /// Rear length a_b.
+        rear: Datum<Length> where positive => required;
+        /// Offset e.
+        offset: Datum<Length> => required;
+    }
 }
 
 impl Wire {
     /// Reads a wire file.
     ///
     /// # Errors
-    /// [`DataError`] when it does not read or a number is not positive.
-    pub fn parse(file: &str, text: &str) -> Result<Self, DataError> {
-        let wire: Wire = read(file, text)?;
-        within(
-            file,
-            "diameter",
-            wire.diameter.value,
-            [0.1, 10.0],
-            "it must be 0.1 to 10 mm",
-        )?;
-        within(
-            file,
-            "density",
-            wire.density.value,
-            [500.0, 25_000.0],
-            "it must be 500 to 25000 kg/m³",
-        )?;
-        Ok(wire)
+    /// Everything wrong, with its place in the file.
+    pub fn parse(text: &str) -> Result<Self, Problems> {
+        settings::parse(text, |_: &Self| Vec::new())
     }
 
     /// A wire that comes with the program.
@@ -167,85 +131,49 @@ impl Wire {
     /// # Errors
     /// [`DataError::Unknown`] listing the wires there are.
     pub fn builtin(id: &str) -> Result<Self, DataError> {
-        Self::parse(id, lookup("wire", id, wires::ALL)?)
+        Ok(Self::parse(lookup("wire", id, wires::ALL)?)?)
     }
 
     /// Section, mm².
     pub fn section(&self) -> f64 {
-        0.25 * PI * self.diameter.value * self.diameter.value
+        0.25 * PI * self.diameter.0 * self.diameter.0
     }
 }
 
-/// A shielding gas.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gas {
-    /// Version of the file's layout.
-    pub schema: u32,
-    /// Identifier in jobs.
-    pub id: String,
-    /// Name in words.
-    pub name: String,
-    /// Designation by its standard.
-    pub standard: String,
-    /// Volume percent of each component.
-    pub composition: std::collections::BTreeMap<String, f64>,
-    /// Flow, L/min.
-    pub flow: Datum,
-}
+/// How far the components of a gas may be from 100 % together.
+const COMPOSITION_SLACK: f64 = 0.5;
 
 impl Gas {
-    /// A gas that comes with the program.
+    /// Reads a gas file.
     ///
     /// # Errors
-    /// [`DataError::Unknown`] listing the gases there are.
-    pub fn builtin(id: &str) -> Result<Self, DataError> {
-        let gas: Gas = read(id, lookup("gas", id, gases::ALL)?)?;
-        positive(id, "flow", gas.flow.value)?;
-        Ok(gas)
+    /// Everything wrong, with its place in the file.
+    pub fn parse(text: &str) -> Result<Self, Problems> {
+        settings::parse(text, |gas: &Self| {
+            let sum: f64 = gas.composition.values().sum();
+            let complete = (sum - 100.0).abs() <= COMPOSITION_SLACK;
+            let problem = || {
+                let message = format!("the components of the gas are {sum} % together, not 100 %");
+                let problem: Problem = gas.composition.problem(message);
+                problem.help("give the volume percent of each: { Ar = 82.0, CO2 = 18.0 }")
+            };
+            if complete {
+                Vec::new()
+            } else {
+                vec![problem()]
+            }
+        })
     }
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PoolFile {
-    #[serde(rename = "schema")]
-    _schema: u32,
-    #[serde(rename = "id")]
-    _id: String,
-    #[serde(rename = "wire")]
-    _wire: String,
-    #[serde(rename = "gas")]
-    _gas: String,
-    #[serde(rename = "mode")]
-    _mode: String,
-    pool: Vec<PoolRow>,
-}
-
-/// A pool measured at given settings.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PoolRow {
-    /// Wire feed, mm/s.
-    pub wire_feed: Speed,
-    /// Travel speed, mm/s.
-    pub travel_speed: Speed,
-    /// Half width b, mm; the front length is the same.
-    pub half_width: Datum,
-    /// Rear length a_b, mm.
-    pub rear: Datum,
-    /// Offset e, mm.
-    pub offset: Datum,
 }
 
 impl PoolRow {
     /// The pool as the deposit takes it.
     pub fn model(&self, pursuit: PursuitLength) -> PoolModel {
         PoolModel {
-            front: self.half_width.value,
-            rear: self.rear.value,
-            half_width: self.half_width.value,
-            offset: self.offset.value,
+            front: self.half_width.0,
+            rear: self.rear.0,
+            half_width: self.half_width.0,
+            offset: self.offset.0,
             pursuit,
         }
     }
@@ -256,12 +184,9 @@ impl PoolRow {
 /// # Errors
 /// [`DataError::Unknown`] listing the configurations there are.
 pub fn pools(id: &str) -> Result<Vec<PoolRow>, DataError> {
-    let file: PoolFile = read(id, lookup("pool", id, pools::ALL)?)?;
-    for row in &file.pool {
-        positive(id, "half_width", row.half_width.value)?;
-        positive(id, "rear", row.rear.value)?;
-    }
-    Ok(file.pool)
+    let text = lookup("pool", id, pools::ALL)?;
+    let file = settings::parse(text, |_: &PoolFile| Vec::new())?;
+    Ok(file.pool.value)
 }
 
 /// The measured pool nearest to given settings in the ratio of wire feed to travel speed; the first of a
@@ -275,33 +200,65 @@ pub fn nearest_pool(rows: &[PoolRow], wire_feed: f64, travel_speed: f64) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use meltpath_data::gases;
+
     use super::*;
 
     #[test]
     fn everything_that_ships_reads() {
         for file in wires::ALL {
-            assert_eq!(Wire::builtin(file.name).unwrap().id, file.name);
+            assert_eq!(*Wire::builtin(file.name).unwrap().id, file.name);
         }
         for file in gases::ALL {
-            let gas = Gas::builtin(file.name).unwrap();
-            assert_eq!(gas.id, file.name);
-            assert!((gas.composition.values().sum::<f64>() - 100.0).abs() < 1e-9);
+            let gas = Gas::parse(file.text).unwrap();
+            assert_eq!(*gas.id, file.name);
         }
         let rows = pools("x90-ig-1.0-cmt-m14").unwrap();
         assert_eq!(rows.len(), 2);
         let near = nearest_pool(&rows, 9.0, 0.5).unwrap();
-        assert!((near.half_width.value - 4.14).abs() < 1e-12);
+        assert!((near.half_width.0 - 4.14).abs() < 1e-12);
     }
 
     #[test]
     fn unknown_names_are_told_the_known_ones() {
         let error = Wire::builtin("x91").unwrap_err().to_string();
         assert!(error.contains("\"x90-ig-1.0\""), "{error}");
-        let bad = wires::ALL[0].text.replace("value = 1.0", "value = -1.0");
-        assert!(matches!(
-            Wire::parse("w", &bad),
-            Err(DataError::Value { .. })
-        ));
-        assert!(Wire::parse("w", &format!("colour = 1\n{}", wires::ALL[0].text)).is_err());
+    }
+
+    /// All mistakes of a file at once, each with its place; what mends it does.
+    #[test]
+    fn a_wire_of_ones_own_is_answered_with_places_and_remedies() {
+        let good = wires::ALL[0].text;
+        let inch = good.replace("value = 1.0\nunit = \"mm\"", "value = 0.045\nunit = \"in\"");
+        let wire = Wire::parse(&inch).unwrap();
+        assert!((wire.diameter.0 - 1.143).abs() < 1e-12);
+        assert!((wire.diameter.uncertainty.unwrap() - 0.254).abs() < 1e-12);
+
+        let mut bad = good
+            .replace("value = 1.0", "value = \"1,0\"")
+            .replace("standard =", "standart =")
+            .replace("unit = \"kg/m3\"", "unit = \"kg/cm3\"");
+        let problems = Wire::parse(&bad).unwrap_err().0;
+        assert_eq!(problems.len(), 4, "{problems:?}");
+        for problem in problems.iter().rev() {
+            if let (Some(fix), Some(span)) = (&problem.fix, problem.span.clone()) {
+                bad.replace_range(span, fix);
+            }
+        }
+        assert_eq!(bad, good);
+
+        let thick = good.replace("value = 1.0", "value = 12.0");
+        let told = Wire::parse(&thick).unwrap_err().to_string();
+        assert!(
+            told.contains("diameter is 12 mm: it must be 0.1 mm to 10 mm"),
+            "{told}"
+        );
+        let gas = gases::ALL[0].text.replace("96.0", "90.0");
+        assert!(
+            Gas::parse(&gas)
+                .unwrap_err()
+                .to_string()
+                .contains("94 % together")
+        );
     }
 }

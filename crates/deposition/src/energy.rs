@@ -1,10 +1,8 @@
 //! Electric energy that the source spends per volume of deposit, by configuration (Rouchon 2022, table 2.5).
 
-use serde::Deserialize;
+use meltpath_base::settings::{self, Json, Kind, Node, Place, Problems, Reader, Value};
+use meltpath_base::{choice, table};
 
-use crate::consumable::{self, DataError};
-
-const FILE: &str = "energy/rouchon-2022";
 const TEXT: &str = meltpath_data::energy::ROUCHON_2022.text;
 
 /// Energy per volume of deposit, J/mm³.
@@ -29,19 +27,58 @@ pub enum EnergyBasis {
     OtherGases,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EnergyFile {
-    #[serde(rename = "schema")]
-    _schema: u32,
-    #[serde(rename = "id")]
-    _id: String,
-    source: String,
-    #[serde(rename = "page")]
-    _page: String,
-    #[serde(rename = "unit")]
-    _unit: String,
-    rows: Vec<(String, String, String, f64, f64, f64)>,
+table! {
+    /// Electric energy per volume of deposit.
+    pub struct EnergyFile {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Identifier.
+        id: String => required;
+        /// Document.
+        source: String => required;
+        /// Place in it.
+        page: String => required;
+        /// Unit of the energies.
+        unit: EnergyUnit => required;
+        /// Wire, mode, gas; mean, least and greatest energy of the beads.
+        rows: Vec<Row> => required;
+    }
+}
+
+choice! {
+    /// The unit of energies per volume.
+    pub enum EnergyUnit {
+        /// Joules per cubic millimetre.
+        JoulePerCubicMillimetre = "J/mm3",
+    }
+}
+
+/// A row of the table: wire, mode, gas; mean, least, greatest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row(String, String, String, f64, f64, f64);
+
+impl Value for Row {
+    const KIND: Kind = Kind::List {
+        of: &Kind::Either(&Kind::Number, &Kind::Text),
+        least: 6,
+        most: 6,
+    };
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        let row: Vec<&Node<'_>> = node.get_ref().as_array().into_iter().flatten().collect();
+        let [wire, mode, gas, mean, least, greatest] = row[..] else {
+            reader.unexpected(node, place, "a wire, a mode, a gas and three energies");
+            return None;
+        };
+        let mut number = |node| f64::read(node, place, reader);
+        let [mean, least, greatest] = [mean, least, greatest].map(&mut number);
+        let [wire, mode, gas] = [wire, mode, gas].map(|node| String::read(node, place, reader));
+        Some(Row(wire?, mode?, gas?, mean?, least?, greatest?))
+    }
+
+    fn json(&self) -> Json {
+        Json::Null
+    }
 }
 
 /// Energy per volume of a wire in this mode and gas; nothing for a wire or a mode that was not measured: what one wire takes says
@@ -54,13 +91,13 @@ struct EnergyFile {
 /// ```
 ///
 /// # Errors
-/// [`DataError`] when the table that comes with the program does not read.
+/// [`Problems`] when the table that comes with the program does not read.
 pub fn energy_per_volume(
     wire: &str,
     mode: &str,
     gas: &str,
-) -> Result<Option<EnergyPerVolume>, DataError> {
-    let file: EnergyFile = consumable::read(FILE, TEXT)?;
+) -> Result<Option<EnergyPerVolume>, Problems> {
+    let file = settings::parse(TEXT, |_: &EnergyFile| Vec::new())?;
     let of_mode = || {
         let rows = file.rows.iter();
         rows.filter(|row| row.0 == wire && row.1 == mode)
@@ -81,7 +118,7 @@ pub fn energy_per_volume(
         mean,
         sigma: (greatest - least) / 4.0,
         basis,
-        source: file.source,
+        source: file.source.value,
     }))
 }
 

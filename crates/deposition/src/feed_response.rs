@@ -5,9 +5,9 @@
 //! control law of the source is not published; what is known are measured feeds at two distances (Rouchon 2022, table
 //! 4.4), taken here as a line. Its place among the source's regulations: Rouchon 2022, §4.5.1.
 
+use meltpath_base::settings::{Datum, Problem};
+use meltpath_base::{Length, quantity, table};
 use serde::{Deserialize, Serialize};
-
-use crate::consumable::{DataError, Datum, positive};
 
 /// Scatter of a measured contact tube distance, mm.
 const SCATTER: f64 = 0.5;
@@ -29,20 +29,31 @@ pub struct FeedResponse {
     pub measured: (f64, f64),
 }
 
-/// The answer of a source as it was measured, with the sources of its numbers; speeds in m/min, distances in mm.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeasuredResponse {
-    /// Change of the wire feed per mm of distance.
-    pub slope: Datum,
-    /// Distance at which the feed factor of the process map holds.
-    pub reference: Datum,
-    /// Setting of the penetration stabiliser: the greatest change to the programmed feed.
-    pub stabiliser: Datum,
-    /// Least distance that was measured.
-    pub least: Datum,
-    /// Greatest distance that was measured.
-    pub greatest: Datum,
+quantity!(
+    /// Change of the wire feed per mm of distance, m/min/mm inside.
+    FeedSlope, "change of feed", "m/min/mm",
+    [("m/min/mm", 1.0)]
+);
+quantity!(
+    /// A change of the wire feed, m/min inside: maps are made in these.
+    FeedBand, "feed", "m/min",
+    [("m/min", 1.0)]
+);
+
+table! {
+    /// What the source feeds at other contact tube distances, as it was measured.
+    pub struct MeasuredResponse {
+        /// Change of the wire feed per mm of distance.
+        slope: Datum<FeedSlope> where positive => required;
+        /// Distance at which the feed factor of the process map holds.
+        reference: Datum<Length> where positive => required;
+        /// Setting of the penetration stabiliser: the greatest change to the programmed feed.
+        stabiliser: Datum<FeedBand> where positive => required;
+        /// Least distance that was measured.
+        least: Datum<Length> where positive => required;
+        /// Greatest distance that was measured.
+        greatest: Datum<Length> where positive => required;
+    }
 }
 
 impl MeasuredResponse {
@@ -54,13 +65,13 @@ impl MeasuredResponse {
     #[must_use]
     pub fn at(&self, programmed: f64, delivered: f64, stabiliser: f64) -> FeedResponse {
         FeedResponse {
-            reference: self.reference.value,
-            slope: self.slope.value / delivered,
+            reference: self.reference.0,
+            slope: self.slope.0 / delivered,
             limits: (
                 ((programmed - stabiliser) / delivered).clamp(0.0, 1.0),
                 ((programmed + stabiliser) / delivered).max(1.0),
             ),
-            measured: (self.least.value, self.greatest.value),
+            measured: (self.least.0, self.greatest.0),
         }
         .held_by(stabiliser)
     }
@@ -71,27 +82,10 @@ impl MeasuredResponse {
         self.reference.uncertainty.unwrap_or(SCATTER)
     }
 
-    /// Checks the numbers of `file`.
-    pub(crate) fn check(&self, file: &str) -> Result<(), DataError> {
-        for (what, datum, unit) in [
-            ("slope", &self.slope, "m/min/mm"),
-            ("reference", &self.reference, "mm"),
-            ("stabiliser", &self.stabiliser, "m/min"),
-            ("least", &self.least, "mm"),
-            ("greatest", &self.greatest, "mm"),
-        ] {
-            let what = format!("feed_response.{what}");
-            positive(file, &what, datum.value)?;
-            if datum.unit != unit {
-                return Err(DataError::Syntax {
-                    file: file.to_owned(),
-                    message: format!("{what} is in {}, it must be in {unit}", datum.unit),
-                });
-            }
-        }
-        let range = self.greatest.value - self.least.value;
-        positive(file, "feed_response.greatest - feed_response.least", range)?;
-        Ok(())
+    /// Distances out of order.
+    pub(crate) fn check(&self) -> Option<Problem> {
+        let message = "the greatest distance measured must be above the least";
+        (self.greatest.0 <= self.least.0).then(|| self.greatest.problem(message))
     }
 }
 

@@ -9,16 +9,17 @@ mod import;
 mod inverse;
 mod surface;
 
-pub use data::Validity;
-pub use grid::Grid;
+pub use data::{MapFile, Validity};
+pub use grid::{Grid, GridPart};
 pub use import::{MeasuredBead, check_beads};
 pub use inverse::Target;
 pub use surface::Surface;
 
-use meltpath_base::{Origin, Reporter, Resolved};
+use meltpath_base::settings::{Datum, Problems};
+use meltpath_base::{Origin, Pure, Reporter, Resolved};
 use serde::Serialize;
 
-use crate::consumable::{DataError, Datum};
+use crate::consumable::DataError;
 use crate::feed_response::{FeedResponse, MeasuredResponse};
 use crate::section::Section;
 
@@ -72,7 +73,7 @@ impl Bead {
             width: self.width.value,
             area: self.area.value,
             wire_section: map.wire_section,
-            efficiency: map.efficiency.value,
+            efficiency: map.efficiency.0,
             width_exponent: map.width_exponent(self.wire_feed, self.travel_speed),
             feed_exponent: map.feed_exponent(self.wire_feed, self.travel_speed),
         }
@@ -122,9 +123,9 @@ pub struct ProcessMap {
     /// Section of that wire, mm².
     pub wire_section: f64,
     /// Share of the wire that ends in the bead.
-    pub efficiency: Datum,
+    pub efficiency: Datum<Pure>,
     /// Wire really fed over wire programmed, k_f.
-    pub feed_factor: Datum,
+    pub feed_factor: Datum<Pure>,
     /// What the source feeds at other contact tube distances, where it was measured.
     pub feed_response: Option<MeasuredResponse>,
     /// Where the map holds.
@@ -141,6 +142,9 @@ pub enum ProcessMapError {
     /// The map itself cannot be used.
     #[error(transparent)]
     Data(#[from] DataError),
+    /// What is written in its file is wrong.
+    #[error(transparent)]
+    Content(#[from] Problems),
     /// Not two of the four values, nor the height alone.
     #[error(
         "a bead is set by two of wire_feed, travel_speed, width and height, or by the height alone; given: {given}"
@@ -193,7 +197,7 @@ impl ProcessMap {
     /// ```
     pub fn bead(&self, wire_feed: f64, travel_speed: f64) -> Bead {
         let (vf, vr) = (wire_feed / M_PER_MIN, travel_speed / M_PER_MIN);
-        let area = self.efficiency.value * self.feed_factor.value * self.wire_section * vf / vr;
+        let area = self.efficiency.0 * self.feed_factor.0 * self.wire_section * vf / vr;
         let (width, height) = self.size(vf, vr, area);
         let sigma = &self.relative_sigma;
         Bead {
@@ -228,7 +232,7 @@ impl ProcessMap {
     /// a table were measured and stay. What the feed factor added to the uncertainty of area and height is taken out.
     #[must_use]
     pub fn with_feed_factor(mut self, factor: f64) -> Self {
-        let more = factor / self.feed_factor.value;
+        let more = factor / self.feed_factor.0;
         if let Law::PowerLaw {
             coefficient,
             feed_exponent,
@@ -238,14 +242,13 @@ impl ProcessMap {
             *coefficient *= more.powf(*feed_exponent);
         }
         if let Some(uncertainty) = self.feed_factor.uncertainty {
-            let part = uncertainty / self.feed_factor.value;
+            let part = uncertainty / self.feed_factor.0;
             let rest = |sigma: f64| (sigma * sigma - part * part).max(0.0).sqrt();
             self.relative_sigma.area = rest(self.relative_sigma.area);
             self.relative_sigma.height = rest(self.relative_sigma.height);
         }
         self.feed_factor = Datum {
-            value: factor,
-            unit: self.feed_factor.unit,
+            value: Pure(factor),
             uncertainty: None,
             source: "measured on the installation".to_owned(),
             page: "-".to_owned(),
@@ -259,8 +262,8 @@ impl ProcessMap {
     pub fn response(&self, wire_feed: f64, stabiliser: Option<f64>) -> Option<FeedResponse> {
         let measured = self.feed_response.as_ref()?;
         let programmed = wire_feed / M_PER_MIN;
-        let band = stabiliser.map_or(measured.stabiliser.value, |s| s / M_PER_MIN);
-        Some(measured.at(programmed, self.feed_factor.value * programmed, band))
+        let band = stabiliser.map_or(measured.stabiliser.0, |s| s / M_PER_MIN);
+        Some(measured.at(programmed, self.feed_factor.0 * programmed, band))
     }
 
     /// Whether settings (m/min) lie where the map holds.

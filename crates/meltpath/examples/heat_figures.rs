@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use meltpath::ebm::focus::builtin;
+use meltpath::ebm::focus;
 use meltpath::ebm::path_file;
 use meltpath_base::{Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
@@ -182,7 +182,9 @@ fn bodies(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     ))
     .with(dots("charts", walls.clone()));
     plots.push(plot);
-    let spot = builtin("a1-beraud-2016")?.0.diameter(0.0)?;
+    let spot = focus::load("a1-beraud-2016", Path::new("."))?
+        .0
+        .diameter(0.0)?;
     let bench = Bench {
         material,
         layer: 0.05,
@@ -216,7 +218,7 @@ fn bodies(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
 
 /// A path of the example on charts that go to `stop` °C.
 fn highest(file: &Path, material: &Material) -> Result<Field, Box<dyn Error>> {
-    let (focus, _) = builtin("a1-beraud-2016")?;
+    let (focus, _) = focus::load("a1-beraud-2016", Path::new("."))?;
     let motion = path_file::read(file)?.motion(&focus)?;
     let path = BeamPath::of(&[motion])?;
     let settings = ChartSettings {

@@ -14,7 +14,7 @@ use meltpath_perception::{Mapping, RecordError, read};
 use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
-use meltpath_scan_head::files::{self, HeadFileError};
+use meltpath_scan_head::files;
 use meltpath_scan_head::health::bench::{
     Km0Stage1, first_stage, sequence, simulate_first_stage, simulate_second_stage,
 };
@@ -123,7 +123,7 @@ impl Subject {
             })?,
         };
         let scan_head = files::parse_head(&text)
-            .map_err(|e: HeadFileError| wrong(e.to_string()))?
+            .map_err(|problems| wrong(problems.of_file(head, &text).to_string()))?
             .head;
         let [x, y] = &scan_head.mirrors;
         let z = scan_head.focus.as_ref().map(|(z, _)| z);

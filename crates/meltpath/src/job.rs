@@ -12,6 +12,7 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::Provenance;
+pub use meltpath_base::settings::Problems;
 use meltpath_base::settings::{self, Kind, Problem, Table, Value};
 
 pub use common::{Direction, OneOrMany, PartUnit, ProcessKind, ProcessTable};
@@ -86,25 +87,6 @@ impl JobError {
             text: text.to_owned(),
             problems: problems.into().0,
         }
-    }
-}
-
-/// One problem or several.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Problems(
-    /// All of them.
-    pub Vec<Problem>,
-);
-
-impl From<Problem> for Problems {
-    fn from(problem: Problem) -> Self {
-        Problems(vec![problem])
-    }
-}
-
-impl From<Vec<Problem>> for Problems {
-    fn from(problems: Vec<Problem>) -> Self {
-        Problems(problems)
     }
 }
 
@@ -198,10 +180,12 @@ impl<T: Value> Written<T> {
 
 /// The process of a job: all that is read before its tables are known.
 fn kind_of(text: &str) -> Result<ProcessKind, Vec<Problem>> {
-    settings::peek(text, ["process", "kind"])?.ok_or_else(|| {
-        let missing = Problem::new("the job does not say which process it is for");
-        vec![missing.help("add\n[process]\nkind = \"waam\"")]
-    })
+    settings::peek(text, &["process", "kind"])
+        .map_err(|e| e.0)?
+        .ok_or_else(|| {
+            let missing = Problem::new("the job does not say which process it is for");
+            vec![missing.help("add\n[process]\nkind = \"waam\"")]
+        })
 }
 
 /// Reads a job's text.

@@ -4,10 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::Provenance;
-use meltpath_data::{find, materials, names};
+use meltpath_base::settings::Problem;
+use meltpath_data::materials;
 use meltpath_thermal::material::Material;
 use meltpath_thermal::material::enthalpy::Enthalpy;
 use meltpath_thermal::material::file::{Readings, read, sources};
+
+use crate::data::{DataFileError, DataText};
 
 /// A material and where it comes from.
 #[derive(Debug, Clone)]
@@ -36,37 +39,6 @@ impl Loaded {
     }
 }
 
-/// Why a material cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum MaterialFileError {
-    /// No material of that name ships, and it is no file.
-    #[error(
-        "there is no material \"{name}\"; known are {known}; or name a TOML file of your own, such as a changed copy of one in crates/data/materials of the source"
-    )]
-    Unknown {
-        /// What was asked.
-        name: String,
-        /// What ships.
-        known: String,
-    },
-    /// A file that cannot be read.
-    #[error("cannot read the material {}: {source}", .path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A material whose content is wrong.
-    #[error("the material \"{name}\" is not sound: {reason}")]
-    Content {
-        /// Its name or file.
-        name: String,
-        /// What is wrong with it.
-        reason: String,
-    },
-}
-
 /// The material `name`: one that ships, or, where the name ends in `.toml`, a file relative to `folder`; with `readings` where
 /// its source is damaged.
 ///
@@ -80,36 +52,19 @@ pub enum MaterialFileError {
 /// ```
 ///
 /// # Errors
-/// [`MaterialFileError`] listing what ships, or saying what is wrong with the file.
-pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, MaterialFileError> {
-    let (text, file) = match find(materials::ALL, name) {
-        Some(shipped) => (shipped.text.to_owned(), None),
-        None if crate::data::is_file(name) => {
-            let path = folder.join(name);
-            let text = std::fs::read_to_string(&path).map_err(|source| MaterialFileError::Io {
-                path: path.clone(),
-                source,
-            })?;
-            (text, Some(path))
-        }
-        None => {
-            return Err(MaterialFileError::Unknown {
-                name: name.to_owned(),
-                known: names(materials::ALL),
-            });
-        }
-    };
-    let unsound = |reason: String| MaterialFileError::Content {
-        name: name.to_owned(),
-        reason,
-    };
-    let material = read(&text, readings).map_err(|e| unsound(e.to_string()))?;
-    let sources = sources(&text).map_err(|e| unsound(e.to_string()))?;
-    // laws that no solver can use are told here, before anything runs
-    Enthalpy::new(&material).map_err(|e| unsound(e.to_string()))?;
+/// [`DataFileError`] listing what ships, or saying what is wrong with the file.
+pub fn load(name: &str, readings: Readings, folder: &Path) -> Result<Loaded, DataFileError> {
+    let text = DataText::load("material", name, materials::ALL, folder)?;
+    let material = text.read(|text| {
+        let material = read(text, readings)?;
+        // laws that no solver can use are told here, before anything runs
+        Enthalpy::new(&material).map_err(|e| Problem::new(e.to_string()))?;
+        Ok(material)
+    })?;
+    let sources = text.read(sources)?;
     Ok(Loaded {
         material,
-        file,
+        file: text.file,
         sources,
     })
 }

@@ -5,16 +5,106 @@ use std::fmt::Write as _;
 use meltpath_base::settings::{self, Json, Kind, Table, Value};
 use serde_json::json;
 
+use meltpath_base::choice;
+use meltpath_deposition::consumable::{Gas, Wire};
+use meltpath_deposition::process_map::MapFile;
+use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
+use meltpath_thermal::material::file::MaterialFile;
+
+use crate::data::Cell;
+use crate::ebm::focus::GunFile;
 use crate::job::{ProcessKind, table_of};
 use crate::tune::file::TuneFile;
 
-/// The files that have a schema.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
-    /// A job of any process.
-    Job,
-    /// A tuning of a scan head's axes.
-    Tune,
+choice! {
+    /// The files that have a schema.
+    pub enum Subject {
+        /// A job of any process.
+        Job = "job",
+        /// A tuning of a scan head's axes.
+        Tune = "tune",
+        /// A wire.
+        Wire = "wire",
+        /// A shielding gas.
+        Gas = "gas",
+        /// A process map: bead sizes against settings.
+        Map = "map",
+        /// A robot cell.
+        Cell = "cell",
+        /// A material of heat.
+        Material = "material",
+        /// A scan head.
+        Head = "head",
+        /// A motor of a scan head, as `meltpath identify` prints it.
+        Motor = "motor",
+        /// A recipe of laser scan jobs.
+        Recipe = "recipe",
+        /// An electron gun: its focus calibration.
+        Gun = "gun",
+    }
+}
+
+/// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
+const DATA: [(Subject, &str); 9] = [
+    (
+        Subject::Wire,
+        "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
+    ),
+    (
+        Subject::Gas,
+        "`gas = \"my-gas.toml\"` in `[waam]`; `data/gases`",
+    ),
+    (
+        Subject::Map,
+        "`map = \"my-map.toml\"` in `[waam]`; `data/process-maps`",
+    ),
+    (
+        Subject::Cell,
+        "`cell = \"my-cell.toml\"` in `[machine]`; `data/cells`",
+    ),
+    (
+        Subject::Material,
+        "`material = \"my-material.toml\"` in `[ebm]` and `[heat]`; `data/materials`",
+    ),
+    (
+        Subject::Head,
+        "`head = \"my-head.toml\"` in `[lpbf]` and in a tuning file; `data/scan-heads`",
+    ),
+    (
+        Subject::Motor,
+        "`x = \"my-motor.toml\"` in `[motor]` of a tuning file; none ships",
+    ),
+    (
+        Subject::Recipe,
+        "`recipes = [\"my-recipe.toml\"]` in `[lpbf]`; `data/recipes`",
+    ),
+    (
+        Subject::Gun,
+        "`focus = \"my-gun.toml\"` in `[ebm]`; `data/focus`",
+    ),
+];
+
+impl Subject {
+    /// Its table; none for a job, whose tables depend on the process.
+    pub fn table(self) -> Option<Table> {
+        let kind = match self {
+            Subject::Job => return None,
+            Subject::Tune => TuneFile::KIND,
+            Subject::Wire => Wire::KIND,
+            Subject::Gas => Gas::KIND,
+            Subject::Map => MapFile::KIND,
+            Subject::Cell => Cell::KIND,
+            Subject::Material => MaterialFile::KIND,
+            Subject::Head => HeadFile::KIND,
+            Subject::Motor => MotorFile::KIND,
+            Subject::Recipe => RecipeFile::KIND,
+            Subject::Gun => GunFile::KIND,
+        };
+        match kind {
+            Kind::Table(table) => Some(table),
+            _ => None,
+        }
+    }
 }
 
 /// The processes in the order of the book, each with its heading.
@@ -58,7 +148,7 @@ pub fn page() -> String {
         }
     }
     page += PART;
-    if let Some(table) = tune() {
+    if let Some(table) = Subject::Tune.table() {
         let text = table.text.trim();
         let _ = writeln!(page, "\n# The tuning file\n\n`meltpath tune`: {text}\n");
         page += &settings::reference(&table);
@@ -66,24 +156,51 @@ pub fn page() -> String {
     page
 }
 
-fn tune() -> Option<Table> {
-    match TuneFile::KIND {
-        Kind::Table(table) => Some(table),
-        _ => None,
+const DATA_HEAD: &str = "# Data files
+
+<!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
+
+Wires, gases, process maps, cells, materials, heads, motors, recipes and guns are TOML files. Jobs name those that ship by their
+name, and one of your own by its file, relative to the job. The quickest way to one of your own: copy the one that ships
+(`crates/data` of the source), and change its numbers.
+
+Every number says where it comes from. There are two forms:
+
+- with the unit in the text: `{ value = \"12 ms\", source = \"identified on our robot\", uncertainty = \"1 ms\" }`;
+- with the unit beside it: `{ value = 1.2, unit = \"mm\", source = \"data sheet\", page = \"2\", uncertainty = 0.01 }`.
+
+In both, `uncertainty` (one standard deviation) and `note` may be left out; in the first, `page` too. Either form may be
+written as a table of its own, `[diameter]`.
+
+All mistakes of a file are told at once, each with its place. For an editor that checks and completes while you write, save the
+schema, `meltpath schema wire > wire.schema.json`, and begin the file with `#:schema ./wire.schema.json`.
+";
+
+/// The page of the book on data files.
+pub fn data_page() -> String {
+    let mut page = DATA_HEAD.to_owned();
+    for (subject, named) in DATA {
+        if let Some(table) = subject.table() {
+            let (word, text) = (subject.word(), table.text.trim());
+            // writing into a string does not fail
+            let _ = writeln!(
+                page,
+                "\n## {word}\n\n{text} {named}. Schema: `meltpath schema {word}`.\n"
+            );
+            page += &settings::reference(&table);
+        }
     }
+    page
 }
 
 /// The JSON Schema of a file.
 pub fn schema(subject: Subject) -> Json {
-    let mut schema = match subject {
-        Subject::Job => job(),
-        Subject::Tune => tune().as_ref().map(settings::schema).unwrap_or_default(),
+    let mut schema = match subject.table() {
+        Some(table) => settings::schema(&table),
+        None => job(),
     };
     schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
-    schema["title"] = json!(match subject {
-        Subject::Job => "meltpath job",
-        Subject::Tune => "meltpath tuning",
-    });
+    schema["title"] = json!(format!("meltpath {}", subject.word()));
     schema
 }
 

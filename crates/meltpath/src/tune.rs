@@ -41,7 +41,7 @@ pub fn tune(
     let here = path.parent().unwrap_or(Path::new(""));
     let refused = |problems: Problems| JobError::in_file(path, &text, problems);
     let file = Written::<TuneFile>::parse(&text, TuneFile::check).map_err(|p| refused(p.into()))?;
-    let settings = settings::resolve(&file, here).map_err(|p| refused(p.into()))?;
+    let settings = settings::resolve(&file, here).map_err(refused)?;
     let folder = crate::outcome::folder(out, runs)?;
     let reporter = Reporter::new();
     let record = design::record(&settings, &reporter)?;

@@ -10,20 +10,15 @@ use meltpath_programs::{
 };
 use meltpath_toolpath::{Layer, PassHead, Profile, Toolpath};
 
-#[derive(serde::Deserialize)]
-struct Cell {
-    program: CellProgramming,
-}
-
 const POINTS: u32 = 100_000;
 
 fn benchmark(c: &mut Criterion) {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
-    let mut cell = toml::from_str::<Cell>(text)
+    let mut cell = meltpath_base::settings::peek::<CellProgramming>(text, &["program"])
         .expect("the shipped cell reads")
-        .program;
-    cell.lines_per_program = 1_000_000;
-    cell.points_per_program = 1_000_000;
+        .expect("it is written");
+    cell.lines_per_program.value = 1_000_000;
+    cell.points_per_program.value = 1_000_000;
     let points = (0..POINTS)
         .map(|i| {
             let (sin, cos) = (f64::from(i) * 0.01).sin_cos();

@@ -59,7 +59,7 @@ impl<'a> Assembly<'a> {
     pub fn new(cell: &'a CellProgramming, title: &str, comment: &str) -> Self {
         let mut assembly = Assembly {
             cell,
-            name: name(title, cell.name_length),
+            name: name(title, *cell.name_length),
             comment: comment.to_owned(),
             done: Vec::new(),
             current: Program::default(),
@@ -71,10 +71,10 @@ impl<'a> Assembly<'a> {
 
     fn begin(&mut self) {
         self.current = Program {
-            application: self.cell.application.clone(),
+            application: self.cell.application.value.clone(),
             instructions: vec![
-                Instruction::UserFrame(self.cell.user_frame),
-                Instruction::ToolFrame(self.cell.tool_frame),
+                Instruction::UserFrame(*self.cell.user_frame),
+                Instruction::ToolFrame(*self.cell.tool_frame),
             ],
             ..Program::default()
         };
@@ -83,8 +83,8 @@ impl<'a> Assembly<'a> {
 
     /// Whether the current program takes `lines` more instructions and `points` more positions.
     pub fn takes(&self, lines: usize, points: usize) -> bool {
-        self.current.instructions.len() + lines <= self.cell.lines_per_program
-            && self.current.positions.len() + points <= self.cell.points_per_program
+        self.current.instructions.len() + lines <= *self.cell.lines_per_program
+            && self.current.positions.len() + points <= *self.cell.points_per_program
     }
 
     /// Ends the current program and begins the next; nothing where the current one is empty.
@@ -109,10 +109,10 @@ impl<'a> Assembly<'a> {
             comment: None,
             groups: vec![Group {
                 number: 1,
-                frame: Some(self.cell.user_frame),
-                tool: Some(self.cell.tool_frame),
+                frame: Some(*self.cell.user_frame),
+                tool: Some(*self.cell.tool_frame),
                 coordinates: Coordinates::Cartesian {
-                    config: self.cell.config.clone(),
+                    config: self.cell.config.value.clone(),
                     xyz: position.to_array(),
                     wpr_degrees,
                     external: Vec::new(),
@@ -145,10 +145,10 @@ impl<'a> Assembly<'a> {
         }
         let mut main = Program {
             name: self.name.clone(),
-            application: cell.application.clone(),
+            application: cell.application.value.clone(),
             instructions: vec![
-                Instruction::UserFrame(cell.user_frame),
-                Instruction::ToolFrame(cell.tool_frame),
+                Instruction::UserFrame(*cell.user_frame),
+                Instruction::ToolFrame(*cell.tool_frame),
             ],
             ..Program::default()
         };

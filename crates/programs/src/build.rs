@@ -14,7 +14,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Event, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
-use crate::cell::{CellError, CellProgramming};
+use crate::cell::CellProgramming;
 use crate::orientation::wpr_of_axis;
 use crate::program::{
     ArcAction, ArcWord, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit, Termination,
@@ -70,9 +70,6 @@ pub struct Built {
 /// Why a toolpath cannot become a program.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
-    /// The cell file is unsound.
-    #[error(transparent)]
-    Cell(#[from] CellError),
     /// A pass cannot be executed.
     #[error("pass {pass} (layer {layer}): {what} is {value}, but must be {wanted}")]
     Pass {
@@ -126,7 +123,6 @@ pub fn build(
     settings: &BuildSettings,
     reporter: &Reporter,
 ) -> Result<Built, BuildError> {
-    cell.check()?;
     if toolpath.pass_count() == 0 {
         return Err(BuildError::Empty);
     }
@@ -244,7 +240,7 @@ impl Builder<'_> {
         for i in 0..pass.move_count() {
             let speed = pass.value(Channel::Speed, i).unwrap_or(profile.speed);
             // the slowest that can be written
-            let slowest = 0.1_f64.powi(i32::from(self.cell.speed_decimals)) * 10.0 / 60.0;
+            let slowest = 0.1_f64.powi(self.cell.speed_decimals.cast_signed()) * 10.0 / 60.0;
             if !(speed.is_finite() && speed >= slowest) {
                 return fail(
                     "the speed",
@@ -270,7 +266,7 @@ impl Builder<'_> {
             let feed = self.feed(pass, i);
             self.feeds.insert(feed.to_bits());
         }
-        let available = self.cell.arc.schedules;
+        let available = *self.cell.arc.schedules;
         if self.feeds.len() <= available as usize {
             return Ok(());
         }
@@ -287,7 +283,7 @@ impl Builder<'_> {
         if let Some(schedule) = known {
             return schedule.number;
         }
-        let number = self.cell.arc.first_schedule + self.schedules.len() as u32;
+        let number = *self.cell.arc.first_schedule + self.schedules.len() as u32;
         self.schedules.push(Schedule { number, wire_feed });
         self.assembly.push(comment(&format!(
             "Schedule {number} WFS {:.2} m/min",
@@ -298,12 +294,12 @@ impl Builder<'_> {
 
     /// A speed along the path, mm/s, in the cell's unit and digits.
     fn speed(&self, mm_per_second: f64) -> Speed {
-        let unit = self.cell.speed_unit;
+        let unit = SpeedUnit::from(*self.cell.speed_unit);
         let per = match unit {
             SpeedUnit::CentimetrePerMinute => 6.0,
             _ => 1.0,
         };
-        let scale = 10_f64.powi(i32::from(self.cell.speed_decimals));
+        let scale = 10_f64.powi(self.cell.speed_decimals.cast_signed());
         let value = (mm_per_second * per * scale).round() / scale;
         Speed::Value { value, unit }
     }
@@ -460,7 +456,7 @@ impl Builder<'_> {
                 Step::Move { index, via, to } => {
                     let termination = match (stops, pass.head.role.deposits()) {
                         (true, _) => Termination::Fine,
-                        (false, false) => cnt(self.cell.travel_smoothing),
+                        (false, false) => cnt(*self.cell.travel_smoothing),
                         (false, true) => cnt(self.settings.smoothing),
                     };
                     let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
@@ -488,7 +484,7 @@ impl Builder<'_> {
         };
         let clear = self.highest + self.cell.clearance.0;
         let speed = self.cell.travel_speed.0;
-        let over = cnt(self.cell.travel_smoothing);
+        let over = cnt(*self.cell.travel_smoothing);
         if let Some(place) = self.place {
             if place.position.z < clear {
                 self.line(above(place, clear), speed, over.clone(), None);
@@ -556,7 +552,7 @@ impl Builder<'_> {
                 self.line(
                     Point { position, ..end },
                     speed,
-                    cnt(self.cell.travel_smoothing),
+                    cnt(*self.cell.travel_smoothing),
                     None,
                 );
             }

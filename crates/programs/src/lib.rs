@@ -12,7 +12,7 @@ pub mod program;
 pub mod vectors;
 
 pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
-pub use cell::{CellError, CellProgramming};
+pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Execution, ExecutionSettings, Gap,
     Missing, ProgramError, WeldSettings, execution_order,

@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use meltpath_base::choice;
+
 /// One program.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Program {
@@ -177,28 +179,21 @@ pub enum Speed {
 }
 
 /// Units of speeds, and of durations where a move is given its time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedUnit {
     /// mm/s.
-    #[serde(rename = "mm/sec")]
     MillimetrePerSecond,
     /// cm/min.
-    #[serde(rename = "cm/min")]
     CentimetrePerMinute,
     /// in/min.
-    #[serde(rename = "inch/min")]
     InchPerMinute,
     /// °/s.
-    #[serde(rename = "deg/sec")]
     DegreePerSecond,
     /// Share of the robot's joint speed, %.
-    #[serde(rename = "%")]
     Percent,
     /// Duration, s.
-    #[serde(rename = "sec")]
     Second,
     /// Duration, ms.
-    #[serde(rename = "msec")]
     Millisecond,
 }
 
@@ -276,14 +271,14 @@ pub enum ArcAction {
     End,
 }
 
-/// Which words the controller has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ArcStyle {
-    /// `Arc Start[1]`.
-    Arc,
-    /// `Weld Start[1,1]`.
-    Weld,
+choice! {
+    /// Which words the controller has.
+    pub enum ArcStyle {
+        /// `Arc Start[1]`.
+        Arc = "arc",
+        /// `Weld Start[1,1]`.
+        Weld = "weld",
+    }
 }
 
 impl fmt::Display for ArcWord {

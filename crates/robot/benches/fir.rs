@@ -9,11 +9,6 @@ use meltpath_geometry::math::DVec3;
 use meltpath_robot::{Command, Controller, Kind, Smoothing, simulate};
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
-#[derive(serde::Deserialize)]
-struct Cell {
-    motion: Controller,
-}
-
 /// Looks at every block, keeps nothing.
 struct Sum(f64);
 
@@ -34,9 +29,9 @@ fn command(i: u32, target: DVec3) -> Command {
 
 fn benchmark(c: &mut Criterion) {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
-    let controller = toml::from_str::<Cell>(text)
+    let controller = meltpath_base::settings::peek::<Controller>(text, &["motion"])
         .expect("the shipped cell reads")
-        .motion;
+        .expect("it is written");
     let lines = (1..200).map(|i| {
         command(
             i,

@@ -1,107 +1,53 @@
 //! The controller's data: the `[motion]` table of a cell file, every number with where it comes from.
 
-use meltpath_base::{Angle, Length, Ratio, Speed, Time};
-use serde::{Deserialize, Serialize};
+use meltpath_base::settings::{Problem, Problems, Sourced};
+use meltpath_base::{Angle, AngularSpeed, Length, Ratio, Speed, Time, table};
 
-/// A number of a data file with its origin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sourced<T> {
-    /// The value.
-    pub value: T,
-    /// One standard deviation, where known.
-    #[serde(skip_serializing_if = "Option::is_none", default = "Option::default")]
-    pub uncertainty: Option<T>,
-    /// Who says so.
-    pub source: String,
-    /// Page of the source.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub page: Option<String>,
-}
-
-/// Dwell at a change of direction, for one value of the smoothing option.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DwellEntry {
-    /// Smoothing option: 0 % is point to point.
-    pub smoothing: Ratio,
-    /// Dwell T_D.
-    pub time: Sourced<Time>,
-}
-
-/// Which points of a path are changes of direction: see [`crate::interpolation::corner`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CornerLaw {
-    /// No dwell where the direction changes by less.
-    pub none_below: Sourced<Angle>,
-    /// The full dwell where the direction changes by more.
-    pub full_above: Sourced<Angle>,
-    /// A chain of chords closer than this to a smooth curve is that curve.
-    pub chord_error: Sourced<Length>,
-}
-
-/// A controller that interpolates by a cascade of two moving averages (FIR), with a dwell at changes of direction.
-/// Source of the model: Rouchon 2022, §3.3.1, pp. 62-66.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Controller {
-    /// Interpolation period.
-    pub period: Sourced<Time>,
-    /// Duration T_1 of the first filter: a whole number of periods.
-    pub t1: Sourced<Time>,
-    /// Duration T_2 of the second filter, at most T_1: a whole number of periods.
-    pub t2: Sourced<Time>,
-    /// Speed of moves that only turn the tool, and limit of all others' turning; per second.
-    pub rotation_speed: Sourced<RotationSpeed>,
-    /// Speed of the tool centre point in a joint move at 100 %.
-    pub joint_speed: Sourced<Speed>,
-    /// Dwell against smoothing, by increasing smoothing from 0 to 100 %; linear between the entries.
-    pub dwell: Vec<DwellEntry>,
-    /// What a change of direction is.
-    pub corner: CornerLaw,
-}
-
-/// An angular speed, rad/s inside; files write `"90 deg/s"`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RotationSpeed(
-    /// The value in rad/s.
-    pub f64,
-);
-
-const ROTATION_UNITS: &[meltpath_base::quantity::Unit] = &[
-    meltpath_base::quantity::Unit::new("deg/s", std::f64::consts::PI / 180.0),
-    meltpath_base::quantity::Unit::new("rad/s", 1.0),
-];
-
-impl<'de> Deserialize<'de> for RotationSpeed {
-    fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(d)?;
-        meltpath_base::quantity::parse(&text, "rotation speed", ROTATION_UNITS)
-            .map(RotationSpeed)
-            .map_err(serde::de::Error::custom)
+table! {
+    /// A controller that interpolates by a cascade of two moving averages (FIR), with a dwell at changes of direction.
+    /// Source of the model: Rouchon 2022, §3.3.1, pp. 62-66.
+    pub struct Controller {
+        /// Interpolation period.
+        period: Sourced<Time> where positive => required;
+        /// Duration T_1 of the first filter: a whole number of periods.
+        t1: Sourced<Time> where positive => required;
+        /// Duration T_2 of the second filter, at most T_1: a whole number of periods.
+        t2: Sourced<Time> where positive => required;
+        /// Speed of moves that only turn the tool, and limit of all others' turning.
+        rotation_speed: Sourced<AngularSpeed> where positive => required;
+        /// Speed of the tool centre point in a joint move at 100 %.
+        joint_speed: Sourced<Speed> where positive => required;
+        /// Dwell against smoothing, by increasing smoothing from 0 to 100 %; linear between the entries.
+        dwell: Vec<DwellEntry> => required;
+        /// What a change of direction is.
+        corner: CornerLaw => required;
     }
-}
 
-impl Serialize for RotationSpeed {
-    fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-        s.collect_str(&format_args!("{} deg/s", self.0.to_degrees()))
+    /// Dwell at a change of direction, for one value of the smoothing option.
+    pub struct DwellEntry {
+        /// Smoothing option: 0 % is point to point.
+        smoothing: Ratio where within(0.0, 1.0) => required;
+        /// Dwell T_D.
+        time: Sourced<Time> where not_negative => required;
+    }
+
+    /// Which points of a path are changes of direction.
+    pub struct CornerLaw {
+        /// No dwell where the direction changes by less.
+        none_below: Sourced<Angle> where not_negative => required;
+        /// The full dwell where the direction changes by more.
+        full_above: Sourced<Angle> where up_to(std::f64::consts::PI) => required;
+        /// A chain of chords closer than this to a smooth curve is that curve.
+        chord_error: Sourced<Length> where positive => required;
     }
 }
 
 /// Why a controller's data cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ControllerError {
-    /// A value is not what it must be.
-    #[error("[motion] {name} is {value}, but must be {wanted}: correct the cell file")]
-    Value {
-        /// The entry of the table.
-        name: &'static str,
-        /// What it holds.
-        value: String,
-        /// What it must be.
-        wanted: &'static str,
-    },
+    /// Values that contradict each other.
+    #[error(transparent)]
+    Data(#[from] Problems),
     /// The sampling period does not divide a filter.
     #[error(
         "a sampling period of {dt} s does not divide the filters of {t1} s and {t2} s: take the controller's period of {period} s divided by a whole number"
@@ -134,7 +80,7 @@ impl Controller {
     /// The dwell T_D of a change of direction at the smoothing option `share` (0 to 1), s; linear between the entries.
     pub fn dwell(&self, share: f64) -> f64 {
         let mut last: Option<(f64, f64)> = None;
-        for entry in &self.dwell {
+        for entry in self.dwell.iter() {
             let (x, y) = (entry.smoothing.0, entry.time.value.0);
             if share <= x {
                 return match last {
@@ -153,77 +99,67 @@ impl Controller {
         period / (period / 2e-3).round().max(1.0)
     }
 
-    /// Checks that the data make sense.
-    ///
-    /// # Errors
-    /// [`ControllerError::Value`] naming the entry.
-    pub fn check(&self) -> Result<(), ControllerError> {
-        let wrong = |name, value: String, wanted| {
-            Err(ControllerError::Value {
-                name,
-                value,
-                wanted,
-            })
-        };
-        let positive = |v: f64| v > 0.0 && v.is_finite();
-        let period = self.period.value;
-        if !positive(period.0) {
-            return wrong("period", period.to_string(), "positive");
-        }
-        for (name, t) in [("t1", self.t1.value), ("t2", self.t2.value)] {
-            if !positive(t.0) || whole(t.0, period.0).is_none() {
-                return wrong(name, t.to_string(), "a whole number of periods, at least 1");
+    /// What is wrong between its values.
+    pub fn check(&self) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        let period = self.period.value.0;
+        for filter in [&self.t1, &self.t2] {
+            if whole(filter.0, period).is_none() {
+                let message = format!(
+                    "{} is {}: it must be a whole number of periods, at least 1",
+                    filter.name,
+                    Time(filter.0)
+                );
+                let near = Time((filter.0 / period).round().max(1.0) * period);
+                problems.push(
+                    filter
+                        .problem(message)
+                        .help(format!("write for example \"{near}\"")),
+                );
             }
         }
         if self.t2.value.0 > self.t1.value.0 {
-            return wrong("t2", self.t2.value.to_string(), "at most t1");
-        }
-        if !positive(self.rotation_speed.value.0) {
-            let value = self.rotation_speed.value.0.to_string();
-            return wrong("rotation_speed", value, "positive");
-        }
-        if !positive(self.joint_speed.value.0) {
-            let value = self.joint_speed.value.to_string();
-            return wrong("joint_speed", value, "positive");
-        }
-        self.check_dwell()?;
-        let law = &self.corner;
-        let (none, full) = (law.none_below.value.0, law.full_above.value.0);
-        if !(none >= 0.0 && none < full && full <= std::f64::consts::PI) {
-            let value = format!("{} to {}", law.none_below.value, law.full_above.value);
-            return wrong(
-                "corner",
-                value,
-                "an increasing pair of angles up to 180 deg",
+            let message = format!(
+                "{} is {}: it must be at most t1",
+                self.t2.name,
+                Time(self.t2.0)
             );
+            problems.push(self.t2.problem(message).help("exchange t1 and t2"));
         }
-        if !positive(law.chord_error.value.0) {
-            let value = law.chord_error.value.to_string();
-            return wrong("corner.chord_error", value, "positive");
+        let law = &self.corner;
+        if law.none_below.0 >= law.full_above.0 {
+            let message = format!(
+                "{} is {}: it must be below full_above, {}",
+                law.none_below.name,
+                Angle(law.none_below.0),
+                Angle(law.full_above.0)
+            );
+            problems.push(law.none_below.problem(message));
         }
-        Ok(())
+        problems.extend(self.check_dwell());
+        problems
     }
 
-    fn check_dwell(&self) -> Result<(), ControllerError> {
+    fn check_dwell(&self) -> Option<Problem> {
         let rising = self
             .dwell
             .windows(2)
-            .all(|w| w[0].smoothing < w[1].smoothing && w[0].time.value >= w[1].time.value);
+            .all(|w| w[0].smoothing.0 < w[1].smoothing.0 && w[0].time.0 >= w[1].time.0);
         let ends = self.dwell.first().zip(self.dwell.last());
         let whole_range = ends.is_some_and(|(first, last)| {
             first.smoothing.0 == 0.0
-                && (first.time.value.0 - self.transition()).abs() < 1e-9
+                && (first.time.0 - self.transition()).abs() < 1e-9
                 && last.smoothing.0 == 1.0
-                && last.time.value.0 >= 0.0
         });
-        if rising && whole_range {
-            return Ok(());
-        }
-        Err(ControllerError::Value {
-            name: "dwell",
-            value: format!("{} entries", self.dwell.len()),
-            wanted: "entries by increasing smoothing from \"0 %\" with t1 + t2 down to \"100 %\", never negative, never rising",
-        })
+        let problem = || {
+            let name = &self.dwell.name;
+            let message = format!("the entries of {name} do not make a law of the dwell");
+            self.dwell.problem(message).help(format!(
+                "write [[{name}]] by increasing smoothing, from \"0 %\" with {} (t1 + t2) down to \"100 %\", never rising",
+                Time(self.transition())
+            ))
+        };
+        (!(rising && whole_range)).then(problem)
     }
 
     /// The lengths of the two filters in samples of `dt` s.
@@ -244,21 +180,18 @@ impl Controller {
 pub(crate) mod tests {
     use super::*;
 
-    #[derive(Deserialize)]
-    struct File {
-        motion: Controller,
-    }
+    use meltpath_base::settings;
 
     /// The controller of the shipped cell.
     pub(crate) fn arcmate() -> Controller {
         let text = meltpath_data::cells::ARCMATE_120IC.text;
-        toml::from_str::<File>(text).unwrap().motion
+        settings::peek(text, &["motion"]).unwrap().unwrap()
     }
 
     #[test]
     fn the_shipped_cell_is_sound() {
         let c = arcmate();
-        c.check().unwrap();
+        assert_eq!(c.check(), []);
         assert!((c.transition() - 0.216).abs() < 1e-12);
         for (share, ms) in [
             (0.0, 216.0),
@@ -277,22 +210,28 @@ pub(crate) mod tests {
         let refused = |change: fn(&mut Controller)| {
             let mut c = arcmate();
             change(&mut c);
-            c.check().unwrap_err().to_string()
+            c.check()[0].to_string()
         };
-        assert!(refused(|c| c.t1.value.0 = 0.130).contains("t1"));
+        let told = refused(|c| c.t1.value.0 = 0.130);
+        assert!(
+            told.contains("t1 is 0.13 s") && told.contains("\"0.132 s\""),
+            "{told}"
+        );
         assert!(refused(|c| c.t2.value.0 = 0.144).contains("t2"));
         assert!(refused(|c| c.dwell[2].time.value.0 = 0.2).contains("dwell"));
         assert!(refused(|c| c.corner.full_above.value.0 = 0.01).contains("corner"));
-        assert!(refused(|c| c.joint_speed.value.0 = f64::NAN).contains("joint_speed"));
         assert!(arcmate().taps(0.005).is_err());
     }
 
     #[test]
-    fn unknown_entries_are_errors() {
+    fn unknown_entries_and_bare_numbers_are_errors() {
         let text = meltpath_data::cells::ARCMATE_120IC
             .text
-            .replace("rotation_speed", "rotation_sped");
-        let error = toml::from_str::<File>(&text).err().unwrap().to_string();
-        assert!(error.contains("rotation_sped"), "{error}");
+            .replace("rotation_speed", "rotation_sped")
+            .replace("value = \"12 ms\"", "value = 12");
+        let error = settings::peek::<Controller>(&text, &["motion"]).unwrap_err();
+        let told = error.to_string();
+        assert!(told.contains("did you mean `rotation_speed`"), "{told}");
+        assert!(told.contains("\"12 s\""), "{told}");
     }
 }

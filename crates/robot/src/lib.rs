@@ -7,6 +7,6 @@ pub mod interpolation;
 pub mod summary;
 
 pub use command::{Command, Kind, Smoothing, Source};
-pub use controller::{Controller, ControllerError, Sourced};
+pub use controller::{Controller, ControllerError};
 pub use interpolation::fir::{MotionError, simulate};
 pub use summary::{CommandRecord, Summary};

@@ -9,7 +9,6 @@ mod head;
 mod motor;
 mod recipe;
 
-pub use figure::{Figure, HeadFileError};
-pub use head::{HeadData, Plate, parse_head};
-pub use motor::parse_motor;
-pub use recipe::parse_recipe;
+pub use head::{HeadData, HeadFile, Plate, parse_head};
+pub use motor::{MotorFile, parse_motor};
+pub use recipe::{RecipeFile, parse_recipe};

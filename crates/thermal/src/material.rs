@@ -8,18 +8,21 @@ pub mod file;
 pub mod law;
 pub mod medium;
 
+use meltpath_base::choice;
+
 use crate::material::law::Law;
 
 /// 0 °C in kelvin.
 pub const CELSIUS: f64 = 273.15;
 
-/// How the latent heat is spread between solidus and liquidus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LatentShape {
-    /// A triangle with its summit midway (Béraud 2016, fig. 3.2.5).
-    Triangular,
-    /// The same share in every kelvin.
-    Uniform,
+choice! {
+    /// How the latent heat is spread between solidus and liquidus.
+    pub enum LatentShape {
+        /// A triangle with its summit midway (Béraud 2016, fig. 3.2.5).
+        Triangular = "triangular",
+        /// The same share in every kelvin.
+        Uniform = "uniform",
+    }
 }
 
 /// How powder conducts, as a share of the dense solid's conductivity.

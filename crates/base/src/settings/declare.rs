@@ -1,4 +1,4 @@
-//! The two ways to declare: tables with their keys, and choices with their words.
+//! The three ways to declare: tables with their keys, choices with their words, quantities with their units.
 
 /// Declares tables of settings: each key with its type, range, fallback and sentence.
 ///
@@ -125,6 +125,14 @@ macro_rules! choice {
         }
 
         impl $name {
+            /// Every one, in the order of their declaration.
+            pub const ALL: [Self; [$($word),+].len()] = [$($name::$variant),+];
+
+            /// The one of a word.
+            pub fn from_word(word: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|one| one.word() == word)
+            }
+
             /// The word in files.
             pub const fn word(self) -> &'static str {
                 match self {
@@ -149,8 +157,7 @@ macro_rules! choice {
                 place: &$crate::settings::Place<'_>,
                 reader: &mut $crate::settings::Reader,
             ) -> Option<Self> {
-                let all = [$($name::$variant),+];
-                reader.word(node, place, &all.map($name::word)).map(|n| all[n])
+                reader.word(node, place, &Self::ALL.map($name::word)).map(|n| Self::ALL[n])
             }
 
             fn json(&self) -> $crate::settings::Json {
@@ -158,4 +165,86 @@ macro_rules! choice {
             }
         }
     )*};
+}
+
+/// Declares a dimension: a type around its number in internal units, what it is, and the units that files may use, the usual one
+/// first. They differ in nothing else.
+///
+/// ```
+/// meltpath_base::quantity!(
+///     /// A mass of gas, g inside.
+///     Mass, "mass", "g", [("g", 1.0), ("kg", 1e3)]
+/// );
+/// assert_eq!(Mass::parse("2 kg").unwrap(), Mass(2000.0));
+/// ```
+#[macro_export]
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident, $what:literal, $internal:literal, [$(($symbol:literal, $factor:expr $(, $more:ident = $value:expr)?)),+]) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+        pub struct $name(
+            #[doc = concat!("The value in ", $internal, ".")]
+            pub f64,
+        );
+
+        impl $name {
+            /// The units that files may use; the first is the one values are written back in.
+            pub const UNITS: &'static [$crate::quantity::Unit] = &[$($crate::quantity::Unit {
+                $($more: $value,)?
+                ..$crate::quantity::Unit::new($symbol, $factor)
+            }),+];
+
+            /// Reads a number with a unit.
+            ///
+            /// # Errors
+            /// `QuantityError`, naming what was written and the accepted units.
+            pub fn parse(text: &str) -> Result<Self, $crate::quantity::QuantityError> {
+                $crate::quantity::parse(text, $what, Self::UNITS).map($name)
+            }
+        }
+
+        impl $crate::quantity::Quantity for $name {
+            const WHAT: &'static str = $what;
+            const UNITS: &'static [$crate::quantity::Unit] = Self::UNITS;
+
+            fn from_number(number: f64) -> Self {
+                $name(number)
+            }
+
+            fn number(self) -> f64 {
+                self.0
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(&Self::UNITS[0].show(self.0))
+            }
+        }
+
+        impl $crate::settings::Serialize for $name {
+            fn serialize<S: $crate::settings::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                s.collect_str(self)
+            }
+        }
+
+        impl $crate::settings::Value for $name {
+            const KIND: $crate::settings::Kind = $crate::settings::Kind::Quantity {
+                what: $what,
+                units: Self::UNITS,
+            };
+
+            fn read(
+                node: &$crate::settings::Node<'_>,
+                place: &$crate::settings::Place<'_>,
+                reader: &mut $crate::settings::Reader,
+            ) -> Option<Self> {
+                $crate::settings::quantity(node, place, reader)
+            }
+
+            fn json(&self) -> $crate::settings::Json {
+                self.to_string().into()
+            }
+        }
+    };
 }

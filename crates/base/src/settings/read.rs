@@ -5,7 +5,7 @@ use std::slice::Iter;
 
 use toml::de::{DeTable, DeValue};
 
-use super::{Bounds, Fallback, Key, Kind, Problem, Setting, Table, Value};
+use super::{Bounds, Fallback, Key, Kind, Problem, Setting, Table, Value, syntax};
 use crate::provenance::Provenance;
 use crate::resolved::{Origin, Resolved};
 
@@ -36,8 +36,15 @@ impl Reader {
     /// The tree of a file; what a damaged file seems to say beyond the damage would be guessed.
     fn tree<'t>(&mut self, text: &'t str) -> Option<Node<'t>> {
         let (tree, errors) = DeTable::parse_recoverable(text);
-        let told = |e: &toml::de::Error| Problem::new(e.message()).at(e.span());
-        self.problems.extend(errors.iter().map(told));
+        for error in &errors {
+            let told = syntax::problem(text, error.message(), error.span());
+            // of one value the parser tells several things; what to write is said once
+            let again =
+                |p: &Problem| told.fix.is_some() && (&p.span, &p.fix) == (&told.span, &told.fix);
+            if !self.problems.iter().any(again) {
+                self.problems.push(told);
+            }
+        }
         let span = tree.span();
         let node = toml::Spanned::new(span, DeValue::Table(tree.into_inner()));
         errors.is_empty().then_some(node)
@@ -52,11 +59,14 @@ impl Reader {
         T::read(&node, &place, self)
     }
 
-    pub(super) fn peek<T: Value>(&mut self, text: &str, [table, key]: [&str; 2]) -> Option<T> {
+    pub(super) fn peek<T: Value>(&mut self, text: &str, path: &[&str]) -> Option<T> {
         let tree = self.tree(text)?;
-        let node = tree.get_ref().get(table)?.get_ref().get(key)?;
+        let mut node = &tree;
+        for key in path {
+            node = node.get_ref().as_table()?.get(*key)?;
+        }
         let place = Place {
-            name: &format!("{table}.{key}"),
+            name: &path.join("."),
             bounds: Bounds::any(),
         };
         T::read(node, &place, self)
@@ -98,6 +108,18 @@ impl Reader {
         place: &Place<'_>,
         show: impl Fn(f64) -> String,
     ) -> Option<()> {
+        let span = self.span(node);
+        self.hold(number, &span, place, show)
+    }
+
+    /// Refuses a number written at `span` that its key does not take; `show` tells numbers as files write them.
+    pub fn hold(
+        &mut self,
+        number: f64,
+        span: &Option<Range<usize>>,
+        place: &Place<'_>,
+        show: impl Fn(f64) -> String,
+    ) -> Option<()> {
         if place.bounds.hold(number) {
             return Some(());
         }
@@ -107,7 +129,7 @@ impl Reader {
             b => b.words(&show),
         };
         let message = format!("{} is {}: it must be {must}", place.name, show(number));
-        self.wrong(node, Problem::new(message));
+        self.problems.push(Problem::new(message).at(span.clone()));
         None
     }
 
@@ -133,6 +155,25 @@ impl Reader {
             self.wrong(node, Problem { help, ..problem });
         }
         found
+    }
+
+    /// Which of the words a table's key `by` has, where the tables differ by it; what is wrong with it is told.
+    pub fn chosen<T: Value>(&mut self, node: &Node<'_>, place: &Place<'_>, by: &str) -> Option<T> {
+        let Some(entries) = node.get_ref().as_table() else {
+            self.unexpected(node, place, "a table");
+            return None;
+        };
+        let name = format!("{}.{by}", place.name);
+        if let Some(node) = entries.get(by) {
+            let place = Place {
+                name: &name,
+                bounds: Bounds::any(),
+            };
+            T::read(node, &place, self)
+        } else {
+            self.wrong(node, Problem::new(format!("{name} is missing")));
+            None
+        }
     }
 
     fn record<T: Value>(&mut self, setting: &Setting<T>, origin: Origin) {
@@ -163,7 +204,7 @@ impl<'n, 'a> Keys<'n, 'a> {
         place: &Place<'n>,
         reader: &mut Reader,
     ) -> Option<Self> {
-        let Kind::Table(Table { keys, .. }) = T::KIND else {
+        let (Kind::Table(Table { keys, .. }) | Kind::Figure(Table { keys, .. })) = T::KIND else {
             return None;
         };
         let Some(entries) = node.get_ref().as_table() else {

@@ -87,7 +87,38 @@ fn of_kind(kind: &Kind, bounds: Bounds) -> Json {
             schema
         }
         Kind::Table(table) => schema(table),
+        Kind::Figure(table) => figure(table, bounds),
+        Kind::Unit(units) => {
+            let symbols: Vec<&str> = units.iter().map(|u| u.symbol).collect();
+            json!({"enum": symbols})
+        }
+        Kind::Named(of) => {
+            json!({"type": "object", "additionalProperties": of_kind(of, bounds)})
+        }
+        Kind::OneOf { by, tables } => {
+            let each = tables.iter().map(|(word, kind)| {
+                let mut schema = of_kind(kind, Bounds::any());
+                schema["properties"][by] = json!({"const": word});
+                schema
+            });
+            json!({"oneOf": each.collect::<Vec<_>>()})
+        }
     }
+}
+
+/// A number with its source. Its bounds are in internal units: they hold for the number as written where its unit is of that size.
+fn figure(table: &Table, bounds: Bounds) -> Json {
+    let mut found = schema(table);
+    let own_unit = table
+        .keys
+        .iter()
+        .any(|k| matches!(k.kind, Kind::Unit(units) if units.iter().all(|u| u.read(1.0) == 1.0)));
+    if own_unit && let Some(value) = table.keys.iter().find(|k| k.name == "value") {
+        let text = found["properties"]["value"]["description"].take();
+        found["properties"]["value"] = of_kind(&value.kind, bounds);
+        found["properties"]["value"]["description"] = text;
+    }
+    found
 }
 
 fn limit(schema: &mut Json, bounds: Bounds) {

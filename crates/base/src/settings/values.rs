@@ -1,5 +1,6 @@
 //! What keys may hold: quantities, counts, texts, lists, and values that are left to meltpath.
 
+use std::collections::BTreeMap;
 use std::ops::Deref;
 
 use toml::de::DeValue;
@@ -23,11 +24,7 @@ impl Deref for File {
 }
 
 /// Reads a quantity: a bare number is answered with one that has a unit.
-pub(super) fn quantity<Q: Quantity>(
-    node: &Node<'_>,
-    place: &Place<'_>,
-    reader: &mut Reader,
-) -> Option<Q> {
+pub fn quantity<Q: Quantity>(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Q> {
     let fix = match node.get_ref() {
         DeValue::String(text) => match parse(text, Q::WHAT, Q::UNITS) {
             Ok(number) => {
@@ -83,36 +80,6 @@ pub(super) fn quantity<Q: Quantity>(
     None
 }
 
-macro_rules! quantities {
-    ($($name:ident),+) => {$(
-        impl Value for crate::quantity::$name {
-            const KIND: Kind = Kind::Quantity { what: <Self as Quantity>::WHAT, units: Self::UNITS };
-
-            fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
-                quantity(node, place, reader)
-            }
-
-            fn json(&self) -> Json {
-                self.to_string().into()
-            }
-        }
-    )+};
-}
-quantities!(
-    Length,
-    Speed,
-    Time,
-    Angle,
-    Voltage,
-    Current,
-    Ratio,
-    Temperature,
-    TemperatureDifference,
-    Frequency,
-    AngularSpeed,
-    BeadWidths
-);
-
 /// A number in the file, and whether it is a whole one.
 fn number(node: &Node<'_>) -> Option<f64> {
     match node.get_ref() {
@@ -154,7 +121,7 @@ impl Value for f64 {
 
     fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
         let Some(number) = number(node).filter(|n| n.is_finite()) else {
-            reader.unexpected(node, place, "a number");
+            not_a_number(node, place, reader);
             return None;
         };
         reader.within(number, node, place, |n| n.to_string())?;
@@ -164,6 +131,34 @@ impl Value for f64 {
     fn json(&self) -> Json {
         (*self).into()
     }
+}
+
+/// Something else where a number belongs; a number in quotes, with a comma, a unit or a percent sign, is answered with the number.
+fn not_a_number(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) {
+    let written = node.get_ref().as_str().unwrap_or_default().trim();
+    let pointed = written.replacen(',', ".", 1);
+    let digits = pointed
+        .find(|c: char| !(c.is_ascii_digit() || "+-.".contains(c)))
+        .unwrap_or(pointed.len());
+    let (number, unit) = pointed.split_at(digits);
+    let meant = match (number.parse::<f64>(), unit.trim()) {
+        (Ok(share), "%") => Some((share / 100.0).to_string()),
+        (Ok(_), _) => Some(number.to_owned()),
+        (Err(_), _) => None,
+    };
+    let Some(fix) = meant else {
+        reader.unexpected(node, place, "a number");
+        return;
+    };
+    let message = format!("{} is a number, not the text \"{written}\"", place.name);
+    let problem = Problem::new(message).help(format!("write {fix}"));
+    reader.wrong(
+        node,
+        Problem {
+            fix: Some(fix),
+            ..problem
+        },
+    );
 }
 
 fn text(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<String> {
@@ -285,6 +280,40 @@ impl<T: Value, const LEAST: usize, const MOST: usize> Value for Many<T, LEAST, M
 
     fn json(&self) -> Json {
         self.0.iter().map(Value::json).collect()
+    }
+}
+
+/// Keys of one's own.
+impl<T: Value> Value for BTreeMap<String, T> {
+    const KIND: Kind = Kind::Named(&T::KIND);
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        let Some(entries) = node.get_ref().as_table() else {
+            reader.unexpected(node, place, "a table");
+            return None;
+        };
+        let read: Vec<_> = entries
+            .iter()
+            .map(|(key, node)| {
+                let key = key.get_ref().as_ref();
+                let name = format!("{}.{key}", place.name);
+                let value = T::read(
+                    node,
+                    &Place {
+                        name: &name,
+                        ..*place
+                    },
+                    reader,
+                );
+                value.map(|value| (key.to_owned(), value))
+            })
+            .collect();
+        read.into_iter().collect()
+    }
+
+    fn json(&self) -> Json {
+        let each = self.iter().map(|(key, value)| (key.clone(), value.json()));
+        Json::Object(each.collect())
     }
 }
 

@@ -1,11 +1,12 @@
 //! Process map files: what they may hold, and the maps that come with the program.
 
-use meltpath_base::{Reporter, Speed};
-use serde::Deserialize;
+use meltpath_base::settings::{Datum, Json, Kind, Node, Place, Problem, Problems, Reader, Value};
+use meltpath_base::{Length, Pure, Reporter, Speed, choice, settings, table};
 
+use super::grid::GridPart;
 use super::import::{MeasuredBead, check_beads};
 use super::{Grid, Law, M_PER_MIN, ProcessMap, ProcessMapError, RelativeSigma, Surface};
-use crate::consumable::{DataError, Datum, Wire, lookup, positive, read};
+use crate::consumable::{Wire, lookup};
 use crate::feed_response::MeasuredResponse;
 
 /// Region in which a map holds, m/min, with its source.
@@ -26,89 +27,166 @@ impl Validity {
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ValidityFile {
-    wire_feed: [Speed; 2],
-    travel_speed: [Speed; 2],
-    source: String,
-    page: String,
-    #[serde(rename = "note")]
-    _note: Option<String>,
+choice! {
+    /// The law of a map.
+    pub enum MapKind {
+        /// w = c·V_f^p·V_r^q: the table `width`.
+        PowerLaw = "power-law",
+        /// Sizes measured on a grid of settings: the table `grid`.
+        Grid = "grid",
+        /// Measured beads, through which a quadratic surface is laid: the table `beads`.
+        Surface = "surface",
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PowerLawFile {
-    coefficient: Datum,
-    feed_exponent: Datum,
-    travel_exponent: Datum,
+/// A size in mm, or `nan` where nothing was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size(f64);
+
+impl Value for Size {
+    const KIND: Kind = Kind::Number;
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        let word = node.get_ref().as_float().map(|n| n.as_str().to_owned());
+        match word.as_deref() {
+            Some("nan" | "+nan" | "-nan") => Some(Size(f64::NAN)),
+            _ => f64::read(node, place, reader).map(Size),
+        }
+    }
+
+    fn json(&self) -> Json {
+        self.0.into()
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SigmaFile {
-    width: f64,
-    height: f64,
-    area: f64,
-    #[serde(rename = "source")]
-    _source: String,
-    #[serde(rename = "page")]
-    _page: String,
-    #[serde(rename = "note")]
-    _note: Option<String>,
+table! {
+    /// Bead sizes against settings, for a wire, a gas and a mode.
+    pub struct MapFile {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Identifier: `wire-mode-gas` where it ships.
+        id: String => required;
+        /// Wire it was made with.
+        wire: String => required;
+        /// Gas it was made with.
+        gas: String => required;
+        /// Transfer mode it was made with.
+        mode: String => required;
+        /// Its law.
+        kind: MapKind => required;
+        /// Share of the fed metal that stays in the bead.
+        efficiency: Datum<Pure> where positive => required;
+        /// Wire fed over wire programmed.
+        feed_factor: Datum<Pure> where positive => required;
+        /// Where it holds.
+        validity: ValidityTable => required;
+        /// Relative standard uncertainties of what it predicts.
+        relative_sigma: SigmaTable => required;
+        /// The width of a power law.
+        width: PowerLawTable => none("the law is another");
+        /// Sizes measured on a grid.
+        grid: GridTable => none("the law is another");
+        /// Measured beads.
+        beads: BeadsTable => none("the law is another");
+        /// What the source feeds at other contact tube distances.
+        feed_response: MeasuredResponse => none("not measured: the feed is that of the reference distance");
+    }
+
+    /// Where a map holds.
+    pub struct ValidityTable {
+        /// Least and greatest wire feed.
+        wire_feed: [Speed; 2] where positive => required;
+        /// Least and greatest travel speed.
+        travel_speed: [Speed; 2] where positive => required;
+        /// Document.
+        source: String => required;
+        /// Page of it.
+        page: String => required;
+        /// How it was read or derived.
+        note: String => none("nothing to add");
+    }
+
+    /// w = coefficient · V_f^feed_exponent · V_r^travel_exponent, speeds in m/min.
+    pub struct PowerLawTable {
+        /// Width at 1 m/min of both.
+        coefficient: Datum<Length> where positive => required;
+        /// Exponent of the wire feed.
+        feed_exponent: Datum<Pure> => required;
+        /// Exponent of the travel speed.
+        travel_exponent: Datum<Pure> => required;
+    }
+
+    /// Relative standard uncertainties of what a map predicts, as numbers: 0.075 for 7.5 %.
+    pub struct SigmaTable {
+        /// Of the width.
+        width: f64 where positive => required;
+        /// Of the height.
+        height: f64 where positive => required;
+        /// Of the section.
+        area: f64 where positive => required;
+        /// Document.
+        source: String => required;
+        /// Page of it.
+        page: String => required;
+        /// How it was read or derived.
+        note: String => none("nothing to add");
+    }
+
+    /// Sizes measured on a grid of settings: a row of sizes for each wire feed, `nan` where nothing was measured.
+    pub struct GridTable {
+        /// Wire feeds in m/min, rising.
+        wire_feed: Vec<f64> where positive => required;
+        /// Travel speeds in m/min, rising.
+        travel_speed: Vec<f64> where positive => required;
+        /// Widths in mm.
+        width: Vec<Vec<Size>> where positive => required;
+        /// Heights in mm.
+        height: Vec<Vec<Size>> where positive => required;
+        /// Document.
+        source: String => required;
+        /// Page of it.
+        page: String => required;
+    }
+
+    /// Measured beads for a quadratic surface.
+    pub struct BeadsTable {
+        /// Wire feed and travel speed in m/min, width and height in mm.
+        rows: Vec<[f64; 4]> where positive => required;
+        /// Document.
+        source: String => required;
+        /// Page of it.
+        page: String => required;
+    }
 }
 
-/// A table: axes in m/min, one row of sizes in mm per wire feed; `nan` where nothing was measured.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GridFile {
-    wire_feed: Vec<f64>,
-    travel_speed: Vec<f64>,
-    width: Vec<Vec<f64>>,
-    height: Vec<Vec<f64>>,
-    #[serde(rename = "source")]
-    _source: String,
-    #[serde(rename = "page")]
-    _page: String,
-}
-
-/// Measured beads for a quadratic surface; rows are wire feed, travel speed (m/min), width, height (mm).
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BeadsFile {
-    rows: Vec<[f64; 4]>,
-    #[serde(rename = "source")]
-    _source: String,
-    #[serde(rename = "page")]
-    _page: String,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Kind {
-    PowerLaw,
-    Grid,
-    Surface,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MapFile {
-    schema: u32,
-    id: String,
-    wire: String,
-    gas: String,
-    mode: String,
-    kind: Kind,
-    efficiency: Datum,
-    feed_factor: Datum,
-    validity: ValidityFile,
-    relative_sigma: SigmaFile,
-    width: Option<PowerLawFile>,
-    grid: Option<GridFile>,
-    beads: Option<BeadsFile>,
-    feed_response: Option<MeasuredResponse>,
+/// What is wrong between the keys of a map.
+fn between_keys(map: &MapFile) -> Vec<Problem> {
+    let (table, written) = match *map.kind {
+        MapKind::PowerLaw => ("width", map.width.is_some()),
+        MapKind::Grid => ("grid", map.grid.is_some()),
+        MapKind::Surface => ("beads", map.beads.is_some()),
+    };
+    let missing = || {
+        let message = format!(
+            "a map of the kind \"{}\" needs a table [{table}]",
+            map.kind.word()
+        );
+        map.kind.problem(message)
+    };
+    let v = &map.validity;
+    let ranges = [&v.wire_feed, &v.travel_speed].into_iter();
+    let turned = ranges
+        .filter(|range| range[1].0 <= range[0].0)
+        .map(|range| {
+            let problem = range.problem(format!("{} must rise", range.name));
+            problem.help("write the least and then the greatest speed")
+        });
+    (!written)
+        .then(missing)
+        .into_iter()
+        .chain(turned)
+        .chain(map.feed_response.as_ref().and_then(MeasuredResponse::check))
+        .collect()
 }
 
 /// The law of a map's tables; a bead's area is `per_ratio` times its feed ratio, mm².
@@ -118,57 +196,69 @@ fn law(
     per_ratio: f64,
     reporter: &Reporter,
 ) -> Result<Law, ProcessMapError> {
-    let missing = |table: &str| DataError::Syntax {
-        file: file.to_owned(),
-        message: format!("this kind of map needs a table [{table}]"),
-    };
-    Ok(match map.kind {
-        Kind::PowerLaw => {
-            let w = map.width.as_ref().ok_or_else(|| missing("width"))?;
-            Law::PowerLaw {
-                coefficient: positive(file, "width.coefficient", w.coefficient.value)?,
-                feed_exponent: w.feed_exponent.value,
-                travel_exponent: w.travel_exponent.value,
-            }
-        }
-        Kind::Grid => {
-            let g = map.grid.as_ref().ok_or_else(|| missing("grid"))?;
-            let beads = grid_beads(g);
-            check_beads(&beads, per_ratio, reporter);
-            let (width, height) = (g.width.concat(), g.height.concat());
-            Law::Grid(Grid::new(
-                file,
-                g.wire_feed.clone(),
-                g.travel_speed.clone(),
-                width,
-                height,
-            )?)
-        }
-        Kind::Surface => {
-            let b = map.beads.as_ref().ok_or_else(|| missing("beads"))?;
-            let beads: Vec<MeasuredBead> = b
-                .rows
-                .iter()
-                .map(|r| MeasuredBead {
-                    wire_feed: r[0],
-                    travel_speed: r[1],
-                    width: r[2],
-                    height: r[3],
-                })
-                .collect();
-            check_beads(&beads, per_ratio, reporter);
-            Law::Surface(fitted(file, &beads, reporter)?)
-        }
-    })
+    if let Some(w) = &*map.width
+        && *map.kind == MapKind::PowerLaw
+    {
+        return Ok(Law::PowerLaw {
+            coefficient: w.coefficient.0,
+            feed_exponent: w.feed_exponent.0,
+            travel_exponent: w.travel_exponent.0,
+        });
+    }
+    if let Some(g) = &*map.grid
+        && *map.kind == MapKind::Grid
+    {
+        let sizes = |rows: &[Vec<Size>]| rows.iter().flatten().map(|s| s.0).collect();
+        let (feeds, travels) = (g.wire_feed.value.clone(), g.travel_speed.value.clone());
+        let uneven = [(&g.width, GridPart::Width), (&g.height, GridPart::Height)]
+            .into_iter()
+            .find(|(rows, _)| rows.iter().any(|row| row.len() != travels.len()));
+        let grid = match uneven {
+            Some((_, part)) => Err((
+                part,
+                "a row for each wire feed has a size for each travel speed".to_owned(),
+            )),
+            None => Grid::new(feeds, travels, sizes(&g.width), sizes(&g.height)),
+        };
+        let grid = grid.map_err(|(part, told)| {
+            let problem = match part {
+                GridPart::WireFeed => g.wire_feed.problem(told),
+                GridPart::TravelSpeed => g.travel_speed.problem(told),
+                GridPart::Width => g.width.problem(told),
+                GridPart::Height => g.height.problem(told),
+            };
+            Problems::from(problem)
+        })?;
+        check_beads(&grid.beads(), per_ratio, reporter);
+        return Ok(Law::Grid(grid));
+    }
+    let rows = map.beads.iter().flat_map(|b| b.rows.iter());
+    let beads: Vec<MeasuredBead> = rows
+        .map(|r| MeasuredBead {
+            wire_feed: r[0],
+            travel_speed: r[1],
+            width: r[2],
+            height: r[3],
+        })
+        .collect();
+    check_beads(&beads, per_ratio, reporter);
+    Ok(Law::Surface(fitted(file, map, &beads, reporter)?))
 }
 
 /// The quadratic surface through measured beads; warns where it explains them badly.
-fn fitted(file: &str, beads: &[MeasuredBead], reporter: &Reporter) -> Result<Surface, DataError> {
-    let (surface, width, height) = Surface::fit(beads).ok_or_else(|| DataError::Value {
-        file: file.to_owned(),
-        what: "number of beads".to_owned(),
-        value: beads.len() as f64,
-        must: "a quadratic surface needs six beads or more at settings that span it",
+fn fitted(
+    file: &str,
+    map: &MapFile,
+    beads: &[MeasuredBead],
+    reporter: &Reporter,
+) -> Result<Surface, Problems> {
+    let (surface, width, height) = Surface::fit(beads).ok_or_else(|| {
+        let message = format!(
+            "a quadratic surface does not pass through {} beads",
+            beads.len()
+        );
+        let help = "measure six beads or more, at settings that span it";
+        map.beads.problem(message).help(help)
     })?;
     for (what, quality) in [("width", width), ("height", height)] {
         if quality.r_squared < 0.9 {
@@ -190,64 +280,40 @@ impl ProcessMap {
     /// does not balance.
     ///
     /// # Errors
-    /// [`ProcessMapError::Data`] when it does not read, its layout is of another version, a table is missing or a
-    /// number is out of range.
+    /// [`ProcessMapError::Content`]: everything wrong, with its place in the file.
     pub fn parse(
         file: &str,
         text: &str,
         wire: &Wire,
         reporter: &Reporter,
     ) -> Result<Self, ProcessMapError> {
-        let map: MapFile = read(file, text)?;
-        if map.schema != 1 {
-            return Err(DataError::Value {
-                file: file.to_owned(),
-                what: "schema".to_owned(),
-                value: f64::from(map.schema),
-                must: "this program reads schema 1",
-            }
-            .into());
-        }
-        for (what, value) in [
-            ("efficiency", map.efficiency.value),
-            ("feed_factor", map.feed_factor.value),
-            ("relative_sigma.width", map.relative_sigma.width),
-            ("relative_sigma.height", map.relative_sigma.height),
-            ("relative_sigma.area", map.relative_sigma.area),
-        ] {
-            positive(file, what, value)?;
-        }
-        let range = |what: &str, r: [Speed; 2]| -> Result<(f64, f64), DataError> {
-            positive(file, what, r[0].0)?;
-            positive(file, what, r[1].0 - r[0].0)?;
-            Ok((r[0].0 / M_PER_MIN, r[1].0 / M_PER_MIN))
-        };
+        let map = settings::parse(text, between_keys)?;
+        let range = |r: &[Speed; 2]| (r[0].0 / M_PER_MIN, r[1].0 / M_PER_MIN);
         let validity = Validity {
-            wire_feed: range("validity.wire_feed", map.validity.wire_feed)?,
-            travel_speed: range("validity.travel_speed", map.validity.travel_speed)?,
-            source: format!("{}, {}", map.validity.source, map.validity.page),
+            wire_feed: range(&map.validity.wire_feed),
+            travel_speed: range(&map.validity.travel_speed),
+            source: format!("{}, {}", *map.validity.source, *map.validity.page),
         };
-        if let Some(response) = &map.feed_response {
-            response.check(file)?;
-        }
-        let per_ratio = map.efficiency.value * map.feed_factor.value * wire.section();
+        let per_ratio = map.efficiency.0 * map.feed_factor.0 * wire.section();
         let law = law(file, &map, per_ratio, reporter)?;
+        let sigma = &map.relative_sigma;
+        let relative_sigma = RelativeSigma {
+            width: *sigma.width,
+            height: *sigma.height,
+            area: *sigma.area,
+        };
         Ok(ProcessMap {
-            id: map.id,
-            wire: map.wire,
-            gas: map.gas,
-            mode: map.mode,
+            id: map.id.value,
+            wire: map.wire.value,
+            gas: map.gas.value,
+            mode: map.mode.value,
             wire_section: wire.section(),
-            efficiency: map.efficiency,
-            feed_factor: map.feed_factor,
-            feed_response: map.feed_response,
+            efficiency: map.efficiency.value,
+            feed_factor: map.feed_factor.value,
+            feed_response: map.feed_response.value,
             validity,
             law,
-            relative_sigma: RelativeSigma {
-                width: map.relative_sigma.width,
-                height: map.relative_sigma.height,
-                area: map.relative_sigma.area,
-            },
+            relative_sigma,
         })
     }
 
@@ -257,29 +323,7 @@ impl ProcessMap {
     /// [`ProcessMapError::Data`] listing the maps there are.
     pub fn builtin(id: &str) -> Result<Self, ProcessMapError> {
         let text = lookup("process map", id, meltpath_data::process_maps::ALL)?;
-        let wire = wire_of(id, text)?;
-        Self::parse(id, text, &wire, &Reporter::new())
+        let map = settings::parse::<MapFile>(text, |_| Vec::new())?;
+        Self::parse(id, text, &Wire::builtin(&map.wire)?, &Reporter::new())
     }
-}
-
-fn wire_of(file: &str, text: &str) -> Result<Wire, DataError> {
-    let map: MapFile = read(file, text)?;
-    Wire::builtin(&map.wire)
-}
-
-fn grid_beads(g: &GridFile) -> Vec<MeasuredBead> {
-    let mut beads = Vec::new();
-    for ((vf, widths), heights) in g.wire_feed.iter().zip(&g.width).zip(&g.height) {
-        for ((vr, w), h) in g.travel_speed.iter().zip(widths).zip(heights) {
-            if w.is_finite() && h.is_finite() {
-                beads.push(MeasuredBead {
-                    wire_feed: *vf,
-                    travel_speed: *vr,
-                    width: *w,
-                    height: *h,
-                });
-            }
-        }
-    }
-    beads
 }

@@ -1,6 +1,19 @@
 //! A measured table of width and height, bilinear between its nodes (interpolator A of the source).
 
-use crate::consumable::DataError;
+use super::import::MeasuredBead;
+
+/// A part of a grid that may be wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GridPart {
+    /// The axis of wire feeds.
+    WireFeed,
+    /// The axis of travel speeds.
+    TravelSpeed,
+    /// The widths.
+    Width,
+    /// The heights.
+    Height,
+}
 
 /// Width and height on a grid of wire feed by travel speed, m/min and mm; NaN where nothing was measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,40 +28,37 @@ impl Grid {
     /// A grid from rising axes and row-major values (one row per wire feed).
     ///
     /// # Errors
-    /// [`DataError::Value`] when an axis does not rise or a count does not match.
+    /// What of it is wrong: an axis that does not rise, a count that does not match, a size that is none.
     pub fn new(
-        file: &str,
         wire_feed: Vec<f64>,
         travel_speed: Vec<f64>,
         width: Vec<f64>,
         height: Vec<f64>,
-    ) -> Result<Self, DataError> {
-        let fail = |what: &str, value: f64, must| DataError::Value {
-            file: file.to_owned(),
-            what: what.to_owned(),
-            value,
-            must,
-        };
-        for (what, axis) in [("wire_feed", &wire_feed), ("travel_speed", &travel_speed)] {
+    ) -> Result<Self, (GridPart, String)> {
+        use GridPart::{Height, TravelSpeed, Width, WireFeed};
+        for (part, axis) in [(WireFeed, &wire_feed), (TravelSpeed, &travel_speed)] {
             if axis.len() < 2 {
-                return Err(fail(
-                    what,
-                    axis.len() as f64,
-                    "a table needs two values or more",
-                ));
+                return Err((part, "a table needs two values or more".to_owned()));
             }
-            if let Some(w) = axis.windows(2).find(|w| !(w[0] > 0.0 && w[1] > w[0])) {
-                return Err(fail(what, w[1], "the axis must be positive and rise"));
+            let falls = |w: &&[f64]| !(w[0] > 0.0 && w[1] > w[0]);
+            if let Some([before, after, ..]) = axis.windows(2).find(falls) {
+                let told = format!("{after} after {before}: the axis must be positive and rise");
+                return Err((part, told));
             }
         }
         let n = wire_feed.len() * travel_speed.len();
-        for (what, values) in [("width", &width), ("height", &height)] {
+        for (part, values) in [(Width, &width), (Height, &height)] {
             if values.len() != n {
-                let must = "one value per pair of wire feed and travel speed";
-                return Err(fail(what, values.len() as f64, must));
+                let told = format!(
+                    "{} values: there must be {} rows of {}, one for each pair of wire feed and travel speed",
+                    values.len(),
+                    wire_feed.len(),
+                    travel_speed.len()
+                );
+                return Err((part, told));
             }
             if let Some(v) = values.iter().find(|v| !v.is_nan() && **v <= 0.0) {
-                return Err(fail(what, *v, "sizes must be positive"));
+                return Err((part, format!("{v}: sizes must be positive")));
             }
         }
         Ok(Grid {
@@ -57,6 +67,26 @@ impl Grid {
             width,
             height,
         })
+    }
+
+    /// The beads that were measured.
+    pub(crate) fn beads(&self) -> Vec<MeasuredBead> {
+        let nodes = self
+            .wire_feed
+            .iter()
+            .flat_map(|feed| self.travel_speed.iter().map(move |travel| (*feed, *travel)));
+        nodes
+            .zip(self.width.iter().zip(&self.height))
+            .filter(|(_, (w, h))| w.is_finite() && h.is_finite())
+            .map(
+                |((wire_feed, travel_speed), (width, height))| MeasuredBead {
+                    wire_feed,
+                    travel_speed,
+                    width: *width,
+                    height: *height,
+                },
+            )
+            .collect()
     }
 
     /// Wire feeds of the nodes, m/min.

@@ -46,7 +46,7 @@ fn table() -> ProcessMap {
 #[test]
 fn waam_ac3_area_from_conservation() {
     let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
-    let lost = map.efficiency.value * map.feed_factor.value;
+    let lost = map.efficiency.0 * map.feed_factor.0;
     for (travel, area) in [(0.75, 8.378), (0.5, 12.566)] {
         let bead = map.bead(8.0 * M_PER_MIN, travel * M_PER_MIN);
         assert!((bead.area.value / lost - area).abs() < 1e-3);
@@ -270,7 +270,7 @@ proptest! {
 #[test]
 fn a_measured_feed_factor_makes_the_bead_of_that_feed() {
     let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
-    let own = map.clone().with_feed_factor(2.0 * map.feed_factor.value);
+    let own = map.clone().with_feed_factor(2.0 * map.feed_factor.0);
     let (feed, travel) = (4000.0 / 60.0, 12.5);
     let (a, b) = (own.bead(feed, travel), map.bead(2.0 * feed, travel));
     assert!((a.width.value - b.width.value).abs() < 1e-9);

@@ -1,92 +1,70 @@
-//! Focus calibrations that ship, from `meltpath_data::focus`.
+//! Electron guns: how the beam's diameter depends on the current of the focus coil; those that ship, from
+//! `meltpath_data::focus`, and files of the user's own.
 
-use meltpath_base::quantity::QuantityError;
-use meltpath_base::{Length, quantity};
-use meltpath_data::{find, focus, names};
-use meltpath_gun::focus::{FocusCalibration, FocusError, FocusPiece};
-use serde::Deserialize;
+use std::path::Path;
 
-/// Why a calibration cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum FocusFileError {
-    /// None of that name.
-    #[error("there is no focus calibration \"{name}\"; known are {known}")]
-    Unknown {
-        /// What was asked.
-        name: String,
-        /// What ships.
-        known: String,
-    },
-    /// Not TOML, or an unknown key.
-    #[error("the focus calibration does not read: {0}")]
-    Syntax(#[from] toml::de::Error),
-    /// A value without its unit.
-    #[error("the focus calibration: {0}")]
-    Quantity(#[from] QuantityError),
-    /// Pieces that do not follow each other.
-    #[error(transparent)]
-    Pieces(#[from] FocusError),
+use meltpath_base::settings::{self, Problem, Problems};
+use meltpath_base::{Current, Length, quantity, table};
+use meltpath_data::focus;
+use meltpath_gun::focus::{FocusCalibration, FocusPiece};
+
+use crate::data::{DataFileError, DataText};
+
+quantity!(
+    /// Diameter per current, mm/A inside.
+    FocusSlope, "slope", "mm/A",
+    [("µm/mA", 1.0)]
+);
+
+table! {
+    /// An electron gun: the beam's diameter against the current of the focus coil, as calibrated.
+    pub struct GunFile {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Name in words.
+        name: String => required;
+        /// Who calibrated it.
+        source: String => required;
+        /// How well it is known.
+        uncertainty: String => required;
+        /// Straight pieces by increasing current, each beginning where the one before ends.
+        piece: Vec<PieceTable> => required;
+    }
+
+    /// A straight piece: diameter = intercept + slope · current.
+    pub struct PieceTable {
+        /// Least current.
+        from: Current => required;
+        /// Greatest current.
+        to: Current => required;
+        /// Diameter at zero current.
+        intercept: Length => required;
+        /// Change of the diameter with the current.
+        slope: FocusSlope => required;
+    }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    #[expect(dead_code, reason = "read to be required")]
-    schema: u32,
-    name: String,
-    source: String,
-    #[expect(dead_code, reason = "for the reader of the file")]
-    uncertainty: String,
-    piece: Vec<Piece>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Piece {
-    from: String,
-    to: String,
-    intercept: Length,
-    slope: String,
-}
-
-const CURRENT: &[quantity::Unit] = &[
-    quantity::Unit::new("mA", 1e-3),
-    quantity::Unit::new("A", 1.0),
-];
-const SLOPE: &[quantity::Unit] = &[quantity::Unit::new("µm/mA", 1.0)];
-
-/// The calibration `name` and where it comes from.
+/// The calibration `name` and where it comes from: one that ships, or, where the name ends in `.toml`, a file relative to `folder`.
 ///
 /// # Errors
-/// [`FocusFileError`].
+/// [`DataFileError`] listing what ships, or saying what is wrong with the file.
 ///
 /// ```
-/// let (focus, _) = meltpath::ebm::focus::builtin("a1-beraud-2016").unwrap();
+/// let (focus, _) = meltpath::ebm::focus::load("a1-beraud-2016", std::path::Path::new(".")).unwrap();
 /// assert!((focus.diameter(4e-3).unwrap() - 0.41367).abs() < 1e-9);
 /// ```
-pub fn builtin(name: &str) -> Result<(FocusCalibration, String), FocusFileError> {
-    let shipped = find(focus::ALL, name).ok_or_else(|| FocusFileError::Unknown {
-        name: name.to_owned(),
-        known: names(focus::ALL),
-    })?;
-    let file: File = toml::from_str(shipped.text)?;
-    let pieces = file
-        .piece
-        .iter()
-        .map(|p| {
-            Ok(FocusPiece {
-                range: [
-                    quantity::parse(&p.from, "current", CURRENT)?,
-                    quantity::parse(&p.to, "current", CURRENT)?,
-                ],
-                intercept: p.intercept.0,
-                // a µm per mA is a mm per A
-                slope: quantity::parse(&p.slope, "slope", SLOPE)?,
-            })
-        })
-        .collect::<Result<Vec<_>, FocusFileError>>()?;
-    Ok((
-        FocusCalibration::new(pieces)?,
-        format!("{}: {}", file.name, file.source),
-    ))
+pub fn load(name: &str, folder: &Path) -> Result<(FocusCalibration, String), DataFileError> {
+    DataText::load("focus calibration", name, focus::ALL, folder)?.read(parse)
+}
+
+fn parse(text: &str) -> Result<(FocusCalibration, String), Problems> {
+    let file = settings::parse(text, |_: &GunFile| Vec::new())?;
+    let pieces = file.piece.iter().map(|p| FocusPiece {
+        range: [p.from.0, p.to.0],
+        intercept: p.intercept.0,
+        slope: p.slope.0,
+    });
+    let calibration = FocusCalibration::new(pieces.collect())
+        .map_err(|e| -> Problem { file.piece.problem(e.to_string()) })?;
+    Ok((calibration, format!("{}: {}", *file.name, *file.source)))
 }

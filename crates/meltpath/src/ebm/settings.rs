@@ -206,10 +206,12 @@ pub struct Settings {
 pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let mut problems = missing(job, folder);
-    let mut keep = |problem: Problem| problems.push(problem);
+    let mut keep = |found: Vec<Problem>| problems.extend(found);
     let material = material(job, folder, &mut r).map_err(&mut keep).ok();
-    let focus = focus_of(job, &mut r).map_err(&mut keep).ok();
-    let hatch = hatch(job, focus.as_ref(), &mut r).map_err(&mut keep).ok();
+    let focus = focus_of(job, folder, &mut r).map_err(&mut keep).ok();
+    let hatch = hatch(job, focus.as_ref(), &mut r)
+        .map_err(|problem| keep(vec![problem]))
+        .ok();
     let (Some(loaded), Some(focus), Some(hatch)) = (material, focus, hatch) else {
         return Err(problems.into());
     };
@@ -417,28 +419,30 @@ fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
 }
 
 /// The material.
-fn material(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Loaded, Problem> {
+fn material(job: &EbmJob, folder: &Path, r: &mut Provenance) -> Result<Loaded, Vec<Problem>> {
     let ebm = &job.ebm;
     let readings = Readings {
         porosity: *ebm.porosity,
         density: *ebm.density,
         ..Readings::default()
     };
-    let loaded =
-        load(&ebm.material, readings, folder).map_err(|e| ebm.material.problem(e.to_string()))?;
+    let loaded = load(&ebm.material, readings, folder).map_err(|e| e.at(&ebm.material))?;
     loaded.tell(r);
     Ok(loaded)
 }
 
 /// Spot against focus current.
-fn focus_of(job: &EbmJob, r: &mut Provenance) -> Result<FocusCalibration, Problem> {
+fn focus_of(
+    job: &EbmJob,
+    folder: &Path,
+    r: &mut Provenance,
+) -> Result<FocusCalibration, Vec<Problem>> {
     let ebm = &job.ebm;
     if let Some(d) = *ebm.diameter {
         r.parameters.remove(&ebm.focus.name);
         return Ok(FocusCalibration::constant(d.0));
     }
-    let found = focus::builtin(&ebm.focus);
-    let (focus, source) = found.map_err(|e| ebm.focus.problem(e.to_string()))?;
+    let (focus, source) = focus::load(&ebm.focus, folder).map_err(|e| e.at(&ebm.focus))?;
     r.model("focus calibration", &source);
     Ok(focus)
 }

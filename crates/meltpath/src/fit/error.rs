@@ -9,8 +9,8 @@ use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
 use super::measurements::MeasurementsError;
+use crate::data::DataFileError;
 use crate::job::JobError;
-use crate::material::MaterialFileError;
 
 /// Why nothing was fitted.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum FitCommandError {
     Measurements(#[from] MeasurementsError),
     /// The material.
     #[error(transparent)]
-    Material(#[from] MaterialFileError),
+    Material(#[from] DataFileError),
     /// A simulation.
     #[error(transparent)]
     Coupon(CouponError),

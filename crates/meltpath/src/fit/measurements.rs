@@ -280,9 +280,10 @@ pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
         what: what.to_owned(),
         message,
     };
+    let folder = path.parent().unwrap_or(Path::new(""));
     let focus = file.focus.as_deref().unwrap_or("a1-beraud-2016");
     let (calibration, calibrated) =
-        focus::builtin(focus).map_err(|e| wrong("focus", e.to_string()))?;
+        focus::load(focus, folder).map_err(|e| wrong("focus", e.to_string()))?;
     let mut all = struts(&file, &calibration, &wrong)?;
     all.extend(walls(&file, &calibration, &wrong)?);
     all.extend(blocks(&file, &calibration, &wrong)?);

@@ -70,7 +70,7 @@ table! {
         porosity: PorosityReading => default("physical", "erratum E1: the printed law is no porosity");
         /// Which of the thesis' density cells are used (erratum E2).
         density: DensityReading => default("corrected", "erratum E2: the printed cells are exchanged");
-        /// Focus calibration: a name in `data/focus`.
+        /// Focus calibration of the gun: a name in `data/focus`, or a TOML file of your own.
         focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
         /// Beam diameter whatever the focus, in place of a calibration.
         diameter: Length where positive => none("that of the focus calibration");

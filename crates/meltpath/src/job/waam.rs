@@ -48,13 +48,13 @@ table! {
 
     /// Wire, gas, source and bead.
     pub struct WaamTable {
-        /// Wire: a name in `data/wires`.
+        /// Wire: a name in `data/wires`, or a TOML file of your own.
         wire: String => required;
-        /// Shielding gas: a name in `data/gases`.
+        /// Shielding gas: a name in `data/gases`, or a TOML file of your own.
         gas: String => required;
         /// Transfer mode, such as `cmt`; wire, gas and mode together select the process map.
         mode: String => required;
-        /// A process map of your own (TOML) instead of the one that ships.
+        /// Process map: a name in `data/process-maps`, or a TOML file of your own.
         map: String => computed("the one that ships for wire, mode and gas");
         /// Deposited metal over fed metal.
         efficiency: Ratio where up_to(1.0) => computed("the process map's: 100 % with the seed map, 95 % otherwise");
@@ -162,7 +162,7 @@ table! {
 
     /// What is written besides the report.
     pub struct OutputTable {
-        /// Program dialects.
+        /// Dialects of the programs that a run writes into `program/`; `[]` for none.
         programs: Vec<Dialect> => default(["fanuc-ls"], "what the cell that ships reads");
     }
 }

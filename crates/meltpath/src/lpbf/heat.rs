@@ -10,7 +10,7 @@ mod surface;
 
 use std::path::Path;
 
-use meltpath_base::settings::Problem;
+use meltpath_base::settings::Problems;
 use meltpath_base::{Length, Observer, Provenance, Ratio};
 use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
@@ -81,17 +81,16 @@ pub enum HeatError {
 /// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm on layers of `layer` mm, whose check wants at least `share`.
 ///
 /// # Errors
-/// [`Problem`] with the place in the job.
+/// Everything wrong, with its place.
 pub fn resolve(
     table: &HeatTable,
     share: f64,
     [spot, layer]: [f64; 2],
     folder: &Path,
     provenance: &mut Provenance,
-) -> Result<HeatSettings, Problem> {
+) -> Result<HeatSettings, Problems> {
     let named = &table.material;
-    let loaded =
-        load(named, Readings::default(), folder).map_err(|e| named.problem(e.to_string()))?;
+    let loaded = load(named, Readings::default(), folder).map_err(|e| e.at(named))?;
     loaded.tell(provenance);
     let material = loaded.material;
     let own = table.absorptivity.map(|a| a.0).or(material.absorptivity).ok_or_else(|| {

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use meltpath_base::settings::{Many, Problem, Value};
+use meltpath_base::settings::{Many, Problem, Setting, Value};
 use meltpath_base::{
     Length, Observer, Origin, Provenance, Ratio, Reporter, Resolved, Speed, Time, Warning,
 };
-use meltpath_data::{File, find, names, scan_heads};
+use meltpath_data::scan_heads;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::files::{self, HeadData, Plate};
 use meltpath_scan_head::head::power::PowerLaw;
@@ -17,6 +17,7 @@ use super::file_layers::FileLayers;
 use super::heat::{self, HeatSettings};
 use super::section::Section;
 use super::work::{LayerSet, Source, Work};
+use crate::data::{DataFileError, DataText};
 use crate::job::lpbf::{
     ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
     PlateTable,
@@ -57,49 +58,17 @@ pub struct Settings {
     pub provenance: Provenance,
 }
 
-/// The text of a data file: one that ships, or the user's own.
-///
-/// # Errors
-/// What is wrong with the name or the file, in words.
-pub(crate) fn data_text(
-    what: &str,
-    wanted: &str,
-    shipped: &'static [File],
-    folder: &Path,
-) -> Result<String, String> {
-    if let Some(file) = find(shipped, wanted) {
-        return Ok(file.text.to_owned());
-    }
-    if crate::data::is_file(wanted) {
-        let path = folder.join(wanted);
-        return std::fs::read_to_string(&path)
-            .map_err(|e| format!("cannot read the {what} {}: {e}", path.display()));
-    }
-    Err(format!(
-        "there is no {what} \"{wanted}\"; known are {}; or name a TOML file of your own",
-        names(shipped)
-    ))
-}
-
 /// The recipes that a job names: everything wrong with any of them is told.
 fn recipes(job: &LpbfJob, folder: &Path) -> Result<Vec<Recipe>, Vec<Problem>> {
     let (mut recipes, mut problems) = (Vec::new(), Vec::new());
     for name in job.lpbf.recipes.iter() {
-        let unsound = |e: String| format!("\"{}\" is not sound: {e}", name.get_ref());
-        let recipe = data_text(
-            "recipe",
-            name.get_ref(),
-            meltpath_data::recipes::ALL,
-            folder,
-        )
-        .and_then(|text| {
-            let recipe = files::parse_recipe(&text).map_err(|e| unsound(e.to_string()))?;
-            recipe.check().map_err(|e| unsound(e.to_string()))?;
-            Ok(recipe)
-        });
+        let shipped = meltpath_data::recipes::ALL;
+        let recipe = DataText::load("recipe", name.get_ref(), shipped, folder)
+            .and_then(|text| text.read(files::parse_recipe));
         match recipe {
             Ok(recipe) => recipes.push(recipe),
-            Err(message) => problems.push(Problem::new(message).at(name.span())),
+            Err(DataFileError::Content(found)) => problems.extend(found.0),
+            Err(error) => problems.push(Problem::new(error.to_string()).at(name.span())),
         }
     }
     if problems.is_empty() {
@@ -107,6 +76,16 @@ fn recipes(job: &LpbfJob, folder: &Path) -> Result<Vec<Recipe>, Vec<Problem>> {
     } else {
         Err(problems)
     }
+}
+
+/// The head that a job or a tuning names.
+///
+/// # Errors
+/// What is wrong with the name, or everything wrong in the file.
+pub(crate) fn head_data(head: &Setting<String>, folder: &Path) -> Result<HeadData, Vec<Problem>> {
+    DataText::load("scan head", head, scan_heads::ALL, folder)
+        .and_then(|text| text.read(files::parse_head))
+        .map_err(|e| e.at(head))
 }
 
 /// Resolves a job written in `folder`.
@@ -120,15 +99,13 @@ pub fn resolve(
 ) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let head = &job.lpbf.head;
-    let data = data_text("scan head", head, scan_heads::ALL, folder).and_then(|text| {
-        files::parse_head(&text).map_err(|e| format!("\"{}\" is not sound: {e}", **head))
-    });
+    let data = head_data(head, folder);
     let (mut data, recipes) = match (data, recipes(job, folder)) {
         (Ok(data), Ok(recipes)) => (data, recipes),
         (data, recipes) => {
-            let head = data.err().map(|message| head.problem(message));
-            let recipes = recipes.err().unwrap_or_default();
-            return Err(head.into_iter().chain(recipes).collect::<Vec<_>>().into());
+            let mut problems = data.err().unwrap_or_default();
+            problems.extend(recipes.err().unwrap_or_default());
+            return Err(problems.into());
         }
     };
     let foreign = choose::apply(

@@ -6,7 +6,6 @@ use meltpath_base::settings::{Problem, Setting, Value};
 use meltpath_base::{Angle, Frequency, Origin, Provenance, Resolved, Time};
 use meltpath_control::export::{AntiWindup, Word};
 use meltpath_control::hinf::Template;
-use meltpath_data::scan_heads;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
@@ -20,8 +19,8 @@ use meltpath_scan_head::servo::synthesis::{Target, Targets};
 use super::file::{
     AxisName, Choice, ExportForm, RefineOn, RobustTable, TemplateTable, TuneFile, Windup, WordName,
 };
-use crate::job::Written;
-use crate::lpbf::settings::data_text;
+use crate::job::{Problems, Written};
+use crate::lpbf::settings::head_data;
 
 /// What is asked of one axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,8 +85,8 @@ pub struct Settings {
 /// Resolves a tuning file that lies in `folder`.
 ///
 /// # Errors
-/// [`Problem`] with the place in the file.
-pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Problem> {
+/// Everything wrong, with its place in the file.
+pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Problems> {
     let mut told = file.provenance.clone();
     told.model(
         "synthesis in frequency, weights, refinement, comparison",
@@ -98,11 +97,7 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
         "this program",
     );
     let head = &file.head;
-    let data = data_text("scan head", head, scan_heads::ALL, folder)
-        .and_then(|text| {
-            files::parse_head(&text).map_err(|e| format!("\"{}\" is not sound: {e}", **head))
-        })
-        .map_err(|message| head.problem(message))?;
+    let data = head_data(head, folder)?;
     let e = &file.export;
     let period = f64::from(*e.every) * data.head.period;
     let mut tasks = Vec::new();
@@ -201,7 +196,7 @@ fn task(
     folder: &Path,
     period: f64,
     told: &mut Provenance,
-) -> Result<AxisTask, Problem> {
+) -> Result<AxisTask, Problems> {
     let letter = name.letter();
     let (found, written, place) = match name {
         AxisName::X => (Some(&data.head.mirrors[0]), &file.motor.x, 0),
@@ -214,12 +209,12 @@ fn task(
             .problem(format!("the head \"{head}\" has no {letter} axis"))
     })?;
     if let Some(path) = &**written {
-        let shown = &**path;
-        let refused = |e: String| written.problem(format!("the motor {shown}: {e}"));
-        let text = std::fs::read_to_string(folder.join(shown))
-            .map_err(|e| refused(format!("it cannot be read: {e}")))?;
+        // a file whatever its name
+        let shown = folder.join(&**path).display().to_string();
+        let text = std::fs::read_to_string(&shown)
+            .map_err(|e| written.problem(format!("the motor {shown} cannot be read: {e}")))?;
         axis.motor = files::parse_motor(&text, &axis.motor)
-            .map_err(|e| refused(format!("it is not sound: {e}")))?;
+            .map_err(|problems| problems.of_file(&shown, &text))?;
     }
     let own = match &axis.controller {
         Controller::Cascade(gains) => Some(*gains),
@@ -264,11 +259,14 @@ fn task(
         hold: c.hold.0,
     };
     if signal.amplitude > axis.travel {
-        return Err(c.amplitude.problem(format!(
-            "compare.amplitude is {:.2} deg, the {letter} axis travels ±{:.2} deg",
-            signal.amplitude.to_degrees(),
-            axis.travel.to_degrees()
-        )));
+        return Err(c
+            .amplitude
+            .problem(format!(
+                "compare.amplitude is {:.2} deg, the {letter} axis travels ±{:.2} deg",
+                signal.amplitude.to_degrees(),
+                axis.travel.to_degrees()
+            ))
+            .into());
     }
     Ok(AxisTask {
         name,

@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use meltpath_base::quantity::Auto;
-use meltpath_base::settings::{Problem, Setting};
+use meltpath_base::quantity::{Auto, Quantity};
+use meltpath_base::settings::{Datum, Problem, Problems, Setting};
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
+use meltpath_data::process_maps;
 use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{Datum, Wire, nearest_pool, pools};
+use meltpath_deposition::consumable::{Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::feed_response::FeedResponse;
-use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
+use meltpath_deposition::process_map::{Bead, ProcessMap, ProcessMapError, Target};
 
-use crate::data::is_file;
+use crate::data::DataText;
 use crate::job::waam::{BeadTable, FeedResponseChoice, LayerHeights, SourceTable, WaamTable};
 
 /// m/min per mm/s.
@@ -25,13 +26,13 @@ const THINNEST: f64 = 0.1;
 const THICKEST: f64 = 3.0;
 
 /// A number of a data file with its source.
-pub(super) fn datum<T>(d: &Datum, unit: impl Fn(f64) -> T) -> Resolved<T> {
+pub(super) fn datum<Q: Quantity, T>(d: &Datum<Q>, unit: impl Fn(f64) -> T) -> Resolved<T> {
     let note = d
         .note
         .as_ref()
         .map_or_else(String::new, |n| format!(": {n}"));
     Resolved {
-        value: unit(d.value),
+        value: unit(d.number()),
         origin: Origin::Data(format!("{}, {}{note}", d.source, d.page)),
         sigma: d.uncertainty.map(unit),
     }
@@ -42,40 +43,46 @@ pub(super) fn process_map(
     waam: &WaamTable,
     folder: &Path,
     wire: &Wire,
+    gas: &Gas,
     reporter: &Reporter,
-) -> Result<ProcessMap, Problem> {
+) -> Result<ProcessMap, Vec<Problem>> {
     let Some(name) = &*waam.map else {
-        let id = format!("{}-{}-{}", wire.id, *waam.mode, *waam.gas);
+        let id = format!("{}-{}-{}", *wire.id, *waam.mode, *gas.id);
         return ProcessMap::builtin(&id).map_err(|e| {
-            waam.mode.problem(e.to_string()).help(
+            vec![waam.mode.problem(e.to_string()).help(
                 "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"",
-            )
+            )]
         });
     };
-    let at = |message: String| waam.map.problem(message);
-    let map = if is_file(name) {
-        let text = std::fs::read_to_string(folder.join(name))
-            .map_err(|e| at(format!("cannot read the process map {name}: {e}")))?;
-        ProcessMap::parse(name, &text, wire, reporter)
-    } else {
-        ProcessMap::builtin(name)
-    };
-    let map = map.map_err(|e| at(e.to_string()))?;
+    let text = DataText::load("process map", name, process_maps::ALL, folder)
+        .map_err(|e| e.at(&waam.map))?;
+    let map = text
+        .read(|text| {
+            ProcessMap::parse(name, text, wire, reporter).map_err(|e| match e {
+                ProcessMapError::Content(problems) => problems,
+                other => Problems::from(Problem::new(other.to_string())),
+            })
+        })
+        .map_err(|e| e.at(&waam.map))?;
+    let mut problems = Vec::new();
     for (what, of_map, of_job) in [
-        ("wire", &map.wire, &wire.id),
-        ("gas", &map.gas, &waam.gas.value),
+        ("wire", &map.wire, &wire.id.value),
+        ("gas", &map.gas, &gas.id.value),
         ("mode", &map.mode, &waam.mode.value),
     ] {
         if of_map != of_job {
-            return Err(at(format!(
-                "the process map is for {what} \"{of_map}\", the job for \"{of_job}\""
-            ))
-            .help(
+            let message =
+                format!("the process map is for {what} \"{of_map}\", the job for \"{of_job}\"");
+            problems.push(waam.map.problem(message).help(
                 "name a map measured with what the job uses, or use what the map was measured with",
             ));
         }
     }
-    Ok(map)
+    if problems.is_empty() {
+        Ok(map)
+    } else {
+        Err(problems)
+    }
 }
 
 /// What the source feeds at other contact tube distances: on where the process map knows, for wire, gas and mode.

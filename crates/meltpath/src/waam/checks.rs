@@ -169,7 +169,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
         .map
         .feed_factor
         .uncertainty
-        .map_or(0.0, |u| mass * u / settings.map.feed_factor.value);
+        .map_or(0.0, |u| mass * u / settings.map.feed_factor.0);
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
     let mut facts = vec![
@@ -188,7 +188,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
             &format!(
                 "{:.1} m of {}",
                 simulation.deposit.wire / 1000.0,
-                settings.wire.name
+                *settings.wire.name
             ),
         ),
         wire_feed(simulation, settings),
@@ -237,7 +237,7 @@ fn wire_feed(simulation: &Simulation, settings: &Settings) -> Fact {
 
 /// Mass of the wire used, kg.
 pub(crate) fn wire_mass(simulation: &Simulation, settings: &Settings) -> f64 {
-    simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.value
+    simulation.deposit.wire * settings.wire.section() * 1e-9 * settings.wire.density.0
 }
 
 /// Electric energy, from the energy per volume measured for the transfer mode.
@@ -247,7 +247,7 @@ fn energy(simulation: &Simulation, settings: &Settings) -> Fact {
     let Some(per_volume) = &settings.energy else {
         let words = format!(
             "cannot say: no energy per volume was measured on {} in mode {}",
-            settings.wire.name, settings.mode
+            *settings.wire.name, settings.mode
         );
         return Fact::words(ID, TITLE, &words);
     };

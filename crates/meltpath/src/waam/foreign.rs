@@ -71,7 +71,11 @@ pub fn simulate_program(
     if let Some(part) = &part {
         let metal = &simulation.deposit.map;
         let outcome = against_part(part, settings, metal, &growth, (&reporter, observer))?;
-        checks.extend(target_checks(&outcome, &settings.limits));
+        checks.extend(target_checks(
+            &outcome,
+            &settings.limits,
+            &settings.remedies,
+        ));
     } else {
         checks.push(Check::not_checked(
             "part",
@@ -79,7 +83,12 @@ pub fn simulate_program(
             "no job was given: name one with --job to judge the part",
         ));
     }
-    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    checks.extend(layer_checks(
+        &simulation.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
     checks.extend(tube::checks(&simulation, &growth, settings));
     let no_job = job.is_none().then(no_job);
     let doubts: Vec<Doubt> = no_job

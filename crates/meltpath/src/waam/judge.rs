@@ -1,5 +1,6 @@
 //! The verdict of a wire-arc build: predicted values against the job's limits, each with its uncertainty.
 
+use meltpath_base::quantity::Auto;
 use meltpath_base::{Check, Limit, Measure, Place};
 use meltpath_deposition::deposit::TubeDistance;
 use meltpath_deposition::feed_response::FeedResponse;
@@ -109,8 +110,45 @@ pub struct TargetOutcome {
     pub high: Comparison,
 }
 
+/// What to do about checks that fail, where it depends on what the job already says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Remedies {
+    /// Layers higher or lower than planned.
+    pub height: &'static str,
+    /// Too much metal.
+    pub excess: &'static str,
+}
+
+impl Remedies {
+    /// For a job's layer heights and stepover.
+    pub fn of<H, S>(heights: &Auto<H>, stepover: &Auto<S>) -> Self {
+        let excess = match (heights, stepover) {
+            (Auto::Auto, Auto::Auto) => "raise target.allowance, or allow more in checks.excess",
+            (Auto::Value(_), Auto::Auto) => {
+                "leave layers.height to \"auto\", or allow more in checks.excess"
+            }
+            (Auto::Auto, Auto::Value(_)) => {
+                "leave fill.stepover to \"auto\", or allow more in checks.excess"
+            }
+            (Auto::Value(_), Auto::Value(_)) => {
+                "leave layers.height and fill.stepover to \"auto\", or allow more in checks.excess"
+            }
+        };
+        match heights {
+            Auto::Auto => Remedies {
+                height: "correct the height at the machine every few layers, or measure beads for a process map of your own",
+                excess,
+            },
+            Auto::Value(_) => Remedies {
+                height: "leave layers.height to \"auto\", or correct the height at the machine every few layers",
+                excess,
+            },
+        }
+    }
+}
+
 /// Checks that compare the metal with the finished part.
-pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
+pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedies) -> Vec<Check> {
     let share = |v: f64| 100.0 * v / outcome.volume;
     let spread = |low: f64, high: f64| 0.5 * (low - high).abs();
     let (e, l, h) = (&outcome.expected, &outcome.low, &outcome.high);
@@ -140,9 +178,7 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
             ),
             e.excess_at,
         )
-        .remedy(
-            "leave layers.height and fill.stepover to \"auto\", or allow more in checks.excess",
-        ),
+        .remedy(remedies.excess),
     ];
     if let (Some((stock, at)), Some((low, _)), Some((high, _))) = (e.stock, l.stock, h.stock) {
         checks.push(
@@ -160,7 +196,12 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits) -> Vec<Check> {
 }
 
 /// Checks of layers: height, flatness, accumulations.
-pub fn layer_checks(layers: &[LayerOutcome], growth: &GrowthError, limits: &Limits) -> Vec<Check> {
+pub fn layer_checks(
+    layers: &[LayerOutcome],
+    growth: &GrowthError,
+    limits: &Limits,
+    remedies: &Remedies,
+) -> Vec<Check> {
     let mut checks = Vec::new();
     let worst = |value: &dyn Fn(&LayerOutcome) -> Option<f64>| {
         layers
@@ -177,9 +218,17 @@ pub fn layer_checks(layers: &[LayerOutcome], growth: &GrowthError, limits: &Limi
             "lower"
         };
         checks.push(
-            Check::judge("height", &format!("layer height (layer {} is {word} than planned)", layer.layer), Measure::new(error, sigma, "mm"), Limit::AtMost(limits.height_error))
-                .at(Place::layer(layer.layer))
-                .remedy("leave layers.height to \"auto\", or correct the height at the machine every few layers"),
+            Check::judge(
+                "height",
+                &format!(
+                    "layer height (layer {} is {word} than planned)",
+                    layer.layer
+                ),
+                Measure::new(error, sigma, "mm"),
+                Limit::AtMost(limits.height_error),
+            )
+            .at(Place::layer(layer.layer))
+            .remedy(remedies.height),
         );
     }
     if let Some((flatness, layer)) = worst(&|l| l.flatness) {
@@ -228,6 +277,10 @@ mod tests {
 
     use super::*;
 
+    const REMEDIES: Remedies = Remedies {
+        height: "height",
+        excess: "excess",
+    };
     const LIMITS: Limits = Limits {
         lack: 0.005,
         excess: 0.3,
@@ -276,7 +329,7 @@ mod tests {
                 ..LayerOutcome::default()
             })
             .collect();
-        let checks = layer_checks(&layers, &growth(0.05), &LIMITS);
+        let checks = layer_checks(&layers, &growth(0.05), &LIMITS, &REMEDIES);
         let height = checks.iter().find(|c| c.id == "height").unwrap();
         assert_eq!(height.status, Status::Fail);
         assert_eq!(height.place.as_ref().unwrap().layer, Some(25));
@@ -295,8 +348,25 @@ mod tests {
             low: with(30.0),
             high: with(0.0),
         };
-        let checks = target_checks(&outcome, &LIMITS);
+        let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
         assert_eq!(checks[0].status, Status::CannotSay);
         assert!((checks[0].value.as_ref().unwrap().sigma.unwrap() - 1.5).abs() < 1e-12);
+    }
+
+    /// Nobody is told to leave to "auto" what is "auto".
+    #[test]
+    fn remedies_differ_from_what_the_job_says() {
+        let says = |heights: &Auto<f64>, stepover: &Auto<f64>| {
+            let r = Remedies::of(heights, stepover);
+            [r.height, r.excess].map(|words| {
+                ["layers.height", "fill.stepover"]
+                    .map(|key| words.contains("auto") && words.contains(key))
+            })
+        };
+        let (auto, own) = (Auto::Auto, Auto::Value(1.0));
+        assert_eq!(says(&auto, &auto), [[false; 2]; 2]);
+        assert_eq!(says(&own, &auto), [[true, false]; 2]);
+        assert_eq!(says(&auto, &own), [[false; 2], [false, true]]);
+        assert_eq!(says(&own, &own), [[true, false], [true; 2]]);
     }
 }

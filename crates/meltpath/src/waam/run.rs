@@ -22,6 +22,7 @@ use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use super::tube;
 use crate::job::common::SubstrateTable;
+use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part};
@@ -152,8 +153,13 @@ pub fn run(
         &growth,
         (&reporter, observer),
     )?;
-    let mut checks = target_checks(&outcome, &settings.limits);
-    checks.extend(layer_checks(&simulation.layers, &growth, &settings.limits));
+    let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
+    checks.extend(layer_checks(
+        &simulation.layers,
+        &growth,
+        &settings.limits,
+        &settings.remedies,
+    ));
     checks.extend(tube::checks(&simulation, &growth, settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
@@ -169,7 +175,12 @@ pub fn run(
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
-    let names: Vec<String> = programs.files.iter().map(|f| f.name.clone()).collect();
+    let written: &[_] = if settings.programs.contains(&Dialect::FanucLs) {
+        &programs.files
+    } else {
+        &[]
+    };
+    let names: Vec<String> = written.iter().map(|f| f.name.clone()).collect();
     let shown = Shown {
         title: loaded.name.clone(),
         subtitle: subtitle(&part.name, settings),
@@ -186,7 +197,7 @@ pub fn run(
     views::waam::write_passes(&folder, &plan.toolpath)?;
     folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
-    for file in &programs.files {
+    for file in written {
         folder.write(&format!("program/{}", file.name), |w| {
             w.write_all(file.text.as_bytes())
         })?;
@@ -234,8 +245,8 @@ pub(super) struct Shown<'a> {
 pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
     format!(
         "{what} · wire {} · {} · {} · cell {}",
-        settings.wire.name,
-        settings.gas.name,
+        *settings.wire.name,
+        *settings.gas.name,
         settings.mode.to_uppercase(),
         settings.cell_name
     )

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
+use meltpath_base::{Angle, Length, Origin, Provenance, Pure, Ratio, Reporter, Resolved, Speed};
+use meltpath_data::{gases, wires};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
-use meltpath_deposition::consumable::{DataError, Gas, Wire};
+use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
 use meltpath_deposition::feed_response::MeasuredResponse;
@@ -18,12 +19,12 @@ use meltpath_planning::{
 };
 
 use super::bead::{check_heights, datum, feed_response, pool_of, process_map, solve_bead};
-use super::judge::{GrowthError, Limits};
+use super::judge::{GrowthError, Limits, Remedies};
 use super::target::Allowance;
-use crate::data::Cell;
+use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
-    Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing,
+    Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -80,6 +81,10 @@ pub struct Settings {
     pub allowance: Allowance,
     /// Limits of the verdict.
     pub limits: Limits,
+    /// What to do about checks that fail.
+    pub remedies: Remedies,
+    /// Dialects of the programs that a run writes.
+    pub programs: Vec<Dialect>,
     /// Cell of the height map, mm.
     pub cell_size: f64,
     /// Chord error of the mesh made of a B-rep, mm.
@@ -99,16 +104,13 @@ pub fn resolve(
 ) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let (waam, machine) = (&job.waam, &job.machine);
-    let cell = Cell::load(&machine.cell, folder).map_err(|e| machine.cell.problem(e.to_string()));
+    let cell = Cell::load(&machine.cell, folder).map_err(|e| e.at(&machine.cell));
     let ((wire, gas, map), cell) = match (process(job, folder, reporter), cell) {
         (Ok(process), Ok(cell)) => (process, cell),
         (process, cell) => {
-            let found = process.err().unwrap_or_default();
-            return Err(found
-                .into_iter()
-                .chain(cell.err())
-                .collect::<Vec<_>>()
-                .into());
+            let mut found = process.err().unwrap_or_default();
+            found.extend(cell.err().unwrap_or_default());
+            return Err(found.into());
         }
     };
     tell_process(waam, &wire, &map, &mut r);
@@ -178,6 +180,8 @@ pub fn resolve(
         plate_thickness: job.substrate.thickness.0,
         allowance,
         limits,
+        remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
+        programs: job.output.programs.value.clone(),
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
         provenance: r,
@@ -191,15 +195,23 @@ fn process(
     reporter: &Reporter,
 ) -> Result<(Wire, Gas, ProcessMap), Vec<Problem>> {
     let waam = &job.waam;
-    let wire = Wire::builtin(&waam.wire).map_err(|e| waam.wire.problem(e.to_string()));
-    let gas = Gas::builtin(&waam.gas).map_err(|e| waam.gas.problem(e.to_string()));
+    let wire = DataText::load("wire", &waam.wire, wires::ALL, folder)
+        .and_then(|text| text.read(Wire::parse))
+        .map_err(|e| e.at(&waam.wire));
+    let gas = DataText::load("gas", &waam.gas, gases::ALL, folder)
+        .and_then(|text| text.read(Gas::parse))
+        .map_err(|e| e.at(&waam.gas));
     let (wire, gas) = match (wire, gas) {
         (Ok(wire), Ok(gas)) => (wire, gas),
-        (wire, gas) => return Err(wire.err().into_iter().chain(gas.err()).collect()),
+        (wire, gas) => {
+            let mut problems = wire.err().unwrap_or_default();
+            problems.extend(gas.err().unwrap_or_default());
+            return Err(problems);
+        }
     };
-    let mut map = process_map(waam, folder, &wire, reporter).map_err(|e| vec![e])?;
+    let mut map = process_map(waam, folder, &wire, &gas, reporter)?;
     if let Some(efficiency) = *waam.efficiency {
-        map.efficiency.value = efficiency.0;
+        map.efficiency.value = Pure(efficiency.0);
         "the job".clone_into(&mut map.efficiency.source);
     }
     if let Some(factor) = *waam.source.feed_factor {
@@ -362,7 +374,7 @@ fn energy_of(
     wire: &Wire,
     mode: &str,
     gas: &Gas,
-) -> Result<Option<EnergyPerVolume>, DataError> {
+) -> Result<Option<EnergyPerVolume>, Problems> {
     let energy = energy_per_volume(&wire.id, mode, &gas.id)?;
     if let Some(energy) = &energy {
         let beads = match energy.basis {
@@ -428,6 +440,6 @@ impl Settings {
 
     /// Wire fed per programmed wire: the process map's feed factor.
     pub fn feed_factor(&self) -> f64 {
-        self.map.feed_factor.value
+        self.map.feed_factor.0
     }
 }

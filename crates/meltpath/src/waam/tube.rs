@@ -99,7 +99,7 @@ fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
         );
         return Some(Check::not_checked(ID, TITLE, &why));
     };
-    let (least, greatest) = (measured.least.value, measured.greatest.value);
+    let (least, greatest) = (measured.least.0, measured.greatest.0);
     let (nearer, farther) = (least - near.1.at.distance, far.1.at.distance - greatest);
     let (layer, found) = if nearer > farther { near } else { far };
     let outside = |d: f64| d < least || d > greatest;

@@ -14,5 +14,6 @@ mod health;
 mod identify;
 mod lpbf;
 mod reference;
+mod remedies;
 mod tune;
 mod walls;

@@ -2,22 +2,150 @@
 use std::path::Path;
 
 use meltpath::job::{self, ProcessKind, table_of};
-use meltpath::reference::{Subject, page, schema};
+use meltpath::reference::{Subject, data_page, page, schema};
 use meltpath::start;
-use meltpath_base::settings::{Fallback, Kind, Table};
+use meltpath_base::settings::{Fallback, Json, Kind, Table};
 
-/// `MELTPATH_BLESS=1` writes the page anew.
+/// `MELTPATH_BLESS=1` writes the pages anew.
 #[test]
 fn the_book_has_every_key() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/job.md");
-    if std::env::var_os("MELTPATH_BLESS").is_some() {
-        std::fs::write(&path, page()).unwrap();
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference");
+    for (name, made) in [("job.md", page()), ("data.md", data_page())] {
+        let path = book.join(name);
+        if std::env::var_os("MELTPATH_BLESS").is_some() {
+            std::fs::write(&path, &made).unwrap();
+        }
+        let found = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            found == made,
+            "write {name} anew: MELTPATH_BLESS=1 cargo test --release -p meltpath --test all reference::"
+        );
     }
-    let book = std::fs::read_to_string(&path).unwrap();
-    assert!(
-        book == page(),
-        "write it anew: MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::"
-    );
+}
+
+/// What of `value` a schema refuses: types, keys, words, patterns, bounds, as far as the schemas here use them.
+fn refused(value: &Json, schema: &Json, place: &str, found: &mut Vec<String>) {
+    let mut wrong = |what: &str| found.push(format!("{place}: {what}: {value}"));
+    if let Some(kind) = schema["type"].as_str() {
+        let is = match kind {
+            "object" => value.is_object(),
+            "array" => value.is_array(),
+            "string" => value.is_string(),
+            "integer" => value.is_u64(),
+            "number" => value.is_number() || value.is_null(),
+            other => panic!("unknown type {other}"),
+        };
+        if !is {
+            wrong(kind);
+            return;
+        }
+    }
+    if schema.get("const").is_some_and(|word| word != value) {
+        wrong("const");
+    }
+    if let Some(words) = schema["enum"].as_array()
+        && !words.contains(value)
+    {
+        wrong("enum");
+    }
+    if let (Some(pattern), Some(text)) = (schema["pattern"].as_str(), value.as_str()) {
+        let units = &pattern[pattern.rfind(r"\s*(").unwrap() + 4..pattern.rfind(')').unwrap()];
+        let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-.eE".contains(c));
+        if !units
+            .replace("\\.", ".")
+            .split('|')
+            .any(|u| u == unit.trim())
+        {
+            wrong("unit");
+        }
+    }
+    if let Some(number) = value.as_f64() {
+        let bound = |word: &str| schema[word].as_f64();
+        if bound("minimum").is_some_and(|b| number < b)
+            || bound("exclusiveMinimum").is_some_and(|b| number <= b)
+            || bound("maximum").is_some_and(|b| number > b)
+        {
+            wrong("bounds");
+        }
+    }
+    for (word, least) in [("oneOf", 1), ("anyOf", 1)] {
+        if let Some(each) = schema[word].as_array() {
+            let fits = each.iter().filter(|schema| {
+                let mut inner = Vec::new();
+                refused(value, schema, place, &mut inner);
+                inner.is_empty()
+            });
+            if fits.count() < least {
+                wrong(word);
+            }
+        }
+    }
+    if let (Some(items), Some(values)) = (schema.get("items"), value.as_array()) {
+        for value in values {
+            refused(value, items, place, found);
+        }
+    }
+    let Some(table) = value.as_object().filter(|_| schema["type"] == "object") else {
+        return;
+    };
+    for (key, value) in table {
+        let place = format!("{place}.{key}");
+        match (
+            schema["properties"].get(key),
+            &schema["additionalProperties"],
+        ) {
+            (Some(schema), _) => refused(value, schema, &place, found),
+            (None, Json::Bool(false)) => found.push(format!("{place}: unknown")),
+            (None, other) => refused(value, other, &place, found),
+        }
+    }
+    for key in schema["required"].as_array().into_iter().flatten() {
+        if !table.contains_key(key.as_str().unwrap()) {
+            found.push(format!("{place}.{key}: missing"));
+        }
+    }
+}
+
+/// Every data file that ships fits its schema; one with a key, a unit or a word of another kind does not.
+#[test]
+fn shipped_data_fit_their_schemas() {
+    use meltpath_data::{cells, focus, gases, materials, process_maps, recipes, scan_heads, wires};
+    let json = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
+    let said = |value: &Json, subject: Subject| {
+        let mut found = Vec::new();
+        refused(value, &schema(subject), "", &mut found);
+        found
+    };
+    for (subject, files) in [
+        (Subject::Wire, wires::ALL),
+        (Subject::Gas, gases::ALL),
+        (Subject::Map, process_maps::ALL),
+        (Subject::Cell, cells::ALL),
+        (Subject::Material, materials::ALL),
+        (Subject::Head, scan_heads::ALL),
+        (Subject::Recipe, recipes::ALL),
+        (Subject::Gun, focus::ALL),
+    ] {
+        for file in files {
+            let value = json(file.text);
+            let found = said(&value, subject);
+            assert!(found.is_empty(), "{}: {found:?}", file.name);
+            let mut other = value.clone();
+            other["colour"] = "red".into();
+            assert_eq!(said(&other, subject), [".colour: unknown"]);
+        }
+    }
+    let spoilt = |from: &str, to: &str, text: &str, subject: Subject| {
+        assert!(text.contains(from), "{from}");
+        said(&json(&text.replacen(from, to, 1)), subject)
+    };
+    let wire = wires::ALL[0].text;
+    assert!(spoilt("value = 1.0", "value = \"1,0\"", wire, Subject::Wire)[0].contains("number"));
+    assert!(spoilt("\"mm\"", "\"mn\"", wire, Subject::Wire)[0].contains("enum"));
+    let cell = cells::ALL[0].text;
+    assert!(spoilt("\"12 ms\"", "\"12 mm\"", cell, Subject::Cell)[0].contains("unit"));
+    let head = scan_heads::ALL[0].text;
+    assert!(spoilt("\"two-axis\"", "\"one-axis\"", head, Subject::Head)[0].contains("oneOf"));
 }
 
 fn keys(table: &Table, prefix: &str, found: &mut Vec<String>) {

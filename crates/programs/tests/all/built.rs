@@ -2,22 +2,19 @@
 
 use meltpath_base::{Length, Ratio, Reporter, Speed};
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program, SpeedUnit};
+use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program};
 use meltpath_programs::{
     BuildError, BuildSettings, Built, CellProgramming, Executed, ExecutedKind, ExecutedMotion,
-    ExecutedSpeed, ExecutionSettings, Pause, build, execution_order, fanuc_ls,
+    ExecutedSpeed, ExecutionSettings, PathSpeedUnit, Pause, build, execution_order, fanuc_ls,
 };
 use meltpath_toolpath::{Channel, Event, Layer, Move, PassHead, PassId, Profile, Role, Toolpath};
 use proptest::prelude::*;
 
-#[derive(serde::Deserialize)]
-struct Cell {
-    program: CellProgramming,
-}
-
 fn arcmate() -> CellProgramming {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
-    toml::from_str::<Cell>(text).unwrap().program
+    meltpath_base::settings::peek(text, &["program"])
+        .unwrap()
+        .unwrap()
 }
 
 fn settings(pause: Pause) -> BuildSettings {
@@ -109,11 +106,11 @@ fn golden_program() {
 #[test]
 fn golden_program_with_weld_words_and_sub_programs() {
     let mut cell = arcmate();
-    cell.arc.style = ArcStyle::Weld;
-    cell.speed_unit = SpeedUnit::MillimetrePerSecond;
-    cell.name_length = 8;
-    cell.lines_per_program = 50;
-    cell.points_per_program = 20;
+    cell.arc.style.value = ArcStyle::Weld;
+    cell.speed_unit.value = PathSpeedUnit::MillimetrePerSecond;
+    cell.name_length.value = 8;
+    cell.lines_per_program.value = 50;
+    cell.points_per_program.value = 20;
     let layers = (0..5).map(|i| {
         let z = f64::from(i) * 1.6;
         let mut layer = Layer::new(i + 1, 0.0);
@@ -247,7 +244,7 @@ fn unsound_passes_are_refused_by_number() {
     assert!(refused(other_profile).to_string().contains("profile"));
     assert_eq!(refused(|t| t.layers.clear()), BuildError::Empty);
     let mut cell = arcmate();
-    cell.arc.schedules = 1;
+    cell.arc.schedules.value = 1;
     let reporter = Reporter::new();
     assert_eq!(
         build(&small(), &cell, &settings(Pause::None), &reporter),
@@ -335,8 +332,8 @@ proptest! {
     fn the_arc_is_never_on_in_a_travel_and_off_at_the_end(toolpath in random_toolpath(), small_programs in any::<bool>()) {
         let mut cell = arcmate();
         if small_programs {
-            cell.lines_per_program = 50;
-            cell.points_per_program = 20;
+            cell.lines_per_program.value = 50;
+            cell.points_per_program.value = 20;
         }
         let built = build(&toolpath, &cell, &settings(Pause::None), &Reporter::new()).unwrap();
         let moves = executed(&built);
@@ -369,8 +366,8 @@ proptest! {
     #[test]
     fn what_is_written_is_read(toolpath in random_toolpath(), clearance in 1.0..50.0, speed in 1.0..200.0) {
         let mut cell = arcmate();
-        cell.clearance = Length(clearance);
-        cell.travel_speed = Speed(speed);
+        cell.clearance.value = Length(clearance);
+        cell.travel_speed.value = Speed(speed);
         let built = build(&toolpath, &cell, &settings(Pause::Wait(1.25)), &Reporter::new()).unwrap();
         for (program, read) in built.programs.iter().zip(through_text(&built)) {
             prop_assert_eq!(&read.attributes, &program.attributes);

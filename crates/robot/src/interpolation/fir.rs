@@ -23,6 +23,8 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{MotionBlock, MotionSink, Times};
 
 use crate::command::{Command, Kind, Smoothing, Source};
+use meltpath_base::settings::Problems;
+
 use crate::controller::{Controller, ControllerError};
 use crate::interpolation::corner;
 use crate::interpolation::history::History;
@@ -77,7 +79,10 @@ pub fn simulate(
     observer: &dyn Observer,
     sink: &mut dyn MotionSink,
 ) -> Result<Summary, MotionError> {
-    controller.check()?;
+    let problems = controller.check();
+    if !problems.is_empty() {
+        return Err(ControllerError::Data(Problems(problems)).into());
+    }
     check(start, commands)?;
     let dwells = corner::dwells(start.position, start.orientation, commands, controller);
     let turns = commands

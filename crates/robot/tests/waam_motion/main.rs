@@ -11,14 +11,11 @@ use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_robot::{Command, Controller, Kind, MotionError, Smoothing, Summary, simulate};
 use meltpath_toolpath::MotionBlock;
 
-#[derive(serde::Deserialize)]
-struct Cell {
-    motion: Controller,
-}
-
 fn arcmate() -> Controller {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
-    toml::from_str::<Cell>(text).unwrap().motion
+    meltpath_base::settings::peek(text, &["motion"])
+        .unwrap()
+        .unwrap()
 }
 
 const T1: f64 = 0.132;

@@ -8,173 +8,239 @@ use crate::axis::friction::Friction;
 use crate::axis::galvanometer::Galvanometer;
 use crate::axis::prefilter::{Kernel, PreFilter};
 use crate::files::figure::{
-    ANGLE, ANGULAR_SPEED, BACK_EMF, CURRENT, CURRENT_GAIN, Figure, HeadFileError, INDUCTANCE,
-    INERTIA, NONE, RATE, RESISTANCE, Reading, SPEED_GAIN, STIFFNESS, TIME, TORQUE, TORQUE_CONSTANT,
-    VISCOUS, VOLTAGE, read,
+    BackEmf, CurrentGain, Inductance, Inertia, Rate, Resistance, SpeedGain, Stiffness, Torque,
+    TorqueConstant, Viscous,
 };
 use crate::files::motor::{ModeTable, mode};
-use serde::Deserialize;
+use meltpath_base::settings::{Json, Kind, Node, Place, Problem, Reader, Setting, Sourced, Value};
+use meltpath_base::{Angle, AngularSpeed, Current, Pure, Time, Voltage, choice, table};
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct AxisTable {
-    resistance: Figure,
-    inductance: Figure,
-    torque_constant: Figure,
-    back_emf: Figure,
-    inertia: Figure,
-    viscous: Figure,
-    coulomb: Figure,
-    bias: Figure,
-    friction: Option<FrictionTable>,
-    #[serde(default)]
-    mode: Vec<ModeTable>,
-    current_gain: Figure,
-    current_integral_time: Figure,
-    speed_gain: Figure,
-    speed_integral_time: Figure,
-    position_gain: Figure,
-    position_derivative_time: Figure,
-    feed_forward_speed: Figure,
-    feed_forward_current: Figure,
-    feed_forward_filter: Figure,
-    speed_filter: Option<Figure>,
-    supply: Figure,
-    peak_current: Figure,
-    travel: Figure,
-    speed_limit: Figure,
-    first_filter: Figure,
-    second_filter: Figure,
-    encoder_resolution: Figure,
-    encoder_noise: Figure,
-    loop_delay: Figure,
-    tuning: Option<TuningTable>,
+table! {
+    /// An axis: motor, drive, gains of its cascade, pre-filter.
+    pub struct AxisTable {
+        /// Resistance of the coil.
+        resistance: Sourced<Resistance> where positive => required;
+        /// Inductance of the coil.
+        inductance: Sourced<Inductance> where positive => required;
+        /// Torque per current.
+        torque_constant: Sourced<TorqueConstant> where positive => required;
+        /// Voltage per speed.
+        back_emf: Sourced<BackEmf> where not_negative => required;
+        /// Inertia of rotor and mirror.
+        inertia: Sourced<Inertia> where positive => required;
+        /// Viscous friction.
+        viscous: Sourced<Viscous> where not_negative => required;
+        /// Coulomb friction.
+        coulomb: Sourced<Torque> where not_negative => required;
+        /// T_P of eq. 2.22 (Rasoanarivo 2020); zero with another law in `friction`.
+        bias: Sourced<Torque> => required;
+        /// Friction beyond the printed law of `coulomb` and `bias`.
+        friction: FrictionTable => none("the printed law");
+        /// Modes of the flexible shaft.
+        mode: Vec<ModeTable> => default([], "a rigid shaft");
+        /// Gain of the current loop.
+        current_gain: Sourced<CurrentGain> => required;
+        /// Integral time of the current loop.
+        current_integral_time: Sourced<Time> where positive => required;
+        /// Gain of the speed loop.
+        speed_gain: Sourced<SpeedGain> => required;
+        /// Integral time of the speed loop.
+        speed_integral_time: Sourced<Time> where positive => required;
+        /// Gain of the position loop.
+        position_gain: Sourced<Rate> => required;
+        /// Derivative time of the position loop.
+        position_derivative_time: Sourced<Time> where not_negative => required;
+        /// Share of the set speed that is fed forward.
+        feed_forward_speed: Sourced<Pure> => required;
+        /// Share of the set current that is fed forward.
+        feed_forward_current: Sourced<Pure> => required;
+        /// Filter of what is fed forward.
+        feed_forward_filter: Sourced<Time> where not_negative => required;
+        /// Filter of the derivative that gives the speed.
+        speed_filter: Sourced<Time> where positive => none("the speed is the rotor's");
+        /// Greatest voltage of the drive.
+        supply: Sourced<Voltage> where positive => required;
+        /// Greatest current of the drive.
+        peak_current: Sourced<Current> where positive => required;
+        /// Greatest angle to either side.
+        travel: Sourced<Angle> where positive => required;
+        /// Greatest speed of set-points.
+        speed_limit: Sourced<AngularSpeed> where positive => required;
+        /// Duration of the pre-filter's first average.
+        first_filter: Sourced<Time> where not_negative => required;
+        /// Duration of the pre-filter's second average.
+        second_filter: Sourced<Time> where not_negative => required;
+        /// Step of the encoder; zero for none.
+        encoder_resolution: Sourced<Angle> where not_negative => required;
+        /// Standard deviation of the encoder's noise.
+        encoder_noise: Sourced<Angle> where not_negative => required;
+        /// Delay of the loop.
+        loop_delay: Sourced<Time> where not_negative => required;
+        /// Times of the first maximum of each loop's step response, for `meltpath tune`.
+        tuning: TuningTable => none("those of the tuning file");
+    }
+
+    /// T_P as stiction: at rest up to T_C + T_P.
+    pub struct KarnoppTable {
+        /// The law.
+        kind: FrictionKind => required;
+        /// Stiction.
+        stiction: Sourced<Torque> where not_negative => required;
+        /// Speed below which the rotor rests.
+        rest: Sourced<AngularSpeed> where positive => required;
+    }
+
+    /// Bristles.
+    pub struct LugreTable {
+        /// The law.
+        kind: FrictionKind => required;
+        /// Stiction.
+        stiction: Sourced<Torque> where not_negative => required;
+        /// Stribeck speed.
+        stribeck: Sourced<AngularSpeed> where positive => required;
+        /// Stiffness of the bristles.
+        stiffness: Sourced<Stiffness> where positive => required;
+        /// Damping of the bristles.
+        damping: Sourced<Viscous> where not_negative => required;
+    }
+
+    /// Times of the first maximum of each loop's step response.
+    pub struct TuningTable {
+        /// Of the current loop.
+        current: Sourced<Time> where positive => required;
+        /// Of the speed loop.
+        speed: Sourced<Time> where positive => required;
+        /// Of the position loop.
+        position: Sourced<Time> where positive => required;
+    }
+}
+
+choice! {
+    /// Laws of friction beyond the printed one.
+    pub enum FrictionKind {
+        /// Karnopp's.
+        Karnopp = "karnopp",
+        /// LuGre's.
+        Lugre = "lugre",
+    }
 }
 
 /// Friction beyond the printed law of `coulomb` and `bias`, which is zero then.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "kind")]
-enum FrictionTable {
-    /// T_P as stiction: at rest up to T_C + T_P.
-    Karnopp { stiction: Figure, rest: Figure },
-    /// Bristles.
-    Lugre {
-        stiction: Figure,
-        stribeck: Figure,
-        stiffness: Figure,
-        damping: Figure,
-    },
+#[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "read once and taken apart")]
+pub enum FrictionTable {
+    /// Karnopp's law.
+    Karnopp(KarnoppTable),
+    /// LuGre's law.
+    Lugre(LugreTable),
 }
 
-/// Times of the first maximum of each loop's step response.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TuningTable {
-    current: Figure,
-    speed: Figure,
-    position: Figure,
-}
-
-pub(super) fn tuning(name: &str, axis: &AxisTable) -> Result<Option<[f64; 3]>, HeadFileError> {
-    let Some(t) = &axis.tuning else {
-        return Ok(None);
+impl Value for FrictionTable {
+    const KIND: Kind = Kind::OneOf {
+        by: "kind",
+        tables: &[("karnopp", KarnoppTable::KIND), ("lugre", LugreTable::KIND)],
     };
-    let r = Reading { table: name };
-    Ok(Some([
-        read!(r, t, current, TIME),
-        read!(r, t, speed, TIME),
-        read!(r, t, position, TIME),
-    ]))
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        match reader.chosen(node, place, "kind")? {
+            FrictionKind::Karnopp => KarnoppTable::read(node, place, reader).map(Self::Karnopp),
+            FrictionKind::Lugre => LugreTable::read(node, place, reader).map(Self::Lugre),
+        }
+    }
+
+    fn json(&self) -> Json {
+        Json::Null
+    }
 }
 
-fn friction(r: &Reading, t: &AxisTable) -> Result<Friction, HeadFileError> {
-    let coulomb = read!(r, t, coulomb, TORQUE);
-    let bias = read!(r, t, bias, TORQUE);
-    if t.friction.is_some() && bias != 0.0 {
-        return Err(HeadFileError::Form(format!(
-            "{}.bias is of the Coulomb law alone: write 0 N·m there, or leave out [{}.friction]",
-            r.table, r.table
-        )));
-    }
-    Ok(match &t.friction {
+/// Times of current, speed and position, s.
+pub(super) fn tuning(axis: &AxisTable) -> Option<[f64; 3]> {
+    let t = axis.tuning.as_ref()?;
+    Some([t.current.0, t.speed.0, t.position.0])
+}
+
+/// The bias is of the printed law alone.
+pub(super) fn check(axis: &Setting<AxisTable>) -> Option<Problem> {
+    let both = axis.friction.is_some() && axis.bias.0 != 0.0;
+    let problem = || {
+        let message = format!("{} is of the Coulomb law alone", axis.bias.name);
+        let name = &axis.friction.name;
+        axis.bias
+            .problem(message)
+            .help(format!("write 0 N·m there, or leave out [{name}]"))
+    };
+    both.then(problem)
+}
+
+fn friction(t: &AxisTable) -> Friction {
+    let (coulomb, bias) = (t.coulomb.0, t.bias.0);
+    match &*t.friction {
         None => Friction::Coulomb { coulomb, bias },
-        Some(FrictionTable::Karnopp { stiction, rest }) => Friction::Karnopp {
+        Some(FrictionTable::Karnopp(f)) => Friction::Karnopp {
             coulomb,
-            stiction: r.get("friction.stiction", stiction, TORQUE)?,
-            rest: r.get("friction.rest", rest, ANGULAR_SPEED)?,
+            stiction: f.stiction.0,
+            rest: f.rest.0,
         },
-        Some(FrictionTable::Lugre {
-            stiction,
-            stribeck,
-            stiffness,
-            damping,
-        }) => Friction::LuGre {
+        Some(FrictionTable::Lugre(f)) => Friction::LuGre {
             coulomb,
-            stiction: r.get("friction.stiction", stiction, TORQUE)?,
-            stribeck: r.get("friction.stribeck", stribeck, ANGULAR_SPEED)?,
-            stiffness: r.get("friction.stiffness", stiffness, STIFFNESS)?,
-            damping: r.get("friction.damping", damping, VISCOUS)?,
+            stiction: f.stiction.0,
+            stribeck: f.stribeck.0,
+            stiffness: f.stiffness.0,
+            damping: f.damping.0,
         },
-    })
+    }
 }
 
-pub(super) fn read_axis(name: &str, t: &AxisTable) -> Result<Axis, HeadFileError> {
-    let r = Reading { table: name };
-    let kc = read!(r, t, torque_constant, TORQUE_CONSTANT);
-    let inertia = read!(r, t, inertia, INERTIA);
-    let mut modes = Vec::with_capacity(t.mode.len());
-    for m in &t.mode {
-        modes.push(mode(&r, m, kc / inertia)?);
-    }
-    let speed = match &t.speed_filter {
+pub(super) fn read_axis(t: &AxisTable) -> Axis {
+    let kc = t.torque_constant.0;
+    let inertia = t.inertia.0;
+    let speed = match &*t.speed_filter {
         None => SpeedSource::Rotor,
-        Some(filter) => SpeedSource::Derivative {
-            filter: r.get("speed_filter", filter, TIME)?,
-        },
+        Some(filter) => SpeedSource::Derivative { filter: filter.0 },
     };
-    Ok(Axis {
+    Axis {
         motor: Galvanometer {
-            resistance: read!(r, t, resistance, RESISTANCE),
-            inductance: read!(r, t, inductance, INDUCTANCE),
+            resistance: t.resistance.0,
+            inductance: t.inductance.0,
             torque_constant: kc,
-            back_emf: read!(r, t, back_emf, BACK_EMF),
+            back_emf: t.back_emf.0,
             inertia,
-            viscous: read!(r, t, viscous, VISCOUS),
-            modes,
-            friction: friction(&r, t)?,
+            viscous: t.viscous.0,
+            modes: t.mode.iter().map(|m| mode(m, kc / inertia)).collect(),
+            friction: friction(t),
         },
         controller: Controller::Cascade(CascadeGains {
             current: CurrentGains {
-                gain: read!(r, t, current_gain, CURRENT_GAIN),
-                integral_time: read!(r, t, current_integral_time, TIME),
+                gain: t.current_gain.0,
+                integral_time: t.current_integral_time.0,
             },
-            speed_gain: read!(r, t, speed_gain, SPEED_GAIN),
-            speed_integral_time: read!(r, t, speed_integral_time, TIME),
-            position_gain: read!(r, t, position_gain, RATE),
-            position_derivative_time: read!(r, t, position_derivative_time, TIME),
+            speed_gain: t.speed_gain.0,
+            speed_integral_time: t.speed_integral_time.0,
+            position_gain: t.position_gain.0,
+            position_derivative_time: t.position_derivative_time.0,
             feed_forward: FeedForward {
-                speed: read!(r, t, feed_forward_speed, NONE),
-                current: read!(r, t, feed_forward_current, NONE),
-                filter: read!(r, t, feed_forward_filter, TIME),
+                speed: t.feed_forward_speed.0,
+                current: t.feed_forward_current.0,
+                filter: t.feed_forward_filter.0,
                 inertia_over_torque: inertia / kc,
             },
             unit: AngleUnit::Degree,
         }),
         speed,
         limits: Limits {
-            voltage: read!(r, t, supply, VOLTAGE),
-            current: read!(r, t, peak_current, CURRENT),
+            voltage: t.supply.0,
+            current: t.peak_current.0,
         },
         prefilter: Some(PreFilter {
-            speed_limit: read!(r, t, speed_limit, ANGULAR_SPEED),
-            first: read!(r, t, first_filter, TIME),
-            second: Kernel::Box(read!(r, t, second_filter, TIME)),
+            speed_limit: t.speed_limit.0,
+            first: t.first_filter.0,
+            second: Kernel::Box(t.second_filter.0),
         }),
         encoder: Encoder {
-            resolution: read!(r, t, encoder_resolution, ANGLE),
-            noise: read!(r, t, encoder_noise, ANGLE),
+            resolution: t.encoder_resolution.0,
+            noise: t.encoder_noise.0,
         },
-        delay: read!(r, t, loop_delay, TIME),
-        travel: read!(r, t, travel, ANGLE),
-    })
+        delay: t.loop_delay.0,
+        travel: t.travel.0,
+    }
 }

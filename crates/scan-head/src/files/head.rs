@@ -1,95 +1,181 @@
 //! A head's file.
 
-use crate::files::axis::{AxisTable, read_axis, tuning};
-use crate::files::figure::{ANGLE, Figure, HERTZ, HeadFileError, LENGTH, NONE, Reading, read};
+use crate::files::axis::{AxisTable, check, read_axis, tuning};
+use crate::files::figure::Hertz;
 use crate::head::scan_head::ScanHead;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::{FocusProjection, Lenses};
 use crate::optics::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
-use serde::Deserialize;
+use meltpath_base::settings::{
+    self, Json, Kind, Node, Place, Problem, Problems, Reader, Sourced, Value,
+};
+use meltpath_base::{Angle, Length, Pure, choice, table};
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HeadFile {
-    head: HeadTable,
-    geometry: GeometryTable,
-    focus: Option<FocusTable>,
-    beam: BeamTable,
-    plate: PlateTable,
-    x: AxisTable,
-    y: AxisTable,
-    z: Option<AxisTable>,
+table! {
+    /// A scan head: its mirrors, its optics, its axes, and the plate on which recipes are compared.
+    pub struct HeadFile {
+        /// The head.
+        head: HeadTable => required;
+        /// Where the mirrors stand.
+        geometry: GeometryTable => required;
+        /// The lenses of a dynamic focus, with the axis `z`.
+        focus: FocusTable => none("no dynamic focus");
+        /// The beam.
+        beam: BeamTable => required;
+        /// The plate of squares on which recipes are compared.
+        plate: PlateTable => required;
+        /// The axis of the X mirror.
+        x: AxisTable => required;
+        /// The axis of the Y mirror.
+        y: AxisTable => required;
+        /// The axis of the dynamic focus.
+        z: AxisTable => none("no dynamic focus");
+    }
+
+    /// The head as a whole.
+    pub struct HeadTable {
+        /// Name in words.
+        name: String => required;
+        /// How often set-points are given.
+        sampling: Sourced<Hertz> where positive => required;
+        /// Side of the field.
+        field: Sourced<Length> where positive => required;
+        /// Points of the correction table along a side.
+        table_points: usize where within(2.0, 4097.0) => none("no correction table: the exact relation");
+    }
+
+    /// Two mirrors with perpendicular axes, the beam on both axes.
+    pub struct TwoAxisTable {
+        /// Which geometry.
+        kind: GeometryKind => required;
+        /// From the Y mirror's axis to the work plane.
+        plane_distance: Sourced<Length> where positive => required;
+        /// Between the mirrors.
+        mirror_distance: Sourced<Length> where not_negative => required;
+    }
+
+    /// Two mirrors whose axes lie off their surfaces, and two windows; the beam comes along +x at y = z = 0.
+    pub struct ThreeAxisTable {
+        /// Which geometry.
+        kind: GeometryKind => required;
+        /// Origin of the work plane, x.
+        plane_x: Sourced<Length> => required;
+        /// Origin of the work plane, y.
+        plane_y: Sourced<Length> => required;
+        /// Origin of the work plane, z: negative.
+        plane_z: Sourced<Length> => required;
+        /// Axis of the X mirror, x.
+        x_axis_x: Sourced<Length> => required;
+        /// Axis of the X mirror, y.
+        x_axis_y: Sourced<Length> => required;
+        /// Angle of the X mirror at rest.
+        x_rest: Sourced<Angle> => required;
+        /// Tilt of the X mirror's axis.
+        x_tilt: Sourced<Angle> => required;
+        /// Axis of the Y mirror, y.
+        y_axis_y: Sourced<Length> => required;
+        /// Axis of the Y mirror, z.
+        y_axis_z: Sourced<Length> => required;
+        /// Angle of the Y mirror at rest.
+        y_rest: Sourced<Angle> => required;
+        /// From a mirror's axis to its surface.
+        mirror_offset: Sourced<Length> => required;
+        /// Thickness of a window.
+        window: Sourced<Length> where not_negative => required;
+        /// Refractive index of the atmosphere.
+        atmosphere_index: Sourced<Pure> where positive => required;
+        /// Refractive index of the windows.
+        window_index: Sourced<Pure> where positive => required;
+        /// Where the objective stands along the beam.
+        objective: Sourced<Length> => required;
+        /// The sign of K1 tan 2θx in eq. 2.39.
+        path_sign: PathSign => default("traced", "as ray tracing shows");
+    }
+
+    /// The lens pair of a dynamic focus and its cam.
+    pub struct FocusTable {
+        /// Image focal length of the fixed objective.
+        objective: Sourced<Length> where positive => required;
+        /// Image focal length of the moving lens: negative.
+        moving: Sourced<Length> => required;
+        /// Radius of the cam.
+        cam_radius: Sourced<Length> where positive => required;
+        /// How a distance along the ray becomes a height.
+        projection: FocusProjection => default("exact", "by the ray's vertical component");
+    }
+
+    /// The beam.
+    pub struct BeamTable {
+        /// Radius of the waist.
+        waist: Sourced<Length> where positive => required;
+        /// Wavelength.
+        wavelength: Sourced<Length> where positive => required;
+        /// Beam quality M².
+        quality: Sourced<Pure> where positive => required;
+    }
+
+    /// The plate of squares on which recipes are compared.
+    pub struct PlateTable {
+        /// Squares in a row.
+        columns: Sourced<Pure> where within(1.0, 1e4) => required;
+        /// Rows.
+        rows: Sourced<Pure> where within(1.0, 1e4) => required;
+        /// From square to square along a row.
+        column_pitch: Sourced<Length> where positive => required;
+        /// From row to row.
+        row_pitch: Sourced<Length> where positive => required;
+        /// Side of a square.
+        side: Sourced<Length> where positive => required;
+        /// From the outer to the inner contour.
+        contour_distance: Sourced<Length> where not_negative => required;
+        /// From hatch line to hatch line.
+        hatch: Sourced<Length> where positive => required;
+        /// From the outer contour to the ends of the hatch lines.
+        inset: Sourced<Length> where not_negative => required;
+    }
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HeadTable {
-    name: String,
-    sampling: Figure,
-    field: Figure,
-    table_points: Option<usize>,
+choice! {
+    /// Arrangements of the mirrors.
+    pub enum GeometryKind {
+        /// Two mirrors, the beam on both axes.
+        TwoAxis = "two-axis",
+        /// Mirrors off their axes, and windows: with a dynamic focus.
+        ThreeAxis = "three-axis",
+    }
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", tag = "kind")]
+/// Where the mirrors stand.
+#[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "read once and taken apart")]
-enum GeometryTable {
-    TwoAxis {
-        plane_distance: Figure,
-        mirror_distance: Figure,
-    },
-    ThreeAxis {
-        plane_x: Figure,
-        plane_y: Figure,
-        plane_z: Figure,
-        x_axis_x: Figure,
-        x_axis_y: Figure,
-        x_rest: Figure,
-        x_tilt: Figure,
-        y_axis_y: Figure,
-        y_axis_z: Figure,
-        y_rest: Figure,
-        mirror_offset: Figure,
-        window: Figure,
-        atmosphere_index: Figure,
-        window_index: Figure,
-        objective: Figure,
-        /// `traced` (default) or `printed`: the sign of K1 tan 2θx in eq. 2.39.
-        #[serde(default)]
-        path_sign: PathSign,
-    },
+pub enum GeometryTable {
+    /// Two mirrors.
+    TwoAxis(TwoAxisTable),
+    /// With windows.
+    ThreeAxis(ThreeAxisTable),
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FocusTable {
-    objective: Figure,
-    moving: Figure,
-    cam_radius: Figure,
-    /// `exact` (default) or `thesis`: eq. 2.49.
-    #[serde(default)]
-    projection: FocusProjection,
-}
+impl Value for GeometryTable {
+    const KIND: Kind = Kind::OneOf {
+        by: "kind",
+        tables: &[
+            ("two-axis", TwoAxisTable::KIND),
+            ("three-axis", ThreeAxisTable::KIND),
+        ],
+    };
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BeamTable {
-    waist: Figure,
-    wavelength: Figure,
-    quality: Figure,
-}
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        match reader.chosen(node, place, "kind")? {
+            GeometryKind::TwoAxis => TwoAxisTable::read(node, place, reader).map(Self::TwoAxis),
+            GeometryKind::ThreeAxis => {
+                ThreeAxisTable::read(node, place, reader).map(Self::ThreeAxis)
+            }
+        }
+    }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PlateTable {
-    columns: Figure,
-    rows: Figure,
-    column_pitch: Figure,
-    row_pitch: Figure,
-    side: Figure,
-    contour_distance: Figure,
-    hatch: Figure,
-    inset: Figure,
+    fn json(&self) -> Json {
+        Json::Null
+    }
 }
 
 /// The plate of squares on which recipes are compared, as a head's file states it.
@@ -125,122 +211,99 @@ pub struct HeadData {
     pub tuning: [Option<[f64; 3]>; 3],
 }
 
+/// What is wrong between the keys of a head's file.
+fn between_keys(file: &HeadFile) -> Vec<Problem> {
+    let missing = match (&*file.focus, &*file.z) {
+        (Some(_), None) => Some((&file.focus.span, "z")),
+        (None, Some(_)) => Some((&file.z.span, "focus")),
+        _ => None,
+    };
+    let focus = missing.map(|(span, table)| {
+        let problem = Problem::new("a dynamic focus needs both tables [focus] and [z]");
+        problem.help(format!("add [{table}]")).at(span.clone())
+    });
+    [&file.x, &file.y]
+        .into_iter()
+        .filter_map(check)
+        .chain(focus)
+        .collect()
+}
+
 /// Reads a head's TOML text.
 ///
 /// # Errors
-/// [`HeadFileError`] with the place in the file.
-pub fn parse_head(text: &str) -> Result<HeadData, HeadFileError> {
-    let file: HeadFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
-    let head = Reading { table: "head" };
-    let b = Reading { table: "beam" };
-    let focus = match (&file.focus, &file.z) {
-        (Some(lenses), Some(axis)) => {
-            let f = Reading { table: "focus" };
+/// Everything wrong, with its place in the file.
+pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
+    let file = settings::parse(text, between_keys)?;
+    let focus = file
+        .focus
+        .as_ref()
+        .zip(file.z.as_ref())
+        .map(|(lenses, axis)| {
             let lenses = Lenses {
-                objective: read!(f, lenses, objective, LENGTH),
-                moving: read!(f, lenses, moving, LENGTH),
-                cam_radius: read!(f, lenses, cam_radius, LENGTH),
+                objective: lenses.objective.0,
+                moving: lenses.moving.0,
+                cam_radius: lenses.cam_radius.0,
                 rest_angle: 0.0,
-                projection: lenses.projection,
+                projection: *lenses.projection,
             };
-            Some((read_axis("z", axis)?, lenses))
-        }
-        (None, None) => None,
-        _ => {
-            return Err(HeadFileError::Form(
-                "a dynamic focus needs both tables [focus] and [z]".to_owned(),
-            ));
-        }
-    };
+            (read_axis(axis), lenses)
+        });
     let head = ScanHead {
-        name: file.head.name.clone(),
-        period: 1.0 / read!(head, file.head, sampling, HERTZ),
-        geometry: geometry(&file.geometry)?,
-        mirrors: [read_axis("x", &file.x)?, read_axis("y", &file.y)?],
+        name: file.head.value.name.value.clone(),
+        period: 1.0 / file.head.sampling.0,
+        geometry: geometry(&file.geometry),
+        mirrors: [read_axis(&file.x), read_axis(&file.y)],
         focus,
-        half_field: 0.5 * read!(head, file.head, field, LENGTH),
-        table: file.head.table_points,
+        half_field: 0.5 * file.head.field.0,
+        table: *file.head.table_points,
         beam: GaussianBeam {
-            waist: read!(b, file.beam, waist, LENGTH),
-            wavelength: read!(b, file.beam, wavelength, LENGTH),
-            quality: read!(b, file.beam, quality, NONE),
+            waist: file.beam.waist.0,
+            wavelength: file.beam.wavelength.0,
+            quality: file.beam.quality.0,
         },
     };
-    let p = Reading { table: "plate" };
+    let p = &file.plate;
     let plate = Plate {
-        columns: read!(p, file.plate, columns, NONE).round() as u32,
-        rows: read!(p, file.plate, rows, NONE).round() as u32,
-        column_pitch: read!(p, file.plate, column_pitch, LENGTH),
-        row_pitch: read!(p, file.plate, row_pitch, LENGTH),
-        side: read!(p, file.plate, side, LENGTH),
-        contour_distance: read!(p, file.plate, contour_distance, LENGTH),
-        hatch: read!(p, file.plate, hatch, LENGTH),
-        inset: read!(p, file.plate, inset, LENGTH),
+        columns: p.columns.0.round() as u32,
+        rows: p.rows.0.round() as u32,
+        column_pitch: p.column_pitch.0,
+        row_pitch: p.row_pitch.0,
+        side: p.side.0,
+        contour_distance: p.contour_distance.0,
+        hatch: p.hatch.0,
+        inset: p.inset.0,
     };
-    let tuning = [
-        tuning("x.tuning", &file.x)?,
-        tuning("y.tuning", &file.y)?,
-        file.z
-            .as_ref()
-            .map_or(Ok(None), |z| tuning("z.tuning", z))?,
-    ];
     Ok(HeadData {
         head,
         plate,
-        tuning,
+        tuning: [
+            tuning(&file.x),
+            tuning(&file.y),
+            file.z.as_ref().and_then(tuning),
+        ],
     })
 }
 
-fn geometry(table: &GeometryTable) -> Result<Geometry, HeadFileError> {
-    let g = Reading { table: "geometry" };
-    Ok(match table {
-        GeometryTable::TwoAxis {
-            plane_distance,
-            mirror_distance,
-        } => Geometry::TwoAxis(TwoAxis {
-            plane_distance: g.get("plane_distance", plane_distance, LENGTH)?,
-            mirror_distance: g.get("mirror_distance", mirror_distance, LENGTH)?,
+fn geometry(table: &GeometryTable) -> Geometry {
+    match table {
+        GeometryTable::TwoAxis(g) => Geometry::TwoAxis(TwoAxis {
+            plane_distance: g.plane_distance.0,
+            mirror_distance: g.mirror_distance.0,
         }),
-        GeometryTable::ThreeAxis {
-            plane_x,
-            plane_y,
-            plane_z,
-            x_axis_x,
-            x_axis_y,
-            x_rest,
-            x_tilt,
-            y_axis_y,
-            y_axis_z,
-            y_rest,
-            mirror_offset,
-            window,
-            atmosphere_index,
-            window_index,
-            objective,
-            path_sign,
-        } => Geometry::ThreeAxis(ThreeAxis {
-            plane: [
-                g.get("plane_x", plane_x, LENGTH)?,
-                g.get("plane_y", plane_y, LENGTH)?,
-                g.get("plane_z", plane_z, LENGTH)?,
-            ],
-            x_axis: [
-                g.get("x_axis_x", x_axis_x, LENGTH)?,
-                g.get("x_axis_y", x_axis_y, LENGTH)?,
-            ],
-            x_rest: g.get("x_rest", x_rest, ANGLE)?,
-            x_tilt: g.get("x_tilt", x_tilt, ANGLE)?,
-            y_axis: [
-                g.get("y_axis_y", y_axis_y, LENGTH)?,
-                g.get("y_axis_z", y_axis_z, LENGTH)?,
-            ],
-            y_rest: g.get("y_rest", y_rest, ANGLE)?,
-            mirror_offset: g.get("mirror_offset", mirror_offset, LENGTH)?,
-            window: g.get("window", window, LENGTH)?,
-            atmosphere_index: g.get("atmosphere_index", atmosphere_index, NONE)?,
-            window_index: g.get("window_index", window_index, NONE)?,
-            objective: g.get("objective", objective, LENGTH)?,
-            path_sign: *path_sign,
+        GeometryTable::ThreeAxis(g) => Geometry::ThreeAxis(ThreeAxis {
+            plane: [g.plane_x.0, g.plane_y.0, g.plane_z.0],
+            x_axis: [g.x_axis_x.0, g.x_axis_y.0],
+            x_rest: g.x_rest.0,
+            x_tilt: g.x_tilt.0,
+            y_axis: [g.y_axis_y.0, g.y_axis_z.0],
+            y_rest: g.y_rest.0,
+            mirror_offset: g.mirror_offset.0,
+            window: g.window.0,
+            atmosphere_index: g.atmosphere_index.0,
+            window_index: g.window_index.0,
+            objective: g.objective.0,
+            path_sign: *g.path_sign,
         }),
-    })
+    }
 }

@@ -3,85 +3,86 @@
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, Mode};
 use crate::files::figure::{
-    BACK_EMF, Figure, HERTZ, HeadFileError, INDUCTANCE, INERTIA, NONE, RESISTANCE, Reading, TORQUE,
-    TORQUE_CONSTANT, VISCOUS, read,
+    BackEmf, Hertz, Inductance, Inertia, Resistance, Torque, TorqueConstant, Viscous,
 };
-use meltpath_base::quantity::Unit;
-use serde::Deserialize;
+use meltpath_base::quantity::Quantity;
+use meltpath_base::settings::{self, Problem, Problems, Setting, Sourced};
+use meltpath_base::{Pure, table};
 
-/// The figures of a motor alone, as an identification prints them; what is missing stays as it was.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MotorFile {
-    resistance: Option<Figure>,
-    inductance: Option<Figure>,
-    torque_constant: Option<Figure>,
-    back_emf: Option<Figure>,
-    inertia: Option<Figure>,
-    viscous: Option<Figure>,
-    coulomb: Option<Figure>,
-    bias: Option<Figure>,
-    mode: Option<Vec<ModeTable>>,
-}
+table! {
+    /// The figures of a motor alone, as `meltpath identify` prints them; what is missing stays as the head has it.
+    pub struct MotorFile {
+        /// Resistance of the coil.
+        resistance: Sourced<Resistance> where positive => none("the head's");
+        /// Inductance of the coil.
+        inductance: Sourced<Inductance> where positive => none("the head's");
+        /// Torque per current.
+        torque_constant: Sourced<TorqueConstant> where positive => none("the head's");
+        /// Voltage per speed.
+        back_emf: Sourced<BackEmf> where not_negative => none("the head's");
+        /// Inertia of rotor and mirror.
+        inertia: Sourced<Inertia> where positive => none("the head's");
+        /// Viscous friction.
+        viscous: Sourced<Viscous> => none("the head's");
+        /// Coulomb friction.
+        coulomb: Sourced<Torque> => none("the head's");
+        /// Its part that does not turn with the speed.
+        bias: Sourced<Torque> => none("the head's");
+        /// Modes of the flexible shaft.
+        mode: Vec<ModeTable> => none("the head's, at the same share of the rigid body's gain");
+    }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ModeTable {
-    frequency: Figure,
-    damping: Figure,
-    /// K_r Kc/J: the mode's gain over the rigid body's.
-    gain_ratio: Figure,
+    /// A mode of the flexible shaft.
+    pub struct ModeTable {
+        /// Its frequency.
+        frequency: Sourced<Hertz> where positive => required;
+        /// Its damping.
+        damping: Sourced<Pure> where not_negative => required;
+        /// K_r Kc/J: its gain over the rigid body's.
+        gain_ratio: Sourced<Pure> => required;
+    }
 }
 
 /// Puts the figures of a motor's file, such as `meltpath identify` prints them, in place of those of a motor.
 ///
 /// # Errors
-/// [`HeadFileError`] with the place in the file.
-pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, HeadFileError> {
-    let file: MotorFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
-    let r = Reading { table: "motor" };
-    let or = |key: &'static str, figure: &Option<Figure>, units: &[Unit], old: f64| match figure {
-        Some(figure) => r.get(key, figure, units),
-        None => Ok(old),
-    };
+/// Everything wrong, with its place in the file.
+pub fn parse_motor(text: &str, motor: &Galvanometer) -> Result<Galvanometer, Problems> {
+    fn put<Q: Quantity>(figure: &Setting<Option<Sourced<Q>>>, old: &mut f64) {
+        if let Some(figure) = &**figure {
+            *old = figure.number();
+        }
+    }
+    let file = settings::parse(text, |_: &MotorFile| Vec::new())?;
     let mut out = motor.clone();
-    out.resistance = or("resistance", &file.resistance, RESISTANCE, out.resistance)?;
-    out.inductance = or("inductance", &file.inductance, INDUCTANCE, out.inductance)?;
-    out.torque_constant = or(
-        "torque_constant",
-        &file.torque_constant,
-        TORQUE_CONSTANT,
-        out.torque_constant,
-    )?;
-    out.back_emf = or("back_emf", &file.back_emf, BACK_EMF, out.back_emf)?;
-    out.inertia = or("inertia", &file.inertia, INERTIA, out.inertia)?;
-    out.viscous = or("viscous", &file.viscous, VISCOUS, out.viscous)?;
+    put(&file.resistance, &mut out.resistance);
+    put(&file.inductance, &mut out.inductance);
+    put(&file.torque_constant, &mut out.torque_constant);
+    put(&file.back_emf, &mut out.back_emf);
+    put(&file.inertia, &mut out.inertia);
+    put(&file.viscous, &mut out.viscous);
     if let Friction::Coulomb { coulomb, bias } = &mut out.friction {
-        *coulomb = or("coulomb", &file.coulomb, TORQUE, *coulomb)?;
-        *bias = or("bias", &file.bias, TORQUE, *bias)?;
+        put(&file.coulomb, coulomb);
+        put(&file.bias, bias);
     }
     let rigid = out.torque_constant / out.inertia;
-    if let Some(modes) = &file.mode {
-        out.modes = modes
-            .iter()
-            .map(|m| mode(&r, m, rigid))
-            .collect::<Result<_, _>>()?;
+    if let Some(modes) = &*file.mode {
+        out.modes = modes.iter().map(|m| mode(m, rigid)).collect();
     } else {
         let before = motor.torque_constant / motor.inertia;
         for m in &mut out.modes {
             m.gain *= rigid / before;
         }
     }
-    out.check()
-        .map_err(|e| HeadFileError::Form(e.to_string()))?;
+    out.check().map_err(|e| Problem::new(e.to_string()))?;
     Ok(out)
 }
 
 /// A mode whose gain is told over that of the rigid body, `rigid` rad/s² per A.
-pub(super) fn mode(r: &Reading, m: &ModeTable, rigid: f64) -> Result<Mode, HeadFileError> {
-    Ok(Mode {
-        omega: std::f64::consts::TAU * read!(r, m, frequency, HERTZ),
-        damping: read!(r, m, damping, NONE),
-        gain: read!(r, m, gain_ratio, NONE) * rigid,
-    })
+pub(super) fn mode(m: &ModeTable, rigid: f64) -> Mode {
+    Mode {
+        omega: std::f64::consts::TAU * m.frequency.0,
+        damping: m.damping.0,
+        gain: m.gain_ratio.0 * rigid,
+    }
 }

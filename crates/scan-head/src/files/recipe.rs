@@ -1,70 +1,77 @@
 //! Recipes as data files.
 
-use crate::files::figure::{Figure, HeadFileError, POWER, Reading, SPEED, TIME, read};
+use crate::files::figure::Power;
 use crate::head::power::PowerLaw;
 use crate::head::recipe::{LaserDelays, Recipe, SkyWriting};
-use serde::Deserialize;
+use meltpath_base::settings::{self, Problem, Problems, Sourced};
+use meltpath_base::{Speed, Time, table};
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RecipeFile {
-    name: String,
-    contour_speed: Figure,
-    fill_speed: Figure,
-    contour_jump_speed: Figure,
-    fill_jump_speed: Figure,
-    power: Figure,
-    jump_wait: Figure,
-    mark_wait: Figure,
-    polygon_wait: Figure,
-    laser_on_delay: Figure,
-    laser_off_delay: Figure,
-    /// The power follows the spot's speed, down to this.
-    power_down_to: Option<Figure>,
-    /// Sky-writing: time at the line's speed before and after each line of a fill.
-    run_in: Option<Figure>,
-    run_out: Option<Figure>,
+table! {
+    /// Speeds, power, waits and delays of a laser scan job.
+    pub struct RecipeFile {
+        /// Name in words.
+        name: String => required;
+        /// Speed on contours.
+        contour_speed: Sourced<Speed> where positive => required;
+        /// Speed on fill lines.
+        fill_speed: Sourced<Speed> where positive => required;
+        /// Speed of jumps between contours.
+        contour_jump_speed: Sourced<Speed> where positive => required;
+        /// Speed of jumps between fill lines.
+        fill_jump_speed: Sourced<Speed> where positive => required;
+        /// Power of the laser.
+        power: Sourced<Power> where not_negative => required;
+        /// Wait after a jump.
+        jump_wait: Sourced<Time> where not_negative => required;
+        /// Wait at the end of a mark.
+        mark_wait: Sourced<Time> where not_negative => required;
+        /// Wait at the corners of a contour.
+        polygon_wait: Sourced<Time> where not_negative => required;
+        /// When the laser goes on after its command.
+        laser_on_delay: Sourced<Time> => required;
+        /// When the laser goes off after its command.
+        laser_off_delay: Sourced<Time> => required;
+        /// The power follows the spot's speed, down to this.
+        power_down_to: Sourced<Power> where not_negative => none("the power is constant");
+        /// Sky-writing: time at the line's speed before each line of a fill.
+        run_in: Sourced<Time> where not_negative => none("none");
+        /// Sky-writing: time at the line's speed after each line of a fill.
+        run_out: Sourced<Time> where not_negative => none("none");
+    }
 }
 
 /// Reads a recipe's TOML text.
 ///
 /// # Errors
-/// [`HeadFileError`] with the place in the file.
-pub fn parse_recipe(text: &str) -> Result<Recipe, HeadFileError> {
-    let file: RecipeFile = toml::from_str(text).map_err(|e| HeadFileError::Form(e.to_string()))?;
-    let r = Reading { table: "recipe" };
-    let power = read!(r, file, power, POWER);
-    let or_zero = |key, figure: &Option<Figure>| {
-        figure
-            .as_ref()
-            .map_or(Ok(0.0), |figure| r.get(key, figure, TIME))
-    };
-    let (run_in, run_out) = (
-        or_zero("run_in", &file.run_in)?,
-        or_zero("run_out", &file.run_out)?,
-    );
-    Ok(Recipe {
-        contour_speed: read!(r, file, contour_speed, SPEED),
-        fill_speed: read!(r, file, fill_speed, SPEED),
-        contour_jump_speed: read!(r, file, contour_jump_speed, SPEED),
-        fill_jump_speed: read!(r, file, fill_jump_speed, SPEED),
+/// Everything wrong, with its place in the file.
+pub fn parse_recipe(text: &str) -> Result<Recipe, Problems> {
+    let file = settings::parse(text, |_: &RecipeFile| Vec::new())?;
+    let power = file.power.0;
+    let run = |time: &Option<Sourced<Time>>| time.as_ref().map_or(0.0, |t| t.0);
+    let recipe = Recipe {
+        contour_speed: file.contour_speed.0,
+        fill_speed: file.fill_speed.0,
+        contour_jump_speed: file.contour_jump_speed.0,
+        fill_jump_speed: file.fill_jump_speed.0,
         contour_power: power,
         fill_power: power,
-        jump_wait: read!(r, file, jump_wait, TIME),
-        mark_wait: read!(r, file, mark_wait, TIME),
-        polygon_wait: read!(r, file, polygon_wait, TIME),
+        jump_wait: file.jump_wait.0,
+        mark_wait: file.mark_wait.0,
+        polygon_wait: file.polygon_wait.0,
         delays: LaserDelays {
-            on: read!(r, file, laser_on_delay, TIME),
-            off: read!(r, file, laser_off_delay, TIME),
+            on: file.laser_on_delay.0,
+            off: file.laser_off_delay.0,
         },
-        power_law: match &file.power_down_to {
+        power_law: match &*file.power_down_to {
             None => PowerLaw::Constant,
-            Some(least) => PowerLaw::WithSpeed {
-                least: r.get("power_down_to", least, POWER)?,
-            },
+            Some(least) => PowerLaw::WithSpeed { least: least.0 },
         },
-        sky_writing: (file.run_in.is_some() || file.run_out.is_some())
-            .then_some(SkyWriting { run_in, run_out }),
-        name: file.name,
-    })
+        sky_writing: (file.run_in.is_some() || file.run_out.is_some()).then(|| SkyWriting {
+            run_in: run(&file.run_in),
+            run_out: run(&file.run_out),
+        }),
+        name: file.name.value,
+    };
+    recipe.check().map_err(|e| Problem::new(e.to_string()))?;
+    Ok(recipe)
 }

@@ -3,25 +3,24 @@
 //! Source: Rasoanarivo 2020, eq. 2.46-2.52. Thin lenses, collimated input, image focal lengths; windows are taken not to
 //! change the beam's shape.
 
+use meltpath_base::choice;
 use meltpath_geometry::math::DVec2;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::optics::geometry::{Geometry, GeometryError};
 
-/// How a distance along the ray becomes a height.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FocusProjection {
-    /// By the ray's vertical component, cos 2θx cos 2θy.
-    #[default]
-    Exact,
-    /// By cos 2θy alone, as the thesis has it (eq. 2.49, erratum 6).
-    Thesis,
+choice! {
+    /// How a distance along the ray becomes a height.
+    pub enum FocusProjection {
+        /// By the ray's vertical component, cos 2θx cos 2θy.
+        Exact = "exact",
+        /// By cos 2θy alone, as the thesis has it (eq. 2.49, erratum 6).
+        Thesis = "thesis",
+    }
 }
 
 /// The lens pair and its cam.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lenses {
     /// f_s: image focal length of the fixed objective, positive, mm.
     pub objective: f64,
@@ -30,10 +29,8 @@ pub struct Lenses {
     /// R_C: cam radius, mm.
     pub cam_radius: f64,
     /// θ_z0: cam angle at rest, rad.
-    #[serde(default)]
     pub rest_angle: f64,
     /// How a distance along the ray becomes a height.
-    #[serde(default)]
     pub projection: FocusProjection,
 }
 

@@ -4,8 +4,9 @@
 //! Sources: Rasoanarivo 2020, eq. 2.36-2.45 (two axes), 2.39-2.43, 2.50 (three axes, after Godineau 2019). Angles are
 //! mechanical, rad, as (θx, θy); points are mm in the work plane.
 
+use meltpath_base::choice;
 use meltpath_geometry::math::{DMat2, DVec2};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Why a point or an angle cannot be reached.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -59,8 +60,7 @@ pub enum GeometryError {
 }
 
 /// Two mirrors with perpendicular axes, the beam on both axes (eq. 2.36-2.38).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TwoAxis {
     /// D: from the Y mirror's axis to the work plane, mm.
     pub plane_distance: f64,
@@ -68,20 +68,18 @@ pub struct TwoAxis {
     pub mirror_distance: f64,
 }
 
-/// Which sign the term K1 tan 2θx of eq. 2.39 takes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PathSign {
-    /// Plus: the path between the mirrors adds to the lever, as ray tracing shows.
-    #[default]
-    Traced,
-    /// Minus, as the thesis prints it (erratum 5).
-    Printed,
+choice! {
+    /// Which sign the term K1 tan 2θx of eq. 2.39 takes.
+    pub enum PathSign {
+        /// Plus: the path between the mirrors adds to the lever, as ray tracing shows.
+        Traced = "traced",
+        /// Minus, as the thesis prints it (erratum 5).
+        Printed = "printed",
+    }
 }
 
 /// Two mirrors whose axes lie off their surfaces, and two windows (eq. 2.39-2.43). The beam comes along +x at y = z = 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ThreeAxis {
     /// (X_p, Y_p, Z_p): the work plane's origin, mm; Z_p is negative.
     pub plane: [f64; 3],
@@ -106,12 +104,11 @@ pub struct ThreeAxis {
     /// x of the objective on the incoming beam, mm.
     pub objective: f64,
     /// Sign of the term K1 tan 2θx.
-    #[serde(default)]
     pub path_sign: PathSign,
 }
 
 /// A head's geometry.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Geometry {
     /// Two axes, simple model.

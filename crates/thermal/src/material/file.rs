@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use meltpath_base::choice;
-use serde::Deserialize;
+use meltpath_base::settings::{self, Datum, Many, Problem, Problems, UnitOf, broken, nearest};
+use meltpath_base::{Density, Pure, Temperature, choice, quantity, table};
+use toml::de::{DeTable, DeValue};
 
 use crate::material::law::Law;
 use crate::material::{
@@ -52,257 +53,203 @@ impl Default for Readings {
     }
 }
 
-/// Why a material file was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum MaterialError {
-    /// Not TOML, an unknown key or a missing one.
-    #[error("the material file does not read: {0}")]
-    Syntax(#[from] toml::de::Error),
-    /// A schema this version does not know.
-    #[error("the material file has schema {found}: this version reads schema 1")]
-    Schema {
-        /// What the file says.
-        found: u32,
-    },
-    /// A number in another unit than the one expected.
-    #[error("`{key}` is in \"{found}\": write it in \"{expected}\"")]
-    Unit {
-        /// Key of the number.
-        key: &'static str,
-        /// Unit in the file.
-        found: String,
-        /// Unit expected.
-        expected: &'static str,
-    },
-    /// A number whose source the file does not list.
-    #[error("`{key}` names the source \"{name}\", which [sources] does not list")]
-    Source {
-        /// Key of the number.
-        key: &'static str,
-        /// The source named.
-        name: String,
-    },
-    /// A law with no coefficients, or both forms at once.
-    #[error("`{key}` needs `polynomial` with at least one finite coefficient")]
-    Law {
-        /// Key of the law.
-        key: &'static str,
-    },
-    /// Values that contradict each other or physics.
-    #[error("{what}")]
-    Value {
-        /// What is wrong and what would be right.
-        what: String,
-    },
-}
+quantity!(
+    /// A specific heat, J/(kg·K) inside.
+    SpecificHeat, "specific heat", "J/(kg·K)",
+    [("J/(kg·K)", 1.0)]
+);
+quantity!(
+    /// A thermal conductivity, W/(m·K) inside.
+    Conductivity, "thermal conductivity", "W/(m·K)",
+    [("W/(m·K)", 1.0)]
+);
+quantity!(
+    /// An energy per mass, J/kg inside.
+    SpecificEnergy, "energy per mass", "J/kg",
+    [("J/kg", 1.0), ("kJ/kg", 1e3)]
+);
+quantity!(
+    /// A molar mass, kg/mol inside.
+    MolarMass, "molar mass", "kg/mol",
+    [("kg/mol", 1.0), ("g/mol", 1e-3)]
+);
+quantity!(
+    /// A roughness, µm inside.
+    Ra, "roughness", "µm",
+    [("µm", 1.0)]
+);
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Number<T = f64> {
-    value: T,
-    unit: String,
-    source: String,
-    #[serde(rename = "page")]
-    _page: String,
-    #[serde(rename = "uncertainty")]
-    _uncertainty: Option<String>,
-    #[serde(rename = "note")]
-    _note: Option<String>,
-    shape: Option<Shape>,
-}
-
-#[derive(Deserialize, Clone, Copy)]
-#[serde(rename_all = "kebab-case")]
-enum Shape {
-    Triangular,
-    Uniform,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LawEntry {
-    polynomial: Vec<f64>,
-    #[serde(default)]
-    about: f64,
-    unit: String,
-    source: String,
-    #[serde(rename = "page")]
-    _page: String,
-    #[serde(rename = "uncertainty")]
-    _uncertainty: Option<String>,
-    #[serde(rename = "note")]
-    _note: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CornersEntry {
-    relative_density: Vec<[f64; 2]>,
-    unit: String,
-    source: String,
-    #[serde(rename = "page")]
-    _page: String,
-    #[serde(rename = "note")]
-    _note: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TwoStates {
-    solid: LawEntry,
-    liquid: LawEntry,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DensityEntry {
-    corrected: TwoStates,
-    printed: Option<TwoStates>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PorosityEntry {
-    initial: Number,
-    printed: Option<CornersEntry>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EmissivityEntry {
-    powder: Number,
-    dense: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EvaporationEntry {
-    boiling: Number,
-    latent: Number,
-    molar_mass: Number,
-    net_fraction: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RoughnessEntry {
-    in_plane: Number<[f64; 3]>,
-    along_build: Number<[f64; 3]>,
-    any_face: Number<[f64; 2]>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    schema: u32,
-    name: String,
-    sources: BTreeMap<String, String>,
-    range: Number<[f64; 2]>,
-    consolidation: Number,
-    solidus: Number,
-    liquidus: Number,
-    latent: Number,
-    conductivity: TwoStates,
-    specific_heat: TwoStates,
-    density: DensityEntry,
-    porosity: PorosityEntry,
-    emissivity: EmissivityEntry,
-    // belongs to the machine's surroundings; kept beside the laws because the thesis states them together
-    heat_shield: Option<Number>,
-    evaporation: Option<EvaporationEntry>,
-    scaling: Option<Number<[f64; 2]>>,
-    roughness: Option<RoughnessEntry>,
-    absorptivity: Option<Number>,
-}
-
-struct Checker<'a> {
-    sources: &'a BTreeMap<String, String>,
-}
-
-impl Checker<'_> {
-    fn entry(
-        &self,
-        key: &'static str,
-        unit: &str,
-        source: &str,
-        expected: &'static str,
-    ) -> Result<(), MaterialError> {
-        if unit != expected {
-            return Err(MaterialError::Unit {
-                key,
-                found: unit.to_owned(),
-                expected,
-            });
-        }
-        if !self.sources.contains_key(source) {
-            return Err(MaterialError::Source {
-                key,
-                name: source.to_owned(),
-            });
-        }
-        Ok(())
+table! {
+    /// What a material does with heat. Every number names one of `sources`.
+    pub struct MaterialFile {
+        /// Version of the file's layout.
+        schema: u32 where within(1.0, 1.0) => required;
+        /// Name in words.
+        name: String => required;
+        /// Documents, by the names that the numbers call them by.
+        sources: BTreeMap<String, String> => required;
+        /// Where the laws are meant to hold.
+        range: Datum<[Temperature; 2]> where not_negative => required;
+        /// Temperature at which powder begins to become dense, and from which enthalpy is counted.
+        consolidation: Datum<Temperature> where not_negative => required;
+        /// Solidus.
+        solidus: Datum<Temperature> where not_negative => required;
+        /// Liquidus.
+        liquidus: Datum<Temperature> where not_negative => required;
+        /// Latent heat of melting.
+        latent: LatentTable => required;
+        /// Thermal conductivity of the dense metal.
+        conductivity: ConductivityLaws => required;
+        /// Specific heat.
+        specific_heat: SpecificHeatLaws => required;
+        /// Density.
+        density: DensityTable => required;
+        /// Porosity of powder.
+        porosity: PorosityTable => required;
+        /// Emissivity.
+        emissivity: EmissivityTable => required;
+        /// Temperature of the heat shield above the bed; kept beside the laws because sources state them together.
+        heat_shield: Datum<Temperature> where not_negative => none("not said");
+        /// Loss by evaporation.
+        evaporation: EvaporationTable => none("nothing evaporates");
+        /// What parts are built larger by, in the build plane and along the build direction.
+        scaling: Datum<[Pure; 2]> where positive => none("1: no shrinkage");
+        /// Roughness of what is built.
+        roughness: RoughnessTable => none("not known");
+        /// Share of a laser's power that becomes heat where the surface stays nearly flat.
+        absorptivity: Datum<Pure> where within(0.0, 1.0) => none("not known: no laser material");
     }
 
-    fn number(
-        &self,
-        key: &'static str,
-        number: &Number,
-        expected: &'static str,
-    ) -> Result<f64, MaterialError> {
-        self.entry(key, &number.unit, &number.source, expected)?;
-        let value = number.value;
-        if !value.is_finite() || value < 0.0 {
-            return Err(MaterialError::Value {
-                what: format!("`{key}` is {value}: it must be finite and not negative"),
-            });
-        }
-        Ok(value)
+    /// Latent heat.
+    pub struct LatentTable {
+        /// The number, in `unit`.
+        value: f64 where not_negative => required;
+        /// Its unit.
+        unit: UnitOf<SpecificEnergy> => required;
+        /// How it is spread between solidus and liquidus.
+        shape: LatentShape => default("uniform", "the simplest");
+        /// One of `sources`.
+        source: String => required;
+        /// Where in it.
+        page: String => required;
+        /// How well it is known, in words.
+        uncertainty: String => none("not known");
+        /// How it was read or derived.
+        note: String => none("nothing to add");
     }
 
-    fn numbers<const N: usize>(
-        &self,
-        key: &'static str,
-        numbers: &Number<[f64; N]>,
-        expected: &'static str,
-    ) -> Result<[f64; N], MaterialError> {
-        self.entry(key, &numbers.unit, &numbers.source, expected)?;
-        if numbers.value.iter().any(|v| !v.is_finite() || *v <= 0.0) {
-            return Err(MaterialError::Value {
-                what: format!(
-                    "`{key}` is {:?}: all must be finite and above 0",
-                    numbers.value
-                ),
-            });
-        }
-        Ok(numbers.value)
+    /// Density, and as a damaged source prints it.
+    pub struct DensityTable {
+        /// The density.
+        corrected: DensityLaws => required;
+        /// As printed.
+        printed: DensityLaws => none("the source is not damaged");
     }
 
-    fn law(
-        &self,
-        key: &'static str,
-        law: &LawEntry,
-        expected: &'static str,
-    ) -> Result<Law, MaterialError> {
-        self.entry(key, &law.unit, &law.source, expected)?;
-        let finite = law
-            .polynomial
-            .iter()
-            .chain([&law.about])
-            .all(|c| c.is_finite());
-        if law.polynomial.is_empty() || !finite {
-            return Err(MaterialError::Law { key });
-        }
-        Ok(Law::Polynomial {
-            about: law.about + CELSIUS,
-            coefficients: law.polynomial.clone(),
-        })
+    /// Porosity of powder.
+    pub struct PorosityTable {
+        /// Of fresh powder, a share of its volume.
+        initial: Datum<Pure> where not_negative => required;
+        /// As a damaged source prints it.
+        printed: CornersTable => none("the source is not damaged");
+    }
+
+    /// A law by its corners, straight between.
+    pub struct CornersTable {
+        /// Temperature in °C and relative density of each corner, by increasing temperature.
+        relative_density: Many<[f64; 2], 2> => required;
+        /// Its unit.
+        unit: UnitOf<Pure> => required;
+        /// One of `sources`.
+        source: String => required;
+        /// Where in it.
+        page: String => required;
+        /// How it was read or derived.
+        note: String => none("nothing to add");
+    }
+
+    /// Emissivities.
+    pub struct EmissivityTable {
+        /// Of powder.
+        powder: Datum<Pure> where not_negative => required;
+        /// Of dense metal.
+        dense: Datum<Pure> where not_negative => required;
+    }
+
+    /// Loss by evaporation from the hottest surfaces.
+    pub struct EvaporationTable {
+        /// Boiling point at atmospheric pressure.
+        boiling: Datum<Temperature> where not_negative => required;
+        /// Heat of evaporation.
+        latent: Datum<SpecificEnergy> where not_negative => required;
+        /// Mass of a mole.
+        molar_mass: Datum<MolarMass> where not_negative => required;
+        /// Share of the evaporated flux that does not come back.
+        net_fraction: Datum<Pure> where not_negative => required;
+    }
+
+    /// Arithmetic roughness Ra of what is built.
+    pub struct RoughnessTable {
+        /// Of vertical faces, in the build plane: mean, least, greatest.
+        in_plane: Datum<[Ra; 3]> where positive => required;
+        /// Of vertical faces, along the build direction: mean, least, greatest.
+        along_build: Datum<[Ra; 3]> where positive => required;
+        /// Of faces of any direction: least, greatest.
+        any_face: Datum<[Ra; 2]> where positive => required;
     }
 }
+
+/// Laws of the solid and the liquid: they differ by what they are laws of, and its unit.
+macro_rules! laws {
+    ($laws:ident, $law:ident, $quantity:ident) => {
+        table! {
+            /// A law of the solid and one of the liquid.
+            pub struct $laws {
+                /// Of the solid.
+                solid: $law => required;
+                /// Of the liquid.
+                liquid: $law => required;
+            }
+
+            /// a0 + a1 (T - about) + a2 (T - about)² + …, temperatures in °C.
+            pub struct $law {
+                /// a0, a1, a2, …, in `unit` and per kelvin.
+                polynomial: Many<f64, 1> => required;
+                /// Temperature in °C from which the law counts; -273.15 for a law against kelvin.
+                about: f64 => default(0.0, "laws against °C");
+                /// Its unit.
+                unit: UnitOf<$quantity> => required;
+                /// One of `sources`.
+                source: String => required;
+                /// Where in it.
+                page: String => required;
+                /// How well it is known, in words.
+                uncertainty: String => none("not known");
+                /// How it was read or derived.
+                note: String => none("nothing to add");
+            }
+        }
+
+        impl $law {
+            fn law(&self) -> Law {
+                let unit = self.unit.unit;
+                let internal = |c: &f64| c * unit.factor / unit.divisor;
+                Law::Polynomial {
+                    about: *self.about + CELSIUS,
+                    coefficients: self.polynomial.iter().map(internal).collect(),
+                }
+            }
+        }
+    };
+}
+laws!(ConductivityLaws, ConductivityLaw, Conductivity);
+laws!(SpecificHeatLaws, SpecificHeatLaw, SpecificHeat);
+laws!(DensityLaws, DensityLaw, Density);
 
 /// Reads a material from the text of its file, with the `readings` chosen where its source is damaged.
 ///
 /// # Errors
-/// [`MaterialError`] naming the key and what to write.
+/// Everything wrong, with its place in the file and what to write.
 ///
 /// ```
 /// use meltpath_thermal::material::file::{Readings, read};
@@ -310,196 +257,168 @@ impl Checker<'_> {
 /// let titanium = read(text, Readings::default()).unwrap();
 /// assert!((titanium.conductivity(1605.0 + 273.15) - 27.0625e-3).abs() < 1e-9);
 /// ```
-pub fn read(text: &str, readings: Readings) -> Result<Material, MaterialError> {
-    let file: File = toml::from_str(text)?;
-    if file.schema != 1 {
-        return Err(MaterialError::Schema { found: file.schema });
-    }
-    let checker = Checker {
-        sources: &file.sources,
-    };
-    checker.entry("range", &file.range.unit, &file.range.source, "°C")?;
-    let kelvin =
-        |key, number: &Number| Ok::<_, MaterialError>(checker.number(key, number, "°C")? + CELSIUS);
-    let start = kelvin("consolidation", &file.consolidation)?;
-    let solidus = kelvin("solidus", &file.solidus)?;
-    let liquidus = kelvin("liquidus", &file.liquidus)?;
-    if let Some(shield) = &file.heat_shield {
-        checker.number("heat_shield", shield, "°C")?;
-    }
+pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
+    let file = settings::parse(text, |file: &MaterialFile| {
+        let mut problems = out_of_order(file);
+        if let Ok(tree) = DeTable::parse(text) {
+            problems.extend(unlisted_sources(tree.get_ref(), &file.sources));
+        }
+        problems
+    })?;
     let density = match readings.density {
-        DensityReading::Corrected => &file.density.corrected,
+        DensityReading::Corrected => &*file.density.corrected,
         DensityReading::Printed => {
-            file.density
-                .printed
-                .as_ref()
-                .ok_or_else(|| MaterialError::Value {
-                    what: "the reading `density = \"printed\"` needs [density.printed] in the material file".to_owned(),
-                })?
+            let missing = || {
+                let message = "the reading `density = \"printed\"` needs [density.printed] in the material file";
+                file.density.problem(message)
+            };
+            file.density.printed.as_ref().ok_or_else(missing)?
         }
     };
-    let evaporation = evaporation(&checker, &file)?;
-    let scaling = file.scaling.as_ref();
-    let scaling = scaling.map_or(Ok([1.0; 2]), |s| checker.numbers("scaling", s, "1"))?;
-    let roughness = roughness(&checker, &file)?;
-    let absorptivity = match &file.absorptivity {
-        None => None,
-        Some(a) => Some(checker.number("absorptivity", a, "1")?),
+    let conduction = match readings.powder_conductivity {
+        None => PowderConduction::Proportional,
+        Some(share) if share > 0.0 && share <= 1.0 => PowderConduction::Ratio(share),
+        Some(share) => {
+            let message = format!(
+                "powder_conductivity is {share}: it is a share of the solid's, above 0 and at most 1"
+            );
+            return Err(Problem::new(message).into());
+        }
     };
-    let material = Material {
-        name: file.name.clone(),
-        range: file.range.value.map(|t| t + CELSIUS),
-        start,
-        solidus,
-        liquidus,
-        latent: checker.number("latent", &file.latent, "J/kg")?,
-        latent_shape: match file.latent.shape {
-            Some(Shape::Triangular) => LatentShape::Triangular,
-            Some(Shape::Uniform) | None => LatentShape::Uniform,
-        },
-        density_solid: checker.law("density.solid", &density.solid, "kg/m³")?,
-        density_liquid: checker.law("density.liquid", &density.liquid, "kg/m³")?,
-        specific_heat_solid: checker.law(
-            "specific_heat.solid",
-            &file.specific_heat.solid,
-            "J/(kg·K)",
-        )?,
-        specific_heat_liquid: checker.law(
-            "specific_heat.liquid",
-            &file.specific_heat.liquid,
-            "J/(kg·K)",
-        )?,
-        conductivity_solid: checker.law(
-            "conductivity.solid",
-            &file.conductivity.solid,
-            "W/(m·K)",
-        )?,
-        conductivity_liquid: checker.law(
-            "conductivity.liquid",
-            &file.conductivity.liquid,
-            "W/(m·K)",
-        )?,
+    let latent = &file.latent;
+    Ok(Material {
+        name: file.name.value.clone(),
+        range: file.range.value.value.map(|t| t.0),
+        start: file.consolidation.0,
+        solidus: file.solidus.0,
+        liquidus: file.liquidus.0,
+        latent: latent.unit.unit.read(*latent.value.value),
+        latent_shape: *latent.shape,
+        density_solid: density.solid.law(),
+        density_liquid: density.liquid.law(),
+        specific_heat_solid: file.specific_heat.solid.law(),
+        specific_heat_liquid: file.specific_heat.liquid.law(),
+        conductivity_solid: file.conductivity.solid.law(),
+        conductivity_liquid: file.conductivity.liquid.law(),
         powder: Powder {
-            relative_density: relative_density(&checker, &file.porosity, readings, start, solidus)?,
-            conduction: match readings.powder_conductivity {
-                None => PowderConduction::Proportional,
-                Some(share) if share > 0.0 && share <= 1.0 => PowderConduction::Ratio(share),
-                Some(share) => {
-                    return Err(MaterialError::Value {
-                        what: format!(
-                            "powder_conductivity is {share}: it is a share of the solid's, above 0 and at most 1"
-                        ),
-                    });
-                }
-            },
-            emissivity: checker.number("emissivity.powder", &file.emissivity.powder, "1")?,
+            relative_density: relative_density(&file, readings)?,
+            conduction,
+            emissivity: file.emissivity.powder.0,
         },
-        emissivity: checker.number("emissivity.dense", &file.emissivity.dense, "1")?,
-        evaporation,
-        scaling,
-        roughness,
-        absorptivity,
-    };
-    in_order(&material)?;
-    Ok(material)
-}
-
-fn evaporation(checker: &Checker<'_>, file: &File) -> Result<Option<Evaporation>, MaterialError> {
-    Ok(match &file.evaporation {
-        None => None,
-        Some(e) => Some(Evaporation {
-            boiling: checker.number("evaporation.boiling", &e.boiling, "°C")? + CELSIUS,
-            latent: checker.number("evaporation.latent", &e.latent, "J/kg")?,
-            molar_mass: checker.number("evaporation.molar_mass", &e.molar_mass, "kg/mol")?,
-            net_fraction: checker.number("evaporation.net_fraction", &e.net_fraction, "1")?,
+        emissivity: file.emissivity.dense.0,
+        evaporation: file.evaporation.as_ref().map(|e| Evaporation {
+            boiling: e.boiling.0,
+            latent: e.latent.0,
+            molar_mass: e.molar_mass.0,
+            net_fraction: e.net_fraction.0,
         }),
+        scaling: file
+            .scaling
+            .as_ref()
+            .map_or([1.0; 2], |s| s.map(|share| share.0)),
+        roughness: file.roughness.as_ref().map(|r| Roughness {
+            in_plane: r.in_plane.map(|ra| ra.0),
+            along_build: r.along_build.map(|ra| ra.0),
+            any_face: r.any_face.map(|ra| ra.0),
+        }),
+        absorptivity: file.absorptivity.as_ref().map(|a| a.0),
     })
 }
 
-fn roughness(checker: &Checker<'_>, file: &File) -> Result<Option<Roughness>, MaterialError> {
-    Ok(match &file.roughness {
-        None => None,
-        Some(r) => Some(Roughness {
-            in_plane: checker.numbers("roughness.in_plane", &r.in_plane, "µm")?,
-            along_build: checker.numbers("roughness.along_build", &r.along_build, "µm")?,
-            any_face: checker.numbers("roughness.any_face", &r.any_face, "µm")?,
-        }),
-    })
+/// Sources that the numbers below a table name and `[sources]` does not list.
+fn unlisted_sources(table: &DeTable<'_>, listed: &BTreeMap<String, String>) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for (key, node) in table {
+        match node.get_ref() {
+            DeValue::Table(inner) if key.get_ref() != "sources" => {
+                problems.extend(unlisted_sources(inner, listed));
+            }
+            DeValue::String(name) if key.get_ref() == "source" && !listed.contains_key(&**name) => {
+                let message = format!("the source \"{name}\" is not listed in [sources]");
+                let near = nearest(name, listed.keys().map(String::as_str));
+                let help = match near {
+                    Some(near) => format!("did you mean \"{near}\"?"),
+                    None => format!("add it: [sources] {name} = \"author, title, year\""),
+                };
+                let fix = near.map(|near| format!("\"{near}\""));
+                let problem = Problem::new(message).help(help).at(node.span());
+                problems.push(Problem { fix, ..problem });
+            }
+            _ => {}
+        }
+    }
+    problems
 }
 
-/// Refuses temperatures out of their order, and laws that do not reach them.
-fn in_order(material: &Material) -> Result<(), MaterialError> {
-    let [low, high] = material.range;
-    let (start, solidus, liquidus) = (material.start, material.solidus, material.liquidus);
-    if !(low <= start && liquidus < high) {
-        return Err(MaterialError::Value {
-            what: format!(
-                "`range` is {:.0} to {:.0} °C: the laws must hold from the consolidation, {:.0} °C, to above the liquidus, {:.0} °C",
-                low - CELSIUS,
-                high - CELSIUS,
-                start - CELSIUS,
-                liquidus - CELSIUS
-            ),
-        });
-    }
-    if !(start < solidus && solidus < liquidus) {
-        return Err(MaterialError::Value {
-            what: format!(
-                "consolidation {:.0} °C, solidus {:.0} °C and liquidus {:.0} °C must increase",
-                start - CELSIUS,
-                solidus - CELSIUS,
-                liquidus - CELSIUS
-            ),
-        });
-    }
-    Ok(())
+/// Temperatures out of their order, and laws that do not reach them.
+fn out_of_order(file: &MaterialFile) -> Vec<Problem> {
+    let [low, high] = file.range.value.value.map(|t| t.0);
+    let (start, solidus, liquidus) = (file.consolidation.0, file.solidus.0, file.liquidus.0);
+    let celsius = |kelvin: f64| format!("{:.0} °C", kelvin - CELSIUS);
+    let range = format!(
+        "`range` is {} to {}: the laws must hold from the consolidation, {}, to above the liquidus, {}",
+        celsius(low),
+        celsius(high),
+        celsius(start),
+        celsius(liquidus)
+    );
+    let order = format!(
+        "consolidation {}, solidus {} and liquidus {} must increase",
+        celsius(start),
+        celsius(solidus),
+        celsius(liquidus)
+    );
+    broken([
+        (
+            !(low <= start && liquidus < high),
+            file.range.problem(range),
+        ),
+        (
+            !(start < solidus && solidus < liquidus),
+            file.solidus.problem(order),
+        ),
+    ])
 }
 
 /// The sources that a material file lists, in the order of their names.
 ///
 /// # Errors
-/// [`MaterialError::Syntax`].
-pub fn sources(text: &str) -> Result<Vec<String>, MaterialError> {
-    let file: File = toml::from_str(text)?;
-    Ok(file.sources.into_values().collect())
+/// Everything wrong with the file.
+pub fn sources(text: &str) -> Result<Vec<String>, Problems> {
+    let file = settings::parse(text, |_: &MaterialFile| Vec::new())?;
+    Ok(file.sources.value.into_values().collect())
 }
 
-fn relative_density(
-    checker: &Checker,
-    entry: &PorosityEntry,
-    readings: Readings,
-    start: f64,
-    solidus: f64,
-) -> Result<Law, MaterialError> {
+fn relative_density(file: &MaterialFile, readings: Readings) -> Result<Law, Problem> {
+    let entry = &file.porosity;
     match readings.porosity {
         PorosityReading::Physical => {
-            let porosity = match readings.initial_porosity {
-                Some(value) => value,
-                None => checker.number("porosity.initial", &entry.initial, "1")?,
-            };
+            let porosity = readings.initial_porosity.unwrap_or(entry.initial.0);
             if !(0.0..0.95).contains(&porosity) {
-                return Err(MaterialError::Value {
-                    what: format!("initial porosity {porosity}: it is a share from 0 to 0.95"),
+                let message = format!("initial porosity {porosity}: it is a share from 0 to 0.95");
+                return Err(match readings.initial_porosity {
+                    Some(_) => Problem::new(message),
+                    None => entry.initial.problem(message),
                 });
             }
             Ok(Law::Table {
-                corners: vec![[start, 1.0 - porosity], [solidus, 1.0]],
+                corners: vec![
+                    [file.consolidation.0, 1.0 - porosity],
+                    [file.solidus.0, 1.0],
+                ],
             })
         }
         PorosityReading::PrintedAsDensity => {
-            let printed = entry.printed.as_ref().ok_or_else(|| MaterialError::Value {
-                what: "the reading `porosity = \"printed-as-density\"` needs [porosity.printed] in the material file".to_owned(),
-            })?;
-            checker.entry("porosity.printed", &printed.unit, &printed.source, "1")?;
-            let corners: Vec<_> = printed
-                .relative_density
-                .iter()
-                .map(|&[t, v]| [t + CELSIUS, v])
-                .collect();
-            if corners.len() < 2 || !corners.windows(2).all(|w| w[0][0] < w[1][0]) {
-                return Err(MaterialError::Law {
-                    key: "porosity.printed",
-                });
+            let missing = "the reading `porosity = \"printed-as-density\"` needs [porosity.printed] in the material file";
+            let printed = entry
+                .printed
+                .as_ref()
+                .ok_or_else(|| entry.problem(missing))?;
+            let written = printed.relative_density.iter();
+            let corners: Vec<_> = written.map(|&[t, v]| [t + CELSIUS, v]).collect();
+            if !corners.windows(2).all(|w| w[0][0] < w[1][0]) {
+                let message = "the temperatures of the corners must increase";
+                return Err(printed.relative_density.problem(message));
             }
             Ok(Law::Table { corners })
         }
@@ -513,24 +432,39 @@ mod tests {
     const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
 
     #[test]
-    fn a_wrong_unit_is_named_with_the_right_one() {
-        let text = TITANIUM.replacen("unit = \"J/kg\"", "unit = \"kJ/kg\"", 1);
-        let error = read(&text, Readings::default()).unwrap_err().to_string();
-        assert_eq!(error, "`latent` is in \"kJ/kg\": write it in \"J/kg\"");
+    fn everything_wrong_is_told_with_its_place() {
+        let text = TITANIUM
+            .replacen("unit = \"J/kg\"", "unit = \"kcal/kg\"", 1)
+            .replacen("[solidus]", "[solidus]\ncolour = 1", 1)
+            .replacen("value = 0.74", "value = \"74 %\"", 1);
+        let mut mended = text.clone();
+        let problems = read(&text, Readings::default()).unwrap_err().0;
+        let told: Vec<&str> = problems
+            .iter()
+            .map(|p| &text[p.span.clone().unwrap()])
+            .collect();
+        assert_eq!(told, ["colour", "\"kcal/kg\"", "\"74 %\""], "{problems:?}");
+        for problem in problems.iter().rev() {
+            if let (Some(fix), Some(span)) = (&problem.fix, problem.span.clone()) {
+                mended.replace_range(span, fix);
+            }
+        }
+        let mended = mended
+            .replacen("colour = 1\n", "", 1)
+            .replacen("kcal/kg", "J/kg", 1);
+        assert_eq!(
+            read(&mended, Readings::default()).unwrap(),
+            read(TITANIUM, Readings::default()).unwrap()
+        );
     }
 
     #[test]
-    fn an_unknown_key_and_an_unlisted_source_are_refused() {
-        let text = TITANIUM.replacen("[solidus]", "[solidus]\ncolour = 1", 1);
-        assert!(matches!(
-            read(&text, Readings::default()),
-            Err(MaterialError::Syntax(_))
-        ));
-        let text = TITANIUM.replacen("source = \"iupac-2021\"", "source = \"hearsay\"", 1);
-        assert!(matches!(
-            read(&text, Readings::default()),
-            Err(MaterialError::Source { .. })
-        ));
+    fn an_unlisted_source_is_refused() {
+        let text = TITANIUM.replacen("source = \"iupac-2021\"", "source = \"iupac-2012\"", 1);
+        let problems = read(&text, Readings::default()).unwrap_err().0;
+        assert_eq!(problems.len(), 1);
+        assert_eq!(&text[problems[0].span.clone().unwrap()], "\"iupac-2012\"");
+        assert_eq!(problems[0].fix.as_deref(), Some("\"iupac-2021\""));
     }
 
     #[test]

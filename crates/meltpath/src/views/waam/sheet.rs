@@ -36,13 +36,13 @@ pub fn operator_sheet(
         settings: vec![
             Setting::new(
                 "Wire",
-                &format!("{}, {}", settings.wire.name, settings.wire.standard),
+                &format!("{}, {}", *settings.wire.name, *settings.wire.standard),
                 &format!("{mass:.2} kg are used"),
             ),
             Setting::new(
                 "Gas",
                 &settings.gas.name,
-                &format!("{:.0} L/min", settings.gas.flow.value),
+                &format!("{:.0} L/min", settings.gas.flow.0),
             ),
             Setting::new(
                 "Transfer mode",
@@ -71,7 +71,7 @@ pub fn operator_sheet(
             ),
             Setting::new(
                 "User frame, tool frame",
-                &format!("UF {}, UT {}", cell.user_frame, cell.tool_frame),
+                &format!("UF {}, UT {}", *cell.user_frame, *cell.tool_frame),
                 "the part's origin on the plate's surface; the torch",
             ),
             Setting::new(
