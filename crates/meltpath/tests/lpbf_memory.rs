@@ -26,9 +26,9 @@ fn list(path: &Path, layers: u32) {
         let height = 0.04 * f64::from(layer);
         writeln!(to, "start,0,0,{layer},{height},").unwrap();
         for k in 0..VECTORS / 2 {
-            let (x, y) = (0.2 * f64::from(k % 50), 0.1 * f64::from(k / 50));
+            let (x, y) = (0.9 * f64::from(k % 10), 0.05 * f64::from(k / 10));
             writeln!(to, "jump,{x},{y},{layer},{height},5000").unwrap();
-            writeln!(to, "fill,{},{y},{layer},{height},2000", x + 0.15).unwrap();
+            writeln!(to, "fill,{},{y},{layer},{height},2000", x + 0.8).unwrap();
         }
     }
     to.into_inner().unwrap();

@@ -194,7 +194,7 @@ fn what_is_missing_or_senseless_is_told() {
 }
 
 #[test]
-fn files_that_do_not_read_are_refused_by_name() {
+fn files_that_do_not_read_are_refused_at_their_place() {
     let wire = Wire::builtin("g3si-1.2").unwrap();
     let reporter = Reporter::new();
     for (from, to) in [
@@ -208,7 +208,12 @@ fn files_that_do_not_read_are_refused_by_name() {
         assert!(TWO_POINTS.contains(from), "{from}");
         let text = TWO_POINTS.replace(from, to);
         let error = ProcessMap::parse("mine.toml", &text, &wire, &reporter).unwrap_err();
-        assert!(error.to_string().contains("mine.toml"), "{error}");
+        let ProcessMapError::Content(problems) = error else {
+            panic!("{from}: {error}")
+        };
+        let span = problems.0[0].span.clone().unwrap();
+        let (a, b) = (text.find(to).unwrap(), text.find(to).unwrap() + to.len());
+        assert!(span.start < b && span.end > a, "{from}: {span:?}");
     }
 }
 

@@ -106,8 +106,13 @@ fn fill_body(
                     _ => end_distance(settings.stepover),
                 };
                 let mut rimmed = Vec::new();
-                let order = ContourOrder::OutsideIn;
-                rimmed_lines(body, 1, inside, order, layer, settings, &mut rimmed)?;
+                let around = Around {
+                    contours: 1,
+                    inside,
+                    order: ContourOrder::OutsideIn,
+                    links: &links(whole)?,
+                };
+                rimmed_lines(body, &around, layer, settings, &mut rimmed)?;
                 // each as it will be when its gaps are closed
                 let mut closed = (lines.clone(), rimmed.clone());
                 gaps::close(body, &mut closed.0, settings)?;
@@ -171,8 +176,13 @@ fn fill_body(
                 };
                 return fill_body(body, layer, &settings, reporter, beads);
             }
-            let inside = settings.reversal_distance();
-            rimmed_lines(body, contours, inside, order, layer, &zigzag, beads)?;
+            let around = Around {
+                contours,
+                inside: settings.reversal_distance(),
+                order,
+                links: &links(whole)?,
+            };
+            rimmed_lines(body, &around, layer, &zigzag, beads)?;
         }
         Strategy::Rimmed {
             contours,
@@ -187,25 +197,43 @@ fn fill_body(
                 },
                 ..*settings
             };
-            let inside = end_distance(settings.stepover);
-            let order = ContourOrder::OutsideIn;
-            rimmed_lines(body, contours, inside, order, layer, &lines, beads)?;
+            let around = Around {
+                contours,
+                inside: end_distance(settings.stepover),
+                order: ContourOrder::OutsideIn,
+                links: &[],
+            };
+            rimmed_lines(body, &around, layer, &lines, beads)?;
         }
     }
     Ok(())
 }
 
-/// Contours along the boundary, if any, and inside them, from `inside` mm of the last on, the parallel lines of the strategy.
-fn rimmed_lines(
-    body: &Region,
+/// The contours round parallel lines.
+struct Around<'a> {
     contours: u32,
+    /// From the last contour to the lines' ends, mm.
     inside: f64,
     order: ContourOrder,
+    /// Where the way from one contour to the next may lead with the source on.
+    links: &'a [Region],
+}
+
+/// Contours along the boundary, if any, and inside them, from `inside` of the last on, the parallel lines of the strategy.
+fn rimmed_lines(
+    body: &Region,
+    around: &Around<'_>,
     layer: Layer<'_>,
     settings: &FillSettings,
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {
     let whole = std::slice::from_ref(body);
+    let &Around {
+        contours,
+        inside,
+        order,
+        links,
+    } = around;
     if contours == 0 {
         return straight(whole, Rim::Boundary, layer, settings, beads);
     }
@@ -214,8 +242,7 @@ fn rimmed_lines(
         inside,
     };
     let nest = nest(body, depth, settings)?;
-    let links = inset(whole, 0.48 * settings.width, settings.join())?;
-    let lines = contour_beads(&nest.contours, &links, order, layer.number, settings);
+    let lines = contour_beads(&nest.contours, links, order, layer.number, settings);
     let mut inner = Vec::new();
     let narrowest = 0.5 * settings.width - 0.25 * settings.stepover;
     for region in &nest.rest {

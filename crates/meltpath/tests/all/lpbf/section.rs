@@ -192,7 +192,7 @@ const REFUSED: [(&str, &str, &str, &str); 14] = [
         "block.stl",
         "[section]\norigin = [\"300 mm\", \"0 mm\"]",
         "part = ",
-        "origin = [\"0.0 mm\"",
+        "origin = [\"2.0 mm\"",
     ),
     (
         "block.stl",
@@ -204,7 +204,7 @@ const REFUSED: [(&str, &str, &str, &str); 14] = [
         "block.stl",
         "[hatch]\nstrategy = \"spots\"",
         "strategy",
-        "`islands`",
+        "one of \"lines\", \"one-way\", \"islands\"",
     ),
     (
         "block.stl",
