@@ -97,31 +97,7 @@ fn fill_body(
     let links = |inside: &[Region]| inset(inside, 0.48 * settings.width, settings.join());
     match settings.strategy {
         Strategy::Raster { .. } | Strategy::Zigzag { .. } => {
-            let mut lines = Vec::new();
-            straight(whole, Rim::Boundary, layer, settings, &mut lines)?;
-            let bare = lack(whole, &lines, settings)?;
-            if bare > MOST_BARE * body.area() && settings.spacing == Spacing::Fill {
-                let inside = match settings.strategy {
-                    Strategy::Zigzag { .. } => settings.reversal_distance(),
-                    _ => end_distance(settings.stepover),
-                };
-                let mut rimmed = Vec::new();
-                let around = Around {
-                    contours: 1,
-                    inside,
-                    order: ContourOrder::OutsideIn,
-                    links: &links(whole)?,
-                };
-                rimmed_lines(body, &around, layer, settings, &mut rimmed)?;
-                // each as it will be when its gaps are closed
-                let mut closed = (lines.clone(), rimmed.clone());
-                gaps::close(body, &mut closed.0, settings)?;
-                gaps::close(body, &mut closed.1, settings)?;
-                if lack(whole, &closed.1, settings)? < 0.5 * lack(whole, &closed.0, settings)? {
-                    lines = rimmed;
-                }
-            }
-            beads.extend(lines);
+            beads.extend(parallel_lines(body, layer, settings)?);
         }
         Strategy::Contour { order } | Strategy::Spiral { order } => {
             let settings = FillSettings {
@@ -207,6 +183,40 @@ fn fill_body(
         }
     }
     Ok(())
+}
+
+/// Parallel lines over a body; with a contour round them where that covers clearly more.
+fn parallel_lines(
+    body: &Region,
+    layer: Layer<'_>,
+    settings: &FillSettings,
+) -> Result<Vec<Bead>, PlanarError> {
+    let whole = std::slice::from_ref(body);
+    let mut lines = Vec::new();
+    straight(whole, Rim::Boundary, layer, settings, &mut lines)?;
+    let bare = lack(whole, &lines, settings)?;
+    if bare > MOST_BARE * body.area() && settings.spacing == Spacing::Fill {
+        let inside = match settings.strategy {
+            Strategy::Zigzag { .. } => settings.reversal_distance(),
+            _ => end_distance(settings.stepover),
+        };
+        let mut rimmed = Vec::new();
+        let around = Around {
+            contours: 1,
+            inside,
+            order: ContourOrder::OutsideIn,
+            links: &inset(whole, 0.48 * settings.width, settings.join())?,
+        };
+        rimmed_lines(body, &around, layer, settings, &mut rimmed)?;
+        // each as it will be when its gaps are closed
+        let mut closed = (lines.clone(), rimmed.clone());
+        gaps::close(body, &mut closed.0, settings)?;
+        gaps::close(body, &mut closed.1, settings)?;
+        if lack(whole, &closed.1, settings)? < 0.5 * lack(whole, &closed.0, settings)? {
+            lines = rimmed;
+        }
+    }
+    Ok(lines)
 }
 
 /// The contours round parallel lines.

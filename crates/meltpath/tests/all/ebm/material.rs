@@ -88,7 +88,10 @@ fn what_is_no_material_is_named_in_its_place() {
         let at = text.find(&format!("\"{material}\"")).unwrap();
         // in the job, or, for a file that was read, in that file
         let of_file = place.contains("FileText") && place.contains(material);
-        assert!(of_file || place.contains(&format!("Some({at}..")), "{at}: {place}");
+        assert!(
+            of_file || place.contains(&format!("Some({at}..")),
+            "{at}: {place}"
+        );
         error.to_string()
     };
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
