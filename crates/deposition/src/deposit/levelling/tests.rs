@@ -50,6 +50,40 @@ fn raise(map: &mut HeightMap, from: f64, height: f64) {
 }
 
 #[test]
+fn ground_is_bilinear_inside_the_map_and_the_plate_outside() {
+    let mut map = plate();
+    map.base = -7.0;
+    let plane = |p: DVec2| 1.0 + 0.3 * p.x - 0.2 * p.y + 0.05 * p.x * p.y;
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            let i = map.index(ix, iy);
+            map.z[i] = plane(map.centre(ix, iy));
+        }
+    }
+    let zone = MoltenZone::new(&map);
+    for (x, y) in [(0.1, 0.2), (-3.35, 7.9), (12.49, -8.01), (29.0, 9.4)] {
+        let p = DVec2::new(x, y);
+        assert!((zone.ground_at(&map, p) - plane(p)).abs() < 1e-9, "{p}");
+    }
+    // up to half a cell beyond the outermost centres the last cells count, further out the plate
+    let (first, last) = (map.centre(0, 0), map.centre(map.nx - 1, map.ny - 1));
+    for (p, at) in [
+        (first - 0.24, first),
+        (last + 0.24, last),
+        (
+            DVec2::new(first.x - 0.24, last.y + 0.24),
+            DVec2::new(first.x, last.y),
+        ),
+    ] {
+        assert!((zone.ground_at(&map, p) - plane(at)).abs() < 1e-9, "{p}");
+    }
+    for out in [DVec2::X, -DVec2::X, DVec2::Y, -DVec2::Y] {
+        let corner = if out.x + out.y > 0.0 { last } else { first };
+        assert_eq!(zone.ground_at(&map, corner + 0.26 * out), -7.0);
+    }
+}
+
+#[test]
 fn on_a_plate_the_melt_stands_as_the_parabola() {
     let mut map = plate();
     let (zone, _) = laid(&mut map);
