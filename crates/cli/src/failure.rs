@@ -100,8 +100,13 @@ fn show_written(error: JobError) {
         line_to_stderr(&format!("error: {error}"));
         return;
     };
-    let source = Arc::new(NamedSource::new(path.display().to_string(), text));
+    let written = Arc::new(NamedSource::new(path.display().to_string(), text));
     for problem in problems {
+        // a mistake in a file that the job names is shown there
+        let source = problem.file.map_or_else(
+            || Arc::clone(&written),
+            |file| Arc::new(NamedSource::new(&file.name, file.text.clone())),
+        );
         let mut diagnostic = MietteDiagnostic::new(problem.message);
         if let Some(help) = problem.help {
             diagnostic = diagnostic.with_help(help);
@@ -111,7 +116,7 @@ fn show_written(error: JobError) {
         }
         line_to_stderr(&format!(
             "{:?}",
-            Report::new(diagnostic).with_source_code(Arc::clone(&source))
+            Report::new(diagnostic).with_source_code(source)
         ));
     }
 }

@@ -107,6 +107,25 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
     }
 }
 
+/// A mistake in a file of the user's own that the job names is shown in that file.
+#[test]
+fn mistakes_of_data_files_are_shown_in_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let good = job(dir.path());
+    fs::write(
+        dir.path().join("job/my-wire.toml"),
+        "schema = 1\nid = \"mine\"\nname = \"my own\"\ndiametre = 1\n",
+    )
+    .unwrap();
+    let line = good.lines().find(|l| l.starts_with("wire = ")).unwrap();
+    let own = good.replace(line, "wire = \"my-wire.toml\"");
+    refused(
+        dir.path(),
+        &own,
+        &["my-wire.toml:4:1", "diametre = 1", "density is missing"],
+    );
+}
+
 #[test]
 fn parts_that_are_no_parts_are_refused() {
     let dir = tempfile::tempdir().unwrap();
