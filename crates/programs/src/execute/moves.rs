@@ -38,6 +38,9 @@ impl Machine<'_> {
         else {
             return Ok(Err(Missing::JointPosition(index)));
         };
+        // a controller moves to a position only in the frames it was taught in: they are selected where no line tells
+        self.frames.0 = self.frames.0.or(group.frame);
+        self.frames.1 = self.frames.1.or(group.tool);
         let pairs = [
             ("user frame", group.frame, self.frames.0),
             ("tool frame", group.tool, self.frames.1),
@@ -155,14 +158,6 @@ impl Machine<'_> {
     }
 
     pub(super) fn motion(&mut self, motion: &Motion) -> Result<(), ProgramError> {
-        let (Some(frame), Some(tool)) = self.frames else {
-            let missing = if self.frames.0.is_none() {
-                "UFRAME_NUM"
-            } else {
-                "UTOOL_NUM"
-            };
-            return Err(self.refuse(Refusal::NoFrame(missing)));
-        };
         let joint = motion.kind == MotionKind::Joint;
         if joint && self.arc.is_some() {
             return Err(self.refuse(Refusal::ArcInJointMove));
@@ -176,6 +171,14 @@ impl Machine<'_> {
         let (target, via) = match (target, via.transpose()) {
             (Ok(target), Ok(via)) if whole => (target, via),
             (target, via) => return self.leave_out(motion, target.err().or(via.err())),
+        };
+        let (Some(frame), Some(tool)) = self.frames else {
+            let missing = if self.frames.0.is_none() {
+                "UFRAME_NUM"
+            } else {
+                "UTOOL_NUM"
+            };
+            return Err(self.refuse(Refusal::NoFrame(missing)));
         };
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,

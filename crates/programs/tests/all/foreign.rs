@@ -233,6 +233,23 @@ fn program(name: &str, lines: &[&str]) -> Program {
     parsed(&text).program
 }
 
+/// A controller moves to a position in the frames it was taught in: where no line selects them, they are those.
+#[test]
+fn frames_that_no_line_selects_are_those_of_the_positions() {
+    let go = "L P[1] 50mm/sec FINE";
+    for lines in [
+        &[go] as &[_],
+        &["UFRAME_NUM=1", go],
+        &["UFRAME_NUM=R[5]", go],
+    ] {
+        let executed = execute(&[program("P", lines)]).unwrap();
+        let Executed::Motion(m) = &executed.steps[0] else {
+            panic!("{lines:?}: no move")
+        };
+        assert_eq!(m.frames, (1, 1), "{lines:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_executed_is_refused_with_the_reason() {
     let frames = ["UFRAME_NUM=1", "UTOOL_NUM=1"];
@@ -284,23 +301,19 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
             selected: 2
         }
     );
+    let mut nowhere = program("P", &["UFRAME_NUM=1", go]);
+    for position in &mut nowhere.positions {
+        position.groups[0].tool = None;
+    }
     assert_eq!(
-        execute(&[program("P", &["UFRAME_NUM=1", go])]).unwrap_err(),
+        execute(std::slice::from_ref(&nowhere)).unwrap_err(),
         Refusal::NoFrame("UTOOL_NUM")
     );
-    assert_eq!(
-        execute(&[program("P", &["UTOOL_NUM=1", "UFRAME_NUM=R[5]", go])]).unwrap_err(),
-        Refusal::NoFrame("UFRAME_NUM")
-    );
     assert_eq!(execute(&[]).unwrap_err(), Refusal::NoProgram);
-    let error = execution_order(
-        &[program("P", &["L P[1] 50mm/sec FINE"])],
-        &ExecutionSettings::default(),
-        &Reporter::new(),
-    );
+    let error = execution_order(&[nowhere], &ExecutionSettings::default(), &Reporter::new());
     let text = error.unwrap_err().to_string();
     assert!(
-        text.contains("P, line 1") && text.contains("set UFRAME_NUM"),
+        text.contains("P, line 2") && text.contains("set UFRAME_NUM"),
         "{text}"
     );
 }
