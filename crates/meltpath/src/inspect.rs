@@ -7,6 +7,7 @@ use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
+use crate::cancel::cancellable;
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
@@ -36,14 +37,9 @@ pub enum InspectError {
     },
 }
 
-impl From<PartError> for InspectError {
-    fn from(error: PartError) -> Self {
-        match error {
-            PartError::Cancelled(c) => InspectError::Cancelled(c),
-            other => InspectError::Part(other),
-        }
-    }
-}
+cancellable!(InspectError:
+    PartError => Part, PartError::Cancelled(c) => c;
+);
 
 /// What a file holds, in lines of words. Warnings go to `reporter`.
 ///

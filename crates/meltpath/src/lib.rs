@@ -1,5 +1,6 @@
 //! meltpath as a library: job files, the pipelines that join the rooms, the data that ships.
 
+mod cancel;
 pub mod chain;
 pub mod compare;
 pub mod data;
@@ -12,7 +13,6 @@ pub mod job;
 pub mod lpbf;
 pub mod material;
 pub mod outcome;
-
 pub mod reference;
 pub mod stages;
 pub mod start;

@@ -10,6 +10,7 @@ use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
+use crate::cancel::cancellable;
 use crate::job::JobError;
 
 /// Why an electron-beam job could not be done. Nothing was written then.
@@ -98,40 +99,9 @@ pub enum EbmError {
     GoodBody,
 }
 
-// that a person stopped a stage is no error of the stage
-
-impl From<BuildError> for EbmError {
-    fn from(error: BuildError) -> Self {
-        match error {
-            BuildError::Solver(SolverError::Cancelled(c)) => EbmError::Cancelled(c),
-            other => EbmError::Build(other),
-        }
-    }
-}
-
-impl From<ChartSimulationError> for EbmError {
-    fn from(error: ChartSimulationError) -> Self {
-        match error {
-            ChartSimulationError::Cancelled(c) => EbmError::Cancelled(c),
-            other => EbmError::Simulation(other),
-        }
-    }
-}
-
-impl From<StrategyError> for EbmError {
-    fn from(error: StrategyError) -> Self {
-        match error {
-            StrategyError::Simulation(ChartSimulationError::Cancelled(c)) => EbmError::Cancelled(c),
-            other => EbmError::Strategy(other),
-        }
-    }
-}
-
-impl From<SolverError> for EbmError {
-    fn from(error: SolverError) -> Self {
-        match error {
-            SolverError::Cancelled(c) => EbmError::Cancelled(c),
-            other => EbmError::Reference(other),
-        }
-    }
-}
+cancellable!(EbmError:
+    BuildError => Build, BuildError::Solver(SolverError::Cancelled(c)) => c;
+    ChartSimulationError => Simulation, ChartSimulationError::Cancelled(c) => c;
+    StrategyError => Strategy, StrategyError::Simulation(ChartSimulationError::Cancelled(c)) => c;
+    SolverError => Reference, SolverError::Cancelled(c) => c;
+);

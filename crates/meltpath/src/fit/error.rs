@@ -9,6 +9,7 @@ use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
 use super::measurements::MeasurementsError;
+use crate::cancel::cancellable;
 use crate::data::DataFileError;
 use crate::job::JobError;
 
@@ -38,19 +39,11 @@ pub enum FitCommandError {
     Fit(FitError<CouponError>),
 }
 
-// that a person stopped a simulation is no error of the fit
-
-impl From<CouponError> for FitCommandError {
-    fn from(error: CouponError) -> Self {
-        match error {
-            CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
-            | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => {
-                FitCommandError::Cancelled(c)
-            }
-            other => FitCommandError::Coupon(other),
-        }
-    }
-}
+cancellable!(FitCommandError:
+    CouponError => Coupon,
+        CouponError::Charts(BuildError::Solver(SolverError::Cancelled(c)))
+        | CouponError::Simulation(ChartSimulationError::Cancelled(c)) => c;
+);
 
 impl From<FitError<CouponError>> for FitCommandError {
     fn from(error: FitError<CouponError>) -> Self {

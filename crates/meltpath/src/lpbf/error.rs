@@ -6,6 +6,7 @@ use meltpath_scan_head::head::error::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
 
 use super::heat::HeatError;
+use crate::cancel::cancellable;
 use crate::job::JobError;
 
 /// Why a scan-head job could not be done. Nothing was written then.
@@ -28,22 +29,7 @@ pub enum LpbfError {
     Heat(HeatError),
 }
 
-// that a person stopped a stage is no error of the stage
-
-impl From<HeadError> for LpbfError {
-    fn from(error: HeadError) -> Self {
-        match error {
-            HeadError::Cancelled(c) => LpbfError::Cancelled(c),
-            other => LpbfError::Head(other),
-        }
-    }
-}
-
-impl From<HeatError> for LpbfError {
-    fn from(error: HeatError) -> Self {
-        match error {
-            HeatError::Fusion(FusionError::Cancelled(c)) => LpbfError::Cancelled(c),
-            other => LpbfError::Heat(other),
-        }
-    }
-}
+cancellable!(LpbfError:
+    HeadError => Head, HeadError::Cancelled(c) => c;
+    HeatError => Heat, HeatError::Fusion(FusionError::Cancelled(c)) => c;
+);

@@ -15,6 +15,7 @@ use super::plan::PlanStageError;
 use super::program::ProgramStageError;
 use super::simulate::SimulateError;
 use super::target::TargetError;
+use crate::cancel::cancellable;
 use crate::job::JobError;
 use crate::stages::part::PartError;
 
@@ -58,45 +59,13 @@ pub enum WaamError {
     },
 }
 
-// that a person stopped a stage is no error of the stage
-
-impl From<PartError> for WaamError {
-    fn from(error: PartError) -> Self {
-        match error {
-            PartError::Cancelled(c) => WaamError::Cancelled(c),
-            other => WaamError::Part(other),
-        }
-    }
-}
-
-impl From<PlanStageError> for WaamError {
-    fn from(error: PlanStageError) -> Self {
-        match error {
-            PlanStageError::Cancelled(c)
-            | PlanStageError::Slice(SliceError::Cancelled(c))
-            | PlanStageError::Overhang(OverhangError::Cancelled(c))
-            | PlanStageError::Fill(PlanError::Cancelled(c)) => WaamError::Cancelled(c),
-            other => WaamError::Plan(other),
-        }
-    }
-}
-
-impl From<SimulateError> for WaamError {
-    fn from(error: SimulateError) -> Self {
-        match error {
-            SimulateError::Motion(MotionError::Cancelled(c)) => WaamError::Cancelled(c),
-            other => WaamError::Simulate(other),
-        }
-    }
-}
-
-impl From<TargetError> for WaamError {
-    fn from(error: TargetError) -> Self {
-        match error {
-            TargetError::Cancelled(c) | TargetError::Slice(SliceError::Cancelled(c)) => {
-                WaamError::Cancelled(c)
-            }
-            other => WaamError::Target(other),
-        }
-    }
-}
+cancellable!(WaamError:
+    PartError => Part, PartError::Cancelled(c) => c;
+    PlanStageError => Plan,
+        PlanStageError::Cancelled(c)
+        | PlanStageError::Slice(SliceError::Cancelled(c))
+        | PlanStageError::Overhang(OverhangError::Cancelled(c))
+        | PlanStageError::Fill(PlanError::Cancelled(c)) => c;
+    SimulateError => Simulate, SimulateError::Motion(MotionError::Cancelled(c)) => c;
+    TargetError => Target, TargetError::Cancelled(c) | TargetError::Slice(SliceError::Cancelled(c)) => c;
+);
