@@ -202,7 +202,12 @@ fn programs_that_cannot_be_run_are_refused() {
         ),
         ("empty.ls", "", ""),
     ] {
-        fs::write(dir.path().join(name), program(lines)).unwrap();
+        let mut text = program(lines);
+        if name == "frame.ls" {
+            // positions can name the frame they stand in; these do not
+            text = text.replace("UF : 1, UT : 1", "UF : F, UT : F");
+        }
+        fs::write(dir.path().join(name), text).unwrap();
         let output = meltpath(&["simulate", name], dir.path());
         let said = said(&output);
         assert_eq!(output.status.code(), Some(2), "{name}: {said}");
