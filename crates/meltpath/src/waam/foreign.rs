@@ -69,8 +69,7 @@ pub fn simulate_program(
     let growth = settings.growth_error(1.0);
     let mut checks = Vec::new();
     if let Some(part) = &part {
-        let metal = &simulation.deposit.map;
-        let over = settings.allowance_top.unwrap_or(settings.allowance);
+        let (metal, over) = (&simulation.deposit.map, settings.least_over());
         let outcome = against_part(part, settings, over, metal, &growth, (&reporter, observer))?;
         checks.extend(target_checks(
             &outcome,

@@ -435,6 +435,11 @@ impl Settings {
         }
     }
 
+    /// Metal over faces that look up: as written, else what lies over sides, mm.
+    pub fn least_over(&self) -> f64 {
+        self.allowance_top.unwrap_or(self.allowance)
+    }
+
     /// Wire fed per programmed wire: the process map's feed factor.
     pub fn feed_factor(&self) -> f64 {
         self.map.feed_factor.0
