@@ -63,7 +63,7 @@ pub struct WeldSettings {
 
 /// What programs do when they are executed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Execution {
+pub(crate) struct Execution {
     /// The moves and waits, in order.
     pub steps: Vec<Executed>,
     /// What the weld schedules that were used set, as far as it is known.
@@ -73,8 +73,8 @@ pub struct Execution {
 }
 
 /// One thing executed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Executed {
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Executed {
     /// A move.
     Motion(ExecutedMotion),
     /// A wait.
@@ -91,12 +91,14 @@ pub enum Executed {
 }
 
 /// A move with everything resolved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExecutedMotion {
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ExecutedMotion {
     /// How.
     pub kind: ExecutedKind,
     /// Where to: the tool in the user frame, mm.
     pub target: Pose,
+    /// Where the external axes go, mm or rad: those of the robot's group, then those of further groups.
+    pub external: Vec<f64>,
     /// How fast.
     pub speed: ExecutedSpeed,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
@@ -117,7 +119,7 @@ pub struct ExecutedMotion {
 
 /// How a move goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ExecutedKind {
+pub(crate) enum ExecutedKind {
     /// By the joints; its path is not known here.
     Joint,
     /// Straight.
@@ -131,7 +133,7 @@ pub enum ExecutedKind {
 
 /// How fast a move is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ExecutedSpeed {
+pub(crate) enum ExecutedSpeed {
     /// mm/s.
     Path(f64),
     /// Share of the robot's joint speed, 0 to 1.
@@ -146,7 +148,7 @@ pub enum ExecutedSpeed {
 ///
 /// # Errors
 /// [`ProgramError`] with program and instruction number.
-pub fn execution_order(
+pub(crate) fn execution_order(
     programs: &[Program],
     settings: &ExecutionSettings,
     reporter: &Reporter,
@@ -160,6 +162,7 @@ pub fn execution_order(
         unnumbered: Vec::new(),
         frames: (None, None),
         bead_frames: None,
+        bead_axes: None,
         arc: None,
         layer: None,
         pass: None,
@@ -202,6 +205,8 @@ struct Machine<'a> {
     frames: (Option<u32>, Option<u32>),
     /// Frames of the first bead.
     bead_frames: Option<(u32, u32)>,
+    /// External axes of the robot's group at the first bead.
+    bead_axes: Option<Vec<f64>>,
     arc: Option<u32>,
     layer: Option<u32>,
     pass: Option<u32>,

@@ -6,19 +6,17 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
-use meltpath_geometry::arc::Arc;
-use meltpath_geometry::math::{DQuat, DVec3};
+use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, Gap, Pause, Program,
-    ProgramError, Schedule, WeldSettings, build, execution_order,
+    BuildError, BuildSettings, Gap, Pause, Program, ProgramError, Schedule, Way, WeldSettings,
+    build, read_toolpath,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
-use meltpath_toolpath::Toolpath;
+use meltpath_toolpath::{Channel, Move, Pass, Toolpath};
 
 use super::settings::Settings;
-use super::simulate::layers_by_height;
 
 /// Why there is no program, or why it cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -244,139 +242,79 @@ pub fn commands(
         };
         (s.number, set)
     }));
-    let executed = execution_order(programs, &known, reporter)?;
-    let name = programs.first().map_or("", |p| &p.name);
     let joint_speed = settings.cell.motion.joint_speed.value.0;
+    let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
+    let toolpath = &reading.toolpath;
+    let arc_length = toolpath.deposited_length();
+    let tool = |pass: &Pass<'_>, i: usize| {
+        // a reading says axis and turn of every point
+        let (axis, turn) = (
+            pass.axis(i).unwrap_or(DVec3::Z),
+            pass.turn(i).unwrap_or(0.0),
+        );
+        Pose::of_tool(pass.points[i], axis, turn)
+    };
+    let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
+    let Some(start) = start.filter(|_| arc_length > 0.0) else {
+        return Err(no_bead(programs, reading.gaps));
+    };
     let factor = settings.feed_factor();
-    let source = |arc: Option<u32>| match arc {
-        None => Source::Off,
-        Some(schedule) => {
-            let set = executed.schedules.get(&schedule);
-            let programmed = set.map_or(bead.wire_feed, |s| s.wire_feed);
+    let count = reading.controls.len();
+    let mut commands: Vec<Command> = Vec::with_capacity(count);
+    let mut layer_of_command = Vec::with_capacity(count);
+    let mut pass_of_command = Vec::with_capacity(count);
+    let moves = toolpath
+        .passes()
+        .flat_map(|pass| (0..pass.move_count()).map(move |i| (pass, i)));
+    for ((pass, i), control) in moves.zip(&reading.controls) {
+        let kind = match (pass.move_at(i), control.way) {
+            (Move::Spot { time }, _) => Kind::Wait { time },
+            (Move::Arc { via }, _) => Kind::Arc { via },
+            (Move::Line, Way::Joint) => Kind::Joint,
+            (Move::Line, Way::Path) => Kind::Line,
+        };
+        let to = tool(&pass, i + 1);
+        let source = if pass.head.role.deposits() {
+            let programmed = pass.value(Channel::WireFeed, i);
             Source::On {
-                wire_feed: factor * programmed,
+                wire_feed: factor * programmed.unwrap_or(bead.wire_feed),
             }
-        }
-    };
-    let mut start = None;
-    let mut here = Pose {
-        position: DVec3::ZERO,
-        orientation: DQuat::IDENTITY,
-    };
-    let mut commands: Vec<Command> = Vec::with_capacity(executed.steps.len());
-    let mut layers = Vec::with_capacity(executed.steps.len());
-    let mut passes = Vec::with_capacity(executed.steps.len());
-    let mut arc_length = 0.0;
-    for step in &executed.steps {
-        let id = commands.len() as u32;
-        match *step {
-            Executed::Wait { time, arc, .. } => {
-                commands.push(Command {
-                    kind: Kind::Wait { time },
-                    source: source(arc),
-                    ..Command::line(id, here.position, 1.0, Smoothing::Fine)
-                });
-                if let Some(last) = commands.last_mut() {
-                    last.orientation = here.orientation;
-                }
-                layers.push(None);
-                passes.push(None);
-            }
-            Executed::Motion(m) => {
-                if start.is_none() {
-                    // where the robot comes from is not in the program: it starts at its first position
-                    start = Some(m.target);
-                    here = m.target;
-                    continue;
-                }
-                let kind = match m.kind {
-                    ExecutedKind::Joint => Kind::Joint,
-                    ExecutedKind::Linear => Kind::Line,
-                    ExecutedKind::Circular { via } => Kind::Arc { via },
-                };
-                let length = length(kind, here.position, m.target.position);
-                if m.arc.is_some() {
-                    arc_length += length;
-                }
-                commands.push(Command {
-                    id,
-                    kind,
-                    target: m.target.position,
-                    orientation: m.target.orientation,
-                    speed: path_speed(m.speed, length, joint_speed),
-                    smoothing: m.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
-                    source: source(m.arc),
-                });
-                layers.push(m.layer.filter(|_| m.arc.is_some()));
-                passes.push(m.pass);
-                here = m.target;
-            }
-        }
-    }
-    if arc_length <= 0.0 {
-        let name = name.to_owned();
-        return Err(match executed.gaps.into_iter().next() {
-            Some(gap) => ProgramStageError::NoBead {
-                name,
-                gap: Box::new(gap),
-            },
-            None => ProgramStageError::NoArc(name),
+        } else {
+            Source::Off
+        };
+        commands.push(Command {
+            id: commands.len() as u32,
+            kind,
+            target: to.position,
+            orientation: to.orientation,
+            // waits have none
+            speed: pass.value(Channel::Speed, i).unwrap_or(1.0),
+            smoothing: control.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
+            source,
         });
+        layer_of_command.push(pass.layer);
+        pass_of_command.push((pass.head.id.0 > 0).then_some(pass.head.id.0));
     }
-    let known = told_or_by_height(layers, &commands);
-    let layer_of_command = carried(&known);
     Ok(Commands {
-        start: start.unwrap_or(here),
+        start,
         commands,
         layer_of_command,
-        pass_of_command: passes,
+        pass_of_command,
         arc_length,
-        gaps: executed.gaps,
+        gaps: reading.gaps,
     })
 }
 
-/// Speed along a move of `length` mm, mm/s.
-fn path_speed(speed: ExecutedSpeed, length: f64, joint_speed: f64) -> f64 {
-    match speed {
-        ExecutedSpeed::Path(v) => v,
-        ExecutedSpeed::Joint(share) => share * joint_speed,
-        ExecutedSpeed::Duration(t) if length > 0.0 => length / t,
-        // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
-        ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
+/// Why programs lay no metal.
+fn no_bead(programs: &[Program], gaps: Vec<Gap>) -> ProgramStageError {
+    let name = programs
+        .first()
+        .map_or_else(String::new, |p| p.name.clone());
+    match gaps.into_iter().next() {
+        Some(gap) => ProgramStageError::NoBead {
+            name,
+            gap: Box::new(gap),
+        },
+        None => ProgramStageError::NoArc(name),
     }
-}
-
-/// Length of a move, mm.
-fn length(kind: Kind, from: DVec3, to: DVec3) -> f64 {
-    let arc = match kind {
-        Kind::Arc { via } => Arc::through(from, via, to),
-        _ => None,
-    };
-    arc.map_or_else(|| from.distance(to), |a| a.length())
-}
-
-/// The layer of each command as comments tell it; by height where they leave one out that lays metal.
-fn told_or_by_height(layers: Vec<Option<u32>>, commands: &[Command]) -> Vec<Option<u32>> {
-    let told = commands.iter().zip(&layers).all(|(c, l)| {
-        l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. })
-    });
-    if told {
-        return layers;
-    }
-    let (by_height, _) = layers_by_height(commands);
-    let some = |l: u32| (l > 0).then_some(l);
-    by_height.into_iter().map(some).collect()
-}
-
-/// Travels and waits belong to the layer that was worked on last, those before the first bead to its layer: an arc that
-/// is struck or ends during one of them must find its layer.
-fn carried(known: &[Option<u32>]) -> Vec<u32> {
-    let mut layer = known.iter().flatten().copied().next().unwrap_or(1);
-    known
-        .iter()
-        .map(|l| {
-            layer = l.unwrap_or(layer);
-            layer
-        })
-        .collect()
 }

@@ -31,6 +31,11 @@ pub enum Missing {
     /// A further motion group that stands elsewhere than at zero.
     #[error("motion group {0} moves the part or the robot, and only group 1 is simulated")]
     Positioner(u32),
+    /// An external axis of the robot's group moves between the points of beads.
+    #[error(
+        "an external axis of the robot moves from here on, and whether it moves the part is not known"
+    )]
+    ExternalAxes,
     /// A bead in other frames than those before it.
     #[error(
         "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
@@ -75,6 +80,9 @@ impl Missing {
             }
             Missing::Positioner(_) => {
                 "export the part of the program in which the positioner stands at zero"
+            }
+            Missing::ExternalAxes => {
+                "simulate the beads that are laid with the external axes at one place by themselves"
             }
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
             Missing::Call(_) => {

@@ -45,6 +45,9 @@ pub enum Refusal {
     /// No such position.
     #[error("P[{0}] is not in /POS")]
     NoPosition(u32),
+    /// A position that no robot reaches.
+    #[error("P[{0}] lies more than a kilometre from the origin of its frame")]
+    Far(u32),
     /// A speed that has no meaning for this move, or that no robot has.
     #[error("the speed is not one of this kind of move, or none that a robot has")]
     Speed,
@@ -76,6 +79,7 @@ impl Refusal {
             Refusal::Label(_) => "correct the jump or add the label",
             Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",
+            Refusal::Far(_) => "correct its coordinates, in mm",
             Refusal::NoPosition(_) => "export the program with its positions",
             Refusal::Wait(_) => "write the time that is meant, in seconds",
             Refusal::Speed => {

@@ -5,3 +5,4 @@ mod built;
 mod cli_layers;
 mod foreign;
 mod mutation;
+mod told;
