@@ -32,6 +32,8 @@ table! {
         schedules as "schedule": Vec<WeldSchedule> => default([], "programs of others say it, or it is not known");
         /// Registers that programs of others read before they set them.
         registers: Vec<Register> => default([], "none is known");
+        /// Inputs, outputs and flags that decide what programs of others do.
+        signals as "signal": Vec<Signal> => default([], "none is known");
         /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
         passed_over: Vec<String> => default([], "none");
         /// Unit of speeds along the path.
@@ -74,6 +76,16 @@ table! {
         value: f64 => required;
     }
 
+    /// An input, an output or a flag of the controller.
+    pub struct Signal {
+        /// Its name, such as `DI` or `F`.
+        name: String => required;
+        /// Its number.
+        number: u32 => required;
+        /// Its state.
+        state: SignalState => required;
+    }
+
     /// W, P, R.
     pub struct Orientation {
         /// About the fixed x axis, first.
@@ -98,6 +110,14 @@ table! {
 }
 
 choice! {
+    /// States of a signal.
+    pub enum SignalState {
+        /// On.
+        On = "on",
+        /// Off.
+        Off = "off",
+    }
+
     /// Units of speeds along a path.
     pub enum PathSpeedUnit {
         /// Centimetres per minute.
@@ -152,6 +172,11 @@ impl CellProgramming {
                 .registers
                 .iter()
                 .map(|r| (*r.number, *r.value))
+                .collect(),
+            signals: self
+                .signals
+                .iter()
+                .map(|s| ((capital(&s.name), *s.number), *s.state == SignalState::On))
                 .collect(),
             schedules: self.schedules.iter().map(|s| (*s.number, set(s))).collect(),
             assumed_speed,

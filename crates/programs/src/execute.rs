@@ -1,10 +1,12 @@
 //! The order in which a controller executes programs: calls followed, frames and arc tracked, positions looked up.
 //!
 //! Every line is executed, or shapes no metal (told as a warning), or shapes metal in a way that only the controller knows: such
-//! lines are told as [`Gap`]s, and the result is not that of the program. What decides which line comes next is refused (conditions,
-//! loops). A frame that is never selected, or differs from a position's own, is an error, as on the controller.
+//! lines are told as [`Gap`]s, and the result is not that of the program. Conditions, choices and loops are followed where the values
+//! that decide are known, and refused where they are not. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
 mod effect;
+mod expression;
+mod flow;
 mod gap;
 mod moves;
 mod refusal;
@@ -15,15 +17,14 @@ use meltpath_base::{Place, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use effect::{Effect, effect, first_word, numbered, told_schedule};
+use effect::{Effect, Selected, effect, first_word, numbered, told_schedule};
+use expression::Memory;
+use flow::{Flow, Frame};
 pub use gap::{Gap, Missing};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
 use crate::program::{ArcAction, ArcWord, CommentMark, Instruction, Position, Program};
-
-/// Calls within calls that a controller takes.
-const DEEPEST: usize = 10;
 
 /// Longest wait that is simulated, s: a day.
 const LONGEST_WAIT: f64 = 86_400.0;
@@ -33,6 +34,8 @@ const LONGEST_WAIT: f64 = 86_400.0;
 pub struct ExecutionSettings {
     /// Register contents before the start.
     pub registers: BTreeMap<u32, f64>,
+    /// States of inputs, outputs and flags before the start, by name in capitals and number.
+    pub signals: BTreeMap<(String, u32), bool>,
     /// What weld schedules set, by number.
     pub schedules: BTreeMap<u32, WeldSettings>,
     /// Speed along the path, mm/s, of moves whose own is not known.
@@ -45,6 +48,7 @@ impl Default for ExecutionSettings {
     fn default() -> Self {
         ExecutionSettings {
             registers: BTreeMap::new(),
+            signals: BTreeMap::new(),
             schedules: BTreeMap::new(),
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
@@ -157,7 +161,11 @@ pub(crate) fn execution_order(
         programs,
         settings,
         tables: programs.iter().map(table).collect(),
-        registers: settings.registers.clone(),
+        memory: Memory {
+            registers: settings.registers.clone(),
+            signals: settings.signals.clone(),
+            arguments: Vec::new(),
+        },
         schedules: settings.schedules.clone(),
         unnumbered: Vec::new(),
         frames: (None, None),
@@ -171,13 +179,14 @@ pub(crate) fn execution_order(
         told: BTreeMap::new(),
         gaps: Vec::new(),
         seen: BTreeSet::new(),
-        stack: Vec::new(),
+        count: 0,
+        most: Machine::most(programs),
         at: (0, 0),
     };
     if programs.is_empty() {
         return Err(machine.refuse(Refusal::NoProgram));
     }
-    machine.run(0)?;
+    machine.run(0, Vec::new())?;
     machine.close_arcs();
     if machine.arc.is_some() {
         return Err(machine.refuse(Refusal::ArcLeftOn));
@@ -198,7 +207,7 @@ struct Machine<'a> {
     programs: &'a [Program],
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
-    registers: BTreeMap<u32, f64>,
+    memory: Memory,
     schedules: BTreeMap<u32, WeldSettings>,
     /// Arc words that set the source by values: they take the numbers that no controller has, from the last one down.
     unnumbered: Vec<String>,
@@ -218,7 +227,9 @@ struct Machine<'a> {
     gaps: Vec<Gap>,
     /// Lines and reasons that are among the gaps.
     seen: BTreeSet<((usize, usize), String)>,
-    stack: Vec<usize>,
+    /// Instructions executed, and the most that are.
+    count: usize,
+    most: usize,
     /// Program and instruction being executed, from 0.
     at: (usize, usize),
 }
@@ -300,111 +311,120 @@ impl Machine<'_> {
         }
     }
 
-    fn run(&mut self, program: usize) -> Result<Flow, ProgramError> {
-        if self.stack.contains(&program) || self.stack.len() >= DEEPEST {
-            let name = &self.programs[program].name;
-            return Err(self.refuse(Refusal::Loop(format!("{name} is called from itself"))));
-        }
-        self.stack.push(program);
-        let instructions = &self.programs[program].instructions;
-        let mut next = 0;
-        let mut flow = Flow::Return;
-        while let Some(instruction) = instructions.get(next) {
-            self.at = (program, next);
-            next += 1;
-            match instruction {
-                Instruction::Motion(motion) => self.motion(motion)?,
-                Instruction::Arc(word) => {
-                    self.close_arcs();
-                    self.switch(word)?;
+    /// Executes one instruction of a program that runs.
+    fn execute(
+        &mut self,
+        frame: &mut Frame,
+        instruction: &Instruction,
+    ) -> Result<Flow, ProgramError> {
+        match instruction {
+            Instruction::Motion(motion) => self.motion(motion)?,
+            Instruction::Arc(word) => {
+                self.close_arcs();
+                self.switch(word)?;
+            }
+            Instruction::Wait(time) => self.wait(*time)?,
+            Instruction::UserFrame(n) => self.frames.0 = Some(*n),
+            Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
+            Instruction::Call { program, arguments } => return self.call(program, arguments),
+            Instruction::Comment { mark, text } => {
+                if *mark == CommentMark::Remark {
+                    self.layer = numbered(text, "Layer").or(self.layer);
+                    self.pass = numbered(text, "Pass").or(self.pass);
+                    self.learn(text);
                 }
-                Instruction::Wait(time) => {
-                    self.close_arcs();
-                    if *time > LONGEST_WAIT {
-                        return Err(self.refuse(Refusal::Wait(*time)));
-                    }
-                    self.executed.push(Executed::Wait {
-                        time: *time,
-                        arc: self.arc,
-                        program: program as u32,
-                        line: next as u32,
-                    });
-                }
-                Instruction::UserFrame(n) => self.frames.0 = Some(*n),
-                Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
-                Instruction::Call { program: name, .. } => {
-                    if let Flow::Abort = self.call(name)? {
-                        flow = Flow::Abort;
-                        break;
-                    }
-                    self.at = (program, next - 1);
-                }
-                Instruction::Comment { mark, text } => {
-                    if *mark == CommentMark::Remark {
-                        self.layer = numbered(text, "Layer").or(self.layer);
-                        self.pass = numbered(text, "Pass").or(self.pass);
-                        self.learn(text);
-                    }
-                }
-                Instruction::Jump(label) => next = self.jump(program, *label)?,
-                Instruction::End => break,
-                Instruction::Label { .. } | Instruction::Blank => {}
-                Instruction::Raw(text) => match effect(text) {
-                    Effect::Condition => return Err(self.refuse(Refusal::Condition(text.clone()))),
-                    Effect::Loop => return Err(self.refuse(Refusal::Loop(text.clone()))),
-                    Effect::Set(register, value) => {
-                        match value {
-                            Some(v) => self.registers.insert(register, v),
-                            None => self.registers.remove(&register),
-                        };
-                    }
-                    Effect::Frame { user: true } => self.frames.0 = None,
-                    Effect::Frame { user: false } => self.frames.1 = None,
-                    Effect::Abort => {
-                        flow = Flow::Abort;
-                        break;
-                    }
-                    Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
-                    Effect::Wait | Effect::Passive => {
-                        self.note("line-passed-over", first_word(text));
-                    }
-                    Effect::Shapes(why) => self.gap(why),
-                },
+            }
+            Instruction::Jump(label) => return self.jump(frame.program, *label),
+            Instruction::End => return Ok(Flow::Return),
+            Instruction::Label { .. } | Instruction::Blank => {}
+            Instruction::Raw(text) => {
+                return match self.decide(frame, text)? {
+                    Some(flow) => Ok(flow),
+                    None => self.other(text),
+                };
             }
         }
-        self.stack.pop();
-        Ok(flow)
+        Ok(Flow::Next)
     }
 
-    fn jump(&self, program: usize, label: u32) -> Result<usize, ProgramError> {
-        let instructions = &self.programs[program].instructions;
-        let is_label =
-            |i: &Instruction| matches!(i, Instruction::Label { number, .. } if *number == label);
-        let to = instructions
-            .iter()
-            .position(is_label)
-            .ok_or_else(|| self.refuse(Refusal::Label(label)))?;
-        if to <= self.at.1 {
-            return Err(self.refuse(Refusal::Loop(format!("JMP LBL[{label}] goes back"))));
+    /// Executes a line that is kept verbatim and decides nothing.
+    fn other(&mut self, text: &str) -> Result<Flow, ProgramError> {
+        match effect(text) {
+            Effect::Set => self.set(text),
+            Effect::Frame(which) => {
+                let number = text.split_once('=').map(|(_, right)| right);
+                let number = number.and_then(|right| self.memory.index(right));
+                match which {
+                    Selected::User => self.frames.0 = number,
+                    Selected::Tool => self.frames.1 = number,
+                }
+            }
+            Effect::Abort => return Ok(Flow::Abort),
+            Effect::Wait => {
+                let until = text.get(4..).unwrap_or_default();
+                let time = until.trim().trim_end_matches("(sec)");
+                match self.memory.number(time).filter(|t| *t >= 0.0) {
+                    Some(time) => self.wait(time)?,
+                    // it is so already
+                    None if self.memory.condition(until) == Some(true) => {}
+                    None if self.arc.is_some() => self.gap(Missing::WaitWithArc),
+                    None => self.note("line-passed-over", first_word(text)),
+                }
+            }
+            Effect::Signal => {
+                self.set(text);
+                self.note("line-passed-over", first_word(text));
+            }
+            Effect::Passive => self.note("line-passed-over", first_word(text)),
+            Effect::Shapes(why) => self.gap(why),
         }
-        Ok(to)
+        Ok(Flow::Next)
     }
 
-    fn call(&mut self, name: &str) -> Result<Flow, ProgramError> {
-        let found = self
-            .programs
-            .iter()
-            .position(|p| p.name.eq_ignore_ascii_case(name));
-        if let Some(program) = found {
-            return self.run(program);
+    /// Sets a register or a signal to what stands after `=`, as far as it is known.
+    fn set(&mut self, text: &str) {
+        let sides = text.split_once('=');
+        let target = sides.and_then(|(left, _)| self.memory.reference(left));
+        let right = sides.map_or("", |(_, right)| right);
+        match target {
+            Some((name, register)) if name == "R" => match self.memory.number(right) {
+                Some(value) => drop(self.memory.registers.insert(register, value)),
+                None => drop(self.memory.registers.remove(&register)),
+            },
+            Some(signal) => match self.memory.condition(right) {
+                Some(on) => drop(self.memory.signals.insert(signal, on)),
+                None => drop(self.memory.signals.remove(&signal)),
+            },
+            // any of them may be the one
+            None => {
+                self.memory.registers.clear();
+                self.memory.signals.clear();
+            }
         }
+    }
+
+    fn wait(&mut self, time: f64) -> Result<(), ProgramError> {
+        self.close_arcs();
+        if time > LONGEST_WAIT {
+            return Err(self.refuse(Refusal::Wait(time)));
+        }
+        self.executed.push(Executed::Wait {
+            time,
+            arc: self.arc,
+            program: self.at.0 as u32,
+            line: self.at.1 as u32 + 1,
+        });
+        Ok(())
+    }
+
+    /// Passes over a call of a program that was not given.
+    fn call_outside(&mut self, name: &str) {
         let name = name.to_ascii_uppercase();
         if self.settings.passed_over.contains(&name) {
             self.note("call-passed-over", name);
-            return Ok(Flow::Return);
+        } else {
+            self.gap(Missing::Call(name));
         }
-        self.gap(Missing::Call(name));
-        Ok(Flow::Return)
     }
 
     /// A schedule that a comment tells, where the cell does not know better.
@@ -451,10 +471,4 @@ impl Machine<'_> {
         }
         Ok(())
     }
-}
-
-/// How a program ended.
-enum Flow {
-    Return,
-    Abort,
 }

@@ -4,14 +4,12 @@ use super::gap::Missing;
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
-    /// Decides what comes next.
-    Condition,
-    /// Repeats.
-    Loop,
     /// Sets a register.
-    Set(u32, Option<f64>),
-    /// Selects a frame by a value that is not known.
-    Frame { user: bool },
+    Set,
+    /// Sets an output or a flag.
+    Signal,
+    /// Selects a frame by a value.
+    Frame(Selected),
     /// Ends everything.
     Abort,
     /// Waits for something.
@@ -22,22 +20,23 @@ pub(super) enum Effect {
     Shapes(Missing),
 }
 
+/// Which frame is selected.
+#[derive(Clone, Copy)]
+pub(super) enum Selected {
+    User,
+    Tool,
+}
+
 /// First words of instructions that shape no metal: inputs and outputs that are not the source's, messages, times, registers that
 /// matter only where a move refers to them (and are told there), monitoring.
-const PASSIVE: [&str; 27] = [
-    "DO",
+const PASSIVE: [&str; 22] = [
     "DI",
-    "RO",
     "RI",
     "GI",
     "AI",
     "WI",
-    "SO",
     "SI",
-    "UO",
     "UI",
-    "F",
-    "M",
     "TIMER",
     "MESSAGE",
     "PAYLOAD",
@@ -52,6 +51,8 @@ const PASSIVE: [&str; 27] = [
     "RESUME_PROG",
     "DIAG_REC",
     "MONITOR",
+    // matters to moves with the word Skip, which are told
+    "SKIP",
 ];
 
 /// The word that a line begins with, in capitals.
@@ -71,13 +72,12 @@ pub(super) fn first_word(text: &str) -> String {
 pub(super) fn effect(text: &str) -> Effect {
     let word = first_word(text);
     match word.as_str() {
-        "IF" | "ELSE" | "ENDIF" | "SELECT" | "JMP" | "=" | "SKIP" => Effect::Condition,
-        "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" => Effect::Loop,
         "ABORT" => Effect::Abort,
         "WAIT" | "PAUSE" => Effect::Wait,
-        "UFRAME_NUM" => Effect::Frame { user: true },
-        "UTOOL_NUM" => Effect::Frame { user: false },
-        "R" => assignment(text).map_or(Effect::Passive, |(n, v)| Effect::Set(n, v)),
+        "UFRAME_NUM" => Effect::Frame(Selected::User),
+        "UTOOL_NUM" => Effect::Frame(Selected::Tool),
+        "R" => Effect::Set,
+        "DO" | "RO" | "SO" | "UO" | "F" | "M" => Effect::Signal,
         // the end of what was told at its beginning
         "WEAVE" | "TRACK" if ends(text) => Effect::Passive,
         "WEAVE" => Effect::Shapes(Missing::Weave),
@@ -96,16 +96,6 @@ pub(super) fn effect(text: &str) -> Effect {
 fn ends(text: &str) -> bool {
     let mut words = text.split(|c: char| c.is_whitespace() || c == '[');
     words.nth(1).is_some_and(|w| w.eq_ignore_ascii_case("end"))
-}
-
-/// `R[n]=value`: the register, and the value where it is a plain number.
-fn assignment(text: &str) -> Option<(u32, Option<f64>)> {
-    let (left, right) = text.split_once('=')?;
-    let inner = left.trim().get(2..)?.strip_suffix(']')?;
-    let number = inner.split(':').next()?.trim().parse().ok()?;
-    let right = right.trim().trim_matches(|c| c == '(' || c == ')');
-    let value = right.parse().ok().filter(|v: &f64| v.is_finite());
-    Some((number, value))
 }
 
 /// Words of a move that change where it goes.

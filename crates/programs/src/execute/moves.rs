@@ -34,7 +34,10 @@ impl Machine<'_> {
     fn place(&mut self, reference: &PositionRef) -> Result<Result<Place, Missing>, ProgramError> {
         let index = match reference {
             PositionRef::Point { index, .. } => *index,
-            PositionRef::Unresolved(text) => return Ok(Err(Missing::Position(text.clone()))),
+            PositionRef::Unresolved(text) => match self.indirect(text) {
+                Some(index) => index,
+                None => return Ok(Err(Missing::Position(text.clone()))),
+            },
         };
         let Some(position) = self.tables[self.at.0].get(&index).copied() else {
             return Err(self.refuse(Refusal::NoPosition(index)));
@@ -89,11 +92,18 @@ impl Machine<'_> {
         }))
     }
 
+    /// The position that `P[R[2]]` means.
+    fn indirect(&self, text: &str) -> Option<u32> {
+        let rest = text.strip_prefix(['P', 'p'])?;
+        let (inner, _) = crate::fanuc_ls::bracket(rest)?;
+        self.memory.index(inner.split(':').next()?)
+    }
+
     /// The speed of a move; an assumed one, told, where it is not known.
     fn speed(&mut self, motion: &Motion) -> Result<ExecutedSpeed, ProgramError> {
         let (value, unit) = match motion.speed {
             Speed::Value { value, unit } => (value, unit),
-            Speed::Register { number, unit } => match self.registers.get(&number) {
+            Speed::Register { number, unit } => match self.memory.registers.get(&number) {
                 Some(value) => (*value, unit),
                 None => return Ok(self.assumed_speed(motion, format!("R[{number}]"))),
             },
@@ -159,7 +169,7 @@ impl Machine<'_> {
             Termination::Fine => return None,
             Termination::Cnt(share) => f64::from(*share),
             Termination::CntRegister(n) => {
-                if let Some(share) = self.registers.get(n) {
+                if let Some(share) = self.memory.registers.get(n) {
                     *share
                 } else {
                     self.gap(Missing::Termination(format!("CNT R[{n}]")));

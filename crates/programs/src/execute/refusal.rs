@@ -18,12 +18,15 @@ pub enum Refusal {
     /// There is nothing to execute.
     #[error("there is no program")]
     NoProgram,
-    /// A program goes back, or calls itself.
-    #[error("the program has a loop ({0})")]
+    /// A program does not end.
+    #[error("the program does not end ({0})")]
     Loop(String),
-    /// What comes next depends on a value.
-    #[error("what comes next depends on a condition ({0})")]
+    /// What comes next depends on a value that is not known.
+    #[error("what comes next depends on values that are not known here ({0})")]
     Condition(String),
+    /// A block without its other end.
+    #[error("the block that begins or ends here has no other end")]
+    Unpaired,
     /// A jump to nowhere.
     #[error("there is no LBL[{0}]")]
     Label(u32),
@@ -73,9 +76,11 @@ impl Refusal {
     pub fn remedy(&self) -> &'static str {
         match self {
             Refusal::NoProgram => "give at least one",
-            Refusal::Loop(_) | Refusal::Condition(_) => {
-                "write the moves out, or export the path without the surrounding logic"
+            Refusal::Loop(_) => "export one round of the program, without the loop around it",
+            Refusal::Condition(_) => {
+                "give the registers that decide it in the cell file (registers), or export the path without the surrounding logic"
             }
+            Refusal::Unpaired => "pair IF … THEN with ENDIF, FOR with ENDFOR, WHILE with ENDWHILE",
             Refusal::Label(_) => "correct the jump or add the label",
             Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",

@@ -32,7 +32,7 @@ pub(super) fn word(text: &str) -> Option<(&str, &str)> {
 }
 
 /// What stands in a bracket that opens `text`, and what follows it.
-pub(super) fn bracket(text: &str) -> Option<(&str, &str)> {
+pub(crate) fn bracket(text: &str) -> Option<(&str, &str)> {
     let inner = text.strip_prefix('[')?;
     let mut depth = 1_u32;
     let mut quoted = false;

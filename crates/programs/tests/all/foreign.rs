@@ -6,39 +6,16 @@ use std::fmt::Write as _;
 use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls::{self, ParseError, Parsed};
+use meltpath_programs::fanuc_ls::{self, ParseError};
 use meltpath_programs::program::{Coordinates, Instruction, PositionRef, Termination};
-use meltpath_programs::{
-    ExecutionSettings, Missing, Program, ProgramError, Reading, Refusal, Way, WeldSettings,
-    read_toolpath,
-};
+use meltpath_programs::{ExecutionSettings, Missing, Refusal, Way, WeldSettings};
 use meltpath_toolpath::Move;
 
-use crate::told::motions;
+use crate::told::{execute, motions, parsed, program, read};
 
 const SIMPLE: &str = include_str!("../data/offline_simple.ls");
 const TWO_GROUPS: &str = include_str!("../data/controller_two_groups.ls");
 const LOGIC: &str = include_str!("../data/lower_case_logic.ls");
-
-fn parsed(text: &str) -> Parsed {
-    fanuc_ls::parse(text).unwrap()
-}
-
-fn read(
-    programs: &[Program],
-    settings: &ExecutionSettings,
-    reporter: &Reporter,
-) -> Result<Reading, ProgramError> {
-    let reading = read_toolpath(programs, settings, 1000.0, reporter)?;
-    for layer in &reading.toolpath.layers {
-        layer.sanity_check().unwrap();
-    }
-    Ok(reading)
-}
-
-fn execute(programs: &[Program]) -> Result<Reading, Refusal> {
-    read(programs, &ExecutionSettings::default(), &Reporter::new()).map_err(|e| e.why)
-}
 
 #[test]
 fn every_line_is_kept() {
@@ -229,21 +206,6 @@ fn forms_of_speed_termination_and_reference() {
     assert!(matches!(&found[3].0, PositionRef::Point { index: 2, comment: Some(c) } if c == "a;b"));
 }
 
-/// A program with these instructions, and point 1 to 3 in frames 1.
-fn program(name: &str, lines: &[&str]) -> Program {
-    let mut text = format!("/PROG {name}\n/MN\n");
-    for (i, line) in lines.iter().enumerate() {
-        writeln!(text, "{:4}:{line} ;", i + 1).unwrap();
-    }
-    text += "/POS\n";
-    for i in 1..=3 {
-        write!(text, "P[{i}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {i} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
-        ).unwrap();
-    }
-    text += "P[4]{\n GP1:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg\n};\n/END\n";
-    parsed(&text).program
-}
-
 /// A controller moves to a position in the frames it was taught in: where no line selects them, they are those.
 #[test]
 fn frames_that_no_line_selects_are_those_of_the_positions() {
@@ -272,9 +234,11 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
         Refusal::Loop(_)
     ));
     assert!(matches!(
-        refuse(&["FOR R[1]=1 TO 3", go, "ENDFOR"]),
-        Refusal::Loop(_)
+        refuse(&["FOR R[1]=1 TO R[2]", go, "ENDFOR"]),
+        Refusal::Condition(_)
     ));
+    assert_eq!(refuse(&["FOR R[1]=2 TO 1", go]), Refusal::Unpaired);
+    assert_eq!(refuse(&[go, "ENDFOR"]), Refusal::Unpaired);
     assert!(matches!(refuse(&[go, "CALL P"]), Refusal::Loop(_)));
     assert!(matches!(
         refuse(&["IF R[1]=1,JMP LBL[2]"]),

@@ -4,5 +4,6 @@
 mod built;
 mod cli_layers;
 mod foreign;
+mod logic;
 mod mutation;
 mod told;

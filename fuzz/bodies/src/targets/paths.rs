@@ -6,7 +6,7 @@ use meltpath_base::Reporter;
 use meltpath_base::container::Container;
 use meltpath_gun::record::Record;
 use meltpath_programs::cli::{self, CliError, Reader};
-use meltpath_programs::{ExecutionSettings, fanuc_ls, read_toolpath, vectors};
+use meltpath_programs::{ExecutionSettings, fanuc_ls, reading, vectors};
 use meltpath_toolpath::{Layer, Profile, Toolpath, storage};
 
 use super::{Target, files};
@@ -23,8 +23,9 @@ pub(super) const FANUC_LS: Target = Target {
         };
         let programs = std::slice::from_ref(&parsed.program);
         let settings = ExecutionSettings::default();
-        if let Ok(reading) = read_toolpath(programs, &settings, 1000.0, &Reporter::new()) {
-            for layer in &reading.toolpath.layers {
+        let read = reading::read_toolpath(programs, &settings, 1000.0, &Reporter::new());
+        if let Ok(read) = read {
+            for layer in &read.toolpath.layers {
                 layer.sanity_check().expect("what is read is sound");
             }
         }
