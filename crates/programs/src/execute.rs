@@ -8,26 +8,24 @@ mod effect;
 mod expression;
 mod flow;
 mod gap;
+mod instructions;
 mod moves;
 mod refusal;
+mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::Weave;
 
-use effect::{Effect, Selected, effect, first_word, numbered, told_schedule};
 use expression::Memory;
-use flow::{Flow, Frame};
 pub use gap::{Gap, Missing};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
-use crate::program::{ArcAction, ArcWord, CommentMark, Instruction, Position, Program};
-
-/// Longest wait that is simulated, s: a day.
-const LONGEST_WAIT: f64 = 86_400.0;
+use crate::program::{ArcValue, Position, Program};
 
 /// What the programs do not say themselves.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,8 +34,12 @@ pub struct ExecutionSettings {
     pub registers: BTreeMap<u32, f64>,
     /// States of inputs, outputs and flags before the start, by name in capitals and number.
     pub signals: BTreeMap<(String, u32), bool>,
-    /// What weld schedules set, by number.
-    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// What weld schedules set, by procedure, where it matters, and number.
+    pub schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    /// What the numbers in the brackets of an arc word mean, in order; empty where they are a schedule's.
+    pub arc_values: Vec<ArcValue>,
+    /// What weave schedules set, by number.
+    pub weaves: BTreeMap<u32, Weave>,
     /// Speed along the path, mm/s, of moves whose own is not known.
     pub assumed_speed: f64,
     /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
@@ -50,6 +52,8 @@ impl Default for ExecutionSettings {
             registers: BTreeMap::new(),
             signals: BTreeMap::new(),
             schedules: BTreeMap::new(),
+            arc_values: Vec::new(),
+            weaves: BTreeMap::new(),
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
         }
@@ -70,10 +74,19 @@ pub struct WeldSettings {
 pub(crate) struct Execution {
     /// The moves and waits, in order.
     pub steps: Vec<Executed>,
-    /// What the weld schedules that were used set, as far as it is known.
-    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// The weaves that moves refer to.
+    pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
+}
+
+/// The source while the arc burns, as far as it is known.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Source {
+    /// Programmed wire feed speed, mm/s.
+    pub wire_feed: Option<f64>,
+    /// Meaning of `WELD_SPEED`, mm/s.
+    pub speed: Option<f64>,
 }
 
 /// One thing executed.
@@ -85,8 +98,8 @@ pub(crate) enum Executed {
     Wait {
         /// Duration, s.
         time: f64,
-        /// Schedule of the arc meanwhile; `None` while it is off.
-        arc: Option<u32>,
+        /// The arc meanwhile; `None` while it is off.
+        arc: Option<Source>,
         /// Index of the program.
         program: u32,
         /// Instruction number, from 1.
@@ -107,8 +120,10 @@ pub(crate) struct ExecutedMotion {
     pub speed: ExecutedSpeed,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
     pub smoothing: Option<f64>,
-    /// Schedule of the arc during the move, in [`Execution::schedules`] where it is known; `None` while it is off.
-    pub arc: Option<u32>,
+    /// The arc during the move; `None` while it is off.
+    pub arc: Option<Source>,
+    /// Number of the weave in [`Execution::weaves`], from 1; `None` without.
+    pub weave: Option<u32>,
     /// User and tool frame.
     pub frames: (u32, u32),
     /// Layer, where a comment `Layer n` said it.
@@ -167,7 +182,8 @@ pub(crate) fn execution_order(
             arguments: Vec::new(),
         },
         schedules: settings.schedules.clone(),
-        unnumbered: Vec::new(),
+        weaves: Vec::new(),
+        weave: None,
         frames: (None, None),
         bead_frames: None,
         bead_axes: None,
@@ -194,7 +210,7 @@ pub(crate) fn execution_order(
     machine.tell(reporter);
     Ok(Execution {
         steps: machine.executed,
-        schedules: machine.schedules,
+        weaves: machine.weaves,
         gaps: machine.gaps,
     })
 }
@@ -208,15 +224,17 @@ struct Machine<'a> {
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
     memory: Memory,
-    schedules: BTreeMap<u32, WeldSettings>,
-    /// Arc words that set the source by values: they take the numbers that no controller has, from the last one down.
-    unnumbered: Vec<String>,
+    schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    weaves: Vec<Weave>,
+    /// The weave that is on, from 1.
+    weave: Option<u32>,
     frames: (Option<u32>, Option<u32>),
     /// Frames of the first bead.
     bead_frames: Option<(u32, u32)>,
     /// External axes of the robot's group at the first bead.
     bead_axes: Option<Vec<f64>>,
-    arc: Option<u32>,
+    /// While the arc burns: what its word says, and what it sets.
+    arc: Option<(String, Source)>,
     layer: Option<u32>,
     pass: Option<u32>,
     /// Consecutive circle-arc moves whose circle is not known yet: indices into `executed`.
@@ -309,166 +327,5 @@ impl Machine<'_> {
             };
             reporter.warn_at(code, message, place, remedy);
         }
-    }
-
-    /// Executes one instruction of a program that runs.
-    fn execute(
-        &mut self,
-        frame: &mut Frame,
-        instruction: &Instruction,
-    ) -> Result<Flow, ProgramError> {
-        match instruction {
-            Instruction::Motion(motion) => self.motion(motion)?,
-            Instruction::Arc(word) => {
-                self.close_arcs();
-                self.switch(word)?;
-            }
-            Instruction::Wait(time) => self.wait(*time)?,
-            Instruction::UserFrame(n) => self.frames.0 = Some(*n),
-            Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
-            Instruction::Call { program, arguments } => return self.call(program, arguments),
-            Instruction::Comment { mark, text } => {
-                if *mark == CommentMark::Remark {
-                    self.layer = numbered(text, "Layer").or(self.layer);
-                    self.pass = numbered(text, "Pass").or(self.pass);
-                    self.learn(text);
-                }
-            }
-            Instruction::Jump(label) => return self.jump(frame.program, *label),
-            Instruction::End => return Ok(Flow::Return),
-            Instruction::Label { .. } | Instruction::Blank => {}
-            Instruction::Raw(text) => {
-                return match self.decide(frame, text)? {
-                    Some(flow) => Ok(flow),
-                    None => self.other(text),
-                };
-            }
-        }
-        Ok(Flow::Next)
-    }
-
-    /// Executes a line that is kept verbatim and decides nothing.
-    fn other(&mut self, text: &str) -> Result<Flow, ProgramError> {
-        match effect(text) {
-            Effect::Set => self.set(text),
-            Effect::Frame(which) => {
-                let number = text.split_once('=').map(|(_, right)| right);
-                let number = number.and_then(|right| self.memory.index(right));
-                match which {
-                    Selected::User => self.frames.0 = number,
-                    Selected::Tool => self.frames.1 = number,
-                }
-            }
-            Effect::Abort => return Ok(Flow::Abort),
-            Effect::Wait => {
-                let until = text.get(4..).unwrap_or_default();
-                let time = until.trim().trim_end_matches("(sec)");
-                match self.memory.number(time).filter(|t| *t >= 0.0) {
-                    Some(time) => self.wait(time)?,
-                    // it is so already
-                    None if self.memory.condition(until) == Some(true) => {}
-                    None if self.arc.is_some() => self.gap(Missing::WaitWithArc),
-                    None => self.note("line-passed-over", first_word(text)),
-                }
-            }
-            Effect::Signal => {
-                self.set(text);
-                self.note("line-passed-over", first_word(text));
-            }
-            Effect::Passive => self.note("line-passed-over", first_word(text)),
-            Effect::Shapes(why) => self.gap(why),
-        }
-        Ok(Flow::Next)
-    }
-
-    /// Sets a register or a signal to what stands after `=`, as far as it is known.
-    fn set(&mut self, text: &str) {
-        let sides = text.split_once('=');
-        let target = sides.and_then(|(left, _)| self.memory.reference(left));
-        let right = sides.map_or("", |(_, right)| right);
-        match target {
-            Some((name, register)) if name == "R" => match self.memory.number(right) {
-                Some(value) => drop(self.memory.registers.insert(register, value)),
-                None => drop(self.memory.registers.remove(&register)),
-            },
-            Some(signal) => match self.memory.condition(right) {
-                Some(on) => drop(self.memory.signals.insert(signal, on)),
-                None => drop(self.memory.signals.remove(&signal)),
-            },
-            // any of them may be the one
-            None => {
-                self.memory.registers.clear();
-                self.memory.signals.clear();
-            }
-        }
-    }
-
-    fn wait(&mut self, time: f64) -> Result<(), ProgramError> {
-        self.close_arcs();
-        if time > LONGEST_WAIT {
-            return Err(self.refuse(Refusal::Wait(time)));
-        }
-        self.executed.push(Executed::Wait {
-            time,
-            arc: self.arc,
-            program: self.at.0 as u32,
-            line: self.at.1 as u32 + 1,
-        });
-        Ok(())
-    }
-
-    /// Passes over a call of a program that was not given.
-    fn call_outside(&mut self, name: &str) {
-        let name = name.to_ascii_uppercase();
-        if self.settings.passed_over.contains(&name) {
-            self.note("call-passed-over", name);
-        } else {
-            self.gap(Missing::Call(name));
-        }
-    }
-
-    /// A schedule that a comment tells, where the cell does not know better.
-    fn learn(&mut self, comment: &str) {
-        if let Some((number, wire_feed)) = told_schedule(comment) {
-            let told = WeldSettings {
-                wire_feed,
-                speed: None,
-            };
-            self.schedules.entry(number).or_insert(told);
-        }
-    }
-
-    /// The number of what an arc word sets.
-    fn schedule(&mut self, word: &ArcWord) -> u32 {
-        if let Some(number) = word.schedule() {
-            return number;
-        }
-        let known = self.unnumbered.iter().position(|u| *u == word.arguments);
-        let index = known.unwrap_or_else(|| {
-            self.unnumbered.push(word.arguments.clone());
-            self.unnumbered.len() - 1
-        });
-        u32::MAX - index as u32
-    }
-
-    fn switch(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
-        match word.action {
-            ArcAction::Start => {
-                let schedule = self.schedule(word);
-                if self.arc == Some(schedule) {
-                    return Err(self.refuse(Refusal::ArcOn));
-                }
-                self.arc = Some(schedule);
-                if !self.schedules.contains_key(&schedule) {
-                    self.gap(Missing::Schedule(word.to_string()));
-                }
-            }
-            ArcAction::End => {
-                if self.arc.take().is_none() {
-                    return Err(self.refuse(Refusal::ArcOff));
-                }
-            }
-        }
-        Ok(())
     }
 }

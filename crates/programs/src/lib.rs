@@ -15,5 +15,5 @@ pub mod vectors;
 pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{ExecutionSettings, Gap, Missing, ProgramError, Refusal, WeldSettings};
-pub use program::Program;
+pub use program::{ArcValue, Program};
 pub use reading::{Control, Reading, Way, read_toolpath};

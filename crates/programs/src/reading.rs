@@ -6,7 +6,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{
-    Channel, Layer, Move, PassHead, PassId, PassWriter, Profile, Role, Toolpath,
+    Channel, Event, Layer, Move, PassHead, PassId, PassWriter, Profile, Role, Toolpath, Weave,
 };
 
 use crate::execute::{
@@ -28,6 +28,8 @@ pub struct Reading {
     pub toolpath: Toolpath,
     /// What the program alone says, one entry a move, in the order of the passes.
     pub controls: Vec<Control>,
+    /// What the numbers of weaving events mean, from 1.
+    pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
 }
@@ -83,6 +85,7 @@ pub fn read_toolpath(
     let mut reading = Reading {
         toolpath,
         controls: Vec::with_capacity(steps.len()),
+        weaves: execution.weaves,
         gaps: execution.gaps,
     };
     let first = steps.iter().position(|s| matches!(s, Executed::Motion(_)));
@@ -96,12 +99,13 @@ pub fn read_toolpath(
         external: start.external,
         pass: start.pass.unwrap_or(0),
         open: None,
+        weave: None,
     };
     for (step, layer) in steps.iter().zip(layers) {
         match step {
             Executed::Motion(m) => {
-                let feed = m.arc.and_then(|arc| execution.schedules.get(&arc));
-                writer.motion(m, layer, feed.map(|f| f.wire_feed), joint_speed);
+                let feed = m.arc.and_then(|arc| arc.wire_feed);
+                writer.motion(m, layer, feed, joint_speed);
             }
             Executed::Wait {
                 time,
@@ -109,7 +113,6 @@ pub fn read_toolpath(
                 program,
                 line,
             } => {
-                let feed = arc.and_then(|arc| execution.schedules.get(&arc));
                 let control = Control {
                     way: Way::Path,
                     smoothing: None,
@@ -123,7 +126,8 @@ pub fn read_toolpath(
                     burns: arc.is_some(),
                     layer,
                     speed: None,
-                    feed: feed.map(|f| f.wire_feed),
+                    feed: arc.and_then(|arc| arc.wire_feed),
+                    weave: None,
                 };
                 let external = writer.external.clone();
                 writer.go(to, external, said, control);
@@ -141,6 +145,7 @@ struct Said {
     layer: u32,
     speed: Option<f64>,
     feed: Option<f64>,
+    weave: Option<u32>,
 }
 
 struct Writer<'a> {
@@ -151,6 +156,8 @@ struct Writer<'a> {
     pass: u32,
     /// Layer, arc and pass of the pass being written.
     open: Option<(u32, bool, u32)>,
+    /// The weave that the pass being written says last.
+    weave: Option<u32>,
 }
 
 impl Writer<'_> {
@@ -184,6 +191,7 @@ impl Writer<'_> {
             layer,
             speed: Some(speed),
             feed,
+            weave: m.weave,
         };
         self.go(m.target, m.external.clone(), said, control);
     }
@@ -213,8 +221,14 @@ impl Writer<'_> {
             let mut pass = layer.begin(head, self.here.position);
             stand(&mut pass, &self.here, &self.external);
             self.open = Some(key);
+            self.weave = None;
         }
         if let Some(mut pass) = layer.resume() {
+            let waits = matches!(said.shape, Move::Spot { .. });
+            if !waits && said.weave != self.weave {
+                self.weave = said.weave;
+                pass.event(Event::Weave(said.weave.unwrap_or(0)));
+            }
             pass.go(said.shape, to.position);
             stand(&mut pass, &to, &external);
             for (channel, value) in [(Channel::Speed, said.speed), (Channel::WireFeed, said.feed)] {
@@ -295,10 +309,11 @@ fn heights(z: impl Iterator<Item = f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::execute::Source;
 
     #[test]
     fn layers_follow_the_height_of_the_deposit() {
-        let at = |z: f64, arc: Option<u32>| {
+        let at = |z: f64, arc: Option<Source>| {
             Executed::Motion(ExecutedMotion {
                 kind: ExecutedKind::Linear,
                 target: Pose::from_wpr(DVec3::new(10.0, 0.0, z), DVec3::ZERO),
@@ -306,6 +321,7 @@ mod tests {
                 speed: ExecutedSpeed::Path(12.5),
                 smoothing: None,
                 arc,
+                weave: None,
                 frames: (1, 1),
                 layer: None,
                 pass: None,
@@ -313,7 +329,7 @@ mod tests {
                 line: 1,
             })
         };
-        let on = Some(1);
+        let on = Some(Source::default());
         let steps = [
             at(30.0, None),
             at(0.0, on),

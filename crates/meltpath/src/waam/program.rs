@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
+use meltpath_programs::fanuc_ls::{self, ParseError, Parsed, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Gap, Pause, Program, ProgramError, Schedule, Way, WeldSettings,
-    build, read_toolpath,
+    BuildError, BuildSettings, Control, Gap, Pause, Program, ProgramError, Schedule, Way,
+    WeldSettings, build, read_toolpath,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
-use meltpath_toolpath::{Channel, Move, Pass, Toolpath};
+use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::settings::Settings;
 
@@ -42,6 +42,17 @@ pub enum ProgramStageError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A folder without a single main program.
+    #[error(
+        "the folder {} has no single main program, one that no other calls: {}; name the file to begin with",
+        .path.display(), if .found.is_empty() { "there is none".to_owned() } else { .found.join(", ") }
+    )]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The programs that no other calls.
+        found: Vec<String>,
     },
     /// The program cannot be run.
     #[error("cannot run the program: {0}")]
@@ -129,24 +140,74 @@ pub fn write(
     Ok(programs)
 }
 
-/// Reads a main program and the programs that it calls, which lie beside it.
+/// The main program at `path`: itself, or the one in a folder that no other calls.
+///
+/// # Errors
+/// [`ProgramStageError`] where a folder has none or several.
+pub fn main_of(path: &Path) -> Result<PathBuf, ProgramStageError> {
+    if !path.is_dir() {
+        return Ok(path.to_path_buf());
+    }
+    let io = |source| ProgramStageError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(path)
+        .map_err(io)?
+        .flatten()
+        .map(|e| e.path())
+        .filter(|p| is_program(p))
+        .collect();
+    files.sort();
+    let mut programs = Vec::new();
+    for file in &files {
+        programs.push(parse_file(file)?.program);
+    }
+    let called: Vec<&str> = programs.iter().flat_map(calls).collect();
+    let is_main = |p: &Program| !called.iter().any(|name| p.name.eq_ignore_ascii_case(name));
+    let mains: Vec<usize> = (0..files.len())
+        .filter(|&i| is_main(&programs[i]))
+        .collect();
+    match mains[..] {
+        [main] => Ok(files.swap_remove(main)),
+        _ => Err(ProgramStageError::Folder {
+            path: path.to_path_buf(),
+            found: mains.iter().map(|&i| programs[i].name.clone()).collect(),
+        }),
+    }
+}
+
+/// Whether a file is a program by its name.
+fn is_program(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("ls"))
+}
+
+fn parse_file(path: &Path) -> Result<Parsed, ProgramStageError> {
+    let bytes = std::fs::read(path).map_err(|source| ProgramStageError::Io {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// Reads a main program and the programs that it calls, to any depth, which lie beside it; with their files.
 ///
 /// Sections that nothing here models are kept, and listed as warnings; lines are classed when the program is executed.
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramStageError> {
-    let mut programs = Vec::new();
+pub fn read(
+    main: &Path,
+    reporter: &Reporter,
+) -> Result<(Vec<Program>, Vec<PathBuf>), ProgramStageError> {
+    let (mut programs, mut files) = (Vec::new(), Vec::new());
     let mut waiting = vec![main.to_path_buf()];
     while let Some(path) = waiting.pop() {
-        let bytes = std::fs::read(&path).map_err(|source| ProgramStageError::Io {
-            path: path.clone(),
-            source,
-        })?;
-        let parsed = fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
-            path: path.clone(),
-            source,
-        })?;
+        let parsed = parse_file(&path)?;
         let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
         for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
             let place = meltpath_base::Place {
@@ -171,19 +232,29 @@ pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramSta
             if !known
                 && let Some(beside) = find_beside(&path, called)
                 && !waiting.contains(&beside)
+                && !files.contains(&beside)
+                && beside != path
             {
                 waiting.push(beside);
             }
         }
         programs.push(parsed.program);
+        files.push(path);
     }
-    Ok(programs)
+    Ok((programs, files))
 }
 
-/// The programs that a program calls.
+/// The programs that a program calls, conditional calls included.
 fn calls(program: &Program) -> impl Iterator<Item = &str> {
     program.instructions.iter().filter_map(|i| match i {
         Instruction::Call { program, .. } => Some(program.as_str()),
+        Instruction::Raw(text) => {
+            let at = text.to_ascii_uppercase().find("CALL ")?;
+            let name = text.get(at + 5..)?.trim_start();
+            let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            let end = name.find(|c| !part(c)).unwrap_or(name.len());
+            (end > 0).then(|| &name[..end])
+        }
         _ => None,
     })
 }
@@ -216,10 +287,27 @@ pub struct Commands {
     pub layer_of_command: Vec<u32>,
     /// The pass of each command, where the program tells it.
     pub pass_of_command: Vec<Option<u32>>,
+    /// The weave of each command, in [`Commands::weaves`] from 1; 0 for none.
+    pub weave_of_command: Vec<u32>,
+    /// The weaves.
+    pub weaves: Vec<Weave>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
+}
+
+impl Commands {
+    /// Counts heights from `height` mm of the user frame on.
+    pub fn lower(&mut self, height: f64) {
+        self.start.position.z -= height;
+        for command in &mut self.commands {
+            command.target.z -= height;
+            if let Kind::Arc { via } = &mut command.kind {
+                via.z -= height;
+            }
+        }
+    }
 }
 
 /// Executes programs as the controller would; `schedules` are those that were written with the programs, beside those of the
@@ -233,76 +321,91 @@ pub fn commands(
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
-    let bead = &settings.bead;
-    let mut known = settings.cell.program.execution(bead.travel_speed);
+    let mut known = settings.cell.program.execution(settings.bead.travel_speed);
     known.schedules.extend(schedules.iter().map(|s| {
         let set = WeldSettings {
             wire_feed: s.wire_feed,
             speed: None,
         };
-        (s.number, set)
+        ((None, s.number), set)
     }));
     let joint_speed = settings.cell.motion.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
     let toolpath = &reading.toolpath;
     let arc_length = toolpath.deposited_length();
-    let tool = |pass: &Pass<'_>, i: usize| {
-        // a reading says axis and turn of every point
-        let (axis, turn) = (
-            pass.axis(i).unwrap_or(DVec3::Z),
-            pass.turn(i).unwrap_or(0.0),
-        );
-        Pose::of_tool(pass.points[i], axis, turn)
-    };
     let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
     let Some(start) = start.filter(|_| arc_length > 0.0) else {
         return Err(no_bead(programs, reading.gaps));
     };
-    let factor = settings.feed_factor();
     let count = reading.controls.len();
     let mut commands: Vec<Command> = Vec::with_capacity(count);
     let mut layer_of_command = Vec::with_capacity(count);
     let mut pass_of_command = Vec::with_capacity(count);
-    let moves = toolpath
-        .passes()
-        .flat_map(|pass| (0..pass.move_count()).map(move |i| (pass, i)));
-    for ((pass, i), control) in moves.zip(&reading.controls) {
-        let kind = match (pass.move_at(i), control.way) {
-            (Move::Spot { time }, _) => Kind::Wait { time },
-            (Move::Arc { via }, _) => Kind::Arc { via },
-            (Move::Line, Way::Joint) => Kind::Joint,
-            (Move::Line, Way::Path) => Kind::Line,
-        };
-        let to = tool(&pass, i + 1);
-        let source = if pass.head.role.deposits() {
-            let programmed = pass.value(Channel::WireFeed, i);
-            Source::On {
-                wire_feed: factor * programmed.unwrap_or(bead.wire_feed),
+    let mut weave_of_command = Vec::with_capacity(count);
+    let mut controls = reading.controls.iter();
+    for pass in toolpath.passes() {
+        let mut events = pass.events().peekable();
+        let mut weave = 0;
+        for (i, control) in (0..pass.move_count()).zip(controls.by_ref()) {
+            while let Some((_, event)) = events.next_if(|(point, _)| *point <= i) {
+                if let Event::Weave(number) = event {
+                    weave = number;
+                }
             }
-        } else {
-            Source::Off
-        };
-        commands.push(Command {
-            id: commands.len() as u32,
-            kind,
-            target: to.position,
-            orientation: to.orientation,
-            // waits have none
-            speed: pass.value(Channel::Speed, i).unwrap_or(1.0),
-            smoothing: control.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
-            source,
-        });
-        layer_of_command.push(pass.layer);
-        pass_of_command.push((pass.head.id.0 > 0).then_some(pass.head.id.0));
+            let id = commands.len() as u32;
+            commands.push(command(id, &pass, i, *control, settings));
+            layer_of_command.push(pass.layer);
+            pass_of_command.push((pass.head.id.0 > 0).then_some(pass.head.id.0));
+            weave_of_command.push(weave);
+        }
     }
     Ok(Commands {
         start,
         commands,
         layer_of_command,
         pass_of_command,
+        weave_of_command,
+        weaves: reading.weaves,
         arc_length,
         gaps: reading.gaps,
     })
+}
+
+/// How the tool stands at point `i` of a pass that was read.
+fn tool(pass: &Pass<'_>, i: usize) -> Pose {
+    // a reading says axis and turn of every point
+    let (axis, turn) = (
+        pass.axis(i).unwrap_or(DVec3::Z),
+        pass.turn(i).unwrap_or(0.0),
+    );
+    Pose::of_tool(pass.points[i], axis, turn)
+}
+
+/// The command of move `i` of a pass.
+fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Settings) -> Command {
+    let kind = match (pass.move_at(i), control.way) {
+        (Move::Spot { time }, _) => Kind::Wait { time },
+        (Move::Arc { via }, _) => Kind::Arc { via },
+        (Move::Line, Way::Joint) => Kind::Joint,
+        (Move::Line, Way::Path) => Kind::Line,
+    };
+    let to = tool(pass, i + 1);
+    let programmed = pass.value(Channel::WireFeed, i);
+    let wire_feed = settings.feed_factor() * programmed.unwrap_or(settings.bead.wire_feed);
+    Command {
+        id,
+        kind,
+        target: to.position,
+        orientation: to.orientation,
+        // waits have none
+        speed: pass.value(Channel::Speed, i).unwrap_or(1.0),
+        smoothing: control.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
+        source: if pass.head.role.deposits() {
+            Source::On { wire_feed }
+        } else {
+            Source::Off
+        },
+    }
 }
 
 /// Why programs lay no metal.

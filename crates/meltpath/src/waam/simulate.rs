@@ -11,7 +11,8 @@ use meltpath_robot::command::Command;
 use meltpath_robot::controller::Controller;
 use meltpath_robot::interpolation::fir::{self, MotionError};
 use meltpath_robot::summary::Summary;
-use meltpath_toolpath::{MotionBlock, MotionSink};
+use meltpath_robot::weave::Weaving;
+use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
 
 use super::judge::{LayerOutcome, TubePlace};
 use super::record::{Recorder, Sample};
@@ -56,6 +57,10 @@ pub struct Build<'a> {
     pub layer_of_command: Vec<u32>,
     /// The pass of each command, where the program tells it; empty where it tells none.
     pub pass_of_command: &'a [Option<u32>],
+    /// The weave of each command, in `weaves` from 1; 0 for none.
+    pub weave_of_command: &'a [u32],
+    /// The weaves.
+    pub weaves: &'a [Weave],
     /// The planned layers, in order.
     pub layers: &'a [PlannedLayer],
     /// The controller.
@@ -161,13 +166,20 @@ pub fn simulate(
         recorder: &mut recorder,
         deposition: &mut deposition,
     };
+    let mut weaving;
+    let sink: &mut dyn MotionSink = if build.weaves.is_empty() {
+        &mut both
+    } else {
+        weaving = Weaving::new(build.weaves, build.weave_of_command, &mut both);
+        &mut weaving
+    };
     let summary = fir::simulate(
         build.start,
         build.commands,
         build.controller,
         dt,
         observer,
-        &mut both,
+        sink,
     )?;
     let deposit = deposition.finish();
     if let Some(e) = trouble {

@@ -10,6 +10,10 @@ pub(super) enum Effect {
     Signal,
     /// Selects a frame by a value.
     Frame(Selected),
+    /// Weaving begins.
+    Weave,
+    /// Weaving ends.
+    WeaveEnd,
     /// Ends everything.
     Abort,
     /// Waits for something.
@@ -78,9 +82,10 @@ pub(super) fn effect(text: &str) -> Effect {
         "UTOOL_NUM" => Effect::Frame(Selected::Tool),
         "R" => Effect::Set,
         "DO" | "RO" | "SO" | "UO" | "F" | "M" => Effect::Signal,
+        "WEAVE" if ends(text) => Effect::WeaveEnd,
+        "WEAVE" => Effect::Weave,
         // the end of what was told at its beginning
-        "WEAVE" | "TRACK" if ends(text) => Effect::Passive,
-        "WEAVE" => Effect::Shapes(Missing::Weave),
+        "TRACK" if ends(text) => Effect::Passive,
         "CALL" | "RUN" => Effect::Shapes(Missing::Call(text.to_owned())),
         "AO" | "GO" | "WO" | "ARC" | "WELD" => Effect::Shapes(Missing::Output(text.to_owned())),
         "UFRAME" | "UTOOL" | "OVERRIDE" | "OFFSET" | "VOFFSET" | "TOOL_OFFSET" | "TRACK"
@@ -110,6 +115,11 @@ pub(super) fn moves_target(word: &str) -> bool {
 /// Words of a move that leave its path and speed as they are: the usual acceleration, orientation by the wrist.
 pub(super) fn leaves_beads(word: &str) -> bool {
     matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH")
+}
+
+/// The word of a move that goes with a positioner: the path in the part is the one written where the positioner stands still.
+pub(super) fn coordinated(word: &str) -> bool {
+    first_word(word) == "COORD"
 }
 
 /// Words of a move that run something else on the way.

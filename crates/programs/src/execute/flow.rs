@@ -179,7 +179,8 @@ impl Machine<'_> {
             (register, value.to_bits()).hash(&mut state);
         }
         self.memory.signals.hash(&mut state);
-        (self.frames, self.arc).hash(&mut state);
+        let arc = self.arc.as_ref().map(|(word, _)| word);
+        (self.frames, arc, self.weave).hash(&mut state);
         if frame.states.insert((to, state.finish())) {
             return Ok(());
         }
@@ -305,9 +306,9 @@ impl Machine<'_> {
     fn begin_loop(&mut self, frame: &mut Frame, text: &str) -> Result<Flow, ProgramError> {
         let unknown = |m: &Self| m.refuse(Refusal::Condition(format!("FOR {text}")));
         let upper = text.to_ascii_uppercase();
-        let (bounds, step) = match upper.split_once("DOWNTO") {
+        let (bounds, step) = match upper.split_once(" DOWNTO ") {
             Some(bounds) => (Some(bounds), -1.0),
-            None => (upper.split_once("TO"), 1.0),
+            None => (upper.split_once(" TO "), 1.0),
         };
         let read = bounds.and_then(|(begin, last)| {
             let (register, from) = begin.split_once('=')?;

@@ -4,7 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
-use super::effect::{calls, first_word, leaves_beads, moves_target};
+use super::effect::{calls, coordinated, first_word, leaves_beads, moves_target};
 use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, ProgramError, Refusal,
 };
@@ -108,11 +108,12 @@ impl Machine<'_> {
                 None => return Ok(self.assumed_speed(motion, format!("R[{number}]"))),
             },
             Speed::Weld => {
-                let schedule = self.arc.and_then(|arc| self.schedules.get(&arc));
-                return Ok(match schedule.and_then(|s| s.speed) {
-                    Some(speed) => ExecutedSpeed::Path(speed),
-                    None => self.assumed_speed(motion, "WELD_SPEED".to_owned()),
-                });
+                return Ok(
+                    match self.arc.as_ref().and_then(|(_, source)| source.speed) {
+                        Some(speed) => ExecutedSpeed::Path(speed),
+                        None => self.assumed_speed(motion, "WELD_SPEED".to_owned()),
+                    },
+                );
             }
             Speed::Maximum => {
                 return match motion.kind {
@@ -193,6 +194,8 @@ impl Machine<'_> {
                 whole = false;
             } else if calls(word) {
                 self.gap(Missing::Call(word.clone()));
+            } else if coordinated(word) {
+                // told with the place of the positioner
             } else if self.arc.is_some() && !leaves_beads(word) {
                 self.gap(Missing::Word(word.clone()));
             } else {
@@ -225,6 +228,10 @@ impl Machine<'_> {
             };
             return Err(self.refuse(Refusal::NoFrame(missing)));
         };
+        let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
+        if self.arc.is_some() && motion.extra.iter().any(|w| coordinated(w)) && !still {
+            self.gap(Missing::Coordinated);
+        }
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,
             (_, Some(via)) => ExecutedKind::Circular {
@@ -255,7 +262,8 @@ impl Machine<'_> {
             external: [target.own, target.further].concat(),
             speed,
             smoothing,
-            arc: self.arc,
+            arc: self.arc.as_ref().map(|(_, source)| *source),
+            weave: self.weave.filter(|_| self.arc.is_some()),
             frames: (frame, tool),
             layer: self.layer,
             pass: self.pass,
@@ -263,9 +271,9 @@ impl Machine<'_> {
             line: self.at.1 as u32 + 1,
         }));
         if let Some(word) = &motion.arc {
-            let was = self.arc;
+            let was_off = self.arc.is_none();
             self.switch(word)?;
-            let changes = was.is_none() || self.arc.is_none();
+            let changes = was_off || self.arc.is_none();
             if smoothing.is_some() && changes {
                 self.note("arc-on-the-fly", word.to_string());
             }

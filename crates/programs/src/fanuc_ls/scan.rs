@@ -64,7 +64,7 @@ pub(super) fn numbered(inner: &str) -> Option<(u32, Option<String>)> {
 }
 
 /// A finite number at the start of `text`, and what follows it.
-pub(super) fn number(text: &str) -> Option<(f64, &str)> {
+pub(crate) fn number(text: &str) -> Option<(f64, &str)> {
     let end = text
         .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '+' | '-')))
         .unwrap_or(text.len());

@@ -7,7 +7,7 @@ use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls::{self, ParseError};
-use meltpath_programs::program::{Coordinates, Instruction, PositionRef, Termination};
+use meltpath_programs::program::{Axis, Coordinates, Group, Instruction, PositionRef, Termination};
 use meltpath_programs::{ExecutionSettings, Missing, Refusal, Way, WeldSettings};
 use meltpath_toolpath::Move;
 
@@ -147,7 +147,7 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
         wire_feed: 100.0,
         speed: Some(12.5),
     };
-    settings.schedules.insert(2, set);
+    settings.schedules.insert((Some(1), 2), set);
     let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
     assert_eq!(left, [10, 12, 13]);
 
@@ -369,7 +369,8 @@ fn lines_that_shape_metal_and_are_not_simulated_are_told() {
             "L P[2] 10mm/sec FINE Offset,PR[1]",
             Missing::Offset("Offset,PR[1]".into()),
         ),
-        ("L P[2] 10mm/sec FINE COORD", Missing::Word("COORD".into())),
+        ("L P[2] 10mm/sec FINE COORD", Missing::Coordinated),
+        ("L P[2] 10mm/sec FINE ACC80", Missing::Word("ACC80".into())),
         ("Arc Start[2]", Missing::Schedule("Arc Start[2]".into())),
         (
             "Arc Start[1,R[2]]",
@@ -407,6 +408,41 @@ fn beads_of_two_frames_are_told() {
     let found = execute(&[program]).unwrap().gaps;
     let found: Vec<_> = found.into_iter().map(|g| (g.line, g.why)).collect();
     assert_eq!(found, [(8, Missing::Frames(2, 1))]);
+}
+
+/// Beside a positioner that stands still a coordinated bead is the one written.
+#[test]
+fn coordinated_beads_count_where_the_positioner_stands_still() {
+    let gaps = |angles: [f64; 2]| {
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8 m/min",
+            "L P[1] 9mm/sec FINE Arc Start[1]",
+            "L P[2] 9mm/sec FINE COORD Arc End[1]",
+        ];
+        let mut program = program("P", &lines);
+        for (position, angle) in program.positions.iter_mut().zip(angles) {
+            let axis = Axis {
+                name: "J1".to_owned(),
+                value: angle,
+                unit: "deg".to_owned(),
+            };
+            let second = Group {
+                number: 2,
+                coordinates: Coordinates::Joint(vec![axis]),
+                ..position.groups[0].clone()
+            };
+            position.groups.push(second);
+        }
+        let gaps = execute(&[program]).unwrap().gaps;
+        gaps.into_iter().map(|g| g.why).collect::<Vec<_>>()
+    };
+    assert_eq!(gaps([0.0; 2]), []);
+    assert_eq!(
+        gaps([0.0, 5.0]),
+        [Missing::Positioner(2), Missing::Coordinated]
+    );
 }
 
 /// Where external axes stand is carried; beads along which they move are told.

@@ -6,4 +6,5 @@ mod cli_layers;
 mod foreign;
 mod logic;
 mod mutation;
+mod source;
 mod told;
