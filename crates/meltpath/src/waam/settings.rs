@@ -74,6 +74,8 @@ pub struct Settings {
     pub ctwd: f64,
     /// Plate: length and width, where given, mm.
     pub plate: Option<[f64; 2]>,
+    /// Height of the plate in the user frame of a program that other software wrote, where it is told, mm.
+    pub plate_height: Option<f64>,
     /// Plate thickness, mm.
     pub plate_thickness: f64,
     /// Metal beyond the finished part's sides, mm.
@@ -171,6 +173,7 @@ pub fn resolve(
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
+        plate_height: job.substrate.height.map(|h| h.0),
         plate_thickness: job.substrate.thickness.0,
         allowance: target.allowance.0,
         allowance_top: target.allowance_top.map(|top| top.0),
