@@ -323,6 +323,11 @@ quantity!(
     [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
 );
 quantity!(
+    /// How fast a speed of turning changes, rad/s² inside.
+    AngularAcceleration, "angular acceleration", "rad/s²",
+    [("deg/s²", std::f64::consts::PI / 180.0), ("deg/s2", std::f64::consts::PI / 180.0), ("rad/s²", 1.0)]
+);
+quantity!(
     /// A number of bead widths.
     BeadWidths, "number of bead widths", "1",
     [("w", 1.0)]

@@ -110,6 +110,7 @@ quantities!(
     TemperatureDifference,
     Frequency,
     AngularSpeed,
+    AngularAcceleration,
     BeadWidths
 );
 
