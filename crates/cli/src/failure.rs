@@ -59,7 +59,7 @@ failures! {
     CompareError: Cancelled Job;
     FitCommandError: Cancelled Job;
     TuneError: Cancelled Job;
-    InspectError: Cancelled;
+    InspectError: Cancelled Cell;
 }
 
 /// Errors that are told in words alone.
