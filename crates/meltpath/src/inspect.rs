@@ -11,8 +11,8 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
 use crate::cancel::cancellable;
-use crate::data::Cell;
-use crate::job::{JobError, PartUnit};
+use crate::data::{Cell, DataFileError, DataText};
+use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
 
@@ -31,9 +31,9 @@ pub enum InspectError {
     /// A plan.
     #[error(transparent)]
     Plan(#[from] WaamError),
-    /// A robot cell.
+    /// A robot, or a controller's cell.
     #[error(transparent)]
-    Cell(JobError),
+    Robot(#[from] DataFileError),
     /// A program.
     #[error("cannot read {}: {message}", .path.display())]
     Program {
@@ -64,8 +64,8 @@ pub fn inspect(
     match extension.as_str() {
         "ls" => program(path),
         "melt" => plan(path),
-        "toml" => robot_cell(path),
-        "" if !path.exists() => shipped(path, reporter, observer),
+        "toml" => robot(path),
+        "" if is_shipped_robot(path) => robot(path),
         _ => inspect_part(path, reporter, observer),
     }
 }
@@ -120,49 +120,34 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
     Ok(lines)
 }
 
-/// A robot that ships, by its name.
-fn shipped(
-    path: &Path,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<Vec<String>, InspectError> {
-    match path.to_str().and_then(|name| find(robots::ALL, name)) {
-        Some(file) => of_text(path, file.text),
-        None => inspect_part(path, reporter, observer),
-    }
+fn is_shipped_robot(path: &Path) -> bool {
+    let name = path.to_str();
+    !path.exists() && name.is_some_and(|name| find(robots::ALL, name).is_some())
 }
 
-fn robot_cell(path: &Path) -> Result<Vec<String>, InspectError> {
-    let text = std::fs::read_to_string(path).map_err(|e| InspectError::Program {
-        path: path.to_path_buf(),
-        message: e.to_string(),
-    })?;
-    of_text(path, &text)
-}
-
-/// A cell is a robot's, with lengths and limits, or a controller's, with how it interpolates and how its programs look.
-fn of_text(path: &Path, text: &str) -> Result<Vec<String>, InspectError> {
-    let of_controller = text
-        .parse::<toml::Table>()
-        .is_ok_and(|t| t.contains_key("motion"));
-    if of_controller {
-        let name = path.display().to_string();
-        let cell = Cell::load(&name, Path::new("")).map_err(|e| InspectError::Program {
-            path: path.to_path_buf(),
-            message: e.to_string(),
-        })?;
+/// A robot with its cell: one that ships, or a file of one's own.
+fn robot(path: &Path) -> Result<Vec<String>, InspectError> {
+    let name = path.display().to_string();
+    let text = DataText::load("robot", &name, robots::ALL, Path::new(""))?;
+    if is_controller(&text.text) {
+        let cell = Cell::load(&name, Path::new(""))?;
         return Ok(vec![
             format!(
                 "controller of {}: {}",
-                cell.robot.name, cell.robot.controller
+                cell.robot.name.as_str(),
+                cell.robot.controller.as_str()
             ),
             "lengths, limits and reach stand in a robot's file: see the how-to on robots"
                 .to_owned(),
         ]);
     }
-    let cell = meltpath_robot::cell::read(text)
-        .map_err(|problems| InspectError::Cell(JobError::in_file(path, text, problems)))?;
-    Ok(cell::lines(&cell))
+    Ok(cell::lines(&text.read(meltpath_robot::cell::read)?))
+}
+
+/// Whether a TOML file says how a controller interpolates.
+fn is_controller(text: &str) -> bool {
+    text.parse::<toml::Table>()
+        .is_ok_and(|t| t.contains_key("motion"))
 }
 
 fn plan(path: &Path) -> Result<Vec<String>, InspectError> {

@@ -7,4 +7,4 @@ mod layout;
 
 pub use build::read;
 pub use file::{ArmKind, CellFile};
-pub use layout::{Arrangement, Cell, Frames, Maker, Source, Values};
+pub use layout::{Arrangement, Cell, Frames, Holder, Maker, Shapes, Source, Values};

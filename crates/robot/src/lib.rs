@@ -2,10 +2,12 @@
 //! Lengths are millimetres in the part frame, times s, speeds mm/s, angles rad.
 
 pub mod cell;
+pub mod collision;
 pub mod command;
 pub mod controller;
 pub mod interpolation;
 pub mod kinematics;
+pub mod posture;
 pub mod summary;
 
 pub use command::{Command, Kind, Smoothing, Source};

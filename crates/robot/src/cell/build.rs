@@ -1,7 +1,7 @@
 //! From a cell's file to the cell: what the tables say together, and all that is wrong with it at once.
 
 use meltpath_base::Length;
-use meltpath_base::settings::{self, Problem, Setting, nearest};
+use meltpath_base::settings::{self, Problem, Problems, Setting, nearest};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
@@ -10,7 +10,7 @@ use super::file::{
     TrackTable,
 };
 use super::frame;
-use super::layout::{Cell, Source};
+use super::layout::{Arrangement, Cell, SHAPES, Shapes, Source};
 use crate::kinematics::{
     Arm, Chain, Geometry, Joint, JointKind, Limits, OffsetWrist, OrthoParallel,
 };
@@ -35,21 +35,21 @@ use crate::kinematics::{
 /// let cell = cell::read(text).unwrap();
 /// assert!((cell.arm.forward([0.0; 6]).position.z - 2000.0).abs() < 1e-9); // stretched upright
 /// let problems = cell::read(&text.replace("\"700 mm\"", "\"-7 mm\"")).unwrap_err();
-/// assert_eq!(problems.len(), 2); // both, each with its place
+/// assert_eq!(problems.0.len(), 2); // both, each with its place
 /// ```
 ///
 /// # Errors
 /// Every problem with its place.
-pub fn read(text: &str) -> Result<Cell, Vec<Problem>> {
+pub fn read(text: &str) -> Result<Cell, Problems> {
     let read = settings::read::<CellFile>(text);
     let mut problems = read.problems;
     let Some(file) = read.settings else {
-        return Err(problems);
+        return Err(problems.into());
     };
     let cell = build(&file, &mut problems);
     match cell {
         Some(cell) if problems.is_empty() => Ok(cell),
-        _ => Err(problems),
+        _ => Err(problems.into()),
     }
 }
 
@@ -79,6 +79,12 @@ fn build(file: &CellFile, problems: &mut Vec<Problem>) -> Option<Cell> {
         },
         carrier_from_table: frame::of_table(&file.table, problems),
         carrier_from_part: frame::of_table(&file.part, problems),
+        shapes: file.shapes.as_ref().map(|s| Shapes {
+            links: s.links.map(|l| l.0),
+            torch: s.torch.0,
+            nozzle: s.nozzle.map(|l| l.0),
+            table: s.table.map(|t| t.map(|l| l.0)),
+        }),
         sources,
     })
 }
@@ -396,17 +402,21 @@ fn sources(file: &CellFile, problems: &mut Vec<Problem>) -> Vec<Source> {
     if let Some(positioner) = file.positioner.as_ref() {
         of("positioner", Some(&*positioner.source), &positioner.guesses);
     }
-    for (name, frame) in [
-        ("base", &file.base),
-        ("table", &file.table),
-        ("part", &file.part),
+    // what leads from the tip of the wire to the part must be known; the world is where the base stands, and the part where the
+    // table lies, unless something is said of them
+    of("torch", file.torch.source.as_ref(), &[]);
+    let table_on_robot = *file.arrangement == Arrangement::TorchOnRobot;
+    for (name, frame, counts) in [
+        ("base", &file.base, false),
+        ("table", &file.table, table_on_robot),
+        ("part", &file.part, !table_on_robot),
     ] {
-        if frame.says_something() {
+        if counts || frame.says_something() {
             of(name, frame.source.as_ref(), &[]);
         }
     }
-    if file.torch.says_something() {
-        of("torch", file.torch.source.as_ref(), &[]);
+    if let Some(shapes) = file.shapes.as_ref() {
+        of(SHAPES, shapes.source.as_ref(), &[]);
     }
     known_guesses::<ArmTable>(&file.arm.guesses, problems);
     known_guesses::<JointsTable>(&file.joints.guesses, problems);

@@ -56,6 +56,8 @@ table! {
         torch: TorchTable => default({}, "the flange itself");
         /// Where the table lies: in the world, or on the positioner's last axis.
         table: FrameTable => default({}, "in the origin of what carries it");
+        /// Shapes of torch, arm and table.
+        shapes: ShapesTable => none("collisions are not checked");
         /// Where the part lies: on the table, or in the flange where the robot holds it.
         part: FrameTable => default({}, "in the origin of what carries it");
     }
@@ -144,6 +146,20 @@ table! {
         wire: Length where not_negative => default("15 mm", "the usual distance of the contact tube");
         /// Who says so.
         source: String => none("nobody: a guess");
+    }
+
+    /// Shapes: each body as a line with a radius around it.
+    pub struct ShapesTable {
+        /// Who says so.
+        source: String => none("nobody: a guess");
+        /// Radius of each link around the line from its joint to the next, the last to the flange.
+        links: [Length; 6] where positive => required;
+        /// Radius of the torch around the line from the flange to its nozzle.
+        torch: Length where positive => required;
+        /// Length and radius of the nozzle, which ends with the contact tube.
+        nozzle: [Length; 2] where positive => required;
+        /// Size of the table along its x and y, its origin in the middle.
+        table: [Length; 2] where positive => none("not known: the table is not checked");
     }
 
     /// A track.

@@ -44,6 +44,19 @@ pub struct Source {
     pub guesses: Vec<String>,
 }
 
+/// Shapes of a cell, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shapes {
+    /// Radius of each link, from its joint to the next, the last to the flange.
+    pub links: [f64; 6],
+    /// Radius of the torch's body, from the flange to the begin of its nozzle.
+    pub torch: f64,
+    /// Length and radius of the nozzle, which ends with the contact tube.
+    pub nozzle: [f64; 2],
+    /// Size of the table along its x and y, its origin in the middle; nothing where it is not known.
+    pub table: Option<[f64; 2]>,
+}
+
 /// A robot cell. Frames are named by where they lie: `flange_from_torch` is the pose of the torch in the flange.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -69,6 +82,8 @@ pub struct Cell {
     pub carrier_from_table: Pose,
     /// The part on the table, or in the flange where the robot holds it.
     pub carrier_from_part: Pose,
+    /// Shapes of torch, arm and table, where the file tells them.
+    pub shapes: Option<Shapes>,
     /// Where the numbers come from.
     pub sources: Vec<Source>,
 }
@@ -108,7 +123,36 @@ impl Frames {
     }
 }
 
+/// The table of a file that says no place.
+pub(super) const SHAPES: &str = "shapes";
+
+impl Source {
+    /// What is guessed: the whole table, or these keys of it.
+    fn guessed(&self) -> Vec<String> {
+        match self.says {
+            None => vec![self.of.to_owned()],
+            Some(_) => self
+                .guesses
+                .iter()
+                .map(|key| format!("{}.{key}", self.of))
+                .collect(),
+        }
+    }
+}
+
 impl Cell {
+    /// Tables and keys of its file that nobody vouches for: those that say where everything is.
+    pub fn guesses(&self) -> Vec<String> {
+        let places = self.sources.iter().filter(|s| s.of != SHAPES);
+        places.flat_map(Source::guessed).collect()
+    }
+
+    /// Whether somebody vouches for its shapes.
+    pub fn shapes_are_guessed(&self) -> bool {
+        let mut shapes = self.sources.iter().filter(|s| s.of == SHAPES);
+        shapes.any(|s| s.says.is_none())
+    }
+
     /// The arm's base in the world for a position of the track in mm.
     fn base(&self, track: f64) -> Pose {
         let carriage = self.track.as_ref().map(|t| t.forward(&[track]));
@@ -147,21 +191,64 @@ impl Cell {
         }
     }
 
+    /// Track and positioner as near to zero as their limits let them stand.
+    pub fn at_rest(&self) -> Values {
+        let rest = |chain: &Option<Chain>, i: usize| {
+            let joint = chain.as_ref().and_then(|c| c.joints.get(i));
+            joint.map_or(0.0, |j| 0.0_f64.max(j.limits.low).min(j.limits.high))
+        };
+        Values {
+            arm: [0.0; 6],
+            track: rest(&self.track, 0),
+            positioner: [0, 1].map(|i| rest(&self.positioner, i)),
+        }
+    }
+
     /// Where the flange must be in the arm's base for the wire's tip to lie at `part_from_wire_tip`, with track and positioner at
     /// their values.
     pub fn base_from_flange(&self, part_from_wire_tip: Pose, values: &Values) -> Pose {
+        self.holder(values).base_from_flange(part_from_wire_tip)
+    }
+
+    /// What leads from the wire's tip in the part to the flange while track and positioner stand at their values.
+    pub fn holder(&self, values: &Values) -> Holder {
         let frames = self.frames(values);
-        let flange_from_tip = frames.flange.inverse().then(frames.wire_tip);
-        let world_from_flange = match self.arrangement {
-            Arrangement::TorchOnRobot => frames
-                .part
-                .then(part_from_wire_tip)
-                .then(flange_from_tip.inverse()),
-            Arrangement::PartOnRobot => frames
-                .wire_tip
-                .then(part_from_wire_tip.inverse())
-                .then(self.carrier_from_part.inverse()),
+        let base = frames.base.inverse();
+        let flange = frames.flange;
+        match self.arrangement {
+            Arrangement::TorchOnRobot => Holder {
+                arrangement: self.arrangement,
+                base_from_held: base.then(frames.part),
+                end_from_flange: frames.wire_tip.inverse().then(flange),
+            },
+            Arrangement::PartOnRobot => Holder {
+                arrangement: self.arrangement,
+                base_from_held: base.then(frames.wire_tip),
+                end_from_flange: frames.part.inverse().then(flange),
+            },
+        }
+    }
+}
+
+/// What stands still between the wire's tip in the part and the flange in the arm's base.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Holder {
+    arrangement: Arrangement,
+    /// What stands: the part, or the wire's tip where the robot holds the part.
+    base_from_held: Pose,
+    /// The flange in what the robot holds.
+    end_from_flange: Pose,
+}
+
+impl Holder {
+    /// Where the flange must be in the arm's base for the wire's tip to lie at `part_from_wire_tip`.
+    pub fn base_from_flange(&self, part_from_wire_tip: Pose) -> Pose {
+        let standing_from_end = match self.arrangement {
+            Arrangement::TorchOnRobot => part_from_wire_tip,
+            Arrangement::PartOnRobot => part_from_wire_tip.inverse(),
         };
-        frames.base.inverse().then(world_from_flange)
+        self.base_from_held
+            .then(standing_from_end)
+            .then(self.end_from_flange)
     }
 }

@@ -6,10 +6,10 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::DMat3;
 
 use super::chain::Chain;
-use super::numeric::{self, HELD, apart};
+use super::numeric::{self, apart};
 use super::offset_wrist::OffsetWrist;
 use super::ortho_parallel::OrthoParallel;
-use super::solution::{Candidate, Solution, Unreachable};
+use super::solution::{Candidate, HELD, Solution, Unreachable};
 
 /// Starts of the search for arms without a closed form.
 const STARTS: u64 = 200;
@@ -100,6 +100,9 @@ impl Arm {
             if off < HELD[0] && turned < HELD[1] && new {
                 solutions.push(solution);
             }
+        }
+        if solutions.is_empty() {
+            return Err(Unreachable::AtBorder);
         }
         Ok(Inverse {
             solutions,

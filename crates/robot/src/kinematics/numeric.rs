@@ -6,15 +6,13 @@ use meltpath_geometry::math::{DMat3, DVec3};
 use meltpath_numerics::random::Random;
 
 use super::chain::Chain;
+use super::solution::HELD;
 
 /// A length that weighs as much as a radian, mm: about that of an arm.
 const REACH: f64 = 1000.0;
 
 /// Two solutions that differ by less in every joint are one, rad.
 const SAME: f64 = 1e-6;
-
-/// Errors of position (mm) and rotation (rad) below which a pose is held.
-pub(super) const HELD: [f64; 2] = [1e-6, 1e-9];
 
 /// How far one pose is from another: position in mm, rotation in rad.
 pub fn distance(a: Pose, b: Pose) -> [f64; 2] {

@@ -5,17 +5,20 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
 
 use super::chain::{Chain, Joint, JointKind, Limits};
-use super::planar::{self, Elbow, OutOfReach};
+use super::planar::{self, Elbow, OutOfReach, wrapped};
 use super::solution::{Candidate, Candidates, Singularities, Unreachable};
 
 /// Distances from the first axis' cylinder that rounding may make, mm.
-const ROUNDING: f64 = 1e-6;
+const ROUNDING: f64 = 5e-7;
 
 /// Below this distance forward, mm, front and back are one: a root that takes half of the digits.
 const ON_AXIS: f64 = 1e-4;
 
 /// Sines below this count as zero: two axes of the wrist in line.
 const IN_LINE: f64 = 1e-6;
+
+/// What is off in the directions of a pose, by rounding.
+const DIGITS: f64 = 1e-14;
 
 /// Denavit and Hartenberg's lengths, mm, with the twists 90°, 0, 0, 90°, -90°, 0. The maker prints a2 and a3 below zero; here
 /// they are lengths.
@@ -126,14 +129,20 @@ impl OffsetWrist {
                 wrist,
                 ..Singularities::default()
             };
-            let turned = if sine < 1e-14 {
-                self.free_sixth(rotation, centre, x1)
-            } else {
-                (-towards_y).atan2(towards_x)
-            };
+            // the nearer the axes are in line, the fewer digits of the sixth joint the pose holds
+            let unsure = (DIGITS / sine).min(std::f64::consts::PI);
+            let turned = (-towards_y).atan2(towards_x);
+            let best = |from: f64| self.most_room(rotation, centre, x1, from, unsure);
             for q6 in [turned, turned + std::f64::consts::PI] {
-                let outer = Outer::of(rotation, q6, x1, z1);
-                match self.arms(q1, &outer, centre, x1) {
+                let q6 = if unsure < 1.0 { q6 } else { best(q6) };
+                let way = |q6: f64| self.arms(q1, &Outer::of(rotation, q6, x1, z1), centre, x1);
+                // missed by no more than those digits: of the values that hold the pose as well, the one with most room
+                let ways = way(q6).or_else(|missed| {
+                    let near = missed.by() < self.d5.abs() * unsure;
+                    let other = if near { way(best(q6)) } else { Err(missed) };
+                    other.map_err(|_| missed)
+                });
+                match ways {
                     Ok((elbow, ways)) => {
                         let singular = Singularities {
                             elbow: elbow.straight,
@@ -174,19 +183,25 @@ impl OffsetWrist {
         Ok((elbow, [way(0), way(1)]))
     }
 
-    /// Where the last axis is parallel to those of the arm the sixth joint is free: the turn at which the arm is farthest from
-    /// its limits, rad.
-    fn free_sixth(&self, rotation: &DMat3, centre: DVec3, x1: DVec3) -> f64 {
-        let shoulder = DVec3::new(0.0, 0.0, self.d1);
+    /// Where the last axis is parallel to those of the arm the sixth joint is free: the turn within `unsure` of `from` at which the
+    /// arm is farthest from its limits, rad.
+    fn most_room(&self, rotation: &DMat3, centre: DVec3, x1: DVec3, from: f64, unsure: f64) -> f64 {
+        let reach = centre - DVec3::new(0.0, 0.0, self.d1);
+        let reach = reach.dot(x1) * x1 + reach.z * DVec3::Z;
         let middle = self.a2.hypot(self.a3);
         let miss = |q6: &f64| {
-            let at = centre - self.d5 * fifth_axis(rotation, *q6) - shoulder;
+            let at = reach - self.d5 * fifth_axis(rotation, *q6);
             (at.dot(x1).hypot(at.z) - middle).abs()
         };
-        let turns = (0..24).map(|i| f64::from(i) * std::f64::consts::TAU / 24.0);
+        // farthest and nearest where the wrist points out and in
+        let out = (-rotation.x_axis.dot(reach)).atan2(-rotation.y_axis.dot(reach));
+        let ends = [out, out + std::f64::consts::PI]
+            .map(|end| from + wrapped(end - from).clamp(-unsure, unsure));
+        let turns = (-12..=12).map(|i| from + f64::from(i) * unsure / 12.0);
         turns
+            .chain(ends)
             .min_by(|a, b| miss(a).total_cmp(&miss(b)))
-            .unwrap_or(0.0)
+            .unwrap_or(from)
     }
 }
 

@@ -10,13 +10,13 @@ use super::planar::{self, OutOfReach};
 use super::solution::{Candidate, Candidates, Singularities, Unreachable};
 
 /// Distances from the first axis' cylinder that rounding may make, mm.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 5e-7;
 
 /// Below this distance forward, mm, front and back are one: a root that takes half of the digits.
-const ON_AXIS: f64 = 1e-4;
+pub(super) const ON_AXIS: f64 = 1e-4;
 
 /// Sines below this count as zero: two axes of the wrist in line.
-const IN_LINE: f64 = 1e-6;
+pub(super) const IN_LINE: f64 = 1e-6;
 
 /// The seven lengths, and how the robot's own angles relate to the arm stretched upright.
 ///
@@ -47,8 +47,19 @@ pub struct OrthoParallel {
 
 impl OrthoParallel {
     /// The angle from upright of each joint, rad.
-    fn upright(&self, joints: [f64; 6]) -> [f64; 6] {
+    pub(super) fn upright(&self, joints: [f64; 6]) -> [f64; 6] {
         std::array::from_fn(|i| self.sign[i] * joints[i] + self.zero[i])
+    }
+
+    /// The angle between upper arm and the line from the elbow to the centre of the wrist, rad: above zero bent forward.
+    pub(super) fn bend(&self, upright_third: f64) -> f64 {
+        upright_third + self.a2.atan2(self.c3)
+    }
+
+    /// How far the centre of the wrist lies in front of the first axis, mm.
+    pub(super) fn forward_of_axis(&self, upright_second: f64, upright_third: f64) -> f64 {
+        let (s23, k23) = (upright_second + upright_third).sin_cos();
+        self.a1 + self.c2 * upright_second.sin() + self.a2 * k23 + self.c3 * s23
     }
 
     /// The robot's angle of joint `i` for an angle from upright, rad.
@@ -89,9 +100,9 @@ impl OrthoParallel {
     /// Rotation and position (mm) of the flange for the joints' angles (rad): the chain in closed form.
     pub fn forward(&self, joints: [f64; 6]) -> (DMat3, DVec3) {
         let q = self.upright(joints);
-        let ((s1, k1), (s2, k2)) = (q[0].sin_cos(), q[1].sin_cos());
+        let ((s1, k1), k2) = (q[0].sin_cos(), q[1].cos());
         let (s23, k23) = (q[1] + q[2]).sin_cos();
-        let x = self.a1 + self.c2 * s2 + self.a2 * k23 + self.c3 * s23;
+        let x = self.forward_of_axis(q[1], q[2]);
         let z = self.c1 + self.c2 * k2 - self.a2 * s23 + self.c3 * k23;
         let centre = DVec3::new(k1 * x - s1 * self.b, s1 * x + k1 * self.b, z);
         let rotation = forearm(s1, k1, s23, k23) * wrist(q[3], q[4], q[5]);

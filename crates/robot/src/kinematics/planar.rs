@@ -1,13 +1,15 @@
 //! Two links in a plane that reach for a point: shoulder and elbow of every arm.
 
+use std::f64::consts::{PI, TAU};
+
 /// Distances that rounding may put beyond the reach, mm.
-const ROUNDING: f64 = 1e-6;
+const ROUNDING: f64 = 5e-7;
 
 /// Points nearer to the shoulder, mm, count as on it: a direction that takes half of the digits.
-const ON_SHOULDER: f64 = 1e-4;
+pub(super) const ON_SHOULDER: f64 = 1e-4;
 
 /// Below this the sine of an angle counts as zero: the arm is stretched or folded.
-const STRAIGHT: f64 = 1e-6;
+pub(super) const STRAIGHT: f64 = 1e-6;
 
 /// The two ways in which the links reach the point.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +31,15 @@ pub(super) enum OutOfReach {
     Far(f64),
     /// Nearer than both links folded.
     Near(f64),
+}
+
+impl OutOfReach {
+    /// By how much, mm.
+    pub(super) fn by(self) -> f64 {
+        match self {
+            OutOfReach::Far(by) | OutOfReach::Near(by) => by,
+        }
+    }
 }
 
 /// Links of `lengths` mm from the origin to the point (x, y) mm: x = l₁ cos α + l₂ cos(α + β), y likewise with sines.
@@ -55,6 +66,12 @@ pub(super) fn reach([l1, l2]: [f64; 2], [x, y]: [f64; 2]) -> Result<Elbow, OutOf
         straight: sine.abs() < STRAIGHT,
         folded,
     })
+}
+
+/// An angle in (-π, π], rad.
+pub(super) fn wrapped(angle: f64) -> f64 {
+    let turned = angle - TAU * (angle / TAU).round();
+    if turned <= -PI { turned + TAU } else { turned }
 }
 
 #[cfg(test)]

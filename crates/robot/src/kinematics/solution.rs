@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+/// Errors of position (mm) and of rotation (rad) below which a solution holds its pose. Closed forms keep 1e-9 mm but at the border of
+/// reach, where a pose that is beyond it by rounding is held by the stretched or folded arm.
+pub(super) const HELD: [f64; 2] = [1e-6, 1e-9];
+
 /// Where an arm loses a freedom: two ways to hold a pose become one, or a joint may turn without moving the flange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(
@@ -117,7 +121,22 @@ pub enum Unreachable {
         /// By how much.
         by: f64,
     },
+    /// Within rounding of the border of reach, on its far side.
+    #[error("at the border of reach, to within rounding: move the part a little")]
+    AtBorder,
     /// A numeric search found nothing.
     #[error("no joint values were found by search; there may be some")]
     NothingFound,
+}
+
+impl Unreachable {
+    /// By how much, mm; nothing where that is not known.
+    pub fn by(self) -> f64 {
+        match self {
+            Unreachable::TooFar { by }
+            | Unreachable::TooNear { by }
+            | Unreachable::BesideAxis { by } => by,
+            Unreachable::AtBorder | Unreachable::NothingFound => 0.0,
+        }
+    }
 }

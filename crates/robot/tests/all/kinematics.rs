@@ -1,7 +1,6 @@
 //! Arms against what stands outside: poses of an independent library, a real controller's record, data sheets' reach, searches.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 mod adversarial;
+mod configuration;
 mod frames;
 
 use std::f64::consts::PI;
@@ -37,8 +36,10 @@ pub(crate) fn check(name: &str, arm: &Arm, pose: Pose) -> Vec<Solution> {
     );
     for solution in &inverse.solutions {
         let [off, turned] = distance(arm.forward(solution.angles), pose);
+        // at the border of reach a pose may be beyond it by rounding
+        let most = if solution.singular.elbow { 1e-6 } else { 1e-9 };
         assert!(
-            off < 1e-9 && turned < 1e-9,
+            off < most && turned < 1e-9,
             "{name}: {off:e} mm, {turned:e} rad of {solution:?}"
         );
     }
@@ -53,7 +54,7 @@ pub(crate) fn anywhere(random: &mut Random) -> [f64; 6] {
 #[test]
 fn forward_chains_agree_with_an_independent_library() {
     let mut rows = 0;
-    for line in include_str!("flange-poses.csv").lines().skip(1) {
+    for line in include_str!("kinematics/flange-poses.csv").lines().skip(1) {
         let (name, numbers) = line.split_once(',').unwrap();
         let n: Vec<f64> = numbers.split(',').map(|n| n.parse().unwrap()).collect();
         let joints: [f64; 6] = n[..6].try_into().unwrap();
@@ -90,22 +91,15 @@ fn forward_chains_agree_with_an_independent_library() {
 /// lengths of its public URDF, a tool of 55 mm. The third joint is shown to the level: taken as it stands the pose is missed by far.
 #[test]
 fn a_fanuc_shows_its_third_joint_to_the_level() {
-    let mut arm = shipped("fanuc-arcmate-120ic").arm;
-    let Geometry::SphericalWrist(of_arcmate) = arm.geometry else {
-        panic!("a spherical wrist");
-    };
-    let lengths = OrthoParallel {
+    let arm = configuration::fanuc(OrthoParallel {
         a1: 312.0,
         a2: -225.0,
         c1: 0.0,
         c2: 1075.0,
         c3: 1280.0,
         c4: 215.0 + 55.0,
-        ..of_arcmate
-    };
-    let limits: Vec<_> = arm.chain.joints.iter().map(|j| j.limits).collect();
-    arm.chain = lengths.chain(limits.try_into().unwrap());
-    arm.geometry = Geometry::SphericalWrist(lengths);
+        ..configuration::arcmate()
+    });
     let degrees = |d: [f64; 6]| d.map(f64::to_radians);
     let pose = Pose::from_wpr(
         DVec3::new(1500.0, 0.0, 360.0),
@@ -116,8 +110,12 @@ fn a_fanuc_shows_its_third_joint_to_the_level() {
         degrees([7.962, -5.284, -36.250, -102.339, 51.975, 100.727]),
     ];
     let solutions = check("R-2000iB", &arm, pose);
-    for shown in records {
+    for (shown, wrist) in records
+        .into_iter()
+        .zip(["N U T, 0, 0, 0", "F U T, 0, 0, 0"])
+    {
         let joints = arm.joints(shown);
+        assert_eq!(arm.configuration(joints).unwrap().to_string(), wrist);
         let [off, turned] = distance(arm.forward(joints), pose);
         assert!(off < 0.02 && turned < 2e-5, "{off} mm, {turned} rad");
         assert!(distance(arm.forward(shown), pose)[0] > 50.0);
@@ -190,13 +188,13 @@ fn finds_random(poses: u32) {
 }
 
 #[test]
-fn ma_7_inverse_finds_random_poses() {
+fn multiaxis_ma7_inverse_gives_random_poses_back() {
     finds_random(10_000);
 }
 
 #[test]
 #[ignore = "long validation: a million poses a robot"]
-fn ma_7_inverse_finds_a_million_poses() {
+fn inverse_gives_a_million_poses_back() {
     finds_random(1_000_000);
 }
 
@@ -309,10 +307,11 @@ fn any_other_chain_is_searched() {
     ];
     let mut text = "name = \"any\"\n[joints]\nsource = \"test\"\nlow = [\"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\"]\nhigh = [\"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\"]\n[arm]\nkind = \"axes\"\nsource = \"test\"\n".to_owned();
     for (p, axis) in axes {
-        text += &format!(
-            "[[arm.axes]]\nposition = [\"{} mm\", \"{} mm\", \"{} mm\"]\naxis = {axis:?}\n",
-            p[0], p[1], p[2]
+        let [x, y, z] = p;
+        let axis = format!(
+            "[[arm.axes]]\nposition = [\"{x} mm\", \"{y} mm\", \"{z} mm\"]\naxis = {axis:?}\n"
         );
+        text.push_str(&axis);
     }
     let arm = cell::read(&text).unwrap().arm;
     let joints = [0.3, 0.2, -0.4, 0.5, -0.9, 0.7];

@@ -6,8 +6,6 @@ use meltpath_geometry::math::DVec3;
 use meltpath_robot::cell::{self, Values};
 use meltpath_robot::kinematics::numeric::distance;
 
-use super::shipped;
-
 fn near(a: DVec3, b: DVec3) {
     assert!(a.distance(b) < 1e-9, "{a} is not {b}");
 }
@@ -19,7 +17,9 @@ const VALUES: Values = Values {
 };
 
 fn with(name: &str, tables: &str) -> String {
-    format!("{}\n{tables}", find(robots::ALL, name).unwrap().text)
+    let text = find(robots::ALL, name).unwrap().text;
+    let (arm, _) = text.split_once("\n# Around the arm").unwrap();
+    format!("{arm}\n{tables}")
 }
 
 const TORCH: &str = "[torch]\nposition = [\"10 mm\", \"20 mm\", \"300 mm\"]\nangles = [\"0 deg\", \"35 deg\", \"0 deg\"]\nwire = \"12 mm\"\n";
@@ -50,7 +50,9 @@ fn a_track_carries_the_arm() {
     let cell = cell::read(&with("abb-irb2600-12-185", track)).unwrap();
     let frames = cell.frames(&VALUES);
     near(frames.base.position, DVec3::new(0.0, 255.0, 400.0));
-    let still = shipped("abb-irb2600-12-185").frames(&VALUES);
+    let still = cell::read(&with("abb-irb2600-12-185", ""))
+        .unwrap()
+        .frames(&VALUES);
     near(
         frames.flange.position - still.flange.position,
         DVec3::new(0.0, 255.0, 400.0),
@@ -103,11 +105,11 @@ fn the_wire_goes_on_along_the_torch() {
 #[test]
 fn wrong_cells_are_refused_with_places() {
     let wrong = |text: &str| -> Vec<String> {
-        let problems = cell::read(text).unwrap_err();
+        let problems = cell::read(text).unwrap_err().0;
         assert!(problems.iter().all(|p| p.span.is_some()), "{problems:?}");
         problems.iter().map(ToString::to_string).collect()
     };
-    let rx = find(robots::ALL, "staubli-rx60b").unwrap().text;
+    let rx = with("staubli-rx60b", "");
     let told = wrong(
         &rx.replace("\"-160 deg\"", "\"200 deg\"")
             .replace("[\"arm_aside\"]", "[\"arm_asid\"]"),
@@ -150,7 +152,7 @@ fn wrong_cells_are_refused_with_places() {
 /// Axes of a calibration, not quite square, make the nearest rigid frame.
 #[test]
 fn calibrated_axes_are_made_rigid() {
-    let rx = find(robots::ALL, "staubli-rx60b").unwrap().text;
+    let rx = with("staubli-rx60b", "");
     let cell = cell::read(&format!(
         "{rx}\n[base]\naxes = [[0.0002, 1, 0], [-1, 0, 0], [0, 0, 1]]\n"
     ))
