@@ -8,6 +8,7 @@ mod foreign;
 pub mod judge;
 pub mod plan;
 pub mod program;
+mod reach;
 pub mod record;
 pub mod run;
 pub mod settings;

@@ -11,7 +11,7 @@ use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, Gap, Pause, Program,
+    BuildError, BuildSettings, Built, Executed, ExecutedKind, ExecutedSpeed, Gap, Pause, Program,
     ProgramError, Schedule, WeldSettings, build, execution_order,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
@@ -86,16 +86,16 @@ pub struct Programs {
     pub stable: bool,
 }
 
-/// Writes the programs of a toolpath and reads them back.
+/// Makes the programs of a toolpath.
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn write(
+pub fn make(
     name: &str,
     toolpath: &Toolpath,
     settings: &Settings,
     reporter: &Reporter,
-) -> Result<Programs, ProgramStageError> {
+) -> Result<Built, ProgramStageError> {
     let pause = if settings.pause > 0.0 {
         Pause::Wait(settings.pause)
     } else {
@@ -107,7 +107,15 @@ pub fn write(
         smoothing: Ratio(settings.smoothing),
         pause,
     };
-    let built = build(toolpath, &settings.cell.program, &build_settings, reporter)?;
+    let cell = &settings.cell.program;
+    Ok(build(toolpath, cell, &build_settings, reporter)?)
+}
+
+/// Writes programs and reads them back.
+///
+/// # Errors
+/// [`ProgramStageError`].
+pub fn write(built: Built) -> Result<Programs, ProgramStageError> {
     let mut programs = Programs {
         files: Vec::new(),
         parsed: Vec::new(),
@@ -220,6 +228,10 @@ pub struct Commands {
     pub pass_of_command: Vec<Option<u32>>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
+    /// Program, from 0, and instruction, from 1, of each command.
+    pub line_of_command: Vec<(u32, u32)>,
+    /// Those of the start.
+    pub start_line: (u32, u32),
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -266,11 +278,19 @@ pub fn commands(
     let mut commands: Vec<Command> = Vec::with_capacity(executed.steps.len());
     let mut layers = Vec::with_capacity(executed.steps.len());
     let mut passes = Vec::with_capacity(executed.steps.len());
+    let mut lines = Vec::with_capacity(executed.steps.len());
+    let mut start_line = (0, 0);
     let mut arc_length = 0.0;
     for step in &executed.steps {
         let id = commands.len() as u32;
         match *step {
-            Executed::Wait { time, arc, .. } => {
+            Executed::Wait {
+                time,
+                arc,
+                program,
+                line,
+            } => {
+                lines.push((program, line));
                 commands.push(Command {
                     kind: Kind::Wait { time },
                     source: source(arc),
@@ -286,6 +306,7 @@ pub fn commands(
                 if start.is_none() {
                     // where the robot comes from is not in the program: it starts at its first position
                     start = Some(m.target);
+                    start_line = (m.program, m.line);
                     here = m.target;
                     continue;
                 }
@@ -309,6 +330,7 @@ pub fn commands(
                 });
                 layers.push(m.layer.filter(|_| m.arc.is_some()));
                 passes.push(m.pass);
+                lines.push((m.program, m.line));
                 here = m.target;
             }
         }
@@ -330,6 +352,8 @@ pub fn commands(
         commands,
         layer_of_command,
         pass_of_command: passes,
+        line_of_command: lines,
+        start_line,
         arc_length,
         gaps: executed.gaps,
     })

@@ -67,6 +67,7 @@ fn wall(s: &Settings, beads: &[f64], layers: u32, rise: f64) -> Simulation {
         bead: s.bead_model,
         pool: s.pool,
         settings: s.deposit,
+        columns: None,
     };
     simulate(build, &Reporter::new(), &Silent).unwrap()
 }
