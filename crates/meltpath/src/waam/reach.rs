@@ -83,7 +83,7 @@ pub(super) fn along(
     let named = named(&mut positions, &mut programs, moves, cell);
     let task = task(cell, moves, Rotation::Written, &named);
     Some(hold(&task).and_then(|held| {
-        let closest = clearances(&task, &held, moves, settings, metal).transpose()?;
+        let closest = swept(&task, &held, moves, settings, metal).transpose()?;
         let mut along = Along {
             margins: held.margins,
             closest,
@@ -114,7 +114,7 @@ pub(super) const COLUMN: f64 = 2.0;
 pub(super) const COLUMNS: f64 = 250.0;
 
 /// How near bodies come. While a layer is laid its metal counts as laid already.
-fn clearances(
+fn swept(
     task: &Task<'_>,
     held: &Held,
     moves: &Commands,
@@ -391,20 +391,13 @@ fn speed(margins: &Margins, moves: &Commands) -> Check {
 
 /// The pair that comes nearest, and those after it.
 fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) -> Check {
-    const TOLD: usize = 4;
-    let Some([worst, others @ ..]) = along.closest.as_deref() else {
+    let Some([worst, ..]) = along.closest.as_deref() else {
         return Check::not_checked(
             "collision",
             COLLISION,
             "the robot's file tells no shapes: write [shapes], or try the program in the cell's simulator",
         );
     };
-    let pair = |c: &Closest| format!("{} and {}", c.bodies[0], c.bodies[1]);
-    let others = others
-        .iter()
-        .take(TOLD)
-        .map(|c| format!("{} {:.0} mm", pair(c), c.distance));
-    let others = others.collect::<Vec<_>>().join(", ");
     let check = Check::judge(
         "collision",
         "least distance of torch and robot from part, table and each other",
@@ -412,10 +405,30 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         Limit::AtLeast(settings.limits.clearance),
     )
     .at(moves.place(worst.command, worst.position))
-    .because(&format!("{}; then {others}", pair(worst)))
+    .because(&pair(worst))
     .remedy("another machine.place, more clearance of travels, or a slimmer nozzle");
+    let check = match cell.shapes.as_ref().and_then(|s| s.table) {
+        Some(_) => check,
+        None => check.because("the table is not checked: shapes.table is not written"),
+    };
     let shapes = cell.shapes_are_guessed().then(|| "shapes".to_owned());
     guessed(check, cell.guesses().into_iter().chain(shapes).collect())
+}
+
+fn pair(closest: &Closest) -> String {
+    let [a, b] = closest.bodies;
+    format!("{a} and {b}")
+}
+
+/// Every pair where it comes nearest.
+fn clearances(along: &Along, moves: &Commands) -> Option<Fact> {
+    let told = |c: &Closest| {
+        let place = moves.place(c.command, c.position);
+        format!("{} {:.1} mm ({place})", pair(c), c.distance)
+    };
+    let told: Vec<String> = along.closest.as_ref()?.iter().map(told).collect();
+    let title = "least distance of each pair that comes within a metre";
+    Some(Fact::words("clearances", title, &told.join("; ")))
 }
 
 fn config(along: &Along, cell: &Cell) -> Check {
@@ -552,6 +565,7 @@ pub(super) fn facts(along: Option<&Result<Along, NotHeld>>, moves: &Commands) ->
         let fact = Fact::new(id, title, Measure::exact(value, unit), "");
         Some(fact.at(moves.place(l.command, l.position)))
     })
+    .chain(clearances(along, moves))
     .collect()
 }
 

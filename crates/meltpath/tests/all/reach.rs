@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath::waam::{run, simulate_program};
-use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_base::{Check, Reporter, Silent, Status, Verdict};
 use meltpath_data::robots;
 
 /// The first layers of the thin wall, with lines under `[machine]`.
@@ -60,10 +60,16 @@ fn multiaxis_ma9_a_job_that_names_a_robot_is_judged() {
         println!("{id}: {}", check.line());
     }
     let collision = check(&verdict, "collision");
-    assert!(
-        collision.reason.starts_with("nozzle and part"),
-        "{collision:?}"
-    );
+    assert_eq!(collision.reason, "nozzle and part");
+    let pairs = verdict.facts.iter().find(|f| f.id == "clearances").unwrap();
+    for pair in [
+        "nozzle and part",
+        "torch and part",
+        "nozzle and table",
+        "link 3 and table",
+    ] {
+        assert!(pairs.reason.contains(pair), "{pair}: {pairs:?}");
+    }
     // the contact tube stands 15 mm over the plate and less over the metal
     let distance = collision.value.as_ref().unwrap().value;
     assert!(distance > 5.0 && distance < 15.0, "{distance}");
@@ -153,4 +159,31 @@ fn a_program_with_a_wrong_configuration_is_told() {
     let config = check(&wrong, "config");
     assert_eq!(config.status, Status::Fail, "{config:?}");
     assert!((config.value.as_ref().unwrap().value - 1.0).abs() < 1e-12);
+}
+
+/// The map's best place is one where the part is held, and places beyond the arm are not.
+#[test]
+fn a_map_tells_where_a_part_can_stand() {
+    let wall = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall/wall.stl");
+    let map = |robot: &str| meltpath::reach::reach(&wall, robot, &Reporter::new(), &Silent);
+    let lines = map("staubli-rx60bl").unwrap();
+    let rows = lines[3..18].iter();
+    let cells: Vec<&str> = rows.flat_map(|l| l.split_whitespace()).collect();
+    assert_eq!(cells.len(), 15 * 15, "{lines:#?}");
+    // the middle of its own table is where a shipped robot can work
+    let middle: f64 = cells[7 * 15 + 7].parse().unwrap();
+    assert!(middle > 5.0, "{lines:#?}");
+    let best = lines.iter().find(|l| l.starts_with("best: place = ["));
+    let told = best.unwrap().split("], ").nth(1).unwrap();
+    let told: f64 = told.trim_end_matches(" deg").parse().unwrap();
+    let greatest = cells.iter().filter_map(|c| c.parse::<f64>().ok());
+    let greatest = greatest.fold(0.0, f64::max);
+    assert!((told - greatest).abs() <= 0.5 + 1e-9, "{best:?} {greatest}");
+    assert!(
+        lines
+            .iter()
+            .any(|l| l.contains("GUESSED") && l.contains("torch"))
+    );
+    let nobody = map("nobody").unwrap_err().to_string();
+    assert!(nobody.contains("kuka-kr16-r2010-2"), "{nobody}");
 }
