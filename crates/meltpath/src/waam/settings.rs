@@ -199,15 +199,12 @@ pub fn resolve(
 /// The robot that a job names, its part where the job places it.
 fn robot_of(machine: &MachineTable, folder: &Path) -> Result<Option<robot::Cell>, Vec<Problem>> {
     let Some(name) = machine.robot.as_ref() else {
-        return match machine.place.is_written() {
-            true => Err(vec![
-                machine
-                    .place
-                    .problem(format!("{} is written, but no robot", machine.place.name))
-                    .help("name the robot: machine.robot"),
-            ]),
-            false => Ok(None),
-        };
+        if machine.place.is_written() {
+            let message = format!("{} is written, but no robot", machine.place.name);
+            let problem = machine.place.problem(message);
+            return Err(vec![problem.help("name the robot: machine.robot")]);
+        }
+        return Ok(None);
     };
     let mut cell = DataText::load("robot", name, robots::ALL, folder)
         .and_then(|text| text.read(robot::read))
