@@ -213,7 +213,9 @@ fn mapped(part: &Path, robot: &str) -> Result<u8, Failure> {
     let reporter = Reporter::new();
     let lines = reach::reach(part, robot, &reporter, &progress)?;
     progress.finish();
-    lines.iter().for_each(|l| line(l));
+    for text in &lines {
+        line(text);
+    }
     show_notes(&reporter);
     Ok(0)
 }

@@ -9,6 +9,7 @@ pub mod interpolation;
 pub mod kinematics;
 pub mod posture;
 pub mod summary;
+pub mod weave;
 
 pub use command::{Command, Kind, Smoothing, Source};
 pub use controller::{Controller, ControllerError};

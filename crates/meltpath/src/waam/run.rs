@@ -120,6 +120,17 @@ fn too_small(plate: &SubstrateTable, part: &Part) -> Option<Problem> {
     })
 }
 
+/// Tells that a build is planned from 0 on, wherever the plate lies for programs of other software.
+fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
+    if settings.plate_height.is_some_and(|h| h != 0.0) {
+        reporter.warn(
+            "plate-height",
+            "substrate.height counts for programs of other software: this build is planned from 0 mm on",
+            "leave it out, or simulate the program of the other software",
+        );
+    }
+}
+
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
@@ -134,6 +145,7 @@ pub fn run(
     let loaded = load(job, &reporter)?;
     let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
+    warn_of_plate(settings, &reporter);
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
@@ -276,6 +288,8 @@ pub(super) fn built<'a>(
         commands: &commands.commands,
         layer_of_command: commands.layer_of_command.clone(),
         pass_of_command: &commands.pass_of_command,
+        weave_of_command: &commands.weave_of_command,
+        weaves: &commands.weaves,
         layers,
         controller: &settings.cell.motion,
         map,

@@ -77,6 +77,8 @@ pub struct Settings {
     pub ctwd: f64,
     /// Plate: length and width, where given, mm.
     pub plate: Option<[f64; 2]>,
+    /// Height of the plate in the user frame of a program that other software wrote, where it is told, mm.
+    pub plate_height: Option<f64>,
     /// Plate thickness, mm.
     pub plate_thickness: f64,
     /// Metal beyond the finished part's sides, mm.
@@ -184,6 +186,7 @@ pub fn resolve(
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
+        plate_height: job.substrate.height.map(|h| h.0),
         plate_thickness: job.substrate.thickness.0,
         allowance: target.allowance.0,
         allowance_top: target.allowance_top.map(|top| top.0),
@@ -485,6 +488,11 @@ impl Settings {
             share: (area * area + (single * width).powi(2)).sqrt(),
             response: self.deposit.feed_response,
         }
+    }
+
+    /// Metal over faces that look up: as written, else what lies over sides, mm.
+    pub fn least_over(&self) -> f64 {
+        self.allowance_top.unwrap_or(self.allowance)
     }
 
     /// Wire fed per programmed wire: the process map's feed factor.
