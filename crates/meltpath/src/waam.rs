@@ -10,6 +10,7 @@ mod heights;
 pub mod judge;
 pub mod plan;
 pub mod program;
+mod reach;
 pub mod record;
 pub mod run;
 pub mod settings;

@@ -244,7 +244,7 @@ impl Machine<'_> {
             },
             // the branch before it was executed
             Logic::Else => Flow::To(self.block_end(frame, false)? + 1),
-            // of a choice the cases after the one that was made are passed over
+            // at a case the choice before it was made
             Logic::EndIf | Logic::Case => Flow::Next,
             Logic::For(rest) => self.begin_loop(frame, rest)?,
             Logic::EndFor => self.end_loop(frame)?,
