@@ -10,6 +10,7 @@ mod flow;
 mod gap;
 mod instructions;
 mod moves;
+mod positions;
 mod refusal;
 mod source;
 
@@ -179,12 +180,14 @@ pub(crate) fn execution_order(
         memory: Memory {
             registers: settings.registers.clone(),
             signals: settings.signals.clone(),
+            positions: BTreeMap::new(),
             arguments: Vec::new(),
         },
         schedules: settings.schedules.clone(),
         weaves: Vec::new(),
         weave: None,
         frames: (None, None),
+        here: None,
         bead_frames: None,
         bead_axes: None,
         arc: None,
@@ -229,6 +232,8 @@ struct Machine<'a> {
     /// The weave that is on, from 1.
     weave: Option<u32>,
     frames: (Option<u32>, Option<u32>),
+    /// Where the last move led to, where it is known.
+    here: Option<Pose>,
     /// Frames of the first bead.
     bead_frames: Option<(u32, u32)>,
     /// External axes of the robot's group at the first bead.

@@ -8,6 +8,8 @@ pub(super) enum Effect {
     Set,
     /// Sets an output or a flag.
     Signal,
+    /// Sets a position register.
+    Position,
     /// Selects a frame by a value.
     Frame(Selected),
     /// Weaving begins.
@@ -33,7 +35,7 @@ pub(super) enum Selected {
 
 /// First words of instructions that shape no metal: inputs and outputs that are not the source's, messages, times, registers that
 /// matter only where a move refers to them (and are told there), monitoring.
-const PASSIVE: [&str; 22] = [
+const PASSIVE: [&str; 21] = [
     "DI",
     "RI",
     "GI",
@@ -44,7 +46,6 @@ const PASSIVE: [&str; 22] = [
     "TIMER",
     "MESSAGE",
     "PAYLOAD",
-    "PR",
     "SR",
     "AR",
     "UALM",
@@ -81,6 +82,7 @@ pub(super) fn effect(text: &str) -> Effect {
         "UFRAME_NUM" => Effect::Frame(Selected::User),
         "UTOOL_NUM" => Effect::Frame(Selected::Tool),
         "R" => Effect::Set,
+        "PR" => Effect::Position,
         "DO" | "RO" | "SO" | "UO" | "F" | "M" => Effect::Signal,
         "WEAVE" if ends(text) => Effect::WeaveEnd,
         "WEAVE" => Effect::Weave,

@@ -6,12 +6,17 @@ use std::collections::BTreeMap;
 /// Expressions nested deeper than this are not read.
 const DEEPEST: usize = 32;
 
+/// X, Y, Z, mm, and W, P, R, degrees, as far as they are known.
+pub(super) type Elements = [Option<f64>; 6];
+
 /// What a program can read while it runs.
 pub(super) struct Memory {
     /// Registers whose content is known.
     pub(super) registers: BTreeMap<u32, f64>,
     /// Inputs, outputs and flags whose state is known, by name in capitals and number.
     pub(super) signals: BTreeMap<(String, u32), bool>,
+    /// Position registers, as far as they are known.
+    pub(super) positions: BTreeMap<u32, Elements>,
     /// Arguments of the calls that run, innermost last.
     pub(super) arguments: Vec<Vec<Option<f64>>>,
 }
@@ -251,6 +256,14 @@ impl<'a> Reader<'a> {
                 _ => Value::Unknown,
             });
         };
+        if let Some((register, element)) = inner.split_once(',') {
+            let [register, element] =
+                [register, element].map(|t| self.memory.nested(t, self.depth));
+            let all = register.and_then(|r| self.memory.positions.get(&r));
+            let at = element.and_then(|e| (e as usize).checked_sub(1));
+            let value = all.zip(at).and_then(|(all, at)| *all.get(at)?);
+            return Some(known(value.filter(|_| name.eq_ignore_ascii_case("PR"))));
+        }
         let index = self.memory.nested(inner, self.depth);
         let Some(index) = index else {
             return Some(Value::Unknown);
@@ -304,6 +317,7 @@ mod tests {
         let memory = Memory {
             registers: BTreeMap::from([(1, 2.0), (2, 7.5), (3, -4.0)]),
             signals: BTreeMap::from([(("DI".to_owned(), 7), true)]),
+            positions: BTreeMap::from([(4, [Some(1.0), None, Some(7.0), None, None, None])]),
             arguments: vec![vec![None], vec![Some(3.0), None]],
         };
         for (text, value) in [
@@ -316,6 +330,10 @@ mod tests {
             ("(-4)-R[3]", Some(0.0)),
             ("AR[1]-1", Some(2.0)),
             ("AR[2]", None),
+            ("PR[4,3:z]+1", Some(8.0)),
+            ("PR[4,2]", None),
+            ("PR[4,7]", None),
+            ("R[4,3]", None),
             ("R[9]", None),
             ("DI[1]", None),
             ("1/0", None),

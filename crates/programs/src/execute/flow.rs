@@ -180,6 +180,9 @@ impl Machine<'_> {
             (register, value.to_bits()).hash(&mut state);
         }
         self.memory.signals.hash(&mut state);
+        for (register, all) in &self.memory.positions {
+            (register, all.map(|v| v.map(f64::to_bits))).hash(&mut state);
+        }
         let arc = self.arc.as_ref().map(|(word, _)| word);
         (self.frames, arc, self.weave).hash(&mut state);
         if frame.states.insert((to, state.finish())) {

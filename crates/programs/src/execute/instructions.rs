@@ -75,6 +75,7 @@ impl Machine<'_> {
                 self.set(text);
                 self.note("line-passed-over", first_word(text));
             }
+            Effect::Position => self.set_position(text),
             Effect::Passive => self.note("line-passed-over", first_word(text)),
             Effect::Shapes(why) => self.gap(why),
         }
@@ -120,6 +121,7 @@ impl Machine<'_> {
     /// Passes over a call of a program that was not given.
     pub(super) fn call_outside(&mut self, name: &str) {
         let name = name.to_ascii_uppercase();
+        self.here = None;
         if self.settings.passed_over.contains(&name) {
             self.note("call-passed-over", name);
         } else {

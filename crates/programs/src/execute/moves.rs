@@ -34,10 +34,18 @@ impl Machine<'_> {
     fn place(&mut self, reference: &PositionRef) -> Result<Result<Place, Missing>, ProgramError> {
         let index = match reference {
             PositionRef::Point { index, .. } => *index,
-            PositionRef::Unresolved(text) => match self.indirect(text) {
-                Some(index) => index,
-                None => return Ok(Err(Missing::Position(text.clone()))),
-            },
+            PositionRef::Unresolved(text) => {
+                if let Some(index) = self.indirect(text) {
+                    index
+                } else {
+                    let place = self.register_pose(text).map(|pose| Place {
+                        pose,
+                        own: Vec::new(),
+                        further: Vec::new(),
+                    });
+                    return Ok(place.ok_or_else(|| Missing::Position(text.clone())));
+                }
+            }
         };
         let Some(position) = self.tables[self.at.0].get(&index).copied() else {
             return Err(self.refuse(Refusal::NoPosition(index)));
@@ -185,13 +193,15 @@ impl Machine<'_> {
         Some((share / 100.0).clamp(0.0, 1.0))
     }
 
-    /// Tells what the further words of a move do; `false` where they change its target.
-    fn further_words(&mut self, motion: &Motion) -> bool {
-        let mut whole = true;
+    /// Tells what the further words of a move do, and by how much they shift its target, mm; `None` where that is not known.
+    fn further_words(&mut self, motion: &Motion) -> Option<DVec3> {
+        let mut shift = Some(DVec3::ZERO);
         for word in &motion.extra {
-            if moves_target(word) {
+            if let Some(by) = self.offset(word) {
+                shift = shift.map(|shift| shift + by);
+            } else if moves_target(word) {
                 self.gap(Missing::Offset(word.clone()));
-                whole = false;
+                shift = None;
             } else if calls(word) {
                 self.gap(Missing::Call(word.clone()));
             } else if coordinated(word) {
@@ -202,7 +212,7 @@ impl Machine<'_> {
                 self.note("line-passed-over", first_word(word));
             }
         }
-        whole
+        shift
     }
 
     pub(super) fn motion(&mut self, motion: &Motion) -> Result<(), ProgramError> {
@@ -210,16 +220,19 @@ impl Machine<'_> {
         if joint && self.arc.is_some() {
             return Err(self.refuse(Refusal::ArcInJointMove));
         }
-        let whole = self.further_words(motion);
+        let shift = self.further_words(motion);
         let via = match &motion.kind {
             MotionKind::Circular { via } => Some(self.place(via)?),
             _ => None,
         };
         let target = self.place(&motion.target)?;
-        let (target, via) = match (target, via.transpose()) {
-            (Ok(target), Ok(via)) if whole => (target, via),
-            (target, via) => return self.leave_out(motion, target.err().or(via.err())),
+        let (mut target, mut via, shift) = match (target, via.transpose(), shift) {
+            (Ok(target), Ok(via), Some(shift)) => (target, via, shift),
+            (target, via, _) => return self.leave_out(motion, target.err().or(via.err())),
         };
+        for place in via.iter_mut().chain([&mut target]) {
+            place.pose.position += shift;
+        }
         let (Some(frame), Some(tool)) = self.frames else {
             let missing = if self.frames.0.is_none() {
                 "UFRAME_NUM"
@@ -256,6 +269,7 @@ impl Machine<'_> {
         } else {
             self.close_arcs();
         }
+        self.here = Some(target.pose);
         self.executed.push(Executed::Motion(ExecutedMotion {
             kind,
             target: target.pose,
@@ -284,6 +298,7 @@ impl Machine<'_> {
     /// Goes on without a move whose target is not known: a gap, unless it is a travel given by joints, whose end the next move says.
     fn leave_out(&mut self, motion: &Motion, why: Option<Missing>) -> Result<(), ProgramError> {
         self.close_arcs();
+        self.here = None;
         match why {
             Some(Missing::JointPosition(index))
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>

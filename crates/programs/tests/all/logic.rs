@@ -281,3 +281,52 @@ fn values_that_the_cell_gives_decide() {
     let reading = read(&[program("P", &lost)], &settings, &Reporter::new()).unwrap();
     assert_eq!(reading.gaps.len(), 1);
 }
+
+#[test]
+fn position_registers_are_known_as_far_as_the_program_sets_them() {
+    let at = |lines: &[&str]| {
+        let all: Vec<_> = [ONE].iter().chain(lines).copied().collect();
+        let reading = execute(&[program("P", &all)]).unwrap();
+        let places: Vec<_> = motions(&reading).iter().map(|m| (m.to.x, m.to.z)).collect();
+        (places, reading.gaps.len())
+    };
+    let go = "L PR[7] 50mm/sec FINE";
+    for (lines, place) in [
+        (&["PR[7]=P[2]", go] as &[&str], Some((2.0, 0.0))),
+        (&["PR[7]=P[2]", "PR[7,3]=PR[7,3]+1.5", go], Some((2.0, 1.5))),
+        (
+            &["PR[7]=LPOS", "R[1]=40", "PR[7,3:up]=R[1]", go],
+            Some((1.0, 40.0)),
+        ),
+        (
+            &["PR[1]=P[2]", "PR[2]=P[3]", "PR[7]=PR[2]-PR[1]+PR[2]", go],
+            Some((4.0, 0.0)),
+        ),
+        (&["PR[7]=JPOS", go], None),
+        (&["PR[7,3]=5", go], None),
+        (&["PR[7]=P[4]", go], None),
+    ] {
+        let (places, gaps) = at(lines);
+        assert_eq!(places, place.into_iter().collect::<Vec<_>>(), "{lines:?}");
+        assert_eq!(gaps, usize::from(place.is_none()), "{lines:?}");
+    }
+    // a layer repeated higher and higher
+    let zero = ["PR[5]=P[1]", "PR[5]=PR[5]-PR[5]"];
+    let up = [
+        "FOR R[1]=1 TO 3",
+        "L P[2] 9mm/sec FINE Offset,PR[5:up]",
+        "PR[5,3]=PR[5,3]+1.7",
+        "ENDFOR",
+    ];
+    let lines: Vec<_> = zero.iter().chain(&up).copied().collect();
+    let (places, gaps) = at(&lines);
+    assert_eq!((places.len(), gaps), (3, 0));
+    for (k, (x, z)) in places.iter().enumerate() {
+        assert!((x - 2.0).abs() < 1e-12 && (z - 1.7 * k as f64).abs() < 1e-12);
+    }
+    // an offset that turns the tool, and one that is not known
+    for set in ["PR[5,6]=90", "PR[5]=PR[9]"] {
+        let lines = [zero[0], zero[1], set, "L P[2] 9mm/sec FINE Offset,PR[5]"];
+        assert_eq!(at(&lines), (vec![], 1), "{set}");
+    }
+}
