@@ -21,6 +21,7 @@ use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
 use super::heat::{self, BeamRecord};
+use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
@@ -62,9 +63,10 @@ pub fn run(
 ) -> Result<Outcome, LpbfError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let (settings, mut surveys) = resolved(path, job, text, observer)?;
+    let (plan, mut surveys) = resolved(path, job, text, observer)?;
+    let settings = &plan.settings;
     let folder = crate::outcome::folder(out, runs)?;
-    let said = settings.warnings.iter();
+    let said = plan.warnings.iter();
     said.for_each(|w| reporter.push(w.clone()));
     for letter in &settings.foreign {
         reporter.warn(
@@ -78,7 +80,7 @@ pub fn run(
     }
     let head = settings.data.head.ready()?;
     let found = match &settings.search {
-        Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
+        Some(bounds) => Some(optimise::run(&plan, bounds, observer)?),
         None => None,
     };
     // the first recipe itself is run anyway
@@ -96,9 +98,9 @@ pub fn run(
         let optimised = k == settings.recipes.len();
         let plain = other_head.as_ref().filter(|_| optimised).unwrap_or(&head);
         if optimised {
-            surveys.push(plain.survey(settings.work.layers(recipe)?)?);
+            surveys.push(plain.survey(plan.work.layers(recipe)?)?);
         }
-        let layers = settings.work.layers(recipe)?;
+        let layers = plan.work.layers(recipe)?;
         heads.push(ready_for(plain, settings.path, layers)?);
     }
     let mut results = Vec::with_capacity(recipes.len());
@@ -106,7 +108,7 @@ pub fn run(
     {
         let run = Run {
             head,
-            settings: &settings,
+            plan: &plan,
             recipe,
             survey,
             reporter: &reporter,
@@ -120,8 +122,8 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(&settings, &results, &reporter);
-    let mut facts = views::lpbf::facts(&settings, &results);
+    let mut checks = checks(settings, &results, &reporter);
+    let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
         optimise::tell(found, &mut checks, &mut facts);
     }
@@ -139,7 +141,7 @@ pub fn run(
     observer.stage("write results", 0);
     let title = views::lpbf::title(path);
     let told = views::lpbf::Told {
-        settings: &settings,
+        plan: &plan,
         results: &results,
         found: found.as_ref(),
     };
@@ -159,7 +161,7 @@ fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {
 /// One recipe to be executed.
 struct Run<'a> {
     head: &'a ReadyHead,
-    settings: &'a Settings,
+    plan: &'a Plan,
     recipe: &'a Recipe,
     survey: &'a Survey,
     reporter: &'a Reporter,
@@ -169,12 +171,12 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     /// Tunes the delays where the job asks for it; `None` else.
     fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, LpbfError> {
-        if self.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
+        if self.plan.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
             return Ok(None);
         }
         let (head, recipe) = (self.head, self.recipe);
         let period = head.head().period;
-        let job = self.settings.work.tuning_job(recipe)?;
+        let job = self.plan.work.tuning_job(recipe)?;
         let mut record = HitRecord::default();
         head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
         let radius = head.head().beam.waist;
@@ -229,17 +231,17 @@ impl<'a> Run<'a> {
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         self.judge_delays(delays)?;
         let law = self.recipe.power_law;
-        let hatch = match &self.settings.work {
+        let hatch = match &self.plan.work {
             Work::Plate(plate) => plate.hatch,
             Work::Layers(set) => set.hatch.or(self.survey.hatch).unwrap_or(spot),
         };
-        let fill = match &self.settings.work {
+        let fill = match &self.plan.work {
             Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, &MODES),
             Work::Layers(_) => FillRate::of_layers(hatch, spot, &MODES),
         };
-        let first = self.settings.work.shown(&self.survey.first);
+        let first = self.plan.work.shown(&self.survey.first);
         let last = first.vectors.len().saturating_sub(1) as u32;
-        let heat = self.settings.heat.as_ref();
+        let heat = self.plan.settings.heat.as_ref();
         let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
@@ -259,7 +261,7 @@ impl<'a> Run<'a> {
                 wanted.then(|| AsMotion::new(law, &mut motion)),
             ),
         );
-        let layers = self.settings.work.layers(self.recipe)?;
+        let layers = self.plan.work.layers(self.recipe)?;
         let how = (delays, self.survey.samples);
         let RunSummary { duration, .. } =
             self.head
@@ -295,7 +297,7 @@ impl<'a> Run<'a> {
 
     /// Tells delays that leave marks dark or keep the light on between them.
     fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
-        let layers = self.settings.work.layers(self.recipe)?;
+        let layers = self.plan.work.layers(self.recipe)?;
         let darkness = Darkness::of(layers, delays, self.head.head().period)?;
         if darkness.dark == darkness.chains {
             return Err(HeadError::Dark {
@@ -419,25 +421,26 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, LpbfError> {
-    let (settings, _) = resolved(job_file, job, text, observer)?;
+    let (plan, _) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
-        provenance: settings.provenance,
+        provenance: plan.settings.provenance,
         notes: Vec::new(),
-        warnings: settings.warnings,
+        warnings: plan.warnings,
     })
 }
 
-/// The settings, and what the job of each recipe is.
+/// The plan, and what the job of each recipe is.
 fn resolved(
     job_file: &Path,
     job: &Written<LpbfJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<(Settings, Vec<Survey>), LpbfError> {
+) -> Result<(Plan, Vec<Survey>), LpbfError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    let found = settings::resolve(job, here, observer).and_then(|settings| {
-        let surveys = refuse::check(job, &settings)?;
-        Ok((settings, surveys))
+    let found = settings::resolve(job, here).and_then(|settings| {
+        let plan = plan(settings, job, here, observer)?;
+        let surveys = refuse::check(job, &plan)?;
+        Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
