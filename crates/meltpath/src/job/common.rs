@@ -25,8 +25,8 @@ table! {
     pub struct TargetTable {
         /// Metal beyond the finished part, for machining.
         allowance: Length where within(0.0, 1e3) => default("2 mm", "usual machining stock of a wire-arc blank");
-        /// Metal over faces that look up; more of it covers a build that grows less than the process map says.
-        allowance_top: Length where within(0.0, 1e3) => computed("the allowance");
+        /// Metal over faces that look up.
+        allowance_top: Length where within(0.0, 1e3) => computed("the allowance, or more where the least stock, lower edges and one standard uncertainty of the growth need it");
     }
 }
 

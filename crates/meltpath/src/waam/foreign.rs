@@ -70,7 +70,8 @@ pub fn simulate_program(
     let mut checks = Vec::new();
     if let Some(part) = &part {
         let metal = &simulation.deposit.map;
-        let outcome = against_part(part, settings, metal, &growth, (&reporter, observer))?;
+        let over = settings.allowance_top.unwrap_or(settings.allowance);
+        let outcome = against_part(part, settings, over, metal, &growth, (&reporter, observer))?;
         checks.extend(target_checks(
             &outcome,
             &settings.limits,

@@ -2,7 +2,8 @@
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::{Cancelled, Length, Observer, Origin, Reporter, Resolved};
-use meltpath_geometry::boolean::PlanarError;
+use meltpath_deposition::assembly::{self, AssemblyBead, AssemblyError, Growth};
+use meltpath_geometry::boolean::{PlanarError, difference, union};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset, outset, stroke};
 use meltpath_geometry::overhang::{Overhang, OverhangError, overhangs};
@@ -14,7 +15,7 @@ use meltpath_geometry::section::{
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, nominal_length, plan_layers};
-use meltpath_toolpath::{Profile, Toolpath};
+use meltpath_toolpath::{Pass, Profile, Toolpath};
 use rayon::prelude::*;
 
 use super::settings::Settings;
@@ -69,6 +70,8 @@ pub struct Plan {
     pub overhangs: Vec<Overhang>,
     /// Mean layer height: as written or from the growth model, mm.
     pub height: Resolved<f64>,
+    /// Metal over faces that look up: as written, or what covers them however the build grows, mm.
+    pub over: Resolved<f64>,
     /// Share of the bead length that has no neighbour in its layer.
     pub single: f64,
 }
@@ -94,17 +97,13 @@ pub fn plan(
     observer: &dyn Observer,
 ) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
-    let top = part_top + settings.allowance.top;
-    let (layers, height) = lay_out(part, part_top, top, settings, observer)?;
+    let LaidOut {
+        layers,
+        height,
+        over,
+    } = lay_out(part, part_top, settings, observer)?;
     let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
-    let sections = cut(
-        part,
-        part_top,
-        settings.allowance.top,
-        &middles,
-        reporter,
-        observer,
-    )?;
+    let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
     tell_closed_holes(&sections, settings, reporter);
     let shapes: Vec<Slice> = layers
@@ -137,11 +136,12 @@ pub fn plan(
     if toolpath.layers.is_empty() {
         return Err(PlanStageError::NoBead {
             narrowest: settings.fill.narrowest * settings.bead.width.value,
-            allowance: settings.allowance.side,
+            allowance: settings.allowance,
         });
     }
     Ok(Plan {
-        single: single_share(&toolpath),
+        over,
+        single: single_share(toolpath.passes()),
         toolpath,
         layers,
         regions,
@@ -162,35 +162,42 @@ fn profile(settings: &Settings) -> Profile {
     }
 }
 
-/// Layers from the plate up, and their mean height with its origin.
+/// Layers from the plate up.
+struct LaidOut {
+    layers: Vec<Layer>,
+    /// Their mean height, mm.
+    height: Resolved<f64>,
+    /// What they lay over faces that look up, mm.
+    over: Resolved<f64>,
+}
+
 fn lay_out(
     part: &Part,
     part_top: f64,
-    top: f64,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<(Vec<Layer>, Resolved<f64>), PlanStageError> {
-    let (mut made, origin) = match &settings.heights {
+) -> Result<LaidOut, PlanStageError> {
+    let (mut made, origin, over) = match &settings.heights {
         Auto::Value(list) => {
             let list: Vec<f64> = list.iter().map(|h| h.0).collect();
-            let made = match settings.count {
-                // as many as asked, whatever the part's height
-                Some(count) => {
-                    let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
-                    let enough: f64 = (0..count as usize).map(height).sum();
-                    layers(0.0, enough, &LayerHeight::PerLayer(list), LastLayer::Full)?
-                }
-                None => layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?,
+            let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
+            let mean = list.iter().sum::<f64>() / list.len().max(1) as f64;
+            let over = over_faces(part_top, mean, 0.0, settings);
+            let (goal, last) = match settings.count {
+                // so many, whatever the part's height
+                Some(count) => ((0..count as usize).map(height).sum(), LastLayer::Full),
+                None => (part_top + over.value, LastLayer::Adapted),
             };
-            (made, Origin::Job)
+            let made = layers(0.0, goal, &LayerHeight::PerLayer(list), last)?;
+            (made, Origin::Job, over)
         }
         Auto::Auto => {
-            let growth = growth(part, part_top, settings, observer)?;
+            let (growth, single) = growth(part, part_top, settings, observer)?;
+            let mean = growth.iter().map(|g| g.1).sum::<f64>() / growth.len() as f64;
+            let over = over_faces(part_top, mean, single, settings);
             let origin = "growth, layer by layer: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
-            (
-                grown_layers(&growth, top),
-                Origin::Computed(origin.to_owned()),
-            )
+            let made = grown_layers(&growth, part_top + over.value);
+            (made, Origin::Computed(origin.to_owned()), over)
         }
     };
     if let Some(count) = settings.count {
@@ -199,14 +206,48 @@ fn lay_out(
     let mean = made.last().map_or(0.0, |l| l.top) / made.len().max(1) as f64;
     let sigma = mean * settings.growth_error(0.0).share;
     let height = Resolved::new(mean, origin.clone());
-    Ok((
-        made,
-        if origin == Origin::Job {
-            height
-        } else {
-            height.with_sigma(sigma)
-        },
-    ))
+    let height = if origin == Origin::Job {
+        height
+    } else {
+        height.with_sigma(sigma)
+    };
+    Ok(LaidOut {
+        layers: made,
+        height,
+        over,
+    })
+}
+
+/// Metal over faces that look up, mm: as written; else what leaves the least stock on the highest of them where edges lie
+/// lower than the middle, the last layer ends short of its target, and the build grows one standard uncertainty less than
+/// predicted. Never less than over sides. `height` is the mean layer's, `single` the share of beads without a neighbour.
+fn over_faces(part_top: f64, height: f64, single: f64, settings: &Settings) -> Resolved<f64> {
+    if let Some(written) = settings.allowance_top {
+        return Resolved::new(written, Origin::Job);
+    }
+    let lag = assembled(settings, EDGE_BEADS).map_or(0.5 * height, |g| g.edge_lag);
+    let least = settings.limits.stock_min.max(0.0) + lag + SHORT * height;
+    let doubt = settings.growth_error(single).at(part_top + least);
+    Resolved::new(
+        settings.allowance.max(least + doubt),
+        Origin::Computed(format!(
+            "least stock, edges {lag:.1} mm lower than the middle, one standard uncertainty of {doubt:.1} mm at {part_top:.0} mm"
+        )),
+    )
+}
+
+/// Beads across a strip whose middle does not see its edges.
+pub(super) const EDGE_BEADS: usize = 6;
+/// Layers in which the edges of a wall install themselves (Rouchon 2022, § 4.3).
+pub(super) const ASSEMBLED: u32 = 5;
+
+/// Growth of walls of `beads` beads across by the assembly of sections.
+pub(super) fn assembled(settings: &Settings, beads: usize) -> Result<Growth, AssemblyError> {
+    let bead = AssemblyBead {
+        width: settings.bead.width.value,
+        height: settings.bead.height.value,
+    };
+    assembly::growth(bead, beads, settings.stepover.value, ASSEMBLED)
 }
 
 /// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
@@ -252,11 +293,9 @@ fn hole_limit(settings: &Settings) -> f64 {
     0.25 * std::f64::consts::PI * diameter * diameter
 }
 
-/// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep.
+/// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep, and
+/// as much more in corners as a bead needs to reach into them.
 fn covered(sections: &[Vec<Slice>], settings: &Settings) -> Result<Vec<Vec<Region>>, PlanarError> {
-    let join = Join::Round {
-        arc_tolerance: 0.02,
-    };
     let limit = hole_limit(settings);
     sections
         .par_iter()
@@ -265,21 +304,63 @@ fn covered(sections: &[Vec<Slice>], settings: &Settings) -> Result<Vec<Vec<Regio
                 .iter()
                 .flat_map(|s| s.regions.iter().cloned())
                 .collect();
-            let mut grown = outset(&all, settings.allowance.side, join)?;
+            let mut grown = outset(&all, settings.allowance, ROUND)?;
             for region in &mut grown {
                 region.holes.retain(|h| signed_area(h).abs() >= limit);
             }
-            Ok(grown)
+            let corners = beyond_reach(&all, &grown, settings)?;
+            if corners.is_empty() {
+                return Ok(grown);
+            }
+            let room = outset(&corners, REACH * settings.bead.width.value, ROUND)?;
+            union(&[grown, room].concat())
         })
         .collect()
 }
+
+/// Corners of sections, with stock between the least and the allowance, that the metal of beads inside `grown` does not reach: at a sharp turn
+/// the arm cuts across, and the outside of the bead lacks metal.
+fn beyond_reach(
+    sections: &[Region],
+    grown: &[Region],
+    settings: &Settings,
+) -> Result<Vec<Region>, PlanarError> {
+    let width = settings.bead.width.value;
+    let (turn, edge) = (ROUND_TURN * width, FREE_EDGE * width);
+    let axes = inset(grown, 0.5 * width, ROUND)?;
+    let round = outset(&inset(&axes, turn, ROUND)?, turn, ROUND)?;
+    // what is lost by rounding the turns is small; what is large are walls too thin to be rounded
+    let mut reached = difference(&axes, &round)?;
+    reached.retain(|piece| piece.area() > 4.0 * turn * turn);
+    reached.extend(round);
+    let stock = 0.5 * (settings.limits.stock_min.max(0.0) + settings.allowance);
+    let mut bare = difference(
+        &outset(sections, stock.min(settings.allowance), ROUND)?,
+        &outset(&reached, edge, ROUND)?,
+    )?;
+    // what is wide is a section too thin for a bead: told, not thickened; what is narrow is the offsets' own
+    let near = outset(&axes, width, ROUND)?;
+    bare = difference(&bare, &difference(&bare, &near)?)?;
+    outset(&inset(&bare, SLIVER, ROUND)?, SLIVER, ROUND)
+}
+
+/// Radius of the turn that the outside of a bead's metal makes at a right angle of its axis, less that of the metal itself,
+/// bead widths: found on the simulated corner of a plate with CNT50, a value of ours.
+const ROUND_TURN: f64 = 0.4;
+/// How far round a corner that is not reached the layer grows, bead widths: the axis then goes beyond its turn.
+const REACH: f64 = 0.42;
+/// Corners of outlines, mm from the exact curve.
+const ROUND: Join = Join::Round {
+    arc_tolerance: 0.02,
+};
+/// Differences of outlines below this are the offsets' own, mm.
+const SLIVER: f64 = 0.05;
 
 fn tell_closed_holes(sections: &[Vec<Slice>], settings: &Settings, reporter: &Reporter) {
     let limit = hole_limit(settings);
     let shrunk = |hole: &[DVec2]| {
         // a hole of area a shrunk by the allowance, as if it were round
-        let radius =
-            (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance.side;
+        let radius = (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance;
         std::f64::consts::PI * radius.max(0.0).powi(2)
     };
     let small = |slice: &Slice| {
@@ -334,13 +415,13 @@ fn fill(
 }
 
 /// How much layers grow, over the height of the part: the metal of a layer over the area that its beads share, at a number of
-/// heights (mm, growth in mm).
+/// heights (mm, growth in mm); and the share of bead length without a neighbour.
 fn growth(
     part: &Part,
     part_top: f64,
     settings: &Settings,
     observer: &dyn Observer,
-) -> Result<Vec<(f64, f64)>, PlanStageError> {
+) -> Result<(Vec<(f64, f64)>, f64), PlanStageError> {
     let quiet = Reporter::new();
     let count = (part_top / settings.bead.height.value)
         .ceil()
@@ -352,7 +433,7 @@ fn growth(
         &cut(
             part,
             part_top,
-            settings.allowance.top,
+            settings.allowance_top.unwrap_or(settings.allowance),
             &heights,
             &quiet,
             observer,
@@ -389,7 +470,8 @@ fn growth(
     if grown.is_empty() {
         return Err(no_bead(settings));
     }
-    Ok(grown)
+    let single = single_share(plans.iter().flat_map(|p| p.path.passes()));
+    Ok((grown, single))
 }
 
 /// Layers that follow the growth, up to `top`.
@@ -418,32 +500,29 @@ fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
 fn no_bead(settings: &Settings) -> PlanStageError {
     PlanStageError::NoBead {
         narrowest: settings.fill.narrowest * settings.bead.width.value,
-        allowance: settings.allowance.side,
+        allowance: settings.allowance,
     }
 }
 
 /// Share of the bead length without a neighbour in its own layer.
-fn single_share(toolpath: &Toolpath) -> f64 {
-    let total: f64 = toolpath.passes().map(|p| p.length()).sum();
-    let beside: f64 = toolpath
-        .passes()
-        .map(|p| {
-            let mut spans: Vec<(f64, f64)> = p
-                .neighbours()
-                .filter(|n| n.layer == p.layer)
-                .map(|n| (n.from, n.to))
-                .collect();
-            spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut reached = 0.0_f64;
-            spans.iter().fold(0.0, |sum, &(from, to)| {
-                let new = (to - from.max(reached)).max(0.0);
-                reached = reached.max(to);
-                sum + new
-            })
-        })
-        .sum();
+fn single_share<'a>(passes: impl Iterator<Item = Pass<'a>>) -> f64 {
+    let (total, beside) = passes.fold((0.0, 0.0), |(total, beside), pass| {
+        let mut spans: Vec<(f64, f64)> = pass
+            .neighbours()
+            .filter(|n| n.layer == pass.layer)
+            .map(|n| (n.from, n.to))
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut reached = 0.0_f64;
+        let along = spans.iter().fold(0.0, |sum, &(from, to)| {
+            let new = (to - from.max(reached)).max(0.0);
+            reached = reached.max(to);
+            sum + new
+        });
+        (total + pass.length(), beside + along)
+    });
     if total > 0.0 {
-        (1.0 - beside / total).clamp(0.0, 1.0)
+        (1.0_f64 - beside / total).clamp(0.0, 1.0)
     } else {
         0.0
     }
@@ -508,6 +587,8 @@ impl Plan {
             sigma: self.height.sigma.map(Length),
         };
         provenance.parameter("layers.height", &height);
+        let over = Resolved::new(Length(self.over.value), self.over.origin.clone());
+        provenance.parameter("target.allowance_top", &over);
         provenance.parameter(
             "layers.made",
             &Resolved::new(

@@ -19,7 +19,7 @@ use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
-use super::target::{Target, compare};
+use super::target::{Allowance, Target, compare};
 use super::tube;
 use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
@@ -149,6 +149,7 @@ pub fn run(
     let outcome = against_part(
         &part,
         settings,
+        plan.over.value,
         &simulation.deposit.map,
         &growth,
         (&reporter, observer),
@@ -209,15 +210,21 @@ pub fn run(
     })
 }
 
-/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it.
+/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal
+/// planned over faces that look up, mm.
 pub(super) fn against_part(
     part: &Part,
     settings: &Settings,
+    over: f64,
     metal: &HeightMap,
     growth: &GrowthError,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<TargetOutcome, WaamError> {
-    let target = Target::new(&part.mesh, settings.allowance, metal, reporter, observer)?;
+    let allowance = Allowance {
+        side: settings.allowance,
+        top: over,
+    };
+    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
     Ok(TargetOutcome {
         volume: target.volume,
