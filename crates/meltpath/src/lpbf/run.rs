@@ -4,6 +4,8 @@ use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::Controller;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
@@ -26,6 +28,7 @@ use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
 use super::{motion, optimise, refuse};
+use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::outcome::{Examined, Outcome};
 use crate::tune::choose::ready_for;
@@ -171,7 +174,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     /// Tunes the delays where the job asks for it; `None` else.
     fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, LpbfError> {
-        if self.plan.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
+        if self.plan.settings.delays == DelayChoice::Recipe {
             return Ok(None);
         }
         let (head, recipe) = (self.head, self.recipe);
@@ -357,6 +360,22 @@ impl<'a> Run<'a> {
     }
 }
 
+/// What keeps the spot nearer to contours. Slower ones do not: there friction weighs more.
+fn contour_remedy(settings: &Settings) -> String {
+    let cascade = |axis: &Axis| matches!(axis.controller, Controller::Cascade(_));
+    let controller = if settings.data.head.mirrors.iter().any(cascade) {
+        "lpbf.controller = \"h-infinity\", which rejects friction"
+    } else {
+        "a controller tuned on this head (`meltpath tune`)"
+    };
+    match settings.path {
+        PathChoice::Preview => controller.to_owned(),
+        PathChoice::AsCommanded | PathChoice::Synchronised => {
+            format!("{controller}, or lpbf.path = \"preview\"")
+        }
+    }
+}
+
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
@@ -383,7 +402,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             .at(meltpath_base::Place::at(
                 r.errors.worst.extend(0.0).to_array(),
             ))
-            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
+            .remedy(contour_remedy(settings))
         });
         checks.extend(settings.fill_rate.map(|limit| {
             let (id, title) = (format!("fill-{number}"), r.fill_title());
@@ -391,8 +410,12 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
                 return Check::not_checked(&id, &title, "no line of a fill was marked");
             }
             let found = Measure::exact(100.0 * r.fill[2], "%");
-            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit))
-                .remedy("a closer hatch, or other laser delays")
+            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit)).remedy(
+                match settings.delays {
+                    DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
+                    DelayChoice::Tuned => "a closer hatch",
+                },
+            )
         }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {

@@ -16,4 +16,5 @@ mod lpbf;
 mod reference;
 mod remedies;
 mod tune;
+mod verdicts;
 mod walls;

@@ -1,0 +1,315 @@
+//! Remedies of verdicts are applied: what a check says to change is changed in the job, and the check passes then.
+
+use std::fs;
+use std::path::Path;
+
+use meltpath::chain;
+use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::{Mesh, shapes};
+
+fn run(folder: &Path, text: &str) -> Verdict {
+    let job = folder.join("job.toml");
+    fs::write(&job, text).unwrap();
+    chain::run(&job, None, &folder.join("runs"), &Silent)
+        .unwrap()
+        .verdict
+}
+
+fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {verdict:?}"))
+}
+
+/// A check that does not pass, in a job where `from` stands as `bad`; what its remedy names, and the job with that written.
+struct Case {
+    id: &'static str,
+    from: &'static str,
+    bad: &'static str,
+    named: &'static str,
+    cure: &'static str,
+}
+
+impl Case {
+    fn is_cured_by_its_remedy(&self, folder: &Path, good: &str) {
+        let Case {
+            id,
+            from,
+            bad,
+            named,
+            cure,
+        } = *self;
+        assert!(good.contains(from), "{from}");
+        let before = run(folder, &good.replacen(from, bad, 1));
+        let failed = check(&before, id);
+        assert!(
+            matches!(failed.status, Status::Fail | Status::CannotSay),
+            "{failed:?}"
+        );
+        let remedy = failed.remedy.as_deref().unwrap_or_default();
+        assert!(remedy.contains(named), "{id}: {remedy}");
+        let after = run(folder, &good.replacen(from, cure, 1));
+        let passed = check(&after, id);
+        assert_eq!(passed.status, Status::Pass, "{passed:?}");
+    }
+}
+
+const WAAM: &str = r#"part = "part.stl"
+build_direction = [0.0, 0.0, 1.0]
+[process]
+kind = "waam"
+[waam]
+wire = "x90-ig-1.0"
+gas = "m14"
+mode = "cmt"
+[waam.bead]
+wire_feed = "8 m/min"
+travel_speed = "0.75 m/min"
+[layers]
+height = "auto"
+pause = "30 s"
+[fill]
+strategy = "hybrid"
+stepover = "auto"
+[machine]
+cell = "arcmate-120ic"
+smoothing = "50 %"
+ctwd = "15 mm"
+[target]
+allowance = "2 mm"
+[checks]
+accumulation = "62 %"
+"#;
+
+fn part(folder: &Path, mesh: &Mesh) {
+    let mut file = fs::File::create(folder.join("part.stl")).unwrap();
+    write_stl(mesh, "part", &mut file).unwrap();
+}
+
+#[test]
+fn remedies_of_a_wire_arc_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    part(
+        folder.path(),
+        &shapes::extrude(&[shapes::plate(40.0, 24.0)], 8.0),
+    );
+    const HEIGHT: &str = "height = \"auto\"";
+    const CTWD: &str = "ctwd = \"15 mm\"";
+    const SMOOTHING: &str = "smoothing = \"50 %\"";
+    const ALLOWANCE: &str = "allowance = \"2 mm\"";
+    const STEPOVER: &str = "stepover = \"auto\"";
+    let case = |id, from, bad, named, cure| Case {
+        id,
+        from,
+        bad,
+        named,
+        cure,
+    };
+    let (thin, thick) = ("height = \"1.2 mm\"", "height = \"3 mm\"");
+    let auto = "write layers.height = \"auto\"";
+    for case in [
+        case("excess", HEIGHT, thin, auto, HEIGHT),
+        case("height", HEIGHT, thin, auto, HEIGHT),
+        case("ctwd-min", HEIGHT, thin, auto, HEIGHT),
+        case("lack", HEIGHT, thick, auto, HEIGHT),
+        case("ctwd-known", HEIGHT, thick, auto, HEIGHT),
+        case("ctwd-min", CTWD, "ctwd = \"9 mm\"", "machine.ctwd", CTWD),
+        case("ctwd-max", CTWD, "ctwd = \"21 mm\"", "machine.ctwd", CTWD),
+        case("ctwd-known", CTWD, "ctwd = \"21 mm\"", "machine.ctwd", CTWD),
+        case(
+            "excess",
+            SMOOTHING,
+            "smoothing = \"0 %\"",
+            "machine.smoothing",
+            SMOOTHING,
+        ),
+        case(
+            "accumulation",
+            SMOOTHING,
+            "smoothing = \"0 %\"",
+            "machine.smoothing",
+            SMOOTHING,
+        ),
+        case(
+            "lack",
+            ALLOWANCE,
+            "allowance = \"0 mm\"",
+            "target.allowance",
+            ALLOWANCE,
+        ),
+        case(
+            "stock",
+            ALLOWANCE,
+            "allowance = \"0 mm\"",
+            "raise target.allowance",
+            ALLOWANCE,
+        ),
+        case(
+            "stock",
+            ALLOWANCE,
+            "allowance = \"2 mm\"\nallowance_top = \"0 mm\"",
+            "target.allowance_top",
+            "allowance = \"2 mm\"\nallowance_top = \"4 mm\"",
+        ),
+        case(
+            "flatness",
+            STEPOVER,
+            "stepover = \"0.95 w\"",
+            "a smaller fill.stepover",
+            "stepover = \"0.70 w\"",
+        ),
+        case(
+            "plate",
+            "[target]",
+            "[substrate]\nsize = [\"42 mm\", \"42 mm\"]\n[target]",
+            "substrate.size",
+            "[substrate]\nsize = [\"90 mm\", \"90 mm\"]\n[target]",
+        ),
+    ] {
+        case.is_cured_by_its_remedy(folder.path(), WAAM);
+    }
+    // a cone on its tip hangs over; turned, it does not
+    part(folder.path(), &shapes::cone(20.0, 8.0, 10.0));
+    case(
+        "overhang",
+        "[0.0, 0.0, 1.0]",
+        "[0.0, 0.0, -1.0]",
+        "build_direction",
+        "[0.0, 0.0, 1.0]",
+    )
+    .is_cured_by_its_remedy(folder.path(), WAAM);
+}
+
+/// Lines of 2 mm over a square. The window of the thesis lies far below what this beam reaches.
+#[test]
+fn remedies_of_an_electron_beams_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = "[process]\nkind = \"ebm\"\n[ebm]\n[hatch]\n[charts]\nspacing = \"50 µm\"\n[simulation]\nframes = 2\n\
+         [region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\n";
+    let good = |verdict: &Verdict| {
+        let fact = verdict.facts.iter().find(|f| f.id == "in-window-charts");
+        fact.unwrap().value.as_ref().unwrap().value
+    };
+    let before = run(folder.path(), job);
+    assert_eq!(good(&before), 0.0);
+    let remedy = check(&before, "in-window").remedy.clone().unwrap();
+    for named in ["less power", "[optimise]", "window.body", "[judge]"] {
+        assert!(remedy.contains(named), "{remedy}");
+    }
+    let told = |verdict: &Verdict| {
+        let mut all = verdict.warnings.iter();
+        let found = all.find(|w| w.code == "charts-saturated");
+        found.map(|w| w.remedy.clone().unwrap())
+    };
+    assert!(told(&before).unwrap().contains("charts.stop"));
+    let cured = job.replace(
+        "[charts]\n",
+        "[window]\nbody = [\"2 mm\", \"2 mm\"]\n[charts]\nstop = \"3700 °C\"\n",
+    );
+    let after = run(folder.path(), &cured);
+    assert!(good(&after) > 0.0, "{after:?}");
+    assert_eq!(told(&after), None);
+    let remedy = check(&after, "in-window").remedy.clone().unwrap();
+    assert!(
+        !remedy.contains("window.body") && remedy.contains("[judge]"),
+        "{remedy}"
+    );
+}
+
+/// A recipe as it ships, with other values.
+fn recipe(folder: &Path, name: &str, changes: &[(&str, &str)]) {
+    let mut text = meltpath_data::recipes::INDUSTRIAL.text.to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    fs::write(folder.join(name), text).unwrap();
+}
+
+#[test]
+fn remedies_of_a_laser_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    recipe(folder.path(), "fast.toml", &[("300 W", "120 W")]);
+    let slow = [("300 W", "120 W"), ("1000 mm/s", "400 mm/s")];
+    recipe(folder.path(), "slow.toml", &slow);
+    let job = |head: &str, recipe: &str, checks: &str| {
+        format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{head}\"\nrecipes = [\"{recipe}\"]\ndelays = \"tuned\"\n\
+             [plate]\nblock = [1, 1]\nside = \"2 mm\"\nhatch = \"0.1 mm\"\n{checks}\n"
+        )
+    };
+    let contour = job(
+        "two-axis-150",
+        "industrial",
+        "[checks]\ncontour_share = \"70 %\"",
+    );
+    let filled = |least: &str| {
+        job(
+            "three-axis-350",
+            "industrial",
+            &format!("[checks]\nfill_rate = \"{least}\""),
+        )
+    };
+    let (fill, more_fill) = (filled("60 %"), filled("75 %"));
+    let heat = job(
+        "three-axis-350",
+        "fast.toml",
+        "[heat]\n[checks]\nfusion = \"90 %\"",
+    );
+    let heat = heat.replace("0.1 mm", "0.07 mm");
+    let wide = "hatch = \"0.1 mm\"";
+    for (good, case) in [
+        (
+            &contour,
+            Case {
+                id: "contour-1",
+                from: tuned,
+                bad: tuned,
+                named: "lpbf.controller = \"h-infinity\"",
+                cure: "delays = \"tuned\"\ncontroller = \"h-infinity\"",
+            },
+        ),
+        (
+            &contour,
+            Case {
+                id: "contour-1",
+                from: tuned,
+                bad: tuned,
+                named: "lpbf.path = \"preview\"",
+                cure: "delays = \"tuned\"\npath = \"preview\"",
+            },
+        ),
+        (
+            &fill,
+            Case {
+                id: "fill-1",
+                from: tuned,
+                bad: "delays = \"recipe\"",
+                named: "lpbf.delays = \"tuned\"",
+                cure: tuned,
+            },
+        ),
+        (
+            &more_fill,
+            Case {
+                id: "fill-1",
+                from: wide,
+                bad: wide,
+                named: "a closer hatch",
+                cure: "hatch = \"0.08 mm\"",
+            },
+        ),
+        (
+            &heat,
+            Case {
+                id: "fusion-1",
+                from: "fast.toml",
+                bad: "fast.toml",
+                named: "slower marks",
+                cure: "slow.toml",
+            },
+        ),
+    ] {
+        case.is_cured_by_its_remedy(folder.path(), good);
+    }
+}
