@@ -213,7 +213,7 @@ fn mat(bytes: &[u8]) -> Result<Table, String> {
             [rows, columns] => (*rows, *columns),
             _ => continue,
         };
-        if rows == 0 || wide == 0 || Some(values.len()) != rows.checked_mul(wide) {
+        if rows == 0 || Some(values.len()) != rows.checked_mul(wide) {
             continue;
         }
         // a matrix is a set of columns: x:1, x:2, …

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use meltpath::chain;
+use meltpath::{chain, tune};
 use meltpath_base::{Check, Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::{Mesh, shapes};
@@ -311,5 +311,33 @@ fn remedies_of_a_laser_verdict_are_true() {
         ),
     ] {
         case.is_cured_by_its_remedy(folder.path(), good);
+    }
+}
+
+#[test]
+fn remedies_of_a_tuning_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let tuned = |position: &str, more: &str| {
+        let file = folder.path().join("tune.toml");
+        let text = format!(
+            "head = \"two-axis-150\"\naxes = [\"y\"]\n[cascade]\nfirst_maximum = [\"300 us\", \"600 us\", \"{position}\"]\n\
+             [compare]\ndraws = 0\n{more}"
+        );
+        fs::write(&file, text).unwrap();
+        let outcome = tune::tune(&file, None, &folder.path().join("runs"), &Silent).unwrap();
+        check(&outcome.verdict, "y-mode").clone()
+    };
+    let export = "[export]\ncontroller = \"h-infinity\"\n";
+    let slower = "[h-infinity]\nbandwidth = \"150 Hz\"\n";
+    for (position, bad, named, cure) in [
+        ("1000 us", export, "export.controller = \"robust\"", ""),
+        ("700 us", "", "a lower h-infinity.bandwidth", slower),
+    ] {
+        let failed = tuned(position, bad);
+        assert_eq!(failed.status, Status::Fail, "{failed:?}");
+        let remedy = failed.remedy.unwrap();
+        assert!(remedy.starts_with(named), "{remedy}");
+        let passed = tuned(position, cure);
+        assert_eq!(passed.status, Status::Pass, "{passed:?}");
     }
 }
