@@ -86,98 +86,62 @@ fn part(folder: &Path, mesh: &Mesh) {
     write_stl(mesh, "part", &mut file).unwrap();
 }
 
+const HEIGHT: &str = "height = \"auto\"";
+const THIN: &str = "height = \"1.2 mm\"";
+const THICK: &str = "height = \"3 mm\"";
+const CTWD: &str = "ctwd = \"15 mm\"";
+const NEAR: &str = "ctwd = \"9 mm\"";
+const FAR: &str = "ctwd = \"21 mm\"";
+const SMOOTHING: &str = "smoothing = \"50 %\"";
+const ROUGH: &str = "smoothing = \"0 %\"";
+const ALLOWANCE: &str = "allowance = \"2 mm\"";
+const NONE: &str = "allowance = \"0 mm\"";
+const BARE: &str = "allowance = \"2 mm\"\nallowance_top = \"0 mm\"";
+const COVERED: &str = "allowance = \"2 mm\"\nallowance_top = \"4 mm\"";
+const STEPOVER: &str = "stepover = \"auto\"";
+const WIDE: &str = "stepover = \"0.95 w\"";
+const CLOSE: &str = "stepover = \"0.70 w\"";
+const SMALL: &str = "[substrate]\nsize = [\"42 mm\", \"42 mm\"]\n[target]";
+const LARGE: &str = "[substrate]\nsize = [\"90 mm\", \"90 mm\"]\n[target]";
+const AUTO: &str = "write layers.height = \"auto\"";
+
+#[rustfmt::skip]
+const CASES: &[Case] = &[
+    Case { id: "excess", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "height", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-min", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "lack", from: HEIGHT, bad: THICK, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-known", from: HEIGHT, bad: THICK, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-min", from: CTWD, bad: NEAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "ctwd-max", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "ctwd-known", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "excess", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
+    Case { id: "accumulation", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
+    Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
+    Case { id: "stock", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
+    Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },
+    Case { id: "flatness", from: STEPOVER, bad: WIDE, named: "a smaller fill.stepover", cure: CLOSE },
+    Case { id: "plate", from: "[target]", bad: SMALL, named: "substrate.size", cure: LARGE },
+];
+
 #[test]
 fn remedies_of_a_wire_arc_verdict_are_true() {
     let folder = tempfile::tempdir().unwrap();
-    part(
-        folder.path(),
-        &shapes::extrude(&[shapes::plate(40.0, 24.0)], 8.0),
-    );
-    const HEIGHT: &str = "height = \"auto\"";
-    const CTWD: &str = "ctwd = \"15 mm\"";
-    const SMOOTHING: &str = "smoothing = \"50 %\"";
-    const ALLOWANCE: &str = "allowance = \"2 mm\"";
-    const STEPOVER: &str = "stepover = \"auto\"";
-    let case = |id, from, bad, named, cure| Case {
-        id,
-        from,
-        bad,
-        named,
-        cure,
-    };
-    let (thin, thick) = ("height = \"1.2 mm\"", "height = \"3 mm\"");
-    let auto = "write layers.height = \"auto\"";
-    for case in [
-        case("excess", HEIGHT, thin, auto, HEIGHT),
-        case("height", HEIGHT, thin, auto, HEIGHT),
-        case("ctwd-min", HEIGHT, thin, auto, HEIGHT),
-        case("lack", HEIGHT, thick, auto, HEIGHT),
-        case("ctwd-known", HEIGHT, thick, auto, HEIGHT),
-        case("ctwd-min", CTWD, "ctwd = \"9 mm\"", "machine.ctwd", CTWD),
-        case("ctwd-max", CTWD, "ctwd = \"21 mm\"", "machine.ctwd", CTWD),
-        case("ctwd-known", CTWD, "ctwd = \"21 mm\"", "machine.ctwd", CTWD),
-        case(
-            "excess",
-            SMOOTHING,
-            "smoothing = \"0 %\"",
-            "machine.smoothing",
-            SMOOTHING,
-        ),
-        case(
-            "accumulation",
-            SMOOTHING,
-            "smoothing = \"0 %\"",
-            "machine.smoothing",
-            SMOOTHING,
-        ),
-        case(
-            "lack",
-            ALLOWANCE,
-            "allowance = \"0 mm\"",
-            "target.allowance",
-            ALLOWANCE,
-        ),
-        case(
-            "stock",
-            ALLOWANCE,
-            "allowance = \"0 mm\"",
-            "raise target.allowance",
-            ALLOWANCE,
-        ),
-        case(
-            "stock",
-            ALLOWANCE,
-            "allowance = \"2 mm\"\nallowance_top = \"0 mm\"",
-            "target.allowance_top",
-            "allowance = \"2 mm\"\nallowance_top = \"4 mm\"",
-        ),
-        case(
-            "flatness",
-            STEPOVER,
-            "stepover = \"0.95 w\"",
-            "a smaller fill.stepover",
-            "stepover = \"0.70 w\"",
-        ),
-        case(
-            "plate",
-            "[target]",
-            "[substrate]\nsize = [\"42 mm\", \"42 mm\"]\n[target]",
-            "substrate.size",
-            "[substrate]\nsize = [\"90 mm\", \"90 mm\"]\n[target]",
-        ),
-    ] {
+    let block = shapes::extrude(&[shapes::plate(40.0, 24.0)], 8.0);
+    part(folder.path(), &block);
+    for case in CASES {
         case.is_cured_by_its_remedy(folder.path(), WAAM);
     }
     // a cone on its tip hangs over; turned, it does not
     part(folder.path(), &shapes::cone(20.0, 8.0, 10.0));
-    case(
-        "overhang",
-        "[0.0, 0.0, 1.0]",
-        "[0.0, 0.0, -1.0]",
-        "build_direction",
-        "[0.0, 0.0, 1.0]",
-    )
-    .is_cured_by_its_remedy(folder.path(), WAAM);
+    let turned = Case {
+        id: "overhang",
+        from: "[0.0, 0.0, 1.0]",
+        bad: "[0.0, 0.0, -1.0]",
+        named: "build_direction",
+        cure: "[0.0, 0.0, 1.0]",
+    };
+    turned.is_cured_by_its_remedy(folder.path(), WAAM);
 }
 
 /// Lines of 2 mm over a square. The window of the thesis lies far below what this beam reaches.
@@ -258,58 +222,20 @@ fn remedies_of_a_laser_verdict_are_true() {
     );
     let heat = heat.replace("0.1 mm", "0.07 mm");
     let wide = "hatch = \"0.1 mm\"";
-    for (good, case) in [
-        (
-            &contour,
-            Case {
-                id: "contour-1",
-                from: tuned,
-                bad: tuned,
-                named: "lpbf.controller = \"h-infinity\"",
-                cure: "delays = \"tuned\"\ncontroller = \"h-infinity\"",
-            },
-        ),
-        (
-            &contour,
-            Case {
-                id: "contour-1",
-                from: tuned,
-                bad: tuned,
-                named: "lpbf.path = \"preview\"",
-                cure: "delays = \"tuned\"\npath = \"preview\"",
-            },
-        ),
-        (
-            &fill,
-            Case {
-                id: "fill-1",
-                from: tuned,
-                bad: "delays = \"recipe\"",
-                named: "lpbf.delays = \"tuned\"",
-                cure: tuned,
-            },
-        ),
-        (
-            &more_fill,
-            Case {
-                id: "fill-1",
-                from: wide,
-                bad: wide,
-                named: "a closer hatch",
-                cure: "hatch = \"0.08 mm\"",
-            },
-        ),
-        (
-            &heat,
-            Case {
-                id: "fusion-1",
-                from: "fast.toml",
-                bad: "fast.toml",
-                named: "slower marks",
-                cure: "slow.toml",
-            },
-        ),
-    ] {
+    let (recipe, hinf, preview) = (
+        "delays = \"recipe\"",
+        "delays = \"tuned\"\ncontroller = \"h-infinity\"",
+        "delays = \"tuned\"\npath = \"preview\"",
+    );
+    #[rustfmt::skip]
+    let cases = [
+        (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.controller = \"h-infinity\"", cure: hinf }),
+        (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.path = \"preview\"", cure: preview }),
+        (&fill, Case { id: "fill-1", from: tuned, bad: recipe, named: "lpbf.delays = \"tuned\"", cure: tuned }),
+        (&more_fill, Case { id: "fill-1", from: wide, bad: wide, named: "a closer hatch", cure: "hatch = \"0.08 mm\"" }),
+        (&heat, Case { id: "fusion-1", from: "fast.toml", bad: "fast.toml", named: "slower marks", cure: "slow.toml" }),
+    ];
+    for (good, case) in cases {
         case.is_cured_by_its_remedy(folder.path(), good);
     }
 }
