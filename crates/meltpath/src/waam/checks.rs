@@ -4,8 +4,9 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Toolpath;
 
+use super::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use super::judge::LayerOutcome;
-use super::plan::{ASSEMBLED, EDGE_BEADS, Plan, assembled};
+use super::plan::Plan;
 use super::program::{Commands, Programs};
 use super::settings::Settings;
 use super::simulate::Simulation;
