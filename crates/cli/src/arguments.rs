@@ -275,9 +275,10 @@ mod tests {
             };
             for line in text.lines().filter(ours) {
                 let mut before = "";
-                for word in line.split(|c: char| !(c.is_ascii_lowercase() || "-:`".contains(c))) {
+                for word in line.split(|c: char| !(c.is_ascii_lowercase() || "-:`/._".contains(c)))
+                {
                     let told = || format!("{}: {word}: {line}", path.display());
-                    if let Some(option) = word.trim_matches('`').strip_prefix("--")
+                    if let Some(option) = word.trim_matches(['`', '.']).strip_prefix("--")
                         && option.starts_with(|c: char| c.is_ascii_lowercase())
                         && !option.ends_with(':')
                     {
@@ -285,7 +286,7 @@ mod tests {
                         assert!(said.is_some() || !is_code, "who prints it? {}", told());
                         assert!(knows(said.unwrap_or(&all), option), "{}", told());
                     }
-                    let name = word.trim_matches('`');
+                    let name = word.trim_matches(['`', ':', '.']);
                     if before.trim_start_matches('`') == "meltpath" {
                         let found = all.find_subcommand(name);
                         commands += usize::from(found.is_some());
