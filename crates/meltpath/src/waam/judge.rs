@@ -277,6 +277,7 @@ pub fn layer_checks(
 mod tests {
     use meltpath_base::Status;
 
+    use super::super::target::SurfacePoint;
     use super::*;
 
     const REMEDIES: Remedies = Remedies {
@@ -357,5 +358,35 @@ mod tests {
         let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
         assert_eq!(checks[0].status, Status::CannotSay);
         assert!((checks[0].value.as_ref().unwrap().sigma.unwrap() - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn stock_is_raised_over_the_face_that_lacks_it() {
+        for (normal, key) in [
+            (DVec3::X, "target.allowance"),
+            (DVec3::Z, "target.allowance_top"),
+        ] {
+            let point = SurfacePoint {
+                position: DVec3::ZERO,
+                normal,
+            };
+            let bare = Comparison {
+                stock: Some((0.0, point)),
+                ..Comparison::default()
+            };
+            let outcome = TargetOutcome {
+                volume: 1000.0,
+                expected: bare.clone(),
+                low: bare.clone(),
+                high: bare,
+            };
+            let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
+            let stock = checks.iter().find(|c| c.id == "stock").unwrap();
+            assert_eq!(stock.status, Status::Fail);
+            assert_eq!(
+                stock.remedy.as_deref(),
+                Some(format!("raise {key}").as_str())
+            );
+        }
     }
 }

@@ -88,14 +88,14 @@ fn part(folder: &Path, mesh: &Mesh) {
 
 const HEIGHT: &str = "height = \"auto\"";
 const THIN: &str = "height = \"1.2 mm\"";
-const THICK: &str = "height = \"3 mm\"";
+const THICK: &str = "height = \"4 mm\"";
 const CTWD: &str = "ctwd = \"15 mm\"";
 const NEAR: &str = "ctwd = \"9 mm\"";
 const FAR: &str = "ctwd = \"21 mm\"";
 const SMOOTHING: &str = "smoothing = \"50 %\"";
 const ROUGH: &str = "smoothing = \"0 %\"";
 const ALLOWANCE: &str = "allowance = \"2 mm\"";
-const NONE: &str = "allowance = \"0 mm\"";
+const NONE: &str = "allowance = \"0 mm\"\nallowance_top = \"0 mm\"";
 const BARE: &str = "allowance = \"2 mm\"\nallowance_top = \"0 mm\"";
 const COVERED: &str = "allowance = \"2 mm\"\nallowance_top = \"4 mm\"";
 const STEPOVER: &str = "stepover = \"auto\"";
@@ -118,7 +118,6 @@ const CASES: &[Case] = &[
     Case { id: "excess", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "accumulation", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
-    Case { id: "stock", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
     Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },
     Case { id: "flatness", from: STEPOVER, bad: WIDE, named: "a smaller fill.stepover", cure: CLOSE },
     Case { id: "plate", from: "[target]", bad: SMALL, named: "substrate.size", cure: LARGE },
