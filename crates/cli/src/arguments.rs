@@ -68,7 +68,7 @@ pub(crate) enum Command {
     },
     /// Look into a file: a part (size, volume, faults and where), a program, a plan, a robot (joints, reach, frames, guesses).
     Inspect {
-        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships.
+        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
     },
     /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.

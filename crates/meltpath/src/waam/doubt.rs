@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 use meltpath_programs::Gap;
 
+use super::plan::Lean;
+
 /// Lines of one reason that are told by their numbers.
 const SHOWN_LINES: usize = 12;
 
@@ -40,6 +42,18 @@ pub(super) fn of_gaps(gaps: &[Gap]) -> Option<Doubt> {
         ),
         remedy: first.why.remedy().to_owned(),
     })
+}
+
+/// The doubt that metal leaves which leans out over all layers below.
+pub(super) fn of_lean(lean: &Lean) -> Doubt {
+    Doubt {
+        reason: format!(
+            "from layer {} on beads lie beyond the metal that stands below them (x {:.1}, y {:.1} mm): the simulated metal holds nothing that hangs",
+            lean.layer, lean.place.x, lean.place.y
+        ),
+        remedy: "walls that lean so far are built in practice, but not predicted here: turn the part (build_direction), thicken it below, or build a trial"
+            .to_owned(),
+    }
 }
 
 /// Whether every line that shapes metal was simulated; each reason with its lines. What was not simulated is warned of, too.

@@ -202,14 +202,12 @@ pub fn resolve(
 /// The robot that a job names, its part where the job places it.
 fn robot_of(machine: &MachineTable, folder: &Path) -> Result<Option<robot::Cell>, Vec<Problem>> {
     let Some(name) = machine.robot.as_ref() else {
-        return if machine.place.is_written() {
-            let problem = machine
-                .place
-                .problem(format!("{} is written, but no robot", machine.place.name));
-            Err(vec![problem.help("name the robot: machine.robot")])
-        } else {
-            Ok(None)
-        };
+        if machine.place.is_written() {
+            let message = format!("{} is written, but no robot", machine.place.name);
+            let problem = machine.place.problem(message);
+            return Err(vec![problem.help("name the robot: machine.robot")]);
+        }
+        return Ok(None);
     };
     let mut cell = DataText::load("robot", name, robots::ALL, folder)
         .and_then(|text| text.read(robot::read))

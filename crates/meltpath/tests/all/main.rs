@@ -16,6 +16,7 @@ mod lpbf;
 mod reach;
 mod reference;
 mod remedies;
+mod templates;
 mod tune;
 mod verdicts;
 mod walls;
