@@ -249,7 +249,7 @@ pub fn layer_checks(
         checks.push(
             Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth.share * flatness, "mm"), Limit::AtMost(limits.flatness))
                 .at(Place::layer(layer.layer))
-                .remedy("a smaller fill.stepover, or another strategy: see the accumulations in the 3D view"),
+                .remedy("a smaller fill.stepover, more machine.smoothing, or another fill.strategy: see the accumulations in the 3D view"),
         );
     }
     if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {

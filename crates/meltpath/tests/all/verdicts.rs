@@ -120,6 +120,7 @@ const CASES: &[Case] = &[
     Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
     Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },
     Case { id: "flatness", from: STEPOVER, bad: WIDE, named: "a smaller fill.stepover", cure: CLOSE },
+    Case { id: "flatness", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
     Case { id: "plate", from: "[target]", bad: SMALL, named: "substrate.size", cure: LARGE },
 ];
 
