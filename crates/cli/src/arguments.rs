@@ -66,10 +66,18 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Look into a file: a part (size, volume, faults and where), a program, a plan.
+    /// Look into a file: a part (size, volume, faults and where), a program, a plan, a robot (joints, reach, frames, guesses).
     Inspect {
-        /// STEP, STL, 3MF, `.ls` or `.melt` file.
+        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
+    },
+    /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.
+    Reach {
+        /// STEP, STL or 3MF file.
+        part: PathBuf,
+        /// The robot: the name of one that ships, or a TOML file.
+        #[arg(long)]
+        robot: String,
     },
     /// Start a new job: a folder with a commented job file and a part, that runs as it is.
     New {
@@ -123,7 +131,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, cell, material, head, motor, recipe, gun.
+        /// Which file: job, tune, or a data file: wire, gas, map, cell, robot, material, head, motor, recipe, gun.
         #[arg(value_parser = subject)]
         of: Subject,
     },

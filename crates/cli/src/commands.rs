@@ -6,7 +6,7 @@ use meltpath::outcome::Outcome;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
-use meltpath::{chain, compare, fit, health, identify, inspect, tune};
+use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
 use meltpath_base::{Place, Reporter, Status, Verdict};
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
@@ -33,6 +33,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             simulate(program, job.as_deref(), out.as_deref())
         }
         Command::Inspect { file } => inspect_file(file),
+        Command::Reach { part, robot } => mapped(part, robot),
         Command::New {
             process: NewProcess::Waam { name, shape },
         } => made(start::waam(name, shape)),
@@ -202,6 +203,18 @@ fn inspect_file(file: &Path) -> Result<u8, Failure> {
     progress.finish();
     for finding in findings {
         line(&finding);
+    }
+    show_notes(&reporter);
+    Ok(0)
+}
+
+fn mapped(part: &Path, robot: &str) -> Result<u8, Failure> {
+    let progress = Progress::new();
+    let reporter = Reporter::new();
+    let lines = reach::reach(part, robot, &reporter, &progress)?;
+    progress.finish();
+    for text in &lines {
+        line(text);
     }
     show_notes(&reporter);
     Ok(0)

@@ -1,4 +1,4 @@
-//! The data that ships: wires, gases, process maps, robot cells, scan heads, materials. Every file is TOML, with a source for
+//! The data that ships: wires, gases, process maps, robots and their cells, scan heads, materials. Every file is TOML, with a source for
 //! every number; this crate only carries the texts, so that every room's package builds from its own archive. Who reads a
 //! file says what it means.
 //!
@@ -105,6 +105,18 @@ folder!(
     DOUBLED = "doubled"
 );
 folder!(
+    robots,
+    "robots",
+    "Robots with what stands around them: lengths, limits, frames.",
+    STAUBLI_RX60B = "staubli-rx60b",
+    STAUBLI_RX60BL = "staubli-rx60bl",
+    FANUC_ARCMATE_120IC = "fanuc-arcmate-120ic",
+    KUKA_KR16_R2010_2 = "kuka-kr16-r2010-2",
+    ABB_IRB2600_12_185 = "abb-irb2600-12-185",
+    YASKAWA_AR2010 = "yaskawa-ar2010",
+    UNIVERSAL_UR10E = "universal-ur10e"
+);
+folder!(
     scan_heads,
     "scan-heads",
     "Galvanometer heads: motors, controllers, optics, reference plate.",
@@ -130,6 +142,7 @@ pub const FOLDERS: &[&[File]] = &[
     pools::ALL,
     process_maps::ALL,
     recipes::ALL,
+    robots::ALL,
     scan_heads::ALL,
     wires::ALL,
 ];

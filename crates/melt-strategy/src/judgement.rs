@@ -2,8 +2,8 @@
 //! moves when cell, step, ground or power do.
 //!
 //! A share of voxels in a window of 60 K hangs on the tail of a distribution; one that moves by more than [`CONVERGED`] is told as
-//! not converged (docs/theory/sources.md). It is told on the cells as asked. How much of it is owed to them, cells twice as large
-//! show; all that moves it besides is looked for on those, where all runs together cost less than the one as asked.
+//! not converged (docs/theory/sources.md). It is told on the cells as set. How much of it is owed to them, cells twice as large
+//! show; all that moves it besides is looked for on those, where all runs together cost less than the one as set.
 
 use meltpath_base::Observer;
 
@@ -51,7 +51,7 @@ pub enum Variant {
 }
 
 impl Variant {
-    /// All, the one as asked first, then the one with which the others are compared.
+    /// All, the one as set first, then the one with which the others are compared.
     pub const ALL: [Variant; 10] = [
         Variant::Base,
         Variant::TwiceCell,
@@ -68,7 +68,7 @@ impl Variant {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Variant::Base => "as asked",
+            Variant::Base => "as set",
             Variant::TwiceCell => "twice the cell",
             Variant::MorePlanes => "twice the planes",
             Variant::HalfStep => "half the step",
@@ -277,10 +277,10 @@ fn setup(
     }
 }
 
-/// A share, or another figure, as asked and with each change.
+/// A share, or another figure, as set and with each change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Share {
-    /// The share as asked.
+    /// The share as set.
     pub value: f64,
     /// Changes of it, in the order of the variants after the first.
     pub changes: Vec<(Variant, f64)>,

@@ -1,13 +1,17 @@
-//! Looking into files: parts, programs, plans.
+//! Looking into files: parts, programs, plans, robot cells.
+
+mod cell;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
 use crate::cancel::cancellable;
+use crate::data::{Cell, DataFileError, DataText};
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
@@ -27,6 +31,9 @@ pub enum InspectError {
     /// A plan.
     #[error(transparent)]
     Plan(#[from] WaamError),
+    /// A robot, or a controller's cell.
+    #[error(transparent)]
+    Robot(#[from] DataFileError),
     /// A program.
     #[error("cannot read {}: {message}", .path.display())]
     Program {
@@ -57,6 +64,9 @@ pub fn inspect(
     match extension.as_str() {
         "ls" => program(path),
         "melt" => plan(path),
+        "toml" => robot(path),
+        "urdf" | "xacro" => urdf(path),
+        "" if is_shipped_robot(path) => robot(path),
         _ => inspect_part(path, reporter, observer),
     }
 }
@@ -109,6 +119,51 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
         )
     }));
     Ok(lines)
+}
+
+/// The robot file that says what a URDF says.
+fn urdf(path: &Path) -> Result<Vec<String>, InspectError> {
+    let wrong = |message: String| InspectError::Program {
+        path: path.to_path_buf(),
+        message,
+    };
+    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+    if text.contains("xacro:") {
+        let help = "it is a macro file: make the URDF with `xacro FILE`";
+        return Err(wrong(help.to_owned()));
+    }
+    let toml = meltpath_robot::cell::from_urdf(&text).map_err(|e| wrong(e.to_string()))?;
+    Ok(toml.lines().map(str::to_owned).collect())
+}
+
+fn is_shipped_robot(path: &Path) -> bool {
+    let name = path.to_str();
+    !path.exists() && name.is_some_and(|name| find(robots::ALL, name).is_some())
+}
+
+/// A robot with its cell: one that ships, or a file of one's own.
+fn robot(path: &Path) -> Result<Vec<String>, InspectError> {
+    let name = path.display().to_string();
+    let text = DataText::load("robot", &name, robots::ALL, Path::new(""))?;
+    if is_controller(&text.text) {
+        let cell = Cell::load(&name, Path::new(""))?;
+        return Ok(vec![
+            format!(
+                "controller of {}: {}",
+                cell.robot.name.as_str(),
+                cell.robot.controller.as_str()
+            ),
+            "lengths, limits and reach stand in a robot's file: see the how-to on robots"
+                .to_owned(),
+        ]);
+    }
+    Ok(cell::lines(&text.read(meltpath_robot::cell::read)?))
+}
+
+/// Whether a TOML file says how a controller interpolates.
+fn is_controller(text: &str) -> bool {
+    text.parse::<toml::Table>()
+        .is_ok_and(|t| t.contains_key("motion"))
 }
 
 fn plan(path: &Path) -> Result<Vec<String>, InspectError> {

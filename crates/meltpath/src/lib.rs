@@ -13,6 +13,7 @@ pub mod job;
 pub mod lpbf;
 pub mod material;
 pub mod outcome;
+pub mod reach;
 pub mod reference;
 pub mod stages;
 pub mod start;

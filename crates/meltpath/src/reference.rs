@@ -8,6 +8,7 @@ use serde_json::json;
 use meltpath_base::choice;
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::process_map::MapFile;
+use meltpath_robot::cell::CellFile;
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
@@ -29,8 +30,10 @@ choice! {
         Gas = "gas",
         /// A process map: bead sizes against settings.
         Map = "map",
-        /// A robot cell.
+        /// A robot cell's controller and programs.
         Cell = "cell",
+        /// A robot with what stands around it.
+        Robot = "robot",
         /// A material of heat.
         Material = "material",
         /// A scan head.
@@ -45,7 +48,7 @@ choice! {
 }
 
 /// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
-const DATA: [(Subject, &str); 9] = [
+const DATA: [(Subject, &str); 10] = [
     (
         Subject::Wire,
         "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
@@ -61,6 +64,10 @@ const DATA: [(Subject, &str); 9] = [
     (
         Subject::Cell,
         "`cell = \"my-cell.toml\"` in `[machine]`; `data/cells`",
+    ),
+    (
+        Subject::Robot,
+        "`robot = \"my-robot.toml\"` in `[machine]`; `data/robots`",
     ),
     (
         Subject::Material,
@@ -94,6 +101,7 @@ impl Subject {
             Subject::Gas => Gas::KIND,
             Subject::Map => MapFile::KIND,
             Subject::Cell => Cell::KIND,
+            Subject::Robot => CellFile::KIND,
             Subject::Material => MaterialFile::KIND,
             Subject::Head => HeadFile::KIND,
             Subject::Motor => MotorFile::KIND,
@@ -160,7 +168,7 @@ const DATA_HEAD: &str = "# Data files
 
 <!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
 
-Wires, gases, process maps, cells, materials, heads, motors, recipes and guns are TOML files. Jobs name those that ship by their
+Wires, gases, process maps, cells, robots, materials, heads, motors, recipes and guns are TOML files. Jobs name those that ship by their
 name, and one of your own by its file, relative to the job. The quickest way to one of your own: copy the one that ships
 (`crates/data` of the source), and change its numbers.
 

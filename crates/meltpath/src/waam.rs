@@ -2,12 +2,15 @@
 
 mod bead;
 pub(crate) mod checks;
+mod cover;
 mod doubt;
 pub mod error;
 mod foreign;
+mod heights;
 pub mod judge;
 pub mod plan;
 pub mod program;
+mod reach;
 pub mod record;
 pub mod run;
 pub mod settings;

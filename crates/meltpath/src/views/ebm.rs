@@ -219,7 +219,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as asked, all others against the run with twice the cell; window of the run as asked {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
+        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }

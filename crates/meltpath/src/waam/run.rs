@@ -14,12 +14,13 @@ use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
 use super::error::WaamError;
-use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
+use super::judge::{GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
+use super::reach;
 use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
-use super::target::{Target, compare};
+use super::target::{Allowance, Target, compare};
 use super::tube;
 use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
@@ -119,6 +120,17 @@ fn too_small(plate: &SubstrateTable, part: &Part) -> Option<Problem> {
     })
 }
 
+/// Tells that a build is planned from 0 on, wherever the plate lies for programs of other software.
+fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
+    if settings.plate_height.is_some_and(|h| h != 0.0) {
+        reporter.warn(
+            "plate-height",
+            "substrate.height counts for programs of other software: this build is planned from 0 mm on",
+            "leave it out, or simulate the program of the other software",
+        );
+    }
+}
+
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
@@ -133,10 +145,11 @@ pub fn run(
     let loaded = load(job, &reporter)?;
     let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
+    warn_of_plate(settings, &reporter);
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
-    let programs = program::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
+    let programs = reach::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
     let map = plan.plate(settings)?;
     let layers = plan
@@ -149,6 +162,7 @@ pub fn run(
     let outcome = against_part(
         &part,
         settings,
+        plan.over.value,
         &simulation.deposit.map,
         &growth,
         (&reporter, observer),
@@ -164,8 +178,10 @@ pub fn run(
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
-    checks.extend(judge::not_checked());
+    let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
+    checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
+    facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
     let verdict = Verdict {
         checks,
@@ -209,15 +225,21 @@ pub fn run(
     })
 }
 
-/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it.
+/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal
+/// planned over faces that look up, mm.
 pub(super) fn against_part(
     part: &Part,
     settings: &Settings,
+    over: f64,
     metal: &HeightMap,
     growth: &GrowthError,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<TargetOutcome, WaamError> {
-    let target = Target::new(&part.mesh, settings.allowance, metal, reporter, observer)?;
+    let allowance = Allowance {
+        side: settings.allowance,
+        top: over,
+    };
+    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
     Ok(TargetOutcome {
         volume: target.volume,
@@ -258,17 +280,23 @@ pub(super) fn built<'a>(
     map: HeightMap,
     settings: &'a Settings,
 ) -> Build<'a> {
+    let (low, high) = map.bounds();
+    let shapes = settings.robot.as_ref().and_then(|r| r.shapes.as_ref());
+    let columns = shapes.map(|_| reach::COLUMN.max((high - low).max_element() / reach::COLUMNS));
     Build {
         start: commands.start,
         commands: &commands.commands,
         layer_of_command: commands.layer_of_command.clone(),
         pass_of_command: &commands.pass_of_command,
+        weave_of_command: &commands.weave_of_command,
+        weaves: &commands.weaves,
         layers,
         controller: &settings.cell.motion,
         map,
         bead: settings.bead_model,
         pool: settings.pool,
         settings: settings.deposit,
+        columns,
     }
 }
 
@@ -360,7 +388,7 @@ pub fn program_to_folder(
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let toolpath = read_toolpath(toolpath)?;
-    let programs = program::write(&loaded.name, &toolpath, &loaded.settings, &reporter)?;
+    let programs = reach::write(&loaded.name, &toolpath, &loaded.settings, &reporter)?;
     let folder = OutputFolder::create(out)?;
     for file in &programs.files {
         folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::Problem;
 use meltpath_base::{Angle, Length, Origin, Provenance, Pure, Ratio, Reporter, Resolved, Speed};
-use meltpath_data::{gases, wires};
+use meltpath_data::{gases, robots, wires};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
@@ -17,14 +17,14 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
+use meltpath_robot::cell as robot;
 
 use super::bead::{check_heights, datum, feed_response, pool_of, process_map, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
-use super::target::Allowance;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing,
-    Speeds, Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights,
+    MachineTable, Spacing, Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -69,16 +69,22 @@ pub struct Settings {
     pub cell: Cell,
     /// Its name.
     pub cell_name: String,
+    /// The robot with what stands around it, where the job names one.
+    pub robot: Option<robot::Cell>,
     /// Smoothing at via points, 0 to 1.
     pub smoothing: f64,
     /// Contact tube to work distance at the first layer, mm.
     pub ctwd: f64,
     /// Plate: length and width, where given, mm.
     pub plate: Option<[f64; 2]>,
+    /// Height of the plate in the user frame of a program that other software wrote, where it is told, mm.
+    pub plate_height: Option<f64>,
     /// Plate thickness, mm.
     pub plate_thickness: f64,
-    /// Metal beyond the finished part.
-    pub allowance: Allowance,
+    /// Metal beyond the finished part's sides, mm.
+    pub allowance: f64,
+    /// Metal over faces that look up, where the job says it, mm.
+    pub allowance_top: Option<f64>,
     /// Limits of the verdict.
     pub limits: Limits,
     /// What to do about checks that fail.
@@ -105,14 +111,23 @@ pub fn resolve(
     let mut r = job.provenance.clone();
     let (waam, machine) = (&job.waam, &job.machine);
     let cell = Cell::load(&machine.cell, folder).map_err(|e| e.at(&machine.cell));
-    let ((wire, gas, map), cell) = match (process(job, folder, reporter), cell) {
-        (Ok(process), Ok(cell)) => (process, cell),
-        (process, cell) => {
+    let robot = robot_of(machine, folder);
+    let ((wire, gas, map), cell, robot) = match (process(job, folder, reporter), cell, robot) {
+        (Ok(process), Ok(cell), Ok(robot)) => (process, cell, robot),
+        (process, cell, robot) => {
             let mut found = process.err().unwrap_or_default();
             found.extend(cell.err().unwrap_or_default());
+            found.extend(robot.err().unwrap_or_default());
             return Err(found.into());
         }
     };
+    if let Some(robot) = &robot {
+        wire_length(robot, nominal_distance(&cell), reporter);
+        r.model(
+            "robot arm",
+            "closed forms after Brandstötter, Angerer, Hofbaur 2014 (spherical wrists) and of our own (offset wrists); CONFIG as FANUC's off-line controller shows it",
+        );
+    }
     tell_process(waam, &wire, &map, &mut r);
     let energy =
         energy_of(&mut r, &wire, &waam.mode, &gas).map_err(|e| waam.mode.problem(e.to_string()))?;
@@ -138,17 +153,10 @@ pub fn resolve(
     }
     let fill = fill_settings(&mut r, &job.fill, width, step.value, bead.travel_speed);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
-    let nominal = Length(cell.program.contact_tube_distance.0);
+    let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
-    let allowance = Allowance {
-        side: target.allowance.0,
-        top: target
-            .allowance_top
-            .or_computed(&mut r, *target.allowance)
-            .0,
-    };
-    let limits = limits(&job.checks, &map, &mut r);
+    let limits = limits(&job.checks, ctwd, &map, &mut r);
     models(&mut r);
     Ok(Settings {
         part: folder.join(&**job.part),
@@ -174,11 +182,14 @@ pub fn resolve(
         pause: job.layers.pause.0,
         cell,
         cell_name: machine.cell.value.clone(),
+        robot,
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
+        plate_height: job.substrate.height.map(|h| h.0),
         plate_thickness: job.substrate.thickness.0,
-        allowance,
+        allowance: target.allowance.0,
+        allowance_top: target.allowance_top.map(|top| top.0),
         limits,
         remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
         programs: job.output.programs.value.clone(),
@@ -186,6 +197,43 @@ pub fn resolve(
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
+}
+
+/// The robot that a job names, its part where the job places it.
+fn robot_of(machine: &MachineTable, folder: &Path) -> Result<Option<robot::Cell>, Vec<Problem>> {
+    let Some(name) = machine.robot.as_ref() else {
+        if machine.place.is_written() {
+            let message = format!("{} is written, but no robot", machine.place.name);
+            let problem = machine.place.problem(message);
+            return Err(vec![problem.help("name the robot: machine.robot")]);
+        }
+        return Ok(None);
+    };
+    let mut cell = DataText::load("robot", name, robots::ALL, folder)
+        .and_then(|text| text.read(robot::read))
+        .map_err(|e| e.at(&machine.robot))?;
+    if let Some(place) = *machine.place {
+        cell.carrier_from_part.position = DVec3::from_array(place.map(|l| l.0));
+    }
+    Ok(Some(cell))
+}
+
+/// The contact tube to work distance for which a cell's tool frame is set, mm.
+fn nominal_distance(cell: &Cell) -> f64 {
+    cell.program.contact_tube_distance.0
+}
+
+/// Programs hold the wire's tip at the nominal distance: so must the robot's torch.
+fn wire_length(robot: &robot::Cell, nominal: f64, reporter: &Reporter) {
+    const SAME: f64 = 0.5;
+    let wire = robot.torch_from_wire_tip.position.z;
+    if (wire - nominal).abs() > SAME {
+        reporter.warn(
+            "robot-wire",
+            format!("the robot's torch ends {wire:.1} mm behind its wire's tip, the cell's tool frame {nominal:.1} mm"),
+            "write the same in torch.wire of the robot's file and program.contact_tube_distance of the cell's",
+        );
+    }
 }
 
 /// Wire, gas and process map: everything wrong with any of them is told.
@@ -351,7 +399,9 @@ fn fill_settings(
     }
 }
 
-fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
+fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> Limits {
+    // a layer that lies higher or lower brings the contact tube that much nearer or farther
+    let slack = (ctwd - c.ctwd_min.0).min(c.ctwd_max.0 - ctwd).max(0.0);
     let response = map.feed_response.as_ref();
     let known = Length(response.map_or(0.0, MeasuredResponse::distance_sigma));
     Limits {
@@ -360,8 +410,10 @@ fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
         excess: c.excess.0,
         accumulation: c.accumulation.0,
         overhang: c.overhang.0,
+        joint_margin: c.joint_margin.0,
+        clearance: c.clearance.0,
         stock_min: c.stock_min.0,
-        height_error: c.height_error.0,
+        height_error: c.height_error.or_computed(r, Length(slack)).0,
         flatness: c.flatness.0,
         ctwd_min: c.ctwd_min.0,
         ctwd_max: c.ctwd_max.0,
@@ -436,6 +488,11 @@ impl Settings {
             share: (area * area + (single * width).powi(2)).sqrt(),
             response: self.deposit.feed_response,
         }
+    }
+
+    /// Metal over faces that look up: as written, else what lies over sides, mm.
+    pub fn least_over(&self) -> f64 {
+        self.allowance_top.unwrap_or(self.allowance)
     }
 
     /// Wire fed per programmed wire: the process map's feed factor.

@@ -109,7 +109,9 @@ fn refused(value: &Json, schema: &Json, place: &str, found: &mut Vec<String>) {
 /// Every data file that ships fits its schema; one with a key, a unit or a word of another kind does not.
 #[test]
 fn shipped_data_fit_their_schemas() {
-    use meltpath_data::{cells, focus, gases, materials, process_maps, recipes, scan_heads, wires};
+    use meltpath_data::{
+        cells, focus, gases, materials, process_maps, recipes, robots, scan_heads, wires,
+    };
     let json = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
     let said = |value: &Json, subject: Subject| {
         let mut found = Vec::new();
@@ -121,6 +123,7 @@ fn shipped_data_fit_their_schemas() {
         (Subject::Gas, gases::ALL),
         (Subject::Map, process_maps::ALL),
         (Subject::Cell, cells::ALL),
+        (Subject::Robot, robots::ALL),
         (Subject::Material, materials::ALL),
         (Subject::Head, scan_heads::ALL),
         (Subject::Recipe, recipes::ALL),
