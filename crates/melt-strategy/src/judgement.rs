@@ -302,7 +302,9 @@ impl Share {
 
     /// Whether there are changes and none moves it by more than `most`.
     pub fn within(&self, most: f64) -> bool {
-        !self.changes.is_empty() && self.spread() <= most * (1.0 + 1e-9)
+        // a change that cannot be told is none that is small
+        let small = |(_, change): &(Variant, f64)| change.abs() <= most * (1.0 + 1e-9);
+        !self.changes.is_empty() && self.changes.iter().all(small)
     }
 }
 
@@ -319,6 +321,7 @@ mod tests {
         assert!(share(0.049).converged());
         assert!(!share(0.051).converged());
         assert!((share(0.3).spread() - 0.3).abs() < 1e-12);
+        assert!(!share(f64::NAN).converged());
         // one run alone shows nothing
         let alone = Share {
             changes: Vec::new(),

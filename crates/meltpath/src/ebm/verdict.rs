@@ -187,7 +187,7 @@ impl Section<'_> {
             let by: Vec<String> = share
                 .changes
                 .iter()
-                .filter(|(_, change)| change.abs() > converged)
+                .filter(|(_, change)| change.is_nan() || change.abs() > converged)
                 .map(|(variant, _)| variant.words().to_owned())
                 .collect();
             unsure(

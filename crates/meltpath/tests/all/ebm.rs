@@ -417,7 +417,7 @@ fn the_whole_section_is_judged() {
     let dir = tempfile::tempdir().unwrap();
     let checked = |extra: &str| {
         let extra = format!(
-            "[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
+            "[ebm]\nefficiency = \"50 %\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\nsolver = \"reference\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{extra}"
         );
         let file = job(dir.path(), &extra, 4e-3);
         let out = dir.path().join("out");
@@ -434,8 +434,10 @@ fn the_whole_section_is_judged() {
             )
         }
     };
-    // lines on the contour itself: all of it melts, and what lies beside it
-    let whole = checked("[checks]\nfarthest = \"0.1 mm\"\n");
+    // lines beyond the contour: all of it melts, and what lies beside it
+    let whole = checked(
+        "[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[checks]\nfarthest = \"0.1 mm\"\n",
+    );
     let (status, share, reason) = whole("in-window");
     assert_eq!(status, Status::Pass, "{reason}");
     assert!(share > 99.0, "{share}");
@@ -447,6 +449,7 @@ fn the_whole_section_is_judged() {
         assert!(reason.contains(variant), "{variant}: {reason}");
     }
     assert_eq!(whole("unmelted").0, Status::Pass);
+    assert_eq!(whole("unfused").0, Status::Pass);
     let (status, share, _) = whole("molten-outside");
     assert!(status == Status::Fail && share > 10.0, "{status:?} {share}");
     let (status, away, _) = whole("molten-farthest");
