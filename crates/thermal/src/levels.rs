@@ -60,7 +60,7 @@ pub struct Setup {
     pub beyond: Face,
     /// Longest step of the finest level, s.
     pub step: f64,
-    /// Two corners of where the finest cells are worth their cost, mm; elsewhere the beam is drawn on cells twice as large.
+    /// Two corners of where the finest cells are worth their cost, mm; elsewhere the beam is drawn on cells of at most 0.13 mm.
     pub focus: Option<[[f64; 2]; 2]>,
     /// How `θ` may bend, see [`BEND`].
     pub bend: f64,

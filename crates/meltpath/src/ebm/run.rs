@@ -59,7 +59,7 @@ pub fn run(
     if outcome.judged.is_some() {
         provenance.model(
             "judge",
-            "reference solver: finite volumes in enthalpy, explicit; laws and domain of Béraud 2016, section 3.2.2.1",
+            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour by Hertz, Knudsen and Clausius-Clapeyron",
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");

@@ -84,6 +84,10 @@ table! {
         layers: u32 where within(1.0, 1e6) => default(1, "the path is drawn once");
         /// What lies under the first layer; a part says it itself.
         ground: Ground => default("metal", "dense metal everywhere");
+        /// What leaves the build plane as vapour, on the solver; charts know of none.
+        evaporation: Vapour => default("free", "process vacuum, some 0.2 Pa of helium");
+        /// Temperature of the heat shield above the build plane.
+        shield: Temperature => default("300 °C", "measured by Neira Arce, quoted in Béraud 2016, section 3.2.2.1");
     }
 
     /// Temperature histories under a beam at rest.
@@ -218,18 +222,20 @@ table! {
         solver: JudgeSolver => required;
         /// Two corners of the rectangle that is judged, the lower left one first.
         part: [[Length; 2]; 2] => none("the whole path");
-        /// How far beyond that rectangle the path is drawn too, so that its rim is as warm as in the whole.
-        beyond: Length where not_negative => default("0.75 mm", "six lines of the thesis; heat laid further away has left through the ground");
-        /// Edge of a cell in the plane.
-        cell: Length where positive => default("0.0625 mm", "half the thesis' distance of lines");
+        /// How far beyond that rectangle the finest cells reach; elsewhere the path is drawn on cells of at most 0.13 mm.
+        beyond: Length where not_negative => default("0.75 mm", "six lines of the thesis");
+        /// Edge of the finest cells in the plane.
+        cell: Length where positive => default("0.03125 mm", "a quarter of the thesis' distance of lines");
         /// Planes of cells in a layer.
         planes: u32 where within(1.0, 16.0) => default(1, "a plane a layer; the judge tells what twice as many change");
         /// Longest time step; shorter where stability needs it.
-        step: Time where positive => default("4e-6 s", "a twelfth of a cell at 980 mm/s");
+        step: Time where positive => default("2e-5 s", "as long as is stable; the judge tells what half of it changes");
         /// How deep below the build plane temperatures are read.
         depth: Length where not_negative => computed("half the layer: neither the surface nor the layer below");
-        /// How far below and beside the path the ground is drawn, which is at the start temperature beyond.
-        ground: Length where positive => default("0.5 mm", "the domain of Béraud 2016, section 3.2.2.1; the judge tells what twice as much changes");
+        /// What the ground is.
+        ground: JudgeGround => default("half-space", "metal or powder as far as heat goes while the layer is drawn");
+        /// Thickness of the start plate, where the ground is one.
+        plate: Length where positive => default("10 mm", "a usual start plate");
         /// Places whose temperature is kept in time: x, y, and z where it is not the build plane.
         places: Vec<Point> => default([], "the charts' hottest");
         /// Time between two of these temperatures.
@@ -242,6 +248,8 @@ table! {
         in_window: Ratio where not_negative => default("50 %", "half of the metal");
         /// Greatest share of the section that stays powder.
         unmelted: Ratio where not_negative => default("1 %", "powder left inside is a hole");
+        /// Greatest share of the section over metal that does not melt down to the layer below.
+        unfused: Ratio where not_negative => default("1 %", "a layer that does not melt into the one below is a crack");
         /// How far beyond the contour metal may melt and not be counted.
         rim: Length where not_negative => default("0.1 mm", "a few grains: what sticks to faces anyway");
         /// Greatest area molten beyond that rim, as a share of the section's.
@@ -258,6 +266,24 @@ choice! {
         Metal = "metal",
         /// Powder: the region hangs over.
         Powder = "powder",
+    }
+
+    /// What leaves the build plane as vapour.
+    pub enum Vapour {
+        /// As much as into a vacuum, by the material's law.
+        Free = "free",
+        /// Nothing.
+        None = "none",
+    }
+
+    /// What the ground is that the solver draws on; it is at the start temperature before the layer.
+    pub enum JudgeGround {
+        /// So deep and wide that nothing is felt of its end.
+        HalfSpace = "half-space",
+        /// The layers on a plate from which nothing flows: loose powder lies below.
+        Plate = "plate",
+        /// Held at the start temperature 0.5 mm below, and beside by as much or a little more (Béraud 2016, section 3.2.2.1).
+        ThesisBox = "thesis-box",
     }
 
     /// What the ground under a chart simulation keeps of earlier beam positions.

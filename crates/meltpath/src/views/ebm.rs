@@ -125,12 +125,14 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             "below the window (%)",
             "in window (%)",
             "above it (%)",
+            "not fused to the metal below (%)",
             "molten outside (%)",
             "farthest (mm)",
             "change (points)",
             "in the window as it was (%)",
             "mean (°C)",
-            "heat lost (%)",
+            "vapour (% of the heat)",
+            "error of the heat (%)",
         ],
     );
     let height = outcome.given.simulation.grid().heights[0];
@@ -164,11 +166,13 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 of(Class::Porous),
                 of(Class::Good),
                 of(Class::Overheated),
+                Cell::Fixed(100.0 * run.unfused, 1),
                 Cell::Fixed(100.0 * run.outside.share, 1),
                 Cell::Fixed(run.outside.farthest, 2),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
+                Cell::Fixed(100.0 * run.vapour[0], 1),
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
         }
@@ -188,12 +192,13 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             Cell::Empty,
             Cell::Empty,
             Cell::Empty,
+            Cell::Empty,
             Cell::Fixed(t.mean - CELSIUS, 0),
         ]);
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
+        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }
