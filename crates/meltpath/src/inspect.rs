@@ -12,8 +12,14 @@ use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
 
-/// Chord error of the mesh made of a STEP file for inspection, mm.
-const CHORD_ERROR: f64 = 0.02;
+/// How a part file is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct How {
+    /// Unit of a file that carries none.
+    pub unit: PartUnit,
+    /// Chord error of the mesh made of a STEP file, mm.
+    pub chord: f64,
+}
 
 /// Why a file cannot be looked into.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +53,7 @@ cancellable!(InspectError:
 /// [`InspectError`] where the file cannot be read or is of no known kind.
 pub fn inspect(
     path: &Path,
+    how: How,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
@@ -57,20 +64,21 @@ pub fn inspect(
     match extension.as_str() {
         "ls" => program(path),
         "melt" => plan(path),
-        _ => inspect_part(path, reporter, observer),
+        _ => inspect_part(path, how, reporter, observer),
     }
 }
 
 fn inspect_part(
     path: &Path,
+    how: How,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
     let part = part::load(
         path,
-        PartUnit::Millimetre,
+        how.unit,
         DVec3::Z,
-        CHORD_ERROR,
+        how.chord,
         reporter,
         observer,
     )?;

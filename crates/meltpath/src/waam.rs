@@ -7,6 +7,7 @@ pub mod error;
 mod foreign;
 pub mod judge;
 pub mod plan;
+mod process;
 pub mod program;
 pub mod record;
 pub mod run;

@@ -5,7 +5,7 @@ use std::path::Path;
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_robot::command::{Command, Source};
 
-use super::checks::build_facts;
+use super::checks::{borrowed_check, build_facts};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{self, layer_checks, target_checks};
@@ -90,6 +90,7 @@ pub fn simulate_program(
         &settings.remedies,
     ));
     checks.extend(tube::checks(&simulation, &growth, settings));
+    checks.extend(borrowed_check(settings));
     let no_job = job.is_none().then(no_job);
     let doubts: Vec<Doubt> = no_job
         .into_iter()

@@ -12,7 +12,7 @@ use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
+use super::checks::{borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check};
 use super::error::WaamError;
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
@@ -21,6 +21,7 @@ use super::settings::{Settings, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use super::tube;
+use crate::inputs;
 use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
@@ -161,6 +162,7 @@ pub fn run(
         &settings.remedies,
     ));
     checks.extend(tube::checks(&simulation, &growth, settings));
+    checks.extend(borrowed_check(settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
@@ -175,6 +177,9 @@ pub fn run(
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
+    for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
+        record_inputs(&mut provenance, &[file])?;
+    }
     let written: &[_] = if settings.programs.contains(&Dialect::FanucLs) {
         &programs.files
     } else {
@@ -195,7 +200,7 @@ pub fn run(
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
     views::waam::write_passes(&folder, &plan.toolpath)?;
-    folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
+    inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
     for file in written {
         folder.write(&format!("program/{}", file.name), |w| {

@@ -4,22 +4,23 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Angle, Length, Origin, Provenance, Pure, Ratio, Reporter, Resolved, Speed};
-use meltpath_data::{gases, wires};
+use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
+use meltpath_data::cells;
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
-use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
+use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
 use meltpath_deposition::feed_response::MeasuredResponse;
-use meltpath_deposition::process_map::{Bead, ProcessMap};
+use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
 
-use super::bead::{check_heights, datum, feed_response, pool_of, process_map, solve_bead};
+use super::bead::{check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
+use super::process::{self, Process};
 use super::target::Allowance;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
@@ -53,6 +54,10 @@ pub struct Settings {
     pub bead_model: BeadModel,
     /// The pool that lays it.
     pub pool: PoolModel,
+    /// The weld pool of another wire that stands in for that of this one: its name.
+    pub borrowed: Option<String>,
+    /// Data files of the user's own.
+    pub own: Vec<DataText>,
     /// How metal is laid.
     pub deposit: deposit::Settings,
     /// Stepover asked for, mm.
@@ -104,25 +109,38 @@ pub fn resolve(
 ) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let (waam, machine) = (&job.waam, &job.machine);
-    let cell = Cell::load(&machine.cell, folder).map_err(|e| e.at(&machine.cell));
-    let ((wire, gas, map), cell) = match (process(job, folder, reporter), cell) {
-        (Ok(process), Ok(cell)) => (process, cell),
+    let cell = DataText::load("cell", &machine.cell, cells::ALL, folder)
+        .and_then(|text| Ok((Cell::of(&text)?, text)))
+        .map_err(|e| e.at(&machine.cell));
+    let (process, cell) = match (process::load(waam, folder, reporter), cell) {
+        (Ok(mut process), Ok((cell, text))) => {
+            text.warn(cells::ALL, reporter);
+            process.own.extend(text.file.is_some().then_some(text));
+            (process, cell)
+        }
         (process, cell) => {
             let mut found = process.err().unwrap_or_default();
             found.extend(cell.err().unwrap_or_default());
             return Err(found.into());
         }
     };
-    tell_process(waam, &wire, &map, &mut r);
-    let energy =
-        energy_of(&mut r, &wire, &waam.mode, &gas).map_err(|e| waam.mode.problem(e.to_string()))?;
+    tell_process(waam, &process, &mut r);
+    let Process {
+        wire,
+        gas,
+        map,
+        energy,
+        pools,
+        borrowed,
+        own,
+    } = process;
     let bead = solve_bead(&waam.bead, &map)?;
     map.warn_about(&bead, reporter);
     check_heights(&job.layers.height, &bead)?;
     tell_bead(&waam.bead, &bead, &map.id, &mut r);
     let bead_model = bead.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
-    let pool = pool_of(&wire.id, &waam.mode, &gas.id, &bead, &bead_model, reporter);
+    let pool = process::pool(&pools, &bead, &bead_model);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
     r.value(
@@ -161,6 +179,8 @@ pub fn resolve(
         bead,
         bead_model,
         pool,
+        borrowed,
+        own,
         deposit: deposit::Settings {
             nominal_ctwd: ctwd,
             feed_response,
@@ -188,42 +208,37 @@ pub fn resolve(
     })
 }
 
-/// Wire, gas and process map: everything wrong with any of them is told.
-fn process(
-    job: &WaamJob,
-    folder: &Path,
-    reporter: &Reporter,
-) -> Result<(Wire, Gas, ProcessMap), Vec<Problem>> {
-    let waam = &job.waam;
-    let wire = DataText::load("wire", &waam.wire, wires::ALL, folder)
-        .and_then(|text| text.read(Wire::parse))
-        .map_err(|e| e.at(&waam.wire));
-    let gas = DataText::load("gas", &waam.gas, gases::ALL, folder)
-        .and_then(|text| text.read(Gas::parse))
-        .map_err(|e| e.at(&waam.gas));
-    let (wire, gas) = match (wire, gas) {
-        (Ok(wire), Ok(gas)) => (wire, gas),
-        (wire, gas) => {
-            let mut problems = wire.err().unwrap_or_default();
-            problems.extend(gas.err().unwrap_or_default());
-            return Err(problems);
-        }
-    };
-    let mut map = process_map(waam, folder, &wire, &gas, reporter)?;
-    if let Some(efficiency) = *waam.efficiency {
-        map.efficiency.value = Pure(efficiency.0);
-        "the job".clone_into(&mut map.efficiency.source);
-    }
-    if let Some(factor) = *waam.source.feed_factor {
-        map = map.with_feed_factor(factor.0);
-    }
-    Ok((wire, gas, map))
-}
-
 /// Records what the process map says where the job says nothing.
-fn tell_process(waam: &WaamTable, wire: &Wire, map: &ProcessMap, r: &mut Provenance) {
-    let origin = Origin::Data(format!("process map {}", map.id));
-    r.value(&waam.map.name, Resolved::new(map.id.clone(), origin));
+fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
+    let Process { wire, map, .. } = process;
+    let origin = || Origin::Data(format!("process map {}", map.id));
+    r.value(&waam.map.name, Resolved::new(map.id.clone(), origin()));
+    if !map.tried.is_empty() {
+        let percent = |e: f64| format!("{:.1} %", 100.0 * e);
+        let told = |t: &Tried| {
+            let [width, height] = t.left_out.map(percent);
+            format!("{}: width {width}, height {height}", t.form)
+        };
+        let all: Vec<String> = map.tried.iter().map(told).collect();
+        let words = "errors of beads left out, root mean square; the first is taken";
+        let origin = Origin::Computed(words.to_owned());
+        r.value("waam.map.law", Resolved::new(all.join("; "), origin));
+    }
+    for text in &process.own {
+        r.model(&format!("{} {}", text.kind, text.name), &text.origin());
+    }
+    if let Some(energy) = &process.energy {
+        let beads = match energy.basis {
+            EnergyBasis::Configuration => "beads of this wire, mode and gas",
+            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
+        };
+        let energy = Resolved {
+            value: energy.mean,
+            origin: Origin::Data(format!("{}: {beads}", energy.source)),
+            sigma: Some(energy.sigma),
+        };
+        r.value("waam.energy_per_volume_j_mm3", energy);
+    }
     for (key, of_map) in [
         (&waam.efficiency, &map.efficiency),
         (&waam.source.feed_factor, &map.feed_factor),
@@ -366,31 +381,6 @@ fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
         ctwd_min: c.ctwd_min.0,
         ctwd_max: c.ctwd_max.0,
     }
-}
-
-/// The energy per volume of this wire, mode and gas.
-fn energy_of(
-    r: &mut Provenance,
-    wire: &Wire,
-    mode: &str,
-    gas: &Gas,
-) -> Result<Option<EnergyPerVolume>, Problems> {
-    let energy = energy_per_volume(&wire.id, mode, &gas.id)?;
-    if let Some(energy) = &energy {
-        let beads = match energy.basis {
-            EnergyBasis::Configuration => "beads of this wire, mode and gas",
-            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
-        };
-        r.value(
-            "waam.energy_per_volume_j_mm3",
-            Resolved {
-                value: energy.mean,
-                origin: Origin::Data(format!("{}: {beads}", energy.source)),
-                sigma: Some(energy.sigma),
-            },
-        );
-    }
-    Ok(energy)
 }
 
 /// The models of the chain with their sources.
