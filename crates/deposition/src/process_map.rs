@@ -14,9 +14,9 @@ mod measured;
 pub use data::Validity;
 pub use file::{MapFile, MapKind};
 pub use grid::{Grid, GridPart};
-pub use import::{MeasuredBead, Oddity};
+pub use import::Oddity;
 pub use inverse::Target;
-pub use kriging::{Fit, Form, NORMAL};
+pub use kriging::Fit;
 
 use meltpath_base::settings::{Datum, Problems};
 use meltpath_base::{Origin, Pure, Reporter, Resolved};

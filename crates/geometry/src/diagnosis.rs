@@ -468,9 +468,9 @@ pub(crate) fn duplicates(mesh: &Mesh) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// Pairs that are compared in all, about; and of one triangle, at least and at most.
-const PAIRS: usize = 50_000_000;
-const PAIRS_OF_ONE: (usize, usize) = (64, 4096);
+/// Pairs that are compared of the leaves between two reports of progress, and of one leaf at least and at most.
+const PAIRS: usize = 12_000_000;
+const PAIRS_OF_LEAF: (usize, usize) = (512, 32_768);
 
 /// Pairs of triangles that intersect, and how many leaves had more pairs than are compared: where thousands of triangles meet in a
 /// point every pair of them is one.
@@ -482,8 +482,6 @@ fn intersections(
     let leaves = bvh.filled_leaves();
     observer.stage("find intersections", leaves as u64);
     let mut all = Collector::new(Defect::Intersection);
-    let most = (PAIRS / mesh.triangles.len().max(1)).clamp(PAIRS_OF_ONE.0, PAIRS_OF_ONE.1);
-    let most = most * mesh.triangles.len().div_ceil(leaves.max(1));
     let chunks: Vec<usize> = (0..leaves).step_by(LEAVES_AT_ONCE).collect();
     let found: Vec<(Collector, u64)> = chunks
         .into_par_iter()
@@ -491,7 +489,9 @@ fn intersections(
             observer.check()?;
             let (mut own, mut crowded) = (Collector::new(Defect::Intersection), 0);
             let past = (first + LEAVES_AT_ONCE).min(leaves);
+            let mut budget = PAIRS;
             for leaf in first..past {
+                let most = budget.clamp(PAIRS_OF_LEAF.0, PAIRS_OF_LEAF.1);
                 let mut left = most;
                 let ended = bvh.pairs_from(mesh, leaf, |a, b| {
                     if left == 0 {
@@ -505,6 +505,7 @@ fn intersections(
                     ControlFlow::Continue(())
                 });
                 crowded += u64::from(ended.is_break());
+                budget = budget.saturating_sub(most - left);
             }
             observer.advance((past - first) as u64);
             Ok((own, crowded))

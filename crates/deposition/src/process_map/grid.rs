@@ -70,7 +70,7 @@ impl Grid {
     }
 
     /// The beads that were measured, with `factor` times the programmed wire fed.
-    pub(crate) fn beads(&self, factor: f64) -> Vec<MeasuredBead> {
+    pub(super) fn beads(&self, factor: f64) -> Vec<MeasuredBead> {
         let nodes = self
             .wire_feed
             .iter()

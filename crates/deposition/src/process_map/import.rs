@@ -4,17 +4,17 @@ use meltpath_base::choice;
 
 /// A measured bead: speeds in m/min, sizes in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeasuredBead {
+pub(super) struct MeasuredBead {
     /// Programmed wire feed, m/min.
-    pub wire_feed: f64,
+    pub(super) wire_feed: f64,
     /// Wire feed really delivered, m/min.
-    pub fed: f64,
+    pub(super) fed: f64,
     /// Travel speed, m/min.
-    pub travel_speed: f64,
+    pub(super) travel_speed: f64,
     /// Width, mm.
-    pub width: f64,
+    pub(super) width: f64,
     /// Height, mm.
-    pub height: f64,
+    pub(super) height: f64,
 }
 
 choice! {
@@ -36,7 +36,7 @@ const SHOWN_ROWS: usize = 8;
 
 /// What is odd about beads, with the rows concerned; `area_per_ratio` = η·S_f is a bead's area, mm², where the feed delivered is the
 /// travel speed.
-pub(crate) fn oddities(beads: &[MeasuredBead], area_per_ratio: f64) -> Vec<(Oddity, String)> {
+pub(super) fn oddities(beads: &[MeasuredBead], area_per_ratio: f64) -> Vec<(Oddity, String)> {
     let rows = |odd: &dyn Fn(&MeasuredBead) -> bool| -> Vec<String> {
         let found = beads.iter().enumerate().filter(|(_, b)| odd(b));
         found.map(|(n, _)| (n + 1).to_string()).collect()
@@ -84,7 +84,7 @@ const WALL_SHARE: f64 = 0.9;
 
 /// The single bead of which a wall's layers grow by `layer` mm: as wide as makes a wall of nine tenths of it, a parabola of the metal
 /// fed. `area` is that metal, mm².
-pub(crate) fn bead_of_wall(layer: f64, area: f64) -> (f64, f64) {
+pub(super) fn bead_of_wall(layer: f64, area: f64) -> (f64, f64) {
     let width = area / (WALL_SHARE * layer);
     (width, 1.5 * area / width)
 }

@@ -12,7 +12,7 @@ use super::import::MeasuredBead;
 
 /// The form of a law through measured beads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub(super) enum Form {
     /// ln(size) linear in the logarithms of both speeds.
     PowerLaw,
     /// Size quadratic in both speeds (Rouchon 2022, eq. 2.1, 2.2).
@@ -23,10 +23,10 @@ pub enum Form {
 
 impl Form {
     /// All of them.
-    pub const ALL: [Form; 3] = [Form::PowerLaw, Form::Quadratic, Form::GaussianProcess];
+    pub(super) const ALL: [Form; 3] = [Form::PowerLaw, Form::Quadratic, Form::GaussianProcess];
 
     /// Its name.
-    pub fn words(self) -> &'static str {
+    pub(super) fn words(self) -> &'static str {
         match self {
             Form::PowerLaw => "power law",
             Form::Quadratic => "quadratic",
@@ -36,7 +36,7 @@ impl Form {
 
     /// How many numbers are taken from the beads; there must be more beads than that. A process takes more than its trend: as many as
     /// a quadratic.
-    pub fn coefficients(self) -> usize {
+    pub(super) fn coefficients(self) -> usize {
         match self {
             Form::PowerLaw => 3,
             Form::Quadratic | Form::GaussianProcess => 6,
@@ -58,14 +58,14 @@ impl Form {
 
 /// The settings of a bead, m/min, one of its sizes, mm, and the measurement it belongs to: rows of one law are left out together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sample {
-    pub(crate) settings: [f64; 2],
-    pub(crate) size: f64,
-    pub(crate) group: usize,
+pub(super) struct Sample {
+    pub(super) settings: [f64; 2],
+    pub(super) size: f64,
+    pub(super) group: usize,
 }
 
 impl Sample {
-    pub(crate) fn of(bead: &MeasuredBead, group: usize, size: f64) -> Self {
+    pub(super) fn of(bead: &MeasuredBead, group: usize, size: f64) -> Self {
         Sample {
             settings: [bead.wire_feed, bead.travel_speed],
             size,
@@ -108,7 +108,7 @@ struct LeftOut {
 impl Fit {
     /// The law of `form` through `samples`; `None` where there are not more measurements than coefficients, or where their settings
     /// do not span the trend.
-    pub(crate) fn new(form: Form, samples: &[Sample]) -> Option<Self> {
+    pub(super) fn new(form: Form, samples: &[Sample]) -> Option<Self> {
         let mut groups: Vec<usize> = samples.iter().map(|s| s.group).collect();
         groups.sort_unstable();
         groups.dedup();
@@ -260,14 +260,14 @@ impl Fit {
         shared.chain(self.form.trend(at)).collect()
     }
 
-    /// The size at settings in m/min, mm.
+    /// The size at settings in m/min, mm; not a number where a quadratic falls below zero.
     pub fn at(&self, wire_feed: f64, travel_speed: f64) -> f64 {
         let row = self.row(self.place(wire_feed, travel_speed));
         let value: f64 = row.iter().zip(&self.weights).map(|(a, b)| a * b).sum();
-        if self.form.is_logarithmic() {
-            value.exp()
-        } else {
-            value
+        match self.form {
+            Form::PowerLaw | Form::GaussianProcess => value.exp(),
+            Form::Quadratic if value > 0.0 => value,
+            Form::Quadratic => f64::NAN,
         }
     }
 
@@ -295,7 +295,7 @@ impl Fit {
 }
 
 /// Half width of the interval that holds nine tenths of a normal distribution, in standard deviations.
-pub const NORMAL: f64 = 1.644_853_626_951_472_2;
+const NORMAL: f64 = 1.644_853_626_951_472_2;
 
 /// The same of Student's t with `freedom` degrees of freedom: expansion of Fisher and Cornish from three on.
 fn student(freedom: usize) -> f64 {

@@ -13,8 +13,8 @@ use crate::consumable::Wire;
 /// Travel speeds at which a wall's law is read as beads.
 const SPEEDS: u32 = 5;
 
-/// Beyond so many beads a Gaussian process takes too long.
-const MOST_OF_PROCESS: usize = 400;
+/// Beads of a map at most: laws through them take the cube of their number.
+const MOST: usize = 400;
 
 /// The beads of a map's file, each with the measurement it belongs to.
 pub(super) struct Measured {
@@ -127,7 +127,7 @@ impl Measured {
 
     /// The laws of one form through the beads.
     fn fitted(&self, form: Form) -> Option<Fitted> {
-        if form == Form::GaussianProcess && self.beads.len() > MOST_OF_PROCESS {
+        if self.beads.len() > MOST {
             return None;
         }
         let samples = |size: fn(&MeasuredBead) -> f64| -> Vec<Sample> {
@@ -233,7 +233,12 @@ fn too_few(map: &MapFile, measured: &Measured, forms: &[Form]) -> Problem {
         return problem
             .help("add a table [relative_sigma], or measure three speeds or more along an axis");
     };
-    let message = if count <= least {
+    let message = if measured.beads.len() > MOST {
+        format!(
+            "{} beads are more than the {MOST} of which a law is made",
+            measured.beads.len()
+        )
+    } else if count <= least {
         format!(
             "{count} measurements for the {least} numbers of a law: there must be more, or nothing tells how well it predicts"
         )
@@ -244,7 +249,11 @@ fn too_few(map: &MapFile, measured: &Measured, forms: &[Form]) -> Problem {
         MapKind::Surface | MapKind::GaussianProcess => "; kind = \"power-law\" needs four",
         _ => "",
     };
-    let help = format!("measure more beads{fewer}");
+    let help = if measured.beads.len() > MOST {
+        "write the means of repeated beads".to_owned()
+    } else {
+        format!("measure more beads{fewer}")
+    };
     if map.beads.is_some() {
         map.beads.problem(message).help(help)
     } else if map.walls.is_some() {

@@ -3,10 +3,12 @@ use std::fmt::Write as _;
 
 use meltpath_base::Reporter;
 use meltpath_deposition::consumable::Wire;
-use meltpath_deposition::process_map::{Bead, Estimate, NORMAL, ProcessMap, ProcessMapError};
+use meltpath_deposition::process_map::{Bead, Estimate, ProcessMap, ProcessMapError};
 use meltpath_numerics::random::Random;
 
 const M_PER_MIN: f64 = 1000.0 / 60.0;
+/// Half width of the interval that holds nine tenths of a normal distribution, in standard deviations.
+const NORMAL: f64 = 1.645;
 /// Scatter of repeated beads: width and height (repeats of the centre point in MSAM 4(3), pp. 62-64).
 const SCATTER: [f64; 2] = [0.04, 0.03];
 

@@ -17,7 +17,7 @@ use super::error::WaamError;
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
-use super::settings::{Settings, resolve};
+use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Target, compare};
 use super::tube;
@@ -382,9 +382,13 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     load_part(&loaded, &reporter, observer)?;
+    let map = &loaded.settings.map;
+    let laws = laws_tried(map).map(|laws| {
+        format!("process map {}, laws by their errors on beads left out: {laws}; the first is taken", map.id)
+    });
     Ok(Examined {
+        notes: laws.into_iter().collect(),
         provenance: loaded.settings.provenance,
-        notes: Vec::new(),
         warnings: reporter.warnings(),
     })
 }

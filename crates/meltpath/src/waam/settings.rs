@@ -208,21 +208,26 @@ pub fn resolve(
     })
 }
 
+/// The laws that were tried on measured beads with their errors, the one that is taken first; none where the law is given.
+pub(super) fn laws_tried(map: &ProcessMap) -> Option<String> {
+    let percent = |e: f64| format!("{:.1} %", 100.0 * e);
+    let told = |t: &Tried| {
+        let [width, height] = t.left_out.map(percent);
+        format!("{}: width {width}, height {height}", t.form)
+    };
+    let all: Vec<String> = map.tried.iter().map(told).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// Records what the process map says where the job says nothing.
 fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
     let Process { wire, map, .. } = process;
     let origin = || Origin::Data(format!("process map {}", map.id));
     r.value(&waam.map.name, Resolved::new(map.id.clone(), origin()));
-    if !map.tried.is_empty() {
-        let percent = |e: f64| format!("{:.1} %", 100.0 * e);
-        let told = |t: &Tried| {
-            let [width, height] = t.left_out.map(percent);
-            format!("{}: width {width}, height {height}", t.form)
-        };
-        let all: Vec<String> = map.tried.iter().map(told).collect();
+    if let Some(tried) = laws_tried(map) {
         let words = "errors of beads left out, root mean square; the first is taken";
         let origin = Origin::Computed(words.to_owned());
-        r.value("waam.map.law", Resolved::new(all.join("; "), origin));
+        r.value("waam.map.law", Resolved::new(tried, origin));
     }
     for text in &process.own {
         r.model(&format!("{} {}", text.kind, text.name), &text.origin());
