@@ -54,11 +54,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             all.push(constant);
         }
         let all = all.join(", ");
-        writeln!(code, "/// All of them, by name.\npub const ALL: &[super::File] = &[{all}];\n}}")?;
+        writeln!(
+            code,
+            "/// All of them, by name.\npub const ALL: &[super::File] = &[{all}];\n}}"
+        )?;
         folders.push(format!("{module}::ALL"));
     }
     let folders = folders.join(", ");
-    writeln!(code, "/// Every folder.\npub const FOLDERS: &[&[File]] = &[{folders}];")?;
+    writeln!(
+        code,
+        "/// Every folder.\npub const FOLDERS: &[&[File]] = &[{folders}];"
+    )?;
     let out = std::env::var("OUT_DIR")?;
     std::fs::write(Path::new(&out).join("files.rs"), code)?;
     Ok(())

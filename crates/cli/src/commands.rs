@@ -26,7 +26,11 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         (false, true) => Voice::Quiet,
         (false, false) => Voice::Words,
     };
-    let reports = if arguments.open { Reports::Opened } else { Reports::Told };
+    let reports = if arguments.open {
+        Reports::Opened
+    } else {
+        Reports::Told
+    };
     speak(voice, reports);
     if let Some(threads) = arguments.threads
         && rayon::ThreadPoolBuilder::new()
@@ -87,13 +91,19 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
 fn list(of: Listing) -> u8 {
     let entries = of.entries(Path::new(""));
     let longest = |f: fn(&meltpath::list::Entry) -> &String| {
-        entries.iter().map(|e| f(e).chars().count()).max().unwrap_or(0)
+        entries
+            .iter()
+            .map(|e| f(e).chars().count())
+            .max()
+            .unwrap_or(0)
     };
     let (name, what) = (longest(|e| &e.name), longest(|e| &e.what));
     for e in &entries {
         line(&format!("{:name$}  {:what$}  {}", e.name, e.what, e.from));
     }
-    let told = entries.iter().map(|e| json!({"name": e.name, "what": e.what, "from": e.from}));
+    let told = entries
+        .iter()
+        .map(|e| json!({"name": e.name, "what": e.what, "from": e.from}));
     tell(of.word(), told.collect());
     0
 }
@@ -155,7 +165,10 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
 fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
-    let how = inspect::How { unit, chord: chord.0 };
+    let how = inspect::How {
+        unit,
+        chord: chord.0,
+    };
     let findings = inspect::inspect(file, how, &reporter, &progress)?;
     progress.finish();
     for finding in findings {

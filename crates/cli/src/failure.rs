@@ -13,8 +13,8 @@ use meltpath::start::StartError;
 use meltpath::tune::TuneError;
 use meltpath::waam::WaamError;
 use meltpath_base::Cancelled;
-use serde_json::json;
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
+use serde_json::json;
 
 use crate::exit_code::{INPUT_WRONG, INTERRUPTED};
 use crate::show::{line_to_stderr, tell};

@@ -9,7 +9,9 @@ use serde_json::json;
 
 use crate::exit_code::{CANNOT_SAY, PART_FAILS};
 use crate::progress::Progress;
-use crate::show::{Colour, Reports, Voice, coloured, line, line_to_stderr, progress_line, reports, tell, voice};
+use crate::show::{
+    Colour, Reports, Voice, coloured, line, line_to_stderr, progress_line, reports, tell, voice,
+};
 
 pub(crate) fn show_timers(progress: &Progress) {
     progress.finish();
@@ -48,7 +50,11 @@ pub(crate) fn show_verdict(verdict: &Verdict) {
     if !quiet {
         line("");
     }
-    for check in verdict.in_reading_order().into_iter().filter(|c| shown(c.status)) {
+    for check in verdict
+        .in_reading_order()
+        .into_iter()
+        .filter(|c| shown(c.status))
+    {
         let word = format!("{:>12}", check.status.words());
         line(&format!(
             "{}  {}: {}{}",
@@ -124,7 +130,10 @@ fn open(file: &Path) -> std::io::Result<()> {
         "xdg-open"
     };
     let mut command = Command::new(opener);
-    let quiet = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let quiet = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     quiet.arg(file).spawn().map(drop)
 }
 

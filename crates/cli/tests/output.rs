@@ -28,21 +28,42 @@ fn lists_tell_names_and_where_they_come_from() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     for of in [
-        "wires", "gases", "maps", "pools", "energies", "cells", "materials", "heads", "recipes",
-        "guns", "examples",
+        "wires",
+        "gases",
+        "maps",
+        "pools",
+        "energies",
+        "cells",
+        "materials",
+        "heads",
+        "recipes",
+        "guns",
+        "examples",
     ] {
         assert!(!printed(&["list", of], folder).is_empty(), "{of}");
     }
     fs::create_dir_all(folder.join("own/wires")).unwrap();
-    fs::write(folder.join("own/wires/mine.toml"), "name = \"wire of mine\"\n").unwrap();
+    fs::write(
+        folder.join("own/wires/mine.toml"),
+        "name = \"wire of mine\"\n",
+    )
+    .unwrap();
     let wires = printed(&["list", "wires"], folder);
     let mine = wires.lines().find(|l| l.starts_with("mine ")).unwrap();
-    assert!(mine.contains("wire of mine") && mine.ends_with("mine.toml"), "{mine}");
+    assert!(
+        mine.contains("wire of mine") && mine.ends_with("mine.toml"),
+        "{mine}"
+    );
     assert!(wires.contains("er4043-1.2") && wires.contains("shipped with meltpath"));
     let json: Value = serde_json::from_str(&printed(&["list", "wires", "--json"], folder)).unwrap();
     assert_eq!(json["schema"], "meltpath-command/1");
     assert_eq!(json["exit_code"], 0);
-    let names: Vec<&str> = json["wires"].as_array().unwrap().iter().map(|w| w["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> = json["wires"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|w| w["name"].as_str().unwrap())
+        .collect();
     assert!(names.contains(&"mine"), "{names:?}");
 }
 
@@ -62,7 +83,11 @@ fn shells_and_man_are_served() {
 #[test]
 fn what_is_refused_is_told_to_programs() {
     let dir = tempfile::tempdir().unwrap();
-    fs::write(dir.path().join("job.toml"), "part = 3\n[process]\nkind = \"waam\"\n").unwrap();
+    fs::write(
+        dir.path().join("job.toml"),
+        "part = 3\n[process]\nkind = \"waam\"\n",
+    )
+    .unwrap();
     let output = meltpath(&["run", "job.toml", "--json"], dir.path());
     assert_eq!(output.status.code(), Some(2));
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -77,15 +102,32 @@ fn a_run_in_a_wire_of_ones_own_runs_again_from_its_folder() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let ship = |kind: &str, from: &str, to: &str, id: [&str; 2]| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../data/{kind}/{from}.toml"));
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../data/{kind}/{from}.toml"));
         let text = fs::read_to_string(path).unwrap().replace(id[0], id[1]);
         fs::create_dir_all(folder.join("own").join(kind)).unwrap();
         fs::write(folder.join(format!("own/{kind}/{to}.toml")), text).unwrap();
     };
     let wire = ["\"er70s-6-0.9\"", "\"my-wire\""];
     ship("wires", "er70s-6-0.9", "my-wire", wire);
-    ship("process-maps", "er70s-6-0.9-cmt-m21", "my-wire-cmt-m21", wire);
-    printed(&["new", "waam", "wall", "--shape", "thin-wall", "--wire", "my-wire"], folder);
+    ship(
+        "process-maps",
+        "er70s-6-0.9-cmt-m21",
+        "my-wire-cmt-m21",
+        wire,
+    );
+    printed(
+        &[
+            "new",
+            "waam",
+            "wall",
+            "--shape",
+            "thin-wall",
+            "--wire",
+            "my-wire",
+        ],
+        folder,
+    );
     let job = fs::read_to_string(folder.join("wall/job.toml")).unwrap();
     let job = job.replace("# count = 20 ", "count = 3 ");
     let job = format!("{job}\n[simulation]\ncell = \"1 mm\"\n");
@@ -98,14 +140,18 @@ fn a_run_in_a_wire_of_ones_own_runs_again_from_its_folder() {
             .output()
             .unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        let told: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| unreachable!("{e}: {said}"));
+        let told: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|e| unreachable!("{e}: {said}"));
         (output.status.code().unwrap(), told)
     };
     let (code, first) = run("wall/job.toml", "first", folder, &folder.join("own"));
     let status = |told: &Value, id: &str| {
         let checks = told["verdict"]["checks"].as_array().unwrap();
         let check = checks.iter().find(|c| c["id"] == id).unwrap();
-        (check["status"].as_str().unwrap().to_owned(), check["remedy"].is_string())
+        (
+            check["status"].as_str().unwrap().to_owned(),
+            check["remedy"].is_string(),
+        )
     };
     // nothing passes on the pool of another wire, nor where nobody measured the feed
     assert!(code == 4 || code == 1, "{code} {first}");
@@ -113,11 +159,20 @@ fn a_run_in_a_wire_of_ones_own_runs_again_from_its_folder() {
         assert_eq!(status(&first, id), ("cannot-say".to_owned(), true), "{id}");
     }
     assert!(folder.join("first/data/wires/my-wire.toml").is_file());
-    assert!(folder.join("first/data/process-maps/my-wire-cmt-m21.toml").is_file());
+    assert!(
+        folder
+            .join("first/data/process-maps/my-wire-cmt-m21.toml")
+            .is_file()
+    );
     let elsewhere = tempfile::tempdir().unwrap();
     fs::rename(folder.join("first"), elsewhere.path().join("first")).unwrap();
     fs::remove_dir_all(folder.join("wall")).unwrap();
-    let (again, second) = run("first/job.toml", "second", elsewhere.path(), Path::new("nowhere"));
+    let (again, second) = run(
+        "first/job.toml",
+        "second",
+        elsewhere.path(),
+        Path::new("nowhere"),
+    );
     assert_eq!(again, code);
     assert_eq!(first["verdict"]["checks"], second["verdict"]["checks"]);
 }

@@ -186,7 +186,10 @@ impl PoolFile {
     /// Everything wrong, with its place in the file.
     pub fn parse(text: &str) -> Result<Self, Problems> {
         settings::parse(text, |file: &Self| {
-            let none = || file.pool.problem("the file holds no pool: add a table [[pool]]");
+            let none = || {
+                file.pool
+                    .problem("the file holds no pool: add a table [[pool]]")
+            };
             file.pool.is_empty().then(none).into_iter().collect()
         })
     }
@@ -218,7 +221,9 @@ mod tests {
         for file in pools::ALL {
             assert_eq!(*PoolFile::parse(file.text).unwrap().id, file.name);
         }
-        let rows = PoolFile::parse(pools::X90_IG_1_0_CMT_M14.text).unwrap().pool;
+        let rows = PoolFile::parse(pools::X90_IG_1_0_CMT_M14.text)
+            .unwrap()
+            .pool;
         assert_eq!(rows.len(), 2);
         let near = nearest_pool(&rows, 9.0, 0.5).unwrap();
         assert!((near.half_width.0 - 4.14).abs() < 1e-12);

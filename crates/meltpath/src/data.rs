@@ -78,7 +78,10 @@ fn own_folders(shipped: &[File], folder: &Path) -> Vec<PathBuf> {
         return Vec::new();
     };
     let all = [Some(folder.join("data")), user_folder()];
-    all.into_iter().flatten().map(|own| own.join(kind)).collect()
+    all.into_iter()
+        .flatten()
+        .map(|own| own.join(kind))
+        .collect()
 }
 
 /// The file of the user's own that a job in `folder` finds by `name`, whatever its kind; with its kind and name, `wires/mine.toml`.
@@ -175,7 +178,11 @@ impl DataText {
             None => Err(DataFileError::Unknown {
                 what,
                 name: name.to_owned(),
-                known: all.iter().map(|f| format!("\"{}\"", f.name)).collect::<Vec<_>>().join(", "),
+                known: all
+                    .iter()
+                    .map(|f| format!("\"{}\"", f.name))
+                    .collect::<Vec<_>>()
+                    .join(", "),
             }),
         }
     }

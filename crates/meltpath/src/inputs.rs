@@ -47,7 +47,11 @@ pub(crate) fn write(
     }
     job += &text[done..];
     for data in own {
-        if let Some(file) = data.file.as_ref().filter(|_| !crate::data::is_file(&data.name)) {
+        if let Some(file) = data
+            .file
+            .as_ref()
+            .filter(|_| !crate::data::is_file(&data.name))
+        {
             by_name.insert(format!("{}/{}.toml", data.kind, data.name), file.clone());
         }
     }

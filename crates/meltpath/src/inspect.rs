@@ -74,14 +74,7 @@ fn inspect_part(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
-    let part = part::load(
-        path,
-        how.unit,
-        DVec3::Z,
-        how.chord,
-        reporter,
-        observer,
-    )?;
+    let part = part::load(path, how.unit, DVec3::Z, how.chord, reporter, observer)?;
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     let mut lines = vec![format!(
         "{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³",

@@ -103,9 +103,22 @@ fn examples() -> Vec<Entry> {
     };
     let shapes = start::shape_names().into_iter();
     let wires = start::wires_with_maps().into_iter();
-    let shapes = shapes.map(|s| waam(format!("--shape {s}"), "wire arc: a generated part".to_owned()));
-    let wires = wires.map(|w| waam(format!("--wire {w}"), "wire arc: a ring of this wire".to_owned()));
-    let others = [("ebm NAME", "electron beam over powder"), ("lpbf NAME", "recipes of a laser scan head")];
+    let shapes = shapes.map(|s| {
+        waam(
+            format!("--shape {s}"),
+            "wire arc: a generated part".to_owned(),
+        )
+    });
+    let wires = wires.map(|w| {
+        waam(
+            format!("--wire {w}"),
+            "wire arc: a ring of this wire".to_owned(),
+        )
+    });
+    let others = [
+        ("ebm NAME", "electron beam over powder"),
+        ("lpbf NAME", "recipes of a laser scan head"),
+    ];
     let others = others.map(|(name, what)| Entry {
         name: name.to_owned(),
         what: what.to_owned(),

@@ -169,12 +169,13 @@ fn template_of(wire: &str) -> Result<String, StartError> {
             known: wires_with_maps().join(", "),
         });
     };
-    let map = ProcessMap::parse(&found.name, &found.text, &data, &Reporter::new()).map_err(|e| {
-        StartError::MapContent {
-            name: found.name.clone(),
-            message: e.to_string(),
-        }
-    })?;
+    let map =
+        ProcessMap::parse(&found.name, &found.text, &data, &Reporter::new()).map_err(|e| {
+            StartError::MapContent {
+                name: found.name.clone(),
+                message: e.to_string(),
+            }
+        })?;
     let middle = |(low, high): (f64, f64)| format!("{:.2} m/min", 0.5 * (low + high));
     let mut values = vec![
         ("wire", wire.to_owned()),
@@ -187,8 +188,12 @@ fn template_of(wire: &str) -> Result<String, StartError> {
         values.push(("# map", found.name.clone()));
     }
     let line = |line: &str| {
-        let set = values.iter().find(|(key, _)| line.starts_with(&format!("{key} = \"")));
-        let comment = line.split_once('#').filter(|(before, _)| !before.is_empty());
+        let set = values
+            .iter()
+            .find(|(key, _)| line.starts_with(&format!("{key} = \"")));
+        let comment = line
+            .split_once('#')
+            .filter(|(before, _)| !before.is_empty());
         match set {
             Some((key, value)) => {
                 let set = format!("{} = \"{value}\"", key.trim_start_matches("# "));
@@ -299,7 +304,10 @@ mod tests {
         for wire in wires {
             let text = template_of(&wire).unwrap();
             assert!(text.contains(&format!("wire = \"{wire}\"")), "{text}");
-            let differing = text.lines().zip(WAAM_TEMPLATE.lines()).filter(|(a, b)| a != b);
+            let differing = text
+                .lines()
+                .zip(WAAM_TEMPLATE.lines())
+                .filter(|(a, b)| a != b);
             assert!(differing.count() <= 5);
             let Job::Waam(job) = parse(&text).unwrap() else {
                 panic!("a wire-arc job")

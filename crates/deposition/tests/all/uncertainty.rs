@@ -128,13 +128,20 @@ fn intervals_hold_beads_that_were_never_seen() {
 /// Each form alone; the power law and the quadratic know what they cannot follow.
 #[test]
 fn every_form_covers() {
-    for (kind, most) in [("power-law", 0.97), ("surface", 0.99), ("gaussian-process", 0.93)] {
+    for (kind, most) in [
+        ("power-law", 0.97),
+        ("surface", 0.99),
+        ("gaussian-process", 0.93),
+    ] {
         let mut mean = [0.0; 2];
         for seed in 1..=10 {
             let (held, _) = coverage(seed, kind);
             mean = [0, 1].map(|k| mean[k] + held[k] / 10.0);
         }
-        assert!(mean.iter().all(|m| (0.86..=most).contains(m)), "{kind}: {mean:?}");
+        assert!(
+            mean.iter().all(|m| (0.86..=most).contains(m)),
+            "{kind}: {mean:?}"
+        );
     }
 }
 
@@ -155,7 +162,12 @@ fn wall_laws_are_foretold_by_the_others() {
         let wire = Wire::builtin(file.name.split("-cmt").next().unwrap()).unwrap();
         assert!(laws.len() > 10);
         for (k, law) in laws.iter().enumerate() {
-            let others: Vec<&str> = laws.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, l)| *l).collect();
+            let others: Vec<&str> = laws
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != k)
+                .map(|(_, l)| *l)
+                .collect();
             let text = format!("{head}{}\n]\n", others.join("\n"));
             let map = ProcessMap::parse("left out", &text, &wire, &Reporter::new()).unwrap();
             let numbers: Vec<f64> = law
@@ -189,14 +201,24 @@ fn wall_laws_are_foretold_by_the_others() {
 #[test]
 fn as_many_coefficients_as_rows_are_refused() {
     let mut random = Random::new(4);
-    let settings = [[3.0, 0.3], [3.0, 1.3], [7.0, 0.8], [11.0, 0.3], [11.0, 1.3], [7.0, 0.3]];
+    let settings = [
+        [3.0, 0.3],
+        [3.0, 1.3],
+        [7.0, 0.8],
+        [11.0, 0.3],
+        [11.0, 1.3],
+        [7.0, 0.3],
+    ];
     let rows: Vec<[f64; 4]> = settings
         .into_iter()
         .map(|[f, t]| bead(GENERATORS[4], f, t, &mut random))
         .collect();
     for kind in ["surface", "gaussian-process"] {
         let told = through(kind, &rows).unwrap_err().to_string();
-        assert!(told.contains("6 measurements for the 6 numbers of a law"), "{told}");
+        assert!(
+            told.contains("6 measurements for the 6 numbers of a law"),
+            "{told}"
+        );
         assert!(told.contains("needs four"), "{told}");
     }
     let power = through("power-law", &rows).unwrap();
@@ -222,16 +244,32 @@ fn odd_rows_stop_the_import_unless_accepted() {
     let good = rows.clone();
     rows[4][2] *= 1.6;
     let told = through("best", &rows).unwrap_err().to_string();
-    assert!(told.contains("1 of 9 beads (rows 5)") && told.contains("mass-balance"), "{told}");
+    assert!(
+        told.contains("1 of 9 beads (rows 5)") && told.contains("mass-balance"),
+        "{told}"
+    );
     rows[4] = good[4];
     rows[2] = [3.0, 1.2, rows[2][3], rows[2][2]];
     let told = through("best", &rows).unwrap_err().to_string();
-    assert!(told.contains("taller-than-wide") && told.contains("rows 3"), "{told}");
+    assert!(
+        told.contains("taller-than-wide") && told.contains("rows 3"),
+        "{told}"
+    );
     let reporter = Reporter::new();
     let rows = format!("{rows:?}");
-    let text = format!("kind = \"best\"\naccept = [\"taller-than-wide\"]\n{FACTOR}{RANGE}[beads]\nrows = {rows}\nsource = \"test\"\npage = \"-\"\n");
-    let text = format!("schema = 1\nid = \"mine\"\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\nefficiency = {{ value = 1.0, unit = \"1\", source = \"test\", page = \"-\" }}\n{text}");
-    ProcessMap::parse("mine", &text, &Wire::builtin("x90-ig-1.0").unwrap(), &reporter).unwrap();
+    let text = format!(
+        "kind = \"best\"\naccept = [\"taller-than-wide\"]\n{FACTOR}{RANGE}[beads]\nrows = {rows}\nsource = \"test\"\npage = \"-\"\n"
+    );
+    let text = format!(
+        "schema = 1\nid = \"mine\"\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\nefficiency = {{ value = 1.0, unit = \"1\", source = \"test\", page = \"-\" }}\n{text}"
+    );
+    ProcessMap::parse(
+        "mine",
+        &text,
+        &Wire::builtin("x90-ig-1.0").unwrap(),
+        &reporter,
+    )
+    .unwrap();
     assert_eq!(reporter.warnings()[0].code, "beads-taller-than-wide");
 }
 
@@ -254,7 +292,11 @@ fn set_and_measured_feed_are_told_apart() {
         ))
     };
     let found = beads("").unwrap();
-    assert!((found.feed_factor.0 - 1.2).abs() < 0.03, "{:?}", found.feed_factor);
+    assert!(
+        (found.feed_factor.0 - 1.2).abs() < 0.03,
+        "{:?}",
+        found.feed_factor
+    );
     let sigma = found.feed_factor.uncertainty.unwrap();
     assert!((0.005..0.06).contains(&sigma), "{sigma}");
     let bead = found.bead(6.0 * M_PER_MIN, 0.8 * M_PER_MIN);
@@ -262,9 +304,21 @@ fn set_and_measured_feed_are_told_apart() {
     assert!((bead.area.value / area - 1.0).abs() < 0.03);
     assert!(bead.area.sigma / bead.area.value > 0.01);
     // neither a factor nor measured feeds
-    let none = format!("kind = \"best\"\n{RANGE}[beads]\nrows = {rows:?}\nsource = \"test\"\npage = \"-\"\n");
-    assert!(map(&none).unwrap_err().to_string().contains("how much wire is fed"));
+    let none = format!(
+        "kind = \"best\"\n{RANGE}[beads]\nrows = {rows:?}\nsource = \"test\"\npage = \"-\"\n"
+    );
+    assert!(
+        map(&none)
+            .unwrap_err()
+            .to_string()
+            .contains("how much wire is fed")
+    );
     // a factor of which nobody says how sure it is
     let blind = FACTOR.replace("uncertainty = 0.03, ", "");
-    assert!(beads(&blind).unwrap_err().to_string().contains("give feed_factor an uncertainty"));
+    assert!(
+        beads(&blind)
+            .unwrap_err()
+            .to_string()
+            .contains("give feed_factor an uncertainty")
+    );
 }

@@ -317,7 +317,8 @@ mod tests {
         let count = mesh.vertices.len() as u32;
         let across = shapes::thin_wall(10.0, 60.0, 20.0);
         mesh.vertices.extend(&across.vertices);
-        mesh.triangles.extend(across.triangles.iter().map(|t| t.map(|v| v + count)));
+        mesh.triangles
+            .extend(across.triangles.iter().map(|t| t.map(|v| v + count)));
         let (_dir, path) = stl(&mesh);
         let part = read(&path, PartUnit::Millimetre, DVec3::Z).unwrap();
         assert!((part.volume - 22_000.0).abs() < 100.0, "{}", part.volume);

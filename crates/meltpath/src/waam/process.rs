@@ -58,12 +58,17 @@ pub(super) fn load(
         }
     };
     let id = format!("{}-{}-{}", *wire.id, *waam.mode, *gas.id);
-    let map = read("process map", waam.map.as_ref().unwrap_or(&id), process_maps::ALL);
+    let map = read(
+        "process map",
+        waam.map.as_ref().unwrap_or(&id),
+        process_maps::ALL,
+    );
     let map = match (map, &*waam.map) {
         (Ok(text), _) => process_map(waam, &text, &wire, &gas, reporter)?,
         (Err(error), Some(_)) => return Err(error.at(&waam.map)),
         (Err(error), None) => {
-            let help = "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"";
+            let help =
+                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"";
             return Err(vec![waam.mode.problem(error.to_string()).help(help)]);
         }
     };
@@ -76,12 +81,16 @@ pub(super) fn load(
         own.push(pool.clone());
     }
     let named = match &*waam.energy {
-        Some(name) => vec![DataText::load("energy", name, energy::ALL, folder).map_err(|e| e.at(&waam.energy))?],
+        Some(name) => vec![
+            DataText::load("energy", name, energy::ALL, folder).map_err(|e| e.at(&waam.energy))?,
+        ],
         None => known(energy::ALL, folder),
     };
     let mut found = None;
     for text in named {
-        let file = text.read(EnergyFile::parse).map_err(|e| e.at(&waam.energy))?;
+        let file = text
+            .read(EnergyFile::parse)
+            .map_err(|e| e.at(&waam.energy))?;
         found = file.of(&wire.id, &waam.mode, &gas.id);
         if found.is_some() {
             if text.file.is_some() {
@@ -93,7 +102,11 @@ pub(super) fn load(
     Ok(Process {
         map: adjusted(map, waam),
         energy: found,
-        pools: pool.read(PoolFile::parse).map_err(|e| e.at(&waam.pool))?.pool.value,
+        pools: pool
+            .read(PoolFile::parse)
+            .map_err(|e| e.at(&waam.pool))?
+            .pool
+            .value,
         borrowed,
         wire,
         gas,

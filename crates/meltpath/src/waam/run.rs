@@ -12,7 +12,9 @@ use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check};
+use super::checks::{
+    borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check,
+};
 use super::error::WaamError;
 use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
@@ -384,7 +386,10 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     load_part(&loaded, &reporter, observer)?;
     let map = &loaded.settings.map;
     let laws = laws_tried(map).map(|laws| {
-        format!("process map {}, laws by their errors on beads left out: {laws}; the first is taken", map.id)
+        format!(
+            "process map {}, laws by their errors on beads left out: {laws}; the first is taken",
+            map.id
+        )
     });
     Ok(Examined {
         notes: laws.into_iter().collect(),
