@@ -469,7 +469,7 @@ pub(crate) fn duplicates(mesh: &Mesh) -> Vec<Vec<u32>> {
 }
 
 /// Pairs that are compared of the leaves between two reports of progress, and of one leaf at least and at most.
-const PAIRS: usize = 12_000_000;
+const PAIRS: usize = 6_000_000;
 const PAIRS_OF_LEAF: (usize, usize) = (512, 32_768);
 
 /// Pairs of triangles that intersect, and how many leaves had more pairs than are compared: where thousands of triangles meet in a

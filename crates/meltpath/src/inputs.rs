@@ -38,14 +38,14 @@ pub(crate) fn write(
         if file.is_file() {
             let count = names.len();
             let name = names.entry(file).or_insert_with(|| copied(&string, count));
-            job += &text[done..span.start];
-            job += &format!("\"{name}\"");
+            job.push_str(&text[done..span.start]);
+            job.extend(["\"", name.as_str(), "\""]);
             done = span.end;
         } else {
             by_name.extend(own_file(&string, beside));
         }
     }
-    job += &text[done..];
+    job.push_str(&text[done..]);
     for data in own {
         if let Some(file) = data
             .file

@@ -192,9 +192,9 @@ fn wall_laws_are_foretold_by_the_others() {
     let share = f64::from(held) / f64::from(count);
     let mean = wide / f64::from(count);
     assert_eq!(count, 5 * 38);
-    println!("{share:.3} held, half width {:.1} %", 100.0 * mean);
+    // found: 92 % held, within 21 % either side
     assert!((0.80..=0.98).contains(&share), "{share}");
-    assert!(mean < 0.35, "{mean}");
+    assert!(mean < 0.25, "{mean}");
 }
 
 /// Six beads for the six numbers of a quadratic show nothing; a power law through them says how little it knows.
