@@ -7,7 +7,7 @@ mod reference;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use meltpath_control::discretise::{Hold, discretise};
-use meltpath_control::hinf::{MixedSensitivity, SynthesisOptions, Template, synthesise};
+use meltpath_control::h_infinity::{MixedSensitivity, SynthesisOptions, Template, synthesise};
 use meltpath_control::norms;
 
 fn synthesis(c: &mut Criterion) {

@@ -11,7 +11,7 @@ mod domain;
 mod error;
 pub mod export;
 pub mod frequency;
-pub mod hinf;
+pub mod h_infinity;
 mod interconnect;
 pub mod margins;
 pub mod norms;

@@ -67,10 +67,54 @@ impl Pose {
         wpr_from_rotation(&DMat3::from_quat(self.orientation))
     }
 
+    /// The pose at `position` mm of a tool with the unit `axis` from the part towards it, turned about that axis by `turn` rad: see
+    /// [`Pose::tool_axis`] and [`Pose::turn`].
+    ///
+    /// ```
+    /// use meltpath_geometry::{math::DVec3, pose::Pose};
+    /// let pose = Pose::from_wpr(DVec3::ZERO, DVec3::new(3.0, 0.2, 1.0));
+    /// let again = Pose::of_tool(DVec3::ZERO, pose.tool_axis(), pose.turn());
+    /// assert!(pose.orientation.angle_between(again.orientation) < 1e-9);
+    /// ```
+    pub fn of_tool(position: DVec3, axis: DVec3, turn: f64) -> Self {
+        Pose {
+            position,
+            orientation: (leaning(axis) * DQuat::from_rotation_z(turn) * HALF_TURN).normalize(),
+        }
+    }
+
+    /// Rotation of the tool about its axis, rad: what is left when the shortest turn from the vertical to [`Pose::tool_axis`] is taken
+    /// away. A vertical torch with the angles W, P, R = 180°, 0, R has the turn R.
+    pub fn turn(self) -> f64 {
+        let about_z = leaning(self.tool_axis()).inverse() * self.orientation * HALF_TURN.inverse();
+        2.0 * about_z.z.atan2(about_z.w)
+    }
+
     /// The unit axis of the tool, from the part towards the tool, where the pose is one of a tool in a part and the tool
     /// frame's z points from the tool towards the part, as torch frames do.
     pub fn tool_axis(self) -> DVec3 {
         -(self.orientation * DVec3::Z)
+    }
+}
+
+/// The tool that points down, unturned: half a turn about x.
+const HALF_TURN: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+
+/// The shortest turn from the vertical to `axis`, to the last bit also where it is nearly vertical; half a turn about x for one that
+/// points down.
+fn leaning(axis: DVec3) -> DQuat {
+    let axis = axis.normalize_or(DVec3::Z);
+    let along = DVec3::Z.cross(axis);
+    let w = if axis.z < 0.0 {
+        along.length_squared() / (1.0 - axis.z)
+    } else {
+        1.0 + axis.z
+    };
+    let turn = DQuat::from_vec4(along.extend(w));
+    if turn.length_squared() > 0.0 {
+        turn.normalize()
+    } else {
+        HALF_TURN
     }
 }
 
@@ -120,6 +164,26 @@ mod tests {
         (0..3)
             .map(|i| (a.col(i) - b.col(i)).abs().max_element())
             .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_tool_is_told_by_its_axis_and_its_turn() {
+        let back = |pose: Pose| Pose::of_tool(pose.position, pose.tool_axis(), pose.turn());
+        // nearly vertical and nearly upside down
+        for lean in [0.0, 1e-16, 1e-12, 1e-8, 1e-4, PI - 1e-4, PI - 1e-12, PI] {
+            for turn in [0.0, 1.0, -3.0] {
+                let wpr = DVec3::new(PI - lean, 0.0, turn);
+                let pose = Pose::from_wpr(DVec3::X, wpr);
+                let again = back(pose);
+                let apart = |v: DVec3| (pose.orientation * v).distance(again.orientation * v);
+                assert!(
+                    apart(DVec3::Z) < 1e-15 && apart(DVec3::X) < 1e-14,
+                    "{lean} {turn}"
+                );
+            }
+        }
+        let turned = Pose::from_wpr(DVec3::X, DVec3::new(PI, 0.0, 0.7));
+        assert!((turned.turn() - 0.7).abs() < 1e-15);
     }
 
     /// The matrix with the two signs as the source prints them.

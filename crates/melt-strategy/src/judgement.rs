@@ -60,7 +60,7 @@ impl Variant {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Variant::Base => "as asked",
+            Variant::Base => "as set",
             Variant::HalfCell => "half the cell",
             Variant::MorePlanes => "twice the planes",
             Variant::HalfStep => "half the step",

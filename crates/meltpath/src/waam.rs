@@ -2,9 +2,11 @@
 
 mod bead;
 pub(crate) mod checks;
+mod cover;
 mod doubt;
 pub mod error;
 mod foreign;
+mod heights;
 pub mod judge;
 pub mod plan;
 mod process;

@@ -20,6 +20,7 @@ mod settings;
 mod spacing;
 mod spiral;
 mod thin;
+mod turning_points;
 mod zigzag;
 
 pub use coverage::{Coverage, Gap};

@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::{
-    BuildSettings, CellProgramming, ExecutionSettings, Pause, build, execution_order, fanuc_ls,
+    BuildSettings, CellProgramming, ExecutionSettings, Pause, build, fanuc_ls, read_toolpath,
 };
 use meltpath_toolpath::{Layer, PassHead, Profile, Toolpath};
 
@@ -56,7 +56,7 @@ fn benchmark(c: &mut Criterion) {
     group.bench_function("parse", |b| b.iter(|| fanuc_ls::parse(&text)));
     group.bench_function("execute", |b| {
         let programs = [parsed.clone()];
-        b.iter(|| execution_order(&programs, &ExecutionSettings::default(), &reporter));
+        b.iter(|| read_toolpath(&programs, &ExecutionSettings::default(), 1e3, &reporter));
     });
     group.finish();
 }

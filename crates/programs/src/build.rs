@@ -4,7 +4,7 @@
 //! plus its expected height), down to the start, FINE and arc on there; the bead with the job's smoothing; FINE and arc off at its end;
 //! up again. All these are linear moves, so that the simulation knows their path; the first move alone is a joint move. Travel passes
 //! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
-//! [`crate::execution_order`].
+//! [`crate::read_toolpath`].
 
 use std::collections::BTreeSet;
 
@@ -225,6 +225,14 @@ impl Builder<'_> {
         let mut all = pass.points.iter().copied().chain(axes).chain(via);
         if let Some(bad) = all.find(|p| !p.is_finite()) {
             return fail("a point", bad.length(), "finite");
+        }
+        let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());
+        if let Some(value) = external.next() {
+            return fail(
+                "an external axis",
+                value,
+                "left free: these programs move the robot alone",
+            );
         }
         if let Some((_, event)) = pass.events().next() {
             return Err(BuildError::Event {

@@ -1,9 +1,10 @@
 //! How programs of a cell look: the `[program]` table of a cell file.
 
-use meltpath_base::{Angle, Length, Ratio, Speed, choice, table};
+use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table};
+use meltpath_toolpath::{Weave, WeaveShape};
 
 use crate::execute::{ExecutionSettings, WeldSettings};
-use crate::program::{ArcAction, ArcStyle, ArcWord, SpeedUnit};
+use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, SpeedUnit};
 
 table! {
     /// Frames, words, speeds and limits of the programs of one cell.
@@ -30,8 +31,14 @@ table! {
         arc: ArcWords => required;
         /// What the weld schedules of the controller set: programs of others are simulated with these.
         schedules as "schedule": Vec<WeldSchedule> => default([], "programs of others say it, or it is not known");
+        /// What the numbers in the brackets of an arc word mean, in order, where they are more than a schedule.
+        arc_values: Vec<ArcValue> => default([], "a schedule, or a procedure and a schedule");
+        /// What the weave schedules of the controller set.
+        weaves as "weave": Vec<WeaveSchedule> => default([], "programs of others say it, or it is not known");
         /// Registers that programs of others read before they set them.
         registers: Vec<Register> => default([], "none is known");
+        /// Inputs, outputs and flags that decide what programs of others do.
+        signals as "signal": Vec<Signal> => default([], "none is known");
         /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
         passed_over: Vec<String> => default([], "none");
         /// Unit of speeds along the path.
@@ -60,10 +67,28 @@ table! {
     pub struct WeldSchedule {
         /// Its number.
         number: u32 => required;
+        /// The weld procedure it belongs to.
+        procedure: u32 => none("any");
         /// Programmed wire feed speed.
         wire_feed: Speed where up_to(FASTEST) => required;
         /// Meaning of `WELD_SPEED` with it.
         travel_speed: Speed where up_to(FASTEST) => none("not known");
+    }
+
+    /// A weave schedule of the controller.
+    pub struct WeaveSchedule {
+        /// Its number.
+        number: u32 => required;
+        /// How the torch swings.
+        shape: WeaveShape => required;
+        /// Swings a second, without the dwells.
+        frequency: Frequency where within(0.6, 126.0) => required;
+        /// From the path to one side.
+        amplitude: Length where up_to(50.0) => required;
+        /// How long the torch stays on the left while it goes on.
+        dwell_left: Time where within(0.0, 10.0) => default("0 s", "it turns at once");
+        /// How long the torch stays on the right while it goes on.
+        dwell_right: Time where within(0.0, 10.0) => default("0 s", "it turns at once");
     }
 
     /// A numeric register of the controller.
@@ -72,6 +97,16 @@ table! {
         number: u32 => required;
         /// Its content.
         value: f64 => required;
+    }
+
+    /// An input, an output or a flag of the controller.
+    pub struct Signal {
+        /// Its name, such as `DI` or `F`.
+        name: String => required;
+        /// Its number.
+        number: u32 => required;
+        /// Its state.
+        state: SignalState => required;
     }
 
     /// W, P, R.
@@ -98,6 +133,14 @@ table! {
 }
 
 choice! {
+    /// States of a signal.
+    pub enum SignalState {
+        /// On.
+        On = "on",
+        /// Off.
+        Off = "off",
+    }
+
     /// Units of speeds along a path.
     pub enum PathSpeedUnit {
         /// Centimetres per minute.
@@ -112,6 +155,17 @@ impl From<PathSpeedUnit> for SpeedUnit {
         match unit {
             PathSpeedUnit::CentimetrePerMinute => SpeedUnit::CentimetrePerMinute,
             PathSpeedUnit::MillimetrePerSecond => SpeedUnit::MillimetrePerSecond,
+        }
+    }
+}
+
+impl WeaveSchedule {
+    fn weave(&self) -> Weave {
+        Weave {
+            shape: *self.shape,
+            frequency: self.frequency.0 / std::f64::consts::TAU,
+            amplitude: self.amplitude.0,
+            dwell: [self.dwell_left.0, self.dwell_right.0],
         }
     }
 }
@@ -153,7 +207,18 @@ impl CellProgramming {
                 .iter()
                 .map(|r| (*r.number, *r.value))
                 .collect(),
-            schedules: self.schedules.iter().map(|s| (*s.number, set(s))).collect(),
+            signals: self
+                .signals
+                .iter()
+                .map(|s| ((capital(&s.name), *s.number), *s.state == SignalState::On))
+                .collect(),
+            schedules: self
+                .schedules
+                .iter()
+                .map(|s| ((*s.procedure, *s.number), set(s)))
+                .collect(),
+            arc_values: self.arc_values.value.clone(),
+            weaves: self.weaves.iter().map(|w| (*w.number, w.weave())).collect(),
             assumed_speed,
             passed_over: self.passed_over.iter().map(capital).collect(),
         }
@@ -224,6 +289,5 @@ pub(crate) mod tests {
         let mut arc = arcmate().arc;
         arc.style.value = ArcStyle::Weld;
         assert_eq!(arc.word(ArcAction::End, 3).to_string(), "Weld End[1,3]");
-        assert_eq!(arc.word(ArcAction::End, 3).schedule(), Some(3));
     }
 }

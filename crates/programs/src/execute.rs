@@ -1,40 +1,45 @@
 //! The order in which a controller executes programs: calls followed, frames and arc tracked, positions looked up.
 //!
 //! Every line is executed, or shapes no metal (told as a warning), or shapes metal in a way that only the controller knows: such
-//! lines are told as [`Gap`]s, and the result is not that of the program. What decides which line comes next is refused (conditions,
-//! loops). A frame that is never selected, or differs from a position's own, is an error, as on the controller.
+//! lines are told as [`Gap`]s, and the result is not that of the program. Conditions, choices and loops are followed where the values
+//! that decide are known, and refused where they are not. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
 mod effect;
+mod expression;
+mod flow;
 mod gap;
+mod instructions;
 mod moves;
 mod refusal;
+mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Place, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::Weave;
 
-use effect::{Effect, effect, first_word, numbered, told_schedule};
+use expression::Memory;
 pub use gap::{Gap, Missing};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
-use crate::program::{ArcAction, ArcWord, CommentMark, Instruction, Position, Program};
-
-/// Calls within calls that a controller takes.
-const DEEPEST: usize = 10;
-
-/// Longest wait that is simulated, s: a day.
-const LONGEST_WAIT: f64 = 86_400.0;
+use crate::program::{ArcValue, Position, Program};
 
 /// What the programs do not say themselves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExecutionSettings {
     /// Register contents before the start.
     pub registers: BTreeMap<u32, f64>,
-    /// What weld schedules set, by number.
-    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// States of inputs, outputs and flags before the start, by name in capitals and number.
+    pub signals: BTreeMap<(String, u32), bool>,
+    /// What weld schedules set, by procedure, where it matters, and number.
+    pub schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    /// What the numbers in the brackets of an arc word mean, in order; empty where they are a schedule's.
+    pub arc_values: Vec<ArcValue>,
+    /// What weave schedules set, by number.
+    pub weaves: BTreeMap<u32, Weave>,
     /// Speed along the path, mm/s, of moves whose own is not known.
     pub assumed_speed: f64,
     /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
@@ -45,7 +50,10 @@ impl Default for ExecutionSettings {
     fn default() -> Self {
         ExecutionSettings {
             registers: BTreeMap::new(),
+            signals: BTreeMap::new(),
             schedules: BTreeMap::new(),
+            arc_values: Vec::new(),
+            weaves: BTreeMap::new(),
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
         }
@@ -63,26 +71,35 @@ pub struct WeldSettings {
 
 /// What programs do when they are executed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Execution {
+pub(crate) struct Execution {
     /// The moves and waits, in order.
     pub steps: Vec<Executed>,
-    /// What the weld schedules that were used set, as far as it is known.
-    pub schedules: BTreeMap<u32, WeldSettings>,
+    /// The weaves that moves refer to.
+    pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
 }
 
+/// The source while the arc burns, as far as it is known.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Source {
+    /// Programmed wire feed speed, mm/s.
+    pub wire_feed: Option<f64>,
+    /// Meaning of `WELD_SPEED`, mm/s.
+    pub speed: Option<f64>,
+}
+
 /// One thing executed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Executed {
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Executed {
     /// A move.
     Motion(ExecutedMotion),
     /// A wait.
     Wait {
         /// Duration, s.
         time: f64,
-        /// Schedule of the arc meanwhile; `None` while it is off.
-        arc: Option<u32>,
+        /// The arc meanwhile; `None` while it is off.
+        arc: Option<Source>,
         /// Index of the program.
         program: u32,
         /// Instruction number, from 1.
@@ -91,18 +108,22 @@ pub enum Executed {
 }
 
 /// A move with everything resolved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ExecutedMotion {
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ExecutedMotion {
     /// How.
     pub kind: ExecutedKind,
     /// Where to: the tool in the user frame, mm.
     pub target: Pose,
+    /// Where the external axes go, mm or rad: those of the robot's group, then those of further groups.
+    pub external: Vec<f64>,
     /// How fast.
     pub speed: ExecutedSpeed,
     /// Smoothing at the end, 0 to 1; `None` stops (FINE).
     pub smoothing: Option<f64>,
-    /// Schedule of the arc during the move, in [`Execution::schedules`] where it is known; `None` while it is off.
-    pub arc: Option<u32>,
+    /// The arc during the move; `None` while it is off.
+    pub arc: Option<Source>,
+    /// Number of the weave in [`Execution::weaves`], from 1; `None` without.
+    pub weave: Option<u32>,
     /// User and tool frame.
     pub frames: (u32, u32),
     /// Layer, where a comment `Layer n` said it.
@@ -117,7 +138,7 @@ pub struct ExecutedMotion {
 
 /// How a move goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ExecutedKind {
+pub(crate) enum ExecutedKind {
     /// By the joints; its path is not known here.
     Joint,
     /// Straight.
@@ -131,7 +152,7 @@ pub enum ExecutedKind {
 
 /// How fast a move is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ExecutedSpeed {
+pub(crate) enum ExecutedSpeed {
     /// mm/s.
     Path(f64),
     /// Share of the robot's joint speed, 0 to 1.
@@ -146,7 +167,7 @@ pub enum ExecutedSpeed {
 ///
 /// # Errors
 /// [`ProgramError`] with program and instruction number.
-pub fn execution_order(
+pub(crate) fn execution_order(
     programs: &[Program],
     settings: &ExecutionSettings,
     reporter: &Reporter,
@@ -155,11 +176,17 @@ pub fn execution_order(
         programs,
         settings,
         tables: programs.iter().map(table).collect(),
-        registers: settings.registers.clone(),
+        memory: Memory {
+            registers: settings.registers.clone(),
+            signals: settings.signals.clone(),
+            arguments: Vec::new(),
+        },
         schedules: settings.schedules.clone(),
-        unnumbered: Vec::new(),
+        weaves: Vec::new(),
+        weave: None,
         frames: (None, None),
         bead_frames: None,
+        bead_axes: None,
         arc: None,
         layer: None,
         pass: None,
@@ -168,13 +195,14 @@ pub fn execution_order(
         told: BTreeMap::new(),
         gaps: Vec::new(),
         seen: BTreeSet::new(),
-        stack: Vec::new(),
+        count: 0,
+        most: Machine::most(programs),
         at: (0, 0),
     };
     if programs.is_empty() {
         return Err(machine.refuse(Refusal::NoProgram));
     }
-    machine.run(0)?;
+    machine.run(0, Vec::new())?;
     machine.close_arcs();
     if machine.arc.is_some() {
         return Err(machine.refuse(Refusal::ArcLeftOn));
@@ -182,7 +210,7 @@ pub fn execution_order(
     machine.tell(reporter);
     Ok(Execution {
         steps: machine.executed,
-        schedules: machine.schedules,
+        weaves: machine.weaves,
         gaps: machine.gaps,
     })
 }
@@ -195,14 +223,18 @@ struct Machine<'a> {
     programs: &'a [Program],
     settings: &'a ExecutionSettings,
     tables: Vec<BTreeMap<u32, &'a Position>>,
-    registers: BTreeMap<u32, f64>,
-    schedules: BTreeMap<u32, WeldSettings>,
-    /// Arc words that set the source by values: they take the numbers that no controller has, from the last one down.
-    unnumbered: Vec<String>,
+    memory: Memory,
+    schedules: BTreeMap<(Option<u32>, u32), WeldSettings>,
+    weaves: Vec<Weave>,
+    /// The weave that is on, from 1.
+    weave: Option<u32>,
     frames: (Option<u32>, Option<u32>),
     /// Frames of the first bead.
     bead_frames: Option<(u32, u32)>,
-    arc: Option<u32>,
+    /// External axes of the robot's group at the first bead.
+    bead_axes: Option<Vec<f64>>,
+    /// While the arc burns: what its word says, and what it sets.
+    arc: Option<(String, Source)>,
     layer: Option<u32>,
     pass: Option<u32>,
     /// Consecutive circle-arc moves whose circle is not known yet: indices into `executed`.
@@ -213,7 +245,9 @@ struct Machine<'a> {
     gaps: Vec<Gap>,
     /// Lines and reasons that are among the gaps.
     seen: BTreeSet<((usize, usize), String)>,
-    stack: Vec<usize>,
+    /// Instructions executed, and the most that are.
+    count: usize,
+    most: usize,
     /// Program and instruction being executed, from 0.
     at: (usize, usize),
 }
@@ -294,162 +328,4 @@ impl Machine<'_> {
             reporter.warn_at(code, message, place, remedy);
         }
     }
-
-    fn run(&mut self, program: usize) -> Result<Flow, ProgramError> {
-        if self.stack.contains(&program) || self.stack.len() >= DEEPEST {
-            let name = &self.programs[program].name;
-            return Err(self.refuse(Refusal::Loop(format!("{name} is called from itself"))));
-        }
-        self.stack.push(program);
-        let instructions = &self.programs[program].instructions;
-        let mut next = 0;
-        let mut flow = Flow::Return;
-        while let Some(instruction) = instructions.get(next) {
-            self.at = (program, next);
-            next += 1;
-            match instruction {
-                Instruction::Motion(motion) => self.motion(motion)?,
-                Instruction::Arc(word) => {
-                    self.close_arcs();
-                    self.switch(word)?;
-                }
-                Instruction::Wait(time) => {
-                    self.close_arcs();
-                    if *time > LONGEST_WAIT {
-                        return Err(self.refuse(Refusal::Wait(*time)));
-                    }
-                    self.executed.push(Executed::Wait {
-                        time: *time,
-                        arc: self.arc,
-                        program: program as u32,
-                        line: next as u32,
-                    });
-                }
-                Instruction::UserFrame(n) => self.frames.0 = Some(*n),
-                Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
-                Instruction::Call { program: name, .. } => {
-                    if let Flow::Abort = self.call(name)? {
-                        flow = Flow::Abort;
-                        break;
-                    }
-                    self.at = (program, next - 1);
-                }
-                Instruction::Comment { mark, text } => {
-                    if *mark == CommentMark::Remark {
-                        self.layer = numbered(text, "Layer").or(self.layer);
-                        self.pass = numbered(text, "Pass").or(self.pass);
-                        self.learn(text);
-                    }
-                }
-                Instruction::Jump(label) => next = self.jump(program, *label)?,
-                Instruction::End => break,
-                Instruction::Label { .. } | Instruction::Blank => {}
-                Instruction::Raw(text) => match effect(text) {
-                    Effect::Condition => return Err(self.refuse(Refusal::Condition(text.clone()))),
-                    Effect::Loop => return Err(self.refuse(Refusal::Loop(text.clone()))),
-                    Effect::Set(register, value) => {
-                        match value {
-                            Some(v) => self.registers.insert(register, v),
-                            None => self.registers.remove(&register),
-                        };
-                    }
-                    Effect::Frame { user: true } => self.frames.0 = None,
-                    Effect::Frame { user: false } => self.frames.1 = None,
-                    Effect::Abort => {
-                        flow = Flow::Abort;
-                        break;
-                    }
-                    Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
-                    Effect::Wait | Effect::Passive => {
-                        self.note("line-passed-over", first_word(text));
-                    }
-                    Effect::Shapes(why) => self.gap(why),
-                },
-            }
-        }
-        self.stack.pop();
-        Ok(flow)
-    }
-
-    fn jump(&self, program: usize, label: u32) -> Result<usize, ProgramError> {
-        let instructions = &self.programs[program].instructions;
-        let is_label =
-            |i: &Instruction| matches!(i, Instruction::Label { number, .. } if *number == label);
-        let to = instructions
-            .iter()
-            .position(is_label)
-            .ok_or_else(|| self.refuse(Refusal::Label(label)))?;
-        if to <= self.at.1 {
-            return Err(self.refuse(Refusal::Loop(format!("JMP LBL[{label}] goes back"))));
-        }
-        Ok(to)
-    }
-
-    fn call(&mut self, name: &str) -> Result<Flow, ProgramError> {
-        let found = self
-            .programs
-            .iter()
-            .position(|p| p.name.eq_ignore_ascii_case(name));
-        if let Some(program) = found {
-            return self.run(program);
-        }
-        let name = name.to_ascii_uppercase();
-        if self.settings.passed_over.contains(&name) {
-            self.note("call-passed-over", name);
-            return Ok(Flow::Return);
-        }
-        self.gap(Missing::Call(name));
-        Ok(Flow::Return)
-    }
-
-    /// A schedule that a comment tells, where the cell does not know better.
-    fn learn(&mut self, comment: &str) {
-        if let Some((number, wire_feed)) = told_schedule(comment) {
-            let told = WeldSettings {
-                wire_feed,
-                speed: None,
-            };
-            self.schedules.entry(number).or_insert(told);
-        }
-    }
-
-    /// The number of what an arc word sets.
-    fn schedule(&mut self, word: &ArcWord) -> u32 {
-        if let Some(number) = word.schedule() {
-            return number;
-        }
-        let known = self.unnumbered.iter().position(|u| *u == word.arguments);
-        let index = known.unwrap_or_else(|| {
-            self.unnumbered.push(word.arguments.clone());
-            self.unnumbered.len() - 1
-        });
-        u32::MAX - index as u32
-    }
-
-    fn switch(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
-        match word.action {
-            ArcAction::Start => {
-                let schedule = self.schedule(word);
-                if self.arc == Some(schedule) {
-                    return Err(self.refuse(Refusal::ArcOn));
-                }
-                self.arc = Some(schedule);
-                if !self.schedules.contains_key(&schedule) {
-                    self.gap(Missing::Schedule(word.to_string()));
-                }
-            }
-            ArcAction::End => {
-                if self.arc.take().is_none() {
-                    return Err(self.refuse(Refusal::ArcOff));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// How a program ended.
-enum Flow {
-    Return,
-    Abort,
 }

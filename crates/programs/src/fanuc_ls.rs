@@ -15,6 +15,9 @@ pub use error::ParseError;
 pub use parse::{Parsed, Unread, parse, read};
 pub use write::{WriteError, write};
 
+pub(crate) use line::parse as parse_instruction;
+pub(crate) use scan::{bracket, number as number_with_unit};
+
 /// An instruction in one line, as people read it.
 pub(crate) fn instruction_text(instruction: &crate::program::Instruction) -> String {
     scan::tidy(&line::write(instruction))

@@ -247,21 +247,6 @@ pub struct ArcWord {
     pub arguments: String,
 }
 
-impl ArcWord {
-    /// The schedule number, where the arguments say one: `Arc Start[schedule]`, `Weld Start[procedure,schedule]`. Further numbers of
-    /// an `Arc` word are values of the source.
-    pub fn schedule(&self) -> Option<u32> {
-        let mut arguments = self.arguments.split(',').map(str::trim);
-        let first = arguments.next()?;
-        let number = match (self.style, arguments.next()) {
-            (_, None) => first,
-            (ArcStyle::Weld, Some(schedule)) => schedule,
-            (ArcStyle::Arc, Some(_)) => return None,
-        };
-        number.parse().ok().filter(|_| arguments.next().is_none())
-    }
-}
-
 /// On or off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArcAction {
@@ -278,6 +263,37 @@ choice! {
         Arc = "arc",
         /// `Weld Start[1,1]`.
         Weld = "weld",
+    }
+
+    /// What a number in the brackets of an arc word means.
+    pub enum ArcValue {
+        /// A weld procedure.
+        Procedure = "procedure",
+        /// A weld schedule.
+        Schedule = "schedule",
+        /// Wire feed, m/min.
+        MetresPerMinute = "wire feed, m/min",
+        /// Wire feed, cm/min.
+        CentimetresPerMinute = "wire feed, cm/min",
+        /// Wire feed, mm/s.
+        MillimetresPerSecond = "wire feed, mm/s",
+        /// Wire feed, in/min.
+        InchesPerMinute = "wire feed, in/min",
+        /// Nothing that shapes metal beyond the wire feed: a voltage, a trim.
+        Other = "other",
+    }
+}
+
+impl ArcValue {
+    /// The wire feed, mm/s, that one of it is; 0 where it is none.
+    pub(crate) fn feed(self) -> f64 {
+        match self {
+            ArcValue::Procedure | ArcValue::Schedule | ArcValue::Other => 0.0,
+            ArcValue::MetresPerMinute => 1000.0 / 60.0,
+            ArcValue::CentimetresPerMinute => 10.0 / 60.0,
+            ArcValue::MillimetresPerSecond => 1.0,
+            ArcValue::InchesPerMinute => 25.4 / 60.0,
+        }
     }
 }
 

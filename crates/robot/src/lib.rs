@@ -5,6 +5,7 @@ pub mod command;
 pub mod controller;
 pub mod interpolation;
 pub mod summary;
+pub mod weave;
 
 pub use command::{Command, Kind, Smoothing, Source};
 pub use controller::{Controller, ControllerError};

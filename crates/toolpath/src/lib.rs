@@ -16,4 +16,6 @@ pub use layer::{Layer, PassWriter};
 pub use motion::{MotionBlock, MotionSink, Times};
 pub use pass::Pass;
 pub use toolpath::{Profile, Toolpath};
-pub use vocabulary::{Channel, Event, Move, Neighbour, PassHead, PassId, Role, Side};
+pub use vocabulary::{
+    Channel, Event, Move, Neighbour, PassHead, PassId, Role, Side, Weave, WeaveShape,
+};

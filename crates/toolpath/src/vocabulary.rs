@@ -1,5 +1,6 @@
 //! The words in which passes are told: what they are for, how they move, what varies and happens along them.
 
+use meltpath_base::choice;
 use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -106,10 +107,35 @@ pub enum Event {
     On,
     /// The arc or the beam goes off within the pass.
     Off,
-    /// Weaving begins with this schedule of the controller; 0 ends it.
+    /// Weaving begins with this number of a list beside the path, from 1; 0 ends it, and so does the end of the pass.
     Weave(u32),
     /// Machines wait here for each other; equal numbers meet.
     Synchronise(u32),
+}
+
+choice! {
+    /// How the tool swings about its path.
+    pub enum WeaveShape {
+        /// A sine across the path.
+        Sine = "sine",
+        /// Straight lines from side to side.
+        Triangle = "triangle",
+        /// Circles about the path.
+        Circle = "circle",
+    }
+}
+
+/// A weave: a swing about the path, across the tool's axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weave {
+    /// How the tool swings.
+    pub shape: WeaveShape,
+    /// Swings a second, Hz, without the dwells.
+    pub frequency: f64,
+    /// From the path to one side, mm.
+    pub amplitude: f64,
+    /// How long the tool stays on the left and on the right while it goes on along the path, s.
+    pub dwell: [f64; 2],
 }
 
 /// What a pass is, apart from where it goes.

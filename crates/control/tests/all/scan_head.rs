@@ -1,7 +1,9 @@
 //! Acceptance cases of the scan head that concern control alone.
 
 use meltpath_control::discretise::{Hold, discretise};
-use meltpath_control::hinf::{MixedSensitivity, Synthesis, SynthesisOptions, Template, synthesise};
+use meltpath_control::h_infinity::{
+    MixedSensitivity, Synthesis, SynthesisOptions, Template, synthesise,
+};
 use meltpath_control::margins::{Margins, bandwidth};
 use meltpath_control::simplify::{Simplified, simplify_controller};
 use meltpath_control::simulate::simulate;

@@ -2,7 +2,7 @@
 //! and plants of the COMPleib kind. `gamma` is the level SLICOT reaches (tables/make_synthesis.py), `exact` the level in arithmetic
 //! of 256 bits (tables/exact_levels.py).
 
-use meltpath_control::hinf::{
+use meltpath_control::h_infinity::{
     GeneralizedPlant, Obstacle, Synthesis, SynthesisError, SynthesisOptions, synthesise,
 };
 use meltpath_control::{Complex64, Matrix, StateSpace, frequency};

@@ -17,6 +17,8 @@ table! {
     pub struct SubstrateTable {
         /// Length and width of the plate.
         size: [Length; 2] where up_to(1e5) => none("the part with 25 mm around it");
+        /// Height of its top in the user frame of a program that other software wrote; plans begin at 0.
+        height: Length where within(-1e4, 1e4) => none("0 mm");
         /// Thickness of the plate.
         thickness: Length where up_to(1e4) => default("20 mm", "the plate of Rouchon 2022, p. 38");
     }
@@ -25,8 +27,8 @@ table! {
     pub struct TargetTable {
         /// Metal beyond the finished part, for machining.
         allowance: Length where within(0.0, 1e3) => default("2 mm", "usual machining stock of a wire-arc blank");
-        /// Metal over faces that look up; more of it covers a build that grows less than the process map says.
-        allowance_top: Length where within(0.0, 1e3) => computed("the allowance");
+        /// Metal over faces that look up.
+        allowance_top: Length where within(0.0, 1e3) => computed("the allowance, or more where the least stock, lower edges and one standard uncertainty of the growth need it");
     }
 }
 

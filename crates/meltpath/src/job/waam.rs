@@ -141,7 +141,7 @@ table! {
         /// Smallest machining stock over the finished part.
         stock_min: Length where within(-1000.0, 1000.0) => default("0.3 mm", "a usual limit for a blank to be machined");
         /// Largest difference between a layer's mean height and its planned height.
-        height_error: Length where up_to(1000.0) => default("1 mm", "a usual limit for a blank to be machined");
+        height_error: Length where up_to(1000.0) => computed("what brings the contact tube to checks.ctwd_min or checks.ctwd_max");
         /// Largest peak-to-valley height of a layer over its inner area.
         flatness: Length where up_to(1000.0) => default("1.5 mm", "a usual limit for a blank to be machined");
         /// Smallest contact tube to work distance, at any place.

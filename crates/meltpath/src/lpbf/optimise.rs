@@ -161,7 +161,7 @@ pub(crate) fn section(found: &Found) -> Section {
     }
     table.rows.push(start);
     format!(
-        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Asked: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
+        "{} recipes tried on two squares of at most {SIDE} mm (or up to 4 s of a layer); times are those of the whole job. Wanted: {:.1} % of contour points within {:.0} µm, {:.1} % fill rate ({}). The found recipe is then run like the others. \
          Wait: after marks. Jumps: over the recipe's speeds. Filter: first filter of the mirrors over the head's. Within: contour points within the bound; 99 % of them are below the next column. Fills, J/m: power over speed.",
         found.tried.len(),
         100.0 * found.bounds.contour_share,

@@ -11,7 +11,7 @@ use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::ready::ReadyHead;
 use meltpath_scan_head::head::scan_head::ScanHead;
 use meltpath_scan_head::servo::file::ControllerFile;
-use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
+use meltpath_scan_head::servo::h_infinity::{HInfinityTargets, design};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::preview::{PreviewDesign, preview, synchronise};
 
@@ -48,7 +48,7 @@ pub fn apply(
             for (axis, (letter, times)) in
                 head.mirrors.iter_mut().zip(['X', 'Y'].iter().zip(tuning))
             {
-                axis.controller = hinf(axis, *times, period)
+                axis.controller = h_infinity(axis, *times, period)
                     .map_err(|e| failed(format!("{letter} axis: no H-infinity controller: {e}")))?;
             }
             Vec::new()
@@ -118,7 +118,7 @@ pub fn ready_for(
 
 /// An H-infinity controller for an axis: the thesis' weights at the bandwidth that its position loop is meant to have, with the
 /// current regulator and the feed-forward of its cascade.
-fn hinf(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Controller, String> {
+fn h_infinity(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Controller, String> {
     let Controller::Cascade(gains) = &axis.controller else {
         return Err("the head's file has no cascade to take the current regulator from".to_owned());
     };
@@ -132,7 +132,7 @@ fn hinf(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Controller,
         .map(|t| 3.0 / t[2])
         .or_else(own)
         .ok_or("its position loop has no crossover")?;
-    let targets = HinfTargets::thesis_like(&axis.motor, unit, bandwidth, period)
+    let targets = HInfinityTargets::thesis_like(&axis.motor, unit, bandwidth, period)
         .map_err(|e| e.to_string())?;
     let servo = design(&axis.motor, &gains.current, unit, &targets).map_err(|e| e.to_string())?;
     Ok(Controller::Sampled(SampledController {

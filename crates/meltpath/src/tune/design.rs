@@ -15,7 +15,7 @@ use meltpath_scan_head::axis::control::{
 };
 use meltpath_scan_head::servo::compare::{Draw, monte_carlo};
 use meltpath_scan_head::servo::h_infinity::{
-    Form, HinfServo, LoopQuality, design as synthesise, quality, with_modes,
+    Form, HInfinityServo, LoopQuality, design as synthesise, quality, with_modes,
 };
 use meltpath_scan_head::servo::model::{Loop, LoopFigures, ServoModel};
 use meltpath_scan_head::servo::refine::Refined;
@@ -66,7 +66,7 @@ pub(crate) struct AxisResult {
     pub(crate) refined: Option<Refined>,
     /// The gains that the comparison uses: refined where they were.
     pub(crate) gains: CascadeGains,
-    pub(crate) hinf: HinfServo,
+    pub(crate) h_infinity: HInfinityServo,
     /// Its loop on its own motor, continuous and sampled.
     pub(crate) quality: [LoopQuality; 2],
     pub(crate) robust: Option<RobustDesign>,
@@ -143,8 +143,19 @@ pub(crate) fn design(
     observer.stage("H-infinity", 0);
     let current = tuned.gains.current;
     let unit = AngleUnit::Degree;
-    let hinf = synthesise(motor, &current, unit, &task.hinf).map_err(step(letter, "H-infinity"))?;
-    let loop_of = |form| quality(motor, &current, unit, &hinf, form, 1.0, task.axis.delay);
+    let h_infinity =
+        synthesise(motor, &current, unit, &task.h_infinity).map_err(step(letter, "H-infinity"))?;
+    let loop_of = |form| {
+        quality(
+            motor,
+            &current,
+            unit,
+            &h_infinity,
+            form,
+            1.0,
+            task.axis.delay,
+        )
+    };
     let quality = [
         loop_of(Form::Continuous).map_err(step(letter, "H-infinity"))?,
         loop_of(Form::Sampled).map_err(step(letter, "H-infinity"))?,
@@ -155,7 +166,7 @@ pub(crate) fn design(
         .samples(period)
         .map_err(step(letter, "comparison"))?;
     let every = (settings.period / period).round() as u32;
-    let state_space = |servo: &HinfServo| {
+    let state_space = |servo: &HInfinityServo| {
         Controller::Sampled(SampledController {
             form: SampledForm::Designed(servo.sampled.clone()),
             unit,
@@ -164,13 +175,13 @@ pub(crate) fn design(
             feed_forward: tuned.gains.feed_forward,
         })
     };
-    let mut ways: Vec<(Choice, &'static str, Controller, Option<&HinfServo>)> = vec![
+    let mut ways: Vec<(Choice, &'static str, Controller, Option<&HInfinityServo>)> = vec![
         (Choice::Cascade, "cascade", Controller::Cascade(gains), None),
         (
             Choice::HInfinity,
             "H-infinity",
-            state_space(&hinf),
-            Some(&hinf),
+            state_space(&h_infinity),
+            Some(&h_infinity),
         ),
     ];
     if let Some(found) = &robust {
@@ -200,7 +211,7 @@ pub(crate) fn design(
         position,
         refined,
         gains,
-        hinf,
+        h_infinity,
         quality,
         robust,
         candidates,
@@ -268,7 +279,7 @@ fn robust(
         &tuned.gains.current,
         AngleUnit::Degree,
         spread,
-        task.hinf.crossover,
+        task.h_infinity.crossover,
         settings.robust_changes,
         settings.period,
         &settings.robust_swarm,
@@ -348,7 +359,7 @@ fn sweep(
     settings: &Settings,
     gains: &CascadeGains,
     current: &CurrentGains,
-    servo: Option<&HinfServo>,
+    servo: Option<&HInfinityServo>,
 ) -> Result<Vec<(f64, f64)>, StepError> {
     let Some(spread) = &settings.spread else {
         return Ok(Vec::new());

@@ -7,7 +7,7 @@ use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
 use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::servo::compare::ScatterError;
-use meltpath_scan_head::servo::h_infinity::HinfError;
+use meltpath_scan_head::servo::h_infinity::HInfinityError;
 use meltpath_scan_head::servo::refine::RefineError;
 use meltpath_scan_head::servo::robust::RobustError;
 use meltpath_scan_head::servo::synthesis::ServoError;
@@ -62,7 +62,7 @@ pub enum StepError {
     Refine(#[from] RefineError),
     /// The H-infinity controller.
     #[error(transparent)]
-    Hinf(#[from] HinfError),
+    Hinf(#[from] HInfinityError),
     /// The search for a spread of motors.
     #[error(transparent)]
     Robust(#[from] RobustError),

@@ -99,9 +99,9 @@ fn summary(result: &AxisResult) -> serde_json::Value {
         })),
         "cascade": result.gains,
         "h_infinity": {
-            "targets": result.task.hinf,
-            "level": result.hinf.level,
-            "controller": result.hinf.simplified,
+            "targets": result.task.h_infinity,
+            "level": result.h_infinity.level,
+            "controller": result.h_infinity.simplified,
             "loops": result.quality,
         },
         "robust": result.robust.as_ref().map(|r| json!({

@@ -15,7 +15,7 @@ table! {
         /// The step-by-step synthesis and its refinement.
         cascade: CascadeTable => default({}, "as fast as the head's file says");
         /// H-infinity: three weights, by their templates, or a bandwidth.
-        hinf as "h-infinity": HinfTable => default({}, "as fast as the cascade");
+        h_infinity as "h-infinity": HInfinityTable => default({}, "as fast as the cascade");
         /// The search for a controller that serves a spread of motors.
         robust: RobustTable => default({}, "a production's spread");
         /// The signal on which controllers are compared, and how far motors scatter.
@@ -61,7 +61,7 @@ table! {
     }
 
     /// H-infinity: three weights, by their templates, or a bandwidth.
-    pub struct HinfTable {
+    pub struct HInfinityTable {
         /// Moves the thesis' weights to this bandwidth.
         bandwidth: Frequency where positive => computed("that of the position loop");
         /// Template of the sensitivity (W1).
@@ -219,7 +219,7 @@ impl AxisName {
 impl TuneFile {
     /// Values that do not go together.
     pub(super) fn check(&self) -> Vec<Problem> {
-        let (refine, h, e) = (&self.cascade.refine, &self.hinf, &self.export);
+        let (refine, h, e) = (&self.cascade.refine, &self.h_infinity, &self.export);
         let files = [&refine.record, &refine.mapping];
         let on_record = *refine.on == RefineOn::Record;
         let named = files.into_iter().find(|f| f.is_written());

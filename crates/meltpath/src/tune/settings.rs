@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use meltpath_base::settings::{Problem, Setting, Value};
 use meltpath_base::{Angle, Frequency, Origin, Provenance, Resolved, Time};
 use meltpath_control::export::{AntiWindup, Word};
-use meltpath_control::hinf::Template;
+use meltpath_control::h_infinity::Template;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, CascadeGains, Controller};
 use meltpath_scan_head::files::{self, HeadData};
 use meltpath_scan_head::servo::compare::{MultiStep, Scatter};
-use meltpath_scan_head::servo::h_infinity::{Changes, HinfTargets, Weights};
+use meltpath_scan_head::servo::h_infinity::{Changes, HInfinityTargets, Weights};
 use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::robust::Spread;
 use meltpath_scan_head::servo::synthesis::{Target, Targets};
@@ -34,7 +34,7 @@ pub struct AxisTask {
     /// What the loops are to reach.
     pub targets: Targets,
     /// What the H-infinity controller is to reach.
-    pub hinf: HinfTargets,
+    pub h_infinity: HInfinityTargets,
     /// The signal of the comparison.
     pub signal: MultiStep,
 }
@@ -221,7 +221,7 @@ fn task(
         Controller::Sampled(_) => None,
     };
     let targets = loops(letter, file, data.tuning[place], &axis, own, told)?;
-    let h = &file.hinf;
+    let h = &file.h_infinity;
     let own_bandwidth = Frequency(targets.position.crossover);
     let bandwidth = h.bandwidth.or_computed(told, own_bandwidth);
     // axes differ: each has its own
@@ -232,21 +232,22 @@ fn task(
     };
     let own_name = format!("{letter}.{}", h.bandwidth.name);
     told.parameter(&own_name, &Resolved::new(bandwidth, origin));
-    let mut hinf = HinfTargets::thesis_like(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
-        .map_err(|e| Problem::new(e.to_string()))?;
+    let mut h_infinity =
+        HInfinityTargets::thesis_like(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
+            .map_err(|e| Problem::new(e.to_string()))?;
     let template = |t: &TemplateTable, at: &Setting<Option<TemplateTable>>| {
         Template::new(*t.low, *t.high, t.crossover.0).map_err(|e| at.problem(e.to_string()))
     };
     if let (Some(s), Some(c), Some(d)) = (&*h.sensitivity, &*h.command, &*h.disturbance) {
-        hinf.weights = Weights {
+        h_infinity.weights = Weights {
             sensitivity: template(s, &h.sensitivity)?,
             command: template(c, &h.command)?,
             disturbance: template(d, &h.disturbance)?,
         };
-        hinf.command_unit = 1.0;
+        h_infinity.command_unit = 1.0;
     }
     if let Some(pairs) = *h.pairs {
-        hinf.changes = Changes::Pairs {
+        h_infinity.changes = Changes::Pairs {
             pairs,
             closeness: 0.2,
         };
@@ -273,7 +274,7 @@ fn task(
         axis,
         own,
         targets,
-        hinf,
+        h_infinity,
         signal,
     })
 }

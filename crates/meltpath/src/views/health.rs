@@ -307,7 +307,7 @@ fn ramps(record: &Km0Record) -> Section {
     let mut table = Table::new(
         "Ramps, up and down",
         &[
-            "speed asked, deg/s",
+            "speed commanded, deg/s",
             "steady speed, deg/s",
             "angle, deg",
             "lag, deg",

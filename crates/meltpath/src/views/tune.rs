@@ -137,8 +137,8 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
         Section {
             title: format!("{name} axis: H-infinity"),
             intro: "Three templates bound sensitivity, command and the response to disturbances; the controller replaces the speed and position regulators.".to_owned(),
-            plots: bode::hinf(result).map_err(step(letter, drawn))?,
-            tables: vec![tables::hinf(result)],
+            plots: bode::h_infinity(result).map_err(step(letter, drawn))?,
+            tables: vec![tables::h_infinity(result)],
         },
         Section {
             title: format!("{name} axis: what brings what"),

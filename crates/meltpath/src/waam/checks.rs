@@ -1,10 +1,10 @@
 //! Checks of the plan and of the program, and the facts that a verdict tells beside them.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
-use meltpath_deposition::assembly::{AssemblyBead, growth};
 use meltpath_geometry::math::DVec2;
 use meltpath_toolpath::Toolpath;
 
+use super::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use super::judge::LayerOutcome;
 use super::plan::Plan;
 use super::program::{Commands, Programs};
@@ -116,21 +116,14 @@ pub(crate) fn plate_check(plan: &Plan, settings: &Settings) -> Option<Check> {
     Some(check.remedy("a larger substrate.size"))
 }
 
-/// Layers of the assembly that the plan is compared with: edges install themselves in five (Rouchon 2022, § 4.3).
-const ASSEMBLED: u32 = 5;
-
 /// Growth by the polynomial assembly of beads: a second opinion, independent of the simulated deposit.
 fn assembly(plan: &Plan, settings: &Settings) -> Fact {
     const ID: &str = "assembly";
     const TITLE: &str = "growth of a layer by the assembly of sections";
-    let bead = AssemblyBead {
-        width: settings.bead.width.value,
-        height: settings.bead.height.value,
-    };
     // single beads make a wall, all others a strip wide enough that its middle does not see its edges
-    let beads = if plan.single > 0.5 { 1 } else { 6 };
+    let beads = if plan.single > 0.5 { 1 } else { EDGE_BEADS };
     let planned = plan.height.value;
-    match growth(bead, beads, settings.stepover.value, ASSEMBLED) {
+    match assembled(settings, beads) {
         Ok(g) => {
             let what = if beads == 1 {
                 "a wall of single beads".to_owned()

@@ -1,8 +1,9 @@
 //! A program that other software wrote: read, executed, simulated, and judged as far as every line of it was simulated.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
+use meltpath_geometry::math::DVec2;
 use meltpath_robot::command::{Command, Source};
 
 use super::checks::{borrowed_check, build_facts};
@@ -23,7 +24,10 @@ use crate::outcome::{self, Outcome, record_inputs};
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
 
-/// Simulates a program, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
+/// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
+const FROM_THE_PLATE: f64 = 5.0;
+
+/// Simulates a program, or the main program of a folder, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
 /// names one. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
 /// say that they cannot say, and why.
 ///
@@ -37,28 +41,23 @@ pub fn simulate_program(
     observer: &dyn Observer,
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
-    let parsed = program::read(main, &reporter)?;
+    let main = &program::main_of(main)?;
+    let (parsed, files) = program::read(main, &reporter)?;
     let loaded = job.map(|job| load(job, &reporter)).transpose()?;
     let settings = match &loaded {
         Some(loaded) => loaded.settings.clone(),
         None => defaults(main, &reporter)?,
     };
     let settings = &settings;
-    let commands = program::commands(&parsed, &[], settings, &reporter)?;
+    let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
+    commands.lower(settings.plate_height.unwrap_or(0.0));
+    let commands = commands;
     let folder = outcome::folder(out, runs)?;
     let part = loaded
         .as_ref()
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
-    let arc = |c: &&Command| matches!(c.source, Source::On { .. });
-    let map = plan::plate(
-        commands
-            .commands
-            .iter()
-            .filter(arc)
-            .map(|c| c.target.truncate()),
-        settings,
-    )?;
+    let map = plan::plate(laid(&commands).into_iter(), settings)?;
     let layers = levels(&commands, settings);
     let simulation = simulate(
         built(&commands, &layers, map, settings),
@@ -69,8 +68,8 @@ pub fn simulate_program(
     let growth = settings.growth_error(1.0);
     let mut checks = Vec::new();
     if let Some(part) = &part {
-        let metal = &simulation.deposit.map;
-        let outcome = against_part(part, settings, metal, &growth, (&reporter, observer))?;
+        let (metal, over) = (&simulation.deposit.map, settings.least_over());
+        let outcome = against_part(part, settings, over, metal, &growth, (&reporter, observer))?;
         checks.extend(target_checks(
             &outcome,
             &settings.limits,
@@ -91,11 +90,7 @@ pub fn simulate_program(
     ));
     checks.extend(tube::checks(&simulation, &growth, settings));
     checks.extend(borrowed_check(settings));
-    let no_job = job.is_none().then(no_job);
-    let doubts: Vec<Doubt> = no_job
-        .into_iter()
-        .chain(doubt::of_gaps(&commands.gaps))
-        .collect();
+    let doubts = doubts(job, &commands, settings);
     doubt::undecided(&mut checks, &doubts);
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
     checks.extend(judge::not_checked());
@@ -109,7 +104,8 @@ pub fn simulate_program(
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
-    record_inputs(&mut provenance, &[main])?;
+    let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    record_inputs(&mut provenance, &files)?;
     let title = main
         .file_stem()
         .map(|s| s.to_string_lossy().into_owned())
@@ -137,6 +133,54 @@ pub fn simulate_program(
     Ok(Outcome {
         folder: folder.commit()?,
         verdict,
+    })
+}
+
+/// Everything that keeps the metal from being decided about.
+fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<Doubt> {
+    let all = [
+        job.is_none().then(no_job),
+        doubt::of_gaps(&commands.gaps),
+        woven(commands),
+        far_from_plate(commands, settings),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Corners round the places where metal is laid: the ends of the beads, as far as the torch swings about them, mm.
+fn laid(commands: &Commands) -> Vec<DVec2> {
+    let swings = commands.weaves.iter().map(|w| w.amplitude);
+    let swing = DVec2::splat(swings.fold(0.0, f64::max));
+    let arc = |c: &&Command| matches!(c.source, Source::On { .. });
+    let ends = commands
+        .commands
+        .iter()
+        .filter(arc)
+        .map(|c| c.target.truncate());
+    ends.flat_map(|p| [p - swing, p + swing]).collect()
+}
+
+/// Nobody says where the plate lies, and the beads begin far from where a plate at 0 would be.
+fn far_from_plate(commands: &Commands, settings: &Settings) -> Option<Doubt> {
+    let laid = commands
+        .commands
+        .iter()
+        .filter(|c| matches!(c.source, Source::On { .. }));
+    let lowest = laid.map(|c| c.target.z).fold(f64::INFINITY, f64::min);
+    let far = settings.plate_height.is_none() && lowest.abs() > FROM_THE_PLATE;
+    far.then(|| Doubt {
+        reason: format!(
+            "the lowest bead lies at z = {lowest:.1} mm of its user frame, and nobody says where the plate lies: 0 mm was taken"
+        ),
+        remedy: "tell the height of the plate in the user frame: substrate.height".to_owned(),
+    })
+}
+
+/// The model of the bead was measured on beads that are not woven.
+fn woven(commands: &Commands) -> Option<Doubt> {
+    (!commands.weaves.is_empty()).then(|| Doubt {
+        reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
+        remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
     })
 }
 

@@ -1,58 +1,24 @@
 //! The plan: layers of the part, each filled with beads, at heights that follow from the growth of the bead.
 
-use meltpath_base::quantity::Auto;
-use meltpath_base::{Cancelled, Length, Observer, Origin, Reporter, Resolved};
+use meltpath_base::{Length, Observer, Origin, Reporter, Resolved};
 use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
-use meltpath_geometry::offset::{Join, inset, outset, stroke};
-use meltpath_geometry::overhang::{Overhang, OverhangError, overhangs};
+use meltpath_geometry::offset::{Join, inset};
+use meltpath_geometry::overhang::{Overhang, overhangs};
 use meltpath_geometry::raster::{Grid, rasterise};
-use meltpath_geometry::region::signed_area;
-use meltpath_geometry::section::{
-    HeightsError, LastLayer, Layer, LayerHeight, Slice, SliceError, SlicePlan, layers, slice,
-};
+use meltpath_geometry::section::{Layer, Slice};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
-use meltpath_planning::{Coverage, LayerPlan, PassIds, PlanError, nominal_length, plan_layers};
+use meltpath_planning::Coverage;
 use meltpath_toolpath::{Profile, Toolpath};
 use rayon::prelude::*;
 
+pub use super::cover::PlanStageError;
+use super::cover::{covered, cut, fill, no_bead, single_share, tell_closed_holes};
+use super::heights::{LaidOut, lay_out};
 use super::settings::Settings;
 use super::simulate::PlannedLayer;
 use crate::stages::part::Part;
-
-/// Why there is no plan.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanStageError {
-    /// Cancelled.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The part cannot be cut.
-    #[error("cannot slice the part: {0}")]
-    Slice(#[from] SliceError),
-    /// The layer heights make no sense.
-    #[error("cannot lay out layers: {0}")]
-    Heights(#[from] HeightsError),
-    /// A layer cannot be grown or shrunk.
-    #[error("cannot offset a layer: {0}")]
-    Planar(#[from] PlanarError),
-    /// Overhangs cannot be looked for.
-    #[error("cannot compare layers: {0}")]
-    Overhang(#[from] OverhangError),
-    /// A layer cannot be filled.
-    #[error("cannot fill a layer: {0}")]
-    Fill(#[from] PlanError),
-    /// Nothing to build.
-    #[error(
-        "no bead fits into the part: its walls are thinner than {narrowest:.1} mm everywhere, allowance of {allowance:.1} mm included; choose a narrower bead or a larger allowance"
-    )]
-    NoBead {
-        /// Narrowest section that takes a bead, mm.
-        narrowest: f64,
-        /// Allowance, mm.
-        allowance: f64,
-    },
-}
 
 /// A plan with what it follows from.
 #[derive(Debug)]
@@ -69,19 +35,11 @@ pub struct Plan {
     pub overhangs: Vec<Overhang>,
     /// Mean layer height: as written or from the growth model, mm.
     pub height: Resolved<f64>,
+    /// Metal over faces that look up: as written, or what covers them however the build grows, mm.
+    pub over: Resolved<f64>,
     /// Share of the bead length that has no neighbour in its layer.
     pub single: f64,
 }
-
-/// A free edge of the metal lies this share of the bead's width outside its axis: walls are 0.9 widths wide (Rouchon 2022,
-/// § 4.4).
-const FREE_EDGE: f64 = 0.45;
-/// Most heights at which the growth model looks.
-const MOST_PROBES: usize = 60;
-/// Holes narrower than this many bead widths, allowance taken off, are closed.
-const CLOSED_HOLE: f64 = 2.0;
-/// Part of a layer by which the build may stay below its target.
-const SHORT: f64 = 0.2;
 
 /// Slices and fills.
 ///
@@ -94,17 +52,13 @@ pub fn plan(
     observer: &dyn Observer,
 ) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
-    let top = part_top + settings.allowance.top;
-    let (layers, height) = lay_out(part, part_top, top, settings, observer)?;
+    let LaidOut {
+        layers,
+        height,
+        over,
+    } = lay_out(part, part_top, settings, observer)?;
     let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
-    let sections = cut(
-        part,
-        part_top,
-        settings.allowance.top,
-        &middles,
-        reporter,
-        observer,
-    )?;
+    let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
     tell_closed_holes(&sections, settings, reporter);
     let shapes: Vec<Slice> = layers
@@ -135,13 +89,11 @@ pub fn plan(
         ..Toolpath::default()
     };
     if toolpath.layers.is_empty() {
-        return Err(PlanStageError::NoBead {
-            narrowest: settings.fill.narrowest * settings.bead.width.value,
-            allowance: settings.allowance.side,
-        });
+        return Err(no_bead(settings));
     }
     Ok(Plan {
-        single: single_share(&toolpath),
+        over,
+        single: single_share(toolpath.passes()),
         toolpath,
         layers,
         regions,
@@ -159,293 +111,6 @@ fn profile(settings: &Settings) -> Profile {
         width: settings.bead.width.value,
         height: settings.bead.height.value,
         ..Profile::default()
-    }
-}
-
-/// Layers from the plate up, and their mean height with its origin.
-fn lay_out(
-    part: &Part,
-    part_top: f64,
-    top: f64,
-    settings: &Settings,
-    observer: &dyn Observer,
-) -> Result<(Vec<Layer>, Resolved<f64>), PlanStageError> {
-    let (mut made, origin) = match &settings.heights {
-        Auto::Value(list) => {
-            let list: Vec<f64> = list.iter().map(|h| h.0).collect();
-            let made = match settings.count {
-                // as many as asked, whatever the part's height
-                Some(count) => {
-                    let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
-                    let enough: f64 = (0..count as usize).map(height).sum();
-                    layers(0.0, enough, &LayerHeight::PerLayer(list), LastLayer::Full)?
-                }
-                None => layers(0.0, top, &LayerHeight::PerLayer(list), LastLayer::Adapted)?,
-            };
-            (made, Origin::Job)
-        }
-        Auto::Auto => {
-            let growth = growth(part, part_top, settings, observer)?;
-            let origin = "growth, layer by layer: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
-            (
-                grown_layers(&growth, top),
-                Origin::Computed(origin.to_owned()),
-            )
-        }
-    };
-    if let Some(count) = settings.count {
-        made.truncate(count as usize);
-    }
-    let mean = made.last().map_or(0.0, |l| l.top) / made.len().max(1) as f64;
-    let sigma = mean * settings.growth_error(0.0).share;
-    let height = Resolved::new(mean, origin.clone());
-    Ok((
-        made,
-        if origin == Origin::Job {
-            height
-        } else {
-            height.with_sigma(sigma)
-        },
-    ))
-}
-
-/// The sections whose union a layer has to cover, so that faces that look up get their allowance too: the part at the layer's
-/// mid-height and, at most this many mm apart, down to the allowance of upward faces below it.
-const BELOW_STEP: f64 = 1.0;
-
-/// For each height, the sections of the part at that height and down to an allowance below it; none above the part.
-fn cut(
-    part: &Part,
-    part_top: f64,
-    allowance: f64,
-    heights: &[f64],
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<Vec<Vec<Slice>>, PlanStageError> {
-    // the very top and the very bottom belong to the part
-    let (lowest, highest) = (1e-4 * part_top, part_top * (1.0 - 1e-4));
-    let steps = (allowance / BELOW_STEP).ceil().max(1.0) as u32;
-    let wanted = |h: f64| {
-        (0..=steps)
-            .map(move |i| h - f64::from(i) / f64::from(steps) * allowance)
-            .filter(move |z| *z <= part_top)
-            .map(move |z| z.clamp(lowest, highest))
-    };
-    let mut cuts: Vec<f64> = heights.iter().flat_map(|h| wanted(*h)).collect();
-    cuts.sort_unstable_by(f64::total_cmp);
-    cuts.dedup();
-    let slices = slice(
-        &part.mesh,
-        &SlicePlan::new(Plane::horizontal(0.0), cuts.clone()),
-        reporter,
-        observer,
-    )?;
-    let at = |z: f64| slices.get(cuts.partition_point(|c| *c < z)).cloned();
-    Ok(heights
-        .iter()
-        .map(|h| wanted(*h).filter_map(at).collect())
-        .collect())
-}
-
-fn hole_limit(settings: &Settings) -> f64 {
-    let diameter = CLOSED_HOLE * settings.bead.width.value;
-    0.25 * std::f64::consts::PI * diameter * diameter
-}
-
-/// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep.
-fn covered(sections: &[Vec<Slice>], settings: &Settings) -> Result<Vec<Vec<Region>>, PlanarError> {
-    let join = Join::Round {
-        arc_tolerance: 0.02,
-    };
-    let limit = hole_limit(settings);
-    sections
-        .par_iter()
-        .map(|slices| {
-            let all: Vec<Region> = slices
-                .iter()
-                .flat_map(|s| s.regions.iter().cloned())
-                .collect();
-            let mut grown = outset(&all, settings.allowance.side, join)?;
-            for region in &mut grown {
-                region.holes.retain(|h| signed_area(h).abs() >= limit);
-            }
-            Ok(grown)
-        })
-        .collect()
-}
-
-fn tell_closed_holes(sections: &[Vec<Slice>], settings: &Settings, reporter: &Reporter) {
-    let limit = hole_limit(settings);
-    let shrunk = |hole: &[DVec2]| {
-        // a hole of area a shrunk by the allowance, as if it were round
-        let radius =
-            (signed_area(hole).abs() / std::f64::consts::PI).sqrt() - settings.allowance.side;
-        std::f64::consts::PI * radius.max(0.0).powi(2)
-    };
-    let small = |slice: &Slice| {
-        slice
-            .regions
-            .iter()
-            .flat_map(|r| &r.holes)
-            .filter(|h| shrunk(h) < limit)
-            .count()
-    };
-    let count = sections
-        .iter()
-        .filter_map(|s| s.first().map(small))
-        .max()
-        .unwrap_or(0);
-    if count > 0 {
-        let narrow = CLOSED_HOLE * settings.bead.width.value;
-        reporter.warn(
-            "holes-closed",
-            format!("{count} holes narrower than {narrow:.0} mm (allowance taken off) are filled, to be drilled: beads round them would start and stop for nothing"),
-            "",
-        );
-    }
-}
-
-fn fill(
-    layers: &[Layer],
-    regions: &[Vec<Region>],
-    settings: &Settings,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<Vec<LayerPlan>, PlanError> {
-    // the wire's tip travels on the surface that the layer is laid on
-    let planes: Vec<Plane> = layers.iter().map(|l| Plane::horizontal(l.bottom)).collect();
-    let wanted: Vec<meltpath_planning::Layer<'_>> = planes
-        .iter()
-        .zip(regions)
-        .enumerate()
-        .map(|(i, (plane, regions))| meltpath_planning::Layer {
-            number: i as u32 + 1,
-            plane,
-            regions,
-        })
-        .collect();
-    plan_layers(
-        &wanted,
-        &settings.fill,
-        PassIds { part: 0 },
-        reporter,
-        observer,
-    )
-}
-
-/// How much layers grow, over the height of the part: the metal of a layer over the area that its beads share, at a number of
-/// heights (mm, growth in mm).
-fn growth(
-    part: &Part,
-    part_top: f64,
-    settings: &Settings,
-    observer: &dyn Observer,
-) -> Result<Vec<(f64, f64)>, PlanStageError> {
-    let quiet = Reporter::new();
-    let count = (part_top / settings.bead.height.value)
-        .ceil()
-        .clamp(1.0, MOST_PROBES as f64) as usize;
-    let heights: Vec<f64> = (0..count)
-        .map(|i| (i as f64 + 0.5) / count as f64 * part_top)
-        .collect();
-    let regions = covered(
-        &cut(
-            part,
-            part_top,
-            settings.allowance.top,
-            &heights,
-            &quiet,
-            observer,
-        )?,
-        settings,
-    )?;
-    let layers: Vec<Layer> = heights
-        .iter()
-        .map(|h| Layer {
-            bottom: *h,
-            top: h + 1.0,
-        })
-        .collect();
-    let plans = fill(&layers, &regions, settings, &quiet, observer)?;
-    let mut grown = Vec::new();
-    for (plan, height) in plans.iter().zip(heights) {
-        let lines: Vec<Vec<DVec2>> = plan
-            .path
-            .passes()
-            .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
-            .collect();
-        let speed = settings.bead.travel_speed;
-        let laid = plan.path.passes().map(|p| nominal_length(&p, speed));
-        let laid: f64 = laid.sum();
-        let metal = laid * settings.bead.area.value;
-        let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
-            .iter()
-            .map(Region::area)
-            .sum();
-        if area > 0.0 {
-            grown.push((height, metal / area));
-        }
-    }
-    if grown.is_empty() {
-        return Err(no_bead(settings));
-    }
-    Ok(grown)
-}
-
-/// Layers that follow the growth, up to `top`.
-fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
-    let mut layers: Vec<Layer> = Vec::new();
-    let mut bottom = 0.0;
-    loop {
-        // each layer as the nearest height at which the growth is known
-        let nearest = growth
-            .iter()
-            .min_by(|a, b| (a.0 - bottom).abs().total_cmp(&(b.0 - bottom).abs()));
-        let Some((_, height)) = nearest else {
-            return layers;
-        };
-        if top - bottom <= SHORT * height && !layers.is_empty() {
-            return layers;
-        }
-        layers.push(Layer {
-            bottom,
-            top: bottom + height,
-        });
-        bottom += height;
-    }
-}
-
-fn no_bead(settings: &Settings) -> PlanStageError {
-    PlanStageError::NoBead {
-        narrowest: settings.fill.narrowest * settings.bead.width.value,
-        allowance: settings.allowance.side,
-    }
-}
-
-/// Share of the bead length without a neighbour in its own layer.
-fn single_share(toolpath: &Toolpath) -> f64 {
-    let total: f64 = toolpath.passes().map(|p| p.length()).sum();
-    let beside: f64 = toolpath
-        .passes()
-        .map(|p| {
-            let mut spans: Vec<(f64, f64)> = p
-                .neighbours()
-                .filter(|n| n.layer == p.layer)
-                .map(|n| (n.from, n.to))
-                .collect();
-            spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut reached = 0.0_f64;
-            spans.iter().fold(0.0, |sum, &(from, to)| {
-                let new = (to - from.max(reached)).max(0.0);
-                reached = reached.max(to);
-                sum + new
-            })
-        })
-        .sum();
-    if total > 0.0 {
-        (1.0 - beside / total).clamp(0.0, 1.0)
-    } else {
-        0.0
     }
 }
 
@@ -508,6 +173,8 @@ impl Plan {
             sigma: self.height.sigma.map(Length),
         };
         provenance.parameter("layers.height", &height);
+        let over = Resolved::new(Length(self.over.value), self.over.origin.clone());
+        provenance.parameter("target.allowance_top", &over);
         provenance.parameter(
             "layers.made",
             &Resolved::new(

@@ -6,19 +6,17 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
-use meltpath_geometry::arc::Arc;
-use meltpath_geometry::math::{DQuat, DVec3};
-use meltpath_programs::fanuc_ls::{self, ParseError, WriteError};
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::fanuc_ls::{self, ParseError, Parsed, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Executed, ExecutedKind, ExecutedSpeed, Gap, Pause, Program,
-    ProgramError, Schedule, WeldSettings, build, execution_order,
+    BuildError, BuildSettings, Control, Gap, Pause, Program, ProgramError, Schedule, Way,
+    WeldSettings, build, read_toolpath,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
-use meltpath_toolpath::Toolpath;
+use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::settings::Settings;
-use super::simulate::layers_by_height;
 
 /// Why there is no program, or why it cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +42,17 @@ pub enum ProgramStageError {
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A folder without a single main program.
+    #[error(
+        "the folder {} has no single main program, one that no other calls: {}; name the file to begin with",
+        .path.display(), if .found.is_empty() { "there is none".to_owned() } else { .found.join(", ") }
+    )]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// The programs that no other calls.
+        found: Vec<String>,
     },
     /// The program cannot be run.
     #[error("cannot run the program: {0}")]
@@ -131,24 +140,74 @@ pub fn write(
     Ok(programs)
 }
 
-/// Reads a main program and the programs that it calls, which lie beside it.
+/// The main program at `path`: itself, or the one in a folder that no other calls.
+///
+/// # Errors
+/// [`ProgramStageError`] where a folder has none or several.
+pub fn main_of(path: &Path) -> Result<PathBuf, ProgramStageError> {
+    if !path.is_dir() {
+        return Ok(path.to_path_buf());
+    }
+    let io = |source| ProgramStageError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(path)
+        .map_err(io)?
+        .flatten()
+        .map(|e| e.path())
+        .filter(|p| is_program(p))
+        .collect();
+    files.sort();
+    let mut programs = Vec::new();
+    for file in &files {
+        programs.push(parse_file(file)?.program);
+    }
+    let called: Vec<&str> = programs.iter().flat_map(calls).collect();
+    let is_main = |p: &Program| !called.iter().any(|name| p.name.eq_ignore_ascii_case(name));
+    let mains: Vec<usize> = (0..files.len())
+        .filter(|&i| is_main(&programs[i]))
+        .collect();
+    match mains[..] {
+        [main] => Ok(files.swap_remove(main)),
+        _ => Err(ProgramStageError::Folder {
+            path: path.to_path_buf(),
+            found: mains.iter().map(|&i| programs[i].name.clone()).collect(),
+        }),
+    }
+}
+
+/// Whether a file is a program by its name.
+fn is_program(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("ls"))
+}
+
+fn parse_file(path: &Path) -> Result<Parsed, ProgramStageError> {
+    let bytes = std::fs::read(path).map_err(|source| ProgramStageError::Io {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// Reads a main program and the programs that it calls, to any depth, which lie beside it; with their files.
 ///
 /// Sections that nothing here models are kept, and listed as warnings; lines are classed when the program is executed.
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramStageError> {
-    let mut programs = Vec::new();
+pub fn read(
+    main: &Path,
+    reporter: &Reporter,
+) -> Result<(Vec<Program>, Vec<PathBuf>), ProgramStageError> {
+    let (mut programs, mut files) = (Vec::new(), Vec::new());
     let mut waiting = vec![main.to_path_buf()];
     while let Some(path) = waiting.pop() {
-        let bytes = std::fs::read(&path).map_err(|source| ProgramStageError::Io {
-            path: path.clone(),
-            source,
-        })?;
-        let parsed = fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
-            path: path.clone(),
-            source,
-        })?;
+        let parsed = parse_file(&path)?;
         let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
         for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
             let place = meltpath_base::Place {
@@ -173,19 +232,29 @@ pub fn read(main: &Path, reporter: &Reporter) -> Result<Vec<Program>, ProgramSta
             if !known
                 && let Some(beside) = find_beside(&path, called)
                 && !waiting.contains(&beside)
+                && !files.contains(&beside)
+                && beside != path
             {
                 waiting.push(beside);
             }
         }
         programs.push(parsed.program);
+        files.push(path);
     }
-    Ok(programs)
+    Ok((programs, files))
 }
 
-/// The programs that a program calls.
+/// The programs that a program calls, conditional calls included.
 fn calls(program: &Program) -> impl Iterator<Item = &str> {
     program.instructions.iter().filter_map(|i| match i {
         Instruction::Call { program, .. } => Some(program.as_str()),
+        Instruction::Raw(text) => {
+            let at = text.to_ascii_uppercase().find("CALL ")?;
+            let name = text.get(at + 5..)?.trim_start();
+            let part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            let end = name.find(|c| !part(c)).unwrap_or(name.len());
+            (end > 0).then(|| &name[..end])
+        }
         _ => None,
     })
 }
@@ -218,10 +287,27 @@ pub struct Commands {
     pub layer_of_command: Vec<u32>,
     /// The pass of each command, where the program tells it.
     pub pass_of_command: Vec<Option<u32>>,
+    /// The weave of each command, in [`Commands::weaves`] from 1; 0 for none.
+    pub weave_of_command: Vec<u32>,
+    /// The weaves.
+    pub weaves: Vec<Weave>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
+}
+
+impl Commands {
+    /// Counts heights from `height` mm of the user frame on.
+    pub fn lower(&mut self, height: f64) {
+        self.start.position.z -= height;
+        for command in &mut self.commands {
+            command.target.z -= height;
+            if let Kind::Arc { via } = &mut command.kind {
+                via.z -= height;
+            }
+        }
+    }
 }
 
 /// Executes programs as the controller would; `schedules` are those that were written with the programs, beside those of the
@@ -235,148 +321,103 @@ pub fn commands(
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Commands, ProgramStageError> {
-    let bead = &settings.bead;
-    let mut known = settings.cell.program.execution(bead.travel_speed);
+    let mut known = settings.cell.program.execution(settings.bead.travel_speed);
     known.schedules.extend(schedules.iter().map(|s| {
         let set = WeldSettings {
             wire_feed: s.wire_feed,
             speed: None,
         };
-        (s.number, set)
+        ((None, s.number), set)
     }));
-    let executed = execution_order(programs, &known, reporter)?;
-    let name = programs.first().map_or("", |p| &p.name);
     let joint_speed = settings.cell.motion.joint_speed.value.0;
-    let factor = settings.feed_factor();
-    let source = |arc: Option<u32>| match arc {
-        None => Source::Off,
-        Some(schedule) => {
-            let set = executed.schedules.get(&schedule);
-            let programmed = set.map_or(bead.wire_feed, |s| s.wire_feed);
-            Source::On {
-                wire_feed: factor * programmed,
-            }
-        }
+    let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
+    let toolpath = &reading.toolpath;
+    let arc_length = toolpath.deposited_length();
+    let start = toolpath.passes().next().map(|pass| tool(&pass, 0));
+    let Some(start) = start.filter(|_| arc_length > 0.0) else {
+        return Err(no_bead(programs, reading.gaps));
     };
-    let mut start = None;
-    let mut here = Pose {
-        position: DVec3::ZERO,
-        orientation: DQuat::IDENTITY,
-    };
-    let mut commands: Vec<Command> = Vec::with_capacity(executed.steps.len());
-    let mut layers = Vec::with_capacity(executed.steps.len());
-    let mut passes = Vec::with_capacity(executed.steps.len());
-    let mut arc_length = 0.0;
-    for step in &executed.steps {
-        let id = commands.len() as u32;
-        match *step {
-            Executed::Wait { time, arc, .. } => {
-                commands.push(Command {
-                    kind: Kind::Wait { time },
-                    source: source(arc),
-                    ..Command::line(id, here.position, 1.0, Smoothing::Fine)
-                });
-                if let Some(last) = commands.last_mut() {
-                    last.orientation = here.orientation;
+    let count = reading.controls.len();
+    let mut commands: Vec<Command> = Vec::with_capacity(count);
+    let mut layer_of_command = Vec::with_capacity(count);
+    let mut pass_of_command = Vec::with_capacity(count);
+    let mut weave_of_command = Vec::with_capacity(count);
+    let mut controls = reading.controls.iter();
+    for pass in toolpath.passes() {
+        let mut events = pass.events().peekable();
+        let mut weave = 0;
+        for (i, control) in (0..pass.move_count()).zip(controls.by_ref()) {
+            while let Some((_, event)) = events.next_if(|(point, _)| *point <= i) {
+                if let Event::Weave(number) = event {
+                    weave = number;
                 }
-                layers.push(None);
-                passes.push(None);
             }
-            Executed::Motion(m) => {
-                if start.is_none() {
-                    // where the robot comes from is not in the program: it starts at its first position
-                    start = Some(m.target);
-                    here = m.target;
-                    continue;
-                }
-                let kind = match m.kind {
-                    ExecutedKind::Joint => Kind::Joint,
-                    ExecutedKind::Linear => Kind::Line,
-                    ExecutedKind::Circular { via } => Kind::Arc { via },
-                };
-                let length = length(kind, here.position, m.target.position);
-                if m.arc.is_some() {
-                    arc_length += length;
-                }
-                commands.push(Command {
-                    id,
-                    kind,
-                    target: m.target.position,
-                    orientation: m.target.orientation,
-                    speed: path_speed(m.speed, length, joint_speed),
-                    smoothing: m.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
-                    source: source(m.arc),
-                });
-                layers.push(m.layer.filter(|_| m.arc.is_some()));
-                passes.push(m.pass);
-                here = m.target;
-            }
+            let id = commands.len() as u32;
+            commands.push(command(id, &pass, i, *control, settings));
+            layer_of_command.push(pass.layer);
+            pass_of_command.push((pass.head.id.0 > 0).then_some(pass.head.id.0));
+            weave_of_command.push(weave);
         }
     }
-    if arc_length <= 0.0 {
-        let name = name.to_owned();
-        return Err(match executed.gaps.into_iter().next() {
-            Some(gap) => ProgramStageError::NoBead {
-                name,
-                gap: Box::new(gap),
-            },
-            None => ProgramStageError::NoArc(name),
-        });
-    }
-    let known = told_or_by_height(layers, &commands);
-    let layer_of_command = carried(&known);
     Ok(Commands {
-        start: start.unwrap_or(here),
+        start,
         commands,
         layer_of_command,
-        pass_of_command: passes,
+        pass_of_command,
+        weave_of_command,
+        weaves: reading.weaves,
         arc_length,
-        gaps: executed.gaps,
+        gaps: reading.gaps,
     })
 }
 
-/// Speed along a move of `length` mm, mm/s.
-fn path_speed(speed: ExecutedSpeed, length: f64, joint_speed: f64) -> f64 {
-    match speed {
-        ExecutedSpeed::Path(v) => v,
-        ExecutedSpeed::Joint(share) => share * joint_speed,
-        ExecutedSpeed::Duration(t) if length > 0.0 => length / t,
-        // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
-        ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
-    }
+/// How the tool stands at point `i` of a pass that was read.
+fn tool(pass: &Pass<'_>, i: usize) -> Pose {
+    // a reading says axis and turn of every point
+    let (axis, turn) = (
+        pass.axis(i).unwrap_or(DVec3::Z),
+        pass.turn(i).unwrap_or(0.0),
+    );
+    Pose::of_tool(pass.points[i], axis, turn)
 }
 
-/// Length of a move, mm.
-fn length(kind: Kind, from: DVec3, to: DVec3) -> f64 {
-    let arc = match kind {
-        Kind::Arc { via } => Arc::through(from, via, to),
-        _ => None,
+/// The command of move `i` of a pass.
+fn command(id: u32, pass: &Pass<'_>, i: usize, control: Control, settings: &Settings) -> Command {
+    let kind = match (pass.move_at(i), control.way) {
+        (Move::Spot { time }, _) => Kind::Wait { time },
+        (Move::Arc { via }, _) => Kind::Arc { via },
+        (Move::Line, Way::Joint) => Kind::Joint,
+        (Move::Line, Way::Path) => Kind::Line,
     };
-    arc.map_or_else(|| from.distance(to), |a| a.length())
-}
-
-/// The layer of each command as comments tell it; by height where they leave one out that lays metal.
-fn told_or_by_height(layers: Vec<Option<u32>>, commands: &[Command]) -> Vec<Option<u32>> {
-    let told = commands.iter().zip(&layers).all(|(c, l)| {
-        l.is_some() || matches!(c.source, Source::Off) || matches!(c.kind, Kind::Wait { .. })
-    });
-    if told {
-        return layers;
+    let to = tool(pass, i + 1);
+    let programmed = pass.value(Channel::WireFeed, i);
+    let wire_feed = settings.feed_factor() * programmed.unwrap_or(settings.bead.wire_feed);
+    Command {
+        id,
+        kind,
+        target: to.position,
+        orientation: to.orientation,
+        // waits have none
+        speed: pass.value(Channel::Speed, i).unwrap_or(1.0),
+        smoothing: control.smoothing.map_or(Smoothing::Fine, Smoothing::Cnt),
+        source: if pass.head.role.deposits() {
+            Source::On { wire_feed }
+        } else {
+            Source::Off
+        },
     }
-    let (by_height, _) = layers_by_height(commands);
-    let some = |l: u32| (l > 0).then_some(l);
-    by_height.into_iter().map(some).collect()
 }
 
-/// Travels and waits belong to the layer that was worked on last, those before the first bead to its layer: an arc that
-/// is struck or ends during one of them must find its layer.
-fn carried(known: &[Option<u32>]) -> Vec<u32> {
-    let mut layer = known.iter().flatten().copied().next().unwrap_or(1);
-    known
-        .iter()
-        .map(|l| {
-            layer = l.unwrap_or(layer);
-            layer
-        })
-        .collect()
+/// Why programs lay no metal.
+fn no_bead(programs: &[Program], gaps: Vec<Gap>) -> ProgramStageError {
+    let name = programs
+        .first()
+        .map_or_else(String::new, |p| p.name.clone());
+    match gaps.into_iter().next() {
+        Some(gap) => ProgramStageError::NoBead {
+            name,
+            gap: Box::new(gap),
+        },
+        None => ProgramStageError::NoArc(name),
+    }
 }

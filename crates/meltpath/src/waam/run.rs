@@ -21,7 +21,7 @@ use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
 use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
-use super::target::{Target, compare};
+use super::target::{Allowance, Target, compare};
 use super::tube;
 use crate::inputs;
 use crate::job::common::SubstrateTable;
@@ -122,6 +122,17 @@ fn too_small(plate: &SubstrateTable, part: &Part) -> Option<Problem> {
     })
 }
 
+/// Tells that a build is planned from 0 on, wherever the plate lies for programs of other software.
+fn warn_of_plate(settings: &Settings, reporter: &Reporter) {
+    if settings.plate_height.is_some_and(|h| h != 0.0) {
+        reporter.warn(
+            "plate-height",
+            "substrate.height counts for programs of other software: this build is planned from 0 mm on",
+            "leave it out, or simulate the program of the other software",
+        );
+    }
+}
+
 /// The whole chain: a new folder `out`, else the next free number in `runs`.
 ///
 /// # Errors
@@ -136,6 +147,7 @@ pub fn run(
     let loaded = load(job, &reporter)?;
     let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
+    warn_of_plate(settings, &reporter);
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
@@ -152,6 +164,7 @@ pub fn run(
     let outcome = against_part(
         &part,
         settings,
+        plan.over.value,
         &simulation.deposit.map,
         &growth,
         (&reporter, observer),
@@ -216,15 +229,21 @@ pub fn run(
     })
 }
 
-/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it.
+/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal
+/// planned over faces that look up, mm.
 pub(super) fn against_part(
     part: &Part,
     settings: &Settings,
+    over: f64,
     metal: &HeightMap,
     growth: &GrowthError,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<TargetOutcome, WaamError> {
-    let target = Target::new(&part.mesh, settings.allowance, metal, reporter, observer)?;
+    let allowance = Allowance {
+        side: settings.allowance,
+        top: over,
+    };
+    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
     let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
     Ok(TargetOutcome {
         volume: target.volume,
@@ -270,6 +289,8 @@ pub(super) fn built<'a>(
         commands: &commands.commands,
         layer_of_command: commands.layer_of_command.clone(),
         pass_of_command: &commands.pass_of_command,
+        weave_of_command: &commands.weave_of_command,
+        weaves: &commands.weaves,
         layers,
         controller: &settings.cell.motion,
         map,

@@ -21,7 +21,6 @@ use meltpath_planning::{
 use super::bead::{check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::process::{self, Process};
-use super::target::Allowance;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
     BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing,
@@ -80,10 +79,14 @@ pub struct Settings {
     pub ctwd: f64,
     /// Plate: length and width, where given, mm.
     pub plate: Option<[f64; 2]>,
+    /// Height of the plate in the user frame of a program that other software wrote, where it is told, mm.
+    pub plate_height: Option<f64>,
     /// Plate thickness, mm.
     pub plate_thickness: f64,
-    /// Metal beyond the finished part.
-    pub allowance: Allowance,
+    /// Metal beyond the finished part's sides, mm.
+    pub allowance: f64,
+    /// Metal over faces that look up, where the job says it, mm.
+    pub allowance_top: Option<f64>,
     /// Limits of the verdict.
     pub limits: Limits,
     /// What to do about checks that fail.
@@ -159,14 +162,7 @@ pub fn resolve(
     let nominal = Length(cell.program.contact_tube_distance.0);
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
-    let allowance = Allowance {
-        side: target.allowance.0,
-        top: target
-            .allowance_top
-            .or_computed(&mut r, *target.allowance)
-            .0,
-    };
-    let limits = limits(&job.checks, &map, &mut r);
+    let limits = limits(&job.checks, ctwd, &map, &mut r);
     models(&mut r);
     Ok(Settings {
         part: folder.join(&**job.part),
@@ -197,8 +193,10 @@ pub fn resolve(
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
+        plate_height: job.substrate.height.map(|h| h.0),
         plate_thickness: job.substrate.thickness.0,
-        allowance,
+        allowance: target.allowance.0,
+        allowance_top: target.allowance_top.map(|top| top.0),
         limits,
         remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
         programs: job.output.programs.value.clone(),
@@ -371,7 +369,9 @@ fn fill_settings(
     }
 }
 
-fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
+fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> Limits {
+    // a layer that lies higher or lower brings the contact tube that much nearer or farther
+    let slack = (ctwd - c.ctwd_min.0).min(c.ctwd_max.0 - ctwd).max(0.0);
     let response = map.feed_response.as_ref();
     let known = Length(response.map_or(0.0, MeasuredResponse::distance_sigma));
     Limits {
@@ -381,7 +381,7 @@ fn limits(c: &ChecksTable, map: &ProcessMap, r: &mut Provenance) -> Limits {
         accumulation: c.accumulation.0,
         overhang: c.overhang.0,
         stock_min: c.stock_min.0,
-        height_error: c.height_error.0,
+        height_error: c.height_error.or_computed(r, Length(slack)).0,
         flatness: c.flatness.0,
         ctwd_min: c.ctwd_min.0,
         ctwd_max: c.ctwd_max.0,
@@ -431,6 +431,11 @@ impl Settings {
             share: (area * area + (single * width).powi(2)).sqrt(),
             response: self.deposit.feed_response,
         }
+    }
+
+    /// Metal over faces that look up: as written, else what lies over sides, mm.
+    pub fn least_over(&self) -> f64 {
+        self.allowance_top.unwrap_or(self.allowance)
     }
 
     /// Wire fed per programmed wire: the process map's feed factor.

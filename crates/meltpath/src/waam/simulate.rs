@@ -7,11 +7,12 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::raster::Mask;
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, SceneError};
-use meltpath_robot::command::{Command, Source};
+use meltpath_robot::command::Command;
 use meltpath_robot::controller::Controller;
 use meltpath_robot::interpolation::fir::{self, MotionError};
 use meltpath_robot::summary::Summary;
-use meltpath_toolpath::{MotionBlock, MotionSink};
+use meltpath_robot::weave::Weaving;
+use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
 
 use super::judge::{LayerOutcome, TubePlace};
 use super::record::{Recorder, Sample};
@@ -56,6 +57,10 @@ pub struct Build<'a> {
     pub layer_of_command: Vec<u32>,
     /// The pass of each command, where the program tells it; empty where it tells none.
     pub pass_of_command: &'a [Option<u32>],
+    /// The weave of each command, in `weaves` from 1; 0 for none.
+    pub weave_of_command: &'a [u32],
+    /// The weaves.
+    pub weaves: &'a [Weave],
     /// The planned layers, in order.
     pub layers: &'a [PlannedLayer],
     /// The controller.
@@ -161,13 +166,20 @@ pub fn simulate(
         recorder: &mut recorder,
         deposition: &mut deposition,
     };
+    let mut weaving;
+    let sink: &mut dyn MotionSink = if build.weaves.is_empty() {
+        &mut both
+    } else {
+        weaving = Weaving::new(build.weaves, build.weave_of_command, &mut both);
+        &mut weaving
+    };
     let summary = fir::simulate(
         build.start,
         build.commands,
         build.controller,
         dt,
         observer,
-        &mut both,
+        sink,
     )?;
     let deposit = deposition.finish();
     if let Some(e) = trouble {
@@ -215,57 +227,5 @@ fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -
         arc_time: record.arc_time,
         length: record.length,
         beads: record.beads,
-    }
-}
-
-/// The layer of each command by the height of its deposit: distinct heights from the plate up are layers 1, 2, …
-///
-/// Heights closer than half a millimetre are one layer. A command without arc belongs to layer 0. For programs whose
-/// beads are level.
-pub fn layers_by_height(commands: &[Command]) -> (Vec<u32>, Vec<f64>) {
-    const SAME: f64 = 0.5;
-    let on = |c: &Command| matches!(c.source, Source::On { .. });
-    let mut z: Vec<f64> = commands
-        .iter()
-        .filter(|c| on(c))
-        .map(|c| c.target.z)
-        .collect();
-    z.sort_unstable_by(f64::total_cmp);
-    let mut levels: Vec<f64> = Vec::new();
-    for z in z {
-        if levels.last().is_none_or(|last| z - last > SAME) {
-            levels.push(z);
-        }
-    }
-    let layer = |c: &Command| {
-        if on(c) {
-            levels.partition_point(|l| *l <= c.target.z + 1e-9) as u32
-        } else {
-            0
-        }
-    };
-    (commands.iter().map(layer).collect(), levels)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use meltpath_geometry::math::DVec3;
-    use meltpath_robot::command::Smoothing;
-
-    #[test]
-    fn layers_follow_the_height_of_the_deposit() {
-        let at = |z: f64| Command::line(0, DVec3::new(10.0, 0.0, z), 12.5, Smoothing::Fine);
-        let commands = [
-            at(30.0),
-            at(0.0).depositing(100.0),
-            at(0.0004).depositing(100.0),
-            at(30.0),
-            at(1.7).depositing(100.0),
-            at(3.4).depositing(100.0),
-        ];
-        let (layers, levels) = layers_by_height(&commands);
-        assert_eq!(layers, [0, 1, 1, 0, 2, 3]);
-        assert_eq!(levels.len(), 3);
     }
 }

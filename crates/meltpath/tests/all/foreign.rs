@@ -107,6 +107,91 @@ fn nothing_is_decided_while_a_line_that_shapes_metal_was_not_simulated() {
     }
 }
 
+/// The main program of a folder is the one that no other calls; programs are called to any depth, by the name that they bear.
+#[test]
+fn a_folder_of_programs_is_simulated_from_its_main() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let folder = dir.path().join("cell");
+    std::fs::create_dir(&folder).unwrap();
+    program(&folder, &[]);
+    let call = |name: &str, called: &str| {
+        let text = format!("/PROG {name}\n/MN\n1:CALL {called} ;\n/POS\n/END\n");
+        std::fs::write(folder.join(format!("{name}.LS")), text).unwrap();
+    };
+    call("MAIN", "FIRST");
+    call("FIRST", "SECOND");
+    call("SECOND", "WALL");
+    let runs = dir.path().join("runs");
+    let simulate = || simulate_program(&folder, Some(&job), None, &runs, &Silent);
+    let outcome = simulate().unwrap();
+    assert_eq!(check(&outcome.verdict, "lines").status, Status::Pass);
+    assert!(outcome.verdict.facts.iter().any(|f| f.id == "wire-mass"));
+    // every program is among the inputs
+    let provenance = std::fs::read_to_string(outcome.folder.join("provenance.json")).unwrap();
+    for file in ["MAIN.LS", "FIRST.LS", "SECOND.LS", "wall.ls"] {
+        assert!(provenance.contains(file), "{file}");
+    }
+    call("OTHER", "WALL");
+    let error = simulate().unwrap_err().to_string();
+    assert!(error.contains("MAIN, OTHER"), "{error}");
+}
+
+/// Heights count from the plate that the job tells; where nobody tells it, beads far from 0 decide nothing.
+#[test]
+fn the_plate_is_where_the_job_says() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let program = program(dir.path(), &[]);
+    let text = std::fs::read_to_string(&program).unwrap();
+    let raised = text
+        .replace("Z = 0 mm", "Z = 412 mm")
+        .replace("Z = 1.7 mm", "Z = 413.7 mm")
+        .replace("Z = 60 mm", "Z = 472 mm");
+    let runs = dir.path().join("runs");
+    let simulate = || {
+        simulate_program(&program, Some(&job), None, &runs, &Silent)
+            .unwrap()
+            .verdict
+    };
+    let flat = simulate();
+    std::fs::write(&program, raised).unwrap();
+    let unknown = simulate();
+    let nearest = check(&unknown, "ctwd-min");
+    assert_eq!(nearest.status, Status::CannotSay);
+    assert!(
+        nearest.reason.contains("z = 412.0 mm"),
+        "{}",
+        nearest.reason
+    );
+    let written = std::fs::read_to_string(&job).unwrap();
+    std::fs::write(&job, format!("{written}[substrate]\nheight = \"412 mm\"\n")).unwrap();
+    let told = simulate();
+    for id in METAL {
+        assert_eq!(check(&told, id).status, check(&flat, id).status, "{id}");
+    }
+    let value = |v: &Verdict| check(v, "ctwd-min").value.as_ref().unwrap().value;
+    assert!((value(&told) - value(&flat)).abs() < 1e-6);
+}
+
+/// A weave that the cell's table tells is simulated; what it makes of the bead is shown, and not decided by.
+#[test]
+fn woven_beads_are_simulated_and_not_decided() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let cell = dir.path().join("cell.toml");
+    let known = std::fs::read_to_string(&cell).unwrap();
+    let weave = "[[program.weave]]\nnumber = 1\nshape = \"sine\"\nfrequency = \"2 Hz\"\namplitude = \"3 mm\"\n";
+    std::fs::write(&cell, format!("{known}{weave}")).unwrap();
+    let verdict = simulated(dir.path(), &["Weave Sine[1]"], Some(&job));
+    assert_eq!(check(&verdict, "lines").status, Status::Pass);
+    for id in METAL {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::CannotSay, "{id}");
+        assert!(check.reason.contains("beads are woven"), "{}", check.reason);
+    }
+}
+
 #[test]
 fn without_the_cells_table_a_schedule_is_not_guessed() {
     let dir = tempfile::tempdir().unwrap();

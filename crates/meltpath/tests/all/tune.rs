@@ -259,8 +259,9 @@ fn the_focus_axis_gets_an_h_infinity_controller() {
         assert_eq!(loops["stable"], true);
         assert!(loops["modulus_margin"].as_f64().unwrap() > 0.4, "{loops}");
     }
-    let [cascade, hinf] = [0, 1].map(|k| told[0]["candidates"][k]["rms_deg"].as_f64().unwrap());
-    assert!(hinf < 2.0 * cascade, "{hinf} {cascade}");
+    let [cascade, h_infinity] =
+        [0, 1].map(|k| told[0]["candidates"][k]["rms_deg"].as_f64().unwrap());
+    assert!(h_infinity < 2.0 * cascade, "{h_infinity} {cascade}");
 }
 
 #[test]

@@ -10,6 +10,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::command::{Command, Smoothing};
+use meltpath_toolpath::{Weave, WeaveShape};
 
 const LENGTH: f64 = 150.0;
 const LIFT: DVec3 = DVec3::new(0.0, 0.0, 20.0);
@@ -25,6 +26,17 @@ fn settings(example: &str) -> Settings {
 
 /// Beads along x at each `y`, direction alternating per layer, `rise` mm a layer.
 fn wall(s: &Settings, beads: &[f64], layers: u32, rise: f64) -> Simulation {
+    woven_wall(s, beads, layers, rise, None)
+}
+
+/// The same, woven.
+fn woven_wall(
+    s: &Settings,
+    beads: &[f64],
+    layers: u32,
+    rise: f64,
+    weave: Option<Weave>,
+) -> Simulation {
     let (mut commands, mut layer_of_command) = (Vec::new(), Vec::new());
     let feed = s.feed_factor() * s.bead.wire_feed;
     for layer in 1..=layers {
@@ -53,6 +65,7 @@ fn wall(s: &Settings, beads: &[f64], layers: u32, rise: f64) -> Simulation {
         s.cell_size,
         0.0,
     );
+    let woven: Vec<u32> = (0..commands.len()).map(|c| u32::from(c % 4 == 2)).collect();
     let build = Build {
         start: Pose {
             position: commands[0].target,
@@ -61,6 +74,8 @@ fn wall(s: &Settings, beads: &[f64], layers: u32, rise: f64) -> Simulation {
         commands: &commands,
         layer_of_command,
         pass_of_command: &[],
+        weave_of_command: &woven,
+        weaves: weave.as_slice(),
         layers: &[],
         controller: &s.cell.motion,
         map: map.unwrap(),
@@ -149,4 +164,46 @@ fn what_the_source_feeds_is_what_is_laid() {
     // less than what the program asks for: the tube has come nearer
     let asked = 8.0 * LENGTH / s.bead.travel_speed * s.feed_factor() * s.bead.wire_feed;
     assert!(fed < 0.99 * asked && fed > 0.9 * asked, "{fed} {asked}");
+}
+
+/// Width of a single bead above 0.2 mm and its greatest height, mean over the middle of its length.
+fn section(simulation: &Simulation) -> (f64, f64) {
+    let map = &simulation.deposit.map;
+    let (mut width, mut height, mut count) = (0.0, 0.0, 0.0);
+    for ix in 0..map.nx {
+        if !(0.3..0.7).contains(&(map.centre(ix, 0).x / LENGTH)) {
+            continue;
+        }
+        let column = (0..map.ny).map(|iy| map.z[map.index(ix, iy)]);
+        width += map.cell * column.clone().filter(|z| *z > 0.2).count() as f64;
+        height += column.fold(0.0, f64::max);
+        count += 1.0;
+    }
+    (width / count, height / count)
+}
+
+/// Metal goes where the woven torch goes: as much of it, wider and lower, the wider the farther the torch swings.
+#[test]
+fn woven_beads_are_wider_and_lower_by_the_same_metal() {
+    let s = settings("thin-wall");
+    let straight = wall(&s, &[0.0], 1, 1.2);
+    let (mut width, mut height) = section(&straight);
+    for amplitude in [1.5, 3.0, 4.5] {
+        let weave = Weave {
+            shape: WeaveShape::Sine,
+            frequency: 2.0,
+            amplitude,
+            dwell: [0.0; 2],
+        };
+        let woven = woven_wall(&s, &[0.0], 1, 1.2, Some(weave));
+        let laid = woven.deposit.volume / straight.deposit.volume;
+        assert!((laid - 1.0).abs() < 1e-3, "{amplitude}: {laid}");
+        assert_eq!(woven.deposit.beside, 0.0);
+        let found = section(&woven);
+        assert!(
+            found.0 > width + 0.5 && found.1 < height,
+            "{amplitude}: {found:?}"
+        );
+        (width, height) = found;
+    }
 }

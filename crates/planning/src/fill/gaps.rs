@@ -1,6 +1,7 @@
 //! What the beads of a region leave without metal: between the last line and a round rim, beside a hole, where nested
 //! contours part. Each bead feeds a band one stepover wide; what lies in no band and has room for metal gets a bead on
-//! its own centre line, which goes on from the end of a bead nearby where there is one.
+//! its own centre line, which goes on from the end of a bead nearby where there is one; what is too short for an arc start
+//! becomes a way there and back of the bead beside it.
 
 use meltpath_geometry::Region;
 use meltpath_geometry::boolean::{PlanarError, difference};
@@ -11,7 +12,7 @@ use meltpath_toolpath::Role;
 
 use crate::fill::bead::Bead;
 use crate::fill::chain::{Chain, End, Skeleton, joined, outward};
-use crate::fill::outline::{contains, length, ray, way_inside};
+use crate::fill::outline::{contains, length, nearest_share, ray, way_inside};
 use crate::fill::settings::{FillSettings, Spacing};
 use crate::fill::thin::LARGEST_TURN;
 
@@ -19,6 +20,8 @@ use crate::fill::thin::LARGEST_TURN;
 const NARROWEST: f64 = 0.4;
 /// Shortest way that prolongs a bead into a gap, bead widths.
 const SHORTEST_TAIL: f64 = 0.4;
+/// Least part of its metal, laid as fast as the bead can go, that a way there and back must find room for in the gap.
+const LEAST_DETOUR: f64 = 0.7;
 /// Gaps wider than a bead takes need another one beside the first.
 const ROUNDS: usize = 3;
 
@@ -57,13 +60,91 @@ pub(crate) fn close(
                 Some(line) => alone.push(line),
             }
         }
-        alone.retain(|line| length(line) + 1e-9 >= settings.shortest_bead);
+        let short: Vec<_> = alone
+            .extract_if(.., |line| length(line) + 1e-9 < settings.shortest_bead)
+            .collect();
         lay_in_order(alone, beads, settings);
+        for line in short {
+            tails += usize::from(detour(&line, &places, beads, &links, settings));
+        }
         if beads.len() == before && tails == 0 {
             break;
         }
     }
     Ok(())
+}
+
+/// Leads the nearest bead along `line` and back, or towards its middle and back, as far as the metal of both ways has room
+/// in the gap; whether one does.
+fn detour(
+    line: &[DVec2],
+    places: &[Region],
+    beads: &mut [Bead],
+    links: &[Region],
+    settings: &FillSettings,
+) -> bool {
+    let area = places
+        .iter()
+        .find(|p| line.iter().any(|&q| contains(std::slice::from_ref(*p), q)))
+        .map_or(0.0, Region::area);
+    let fastest = settings.paces.map_or(1.0, |p| p.fastest);
+    // there and back
+    let longest = fastest * area / (2.0 * LEAST_DETOUR * settings.stepover);
+    let back: Vec<DVec2> = line.iter().rev().copied().collect();
+    let middle = middle_of(line);
+    [line, &back, &middle].iter().any(|way| {
+        let Some((i, k, foot)) = nearest(way, beads) else {
+            return false;
+        };
+        let mut out = [&[foot], *way].concat();
+        if let [foot, tip] = out[..] {
+            out[1] = foot + (tip - foot).clamp_length_max(longest);
+        }
+        let long = length(&out);
+        if long > longest + 1e-9
+            || long < SHORTEST_TAIL * settings.width
+            || !way_inside(links, foot, out[1], 0.2 * settings.width)
+        {
+            return false;
+        }
+        let home = out.iter().rev().skip(1).copied();
+        let bead = &mut beads[i];
+        bead.tolerance = bead.tolerance.max(settings.facet());
+        let there_and_back: Vec<DVec2> = out.iter().copied().chain(home).collect();
+        let after = k + 1;
+        bead.points.splice(after..after, there_and_back);
+        bead.points.dedup();
+        true
+    })
+}
+
+/// The point half way along a polyline, as a polyline; none for an empty one.
+fn middle_of(line: &[DVec2]) -> Vec<DVec2> {
+    let mut left = 0.5 * length(line);
+    for side in line.windows(2) {
+        let long = side[0].distance(side[1]);
+        if long >= left && long > 0.0 {
+            return vec![side[0].lerp(side[1], left / long)];
+        }
+        left -= long;
+    }
+    line.first().copied().into_iter().collect()
+}
+
+/// Where the beads come nearest to the start of a way: bead, stretch, place.
+fn nearest(way: &[DVec2], beads: &[Bead]) -> Option<(usize, usize, DVec2)> {
+    let &start = way.first()?;
+    let stretches = beads.iter().enumerate().flat_map(|(i, bead)| {
+        let sides = bead.points.windows(2).enumerate();
+        sides.map(move |(k, side)| {
+            let share = nearest_share(start, side[0], side[1]);
+            (i, k, side[0].lerp(side[1], share))
+        })
+    });
+    stretches.min_by(|a, b| {
+        let away = |s: &(usize, usize, DVec2)| s.2.distance_squared(start);
+        away(a).total_cmp(&away(b))
+    })
 }
 
 /// The bead that fills a gap, if its metal has room there.
@@ -81,8 +162,7 @@ fn middle(place: &Region, links: &[Region], settings: &FillSettings) -> Option<V
     let inside = line
         .windows(2)
         .all(|w| way_inside(links, w[0], w[1], 0.25 * settings.width));
-    (inside && long > SHORTEST_TAIL * settings.width && room >= settings.least_share())
-        .then_some(line)
+    (inside && room >= settings.least_share()).then_some(line)
 }
 
 /// The line of a chain, prolonged to where the gap ends: half a stepover before the beads there.
@@ -121,6 +201,9 @@ fn prolong(
     let (Some(&a), Some(&b)) = (line.first(), line.last()) else {
         return None;
     };
+    if length(&line) <= SHORTEST_TAIL * settings.width {
+        return Some(line);
+    }
     let mut best: Option<(f64, usize, bool, bool)> = None;
     for (i, bead) in beads.iter().enumerate() {
         let (Some(&first), Some(&last)) = (bead.points.first(), bead.points.last()) else {

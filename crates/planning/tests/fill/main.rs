@@ -10,6 +10,7 @@
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::boolean::difference;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::shapes as outlines;
 use meltpath_geometry::{Plane, Region, Ring};
 use meltpath_planning::{

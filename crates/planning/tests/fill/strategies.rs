@@ -274,6 +274,31 @@ fn starts_move_from_layer_to_layer_or_stay() {
     }
 }
 
+/// Where nested contours part at the corner of a bent bar, too little room is left for an arc of its own: the bead beside
+/// it goes there and back.
+#[test]
+fn the_corner_of_a_bent_bar_has_no_hole() {
+    for arm in [18.0, 19.0, 20.0, 21.0, 22.0, 24.0] {
+        let round = Join::Round {
+            arc_tolerance: 0.02,
+        };
+        let bar = outset(&[outlines::ell(110.0, 80.0, arm)], 2.0, round).unwrap();
+        let s = FillSettings {
+            paces: Some(Paces::about(12.5)),
+            width: 6.54,
+            stepover: 4.82,
+            ..settings(HYBRID)
+        };
+        let plan = plan_on(1, &bar, &s);
+        let gaps = plan.coverage.iter().flat_map(|c| &c.gaps);
+        // the four outer corners are for the allowance
+        let inside =
+            gaps.filter(|g| (0.0..100.0).contains(&g.place.x) && (5.0..70.0).contains(&g.place.y));
+        let lack: f64 = inside.map(|g| g.area).sum();
+        assert!(lack < 0.3, "arms of {arm} mm: {lack} mm²");
+    }
+}
+
 #[test]
 fn spaced_exactly_or_told() {
     // 40 mm are no whole number of stepovers: kept as asked for, or adjusted to fill

@@ -4,14 +4,16 @@ use super::gap::Missing;
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
-    /// Decides what comes next.
-    Condition,
-    /// Repeats.
-    Loop,
     /// Sets a register.
-    Set(u32, Option<f64>),
-    /// Selects a frame by a value that is not known.
-    Frame { user: bool },
+    Set,
+    /// Sets an output or a flag.
+    Signal,
+    /// Selects a frame by a value.
+    Frame(Selected),
+    /// Weaving begins.
+    Weave,
+    /// Weaving ends.
+    WeaveEnd,
     /// Ends everything.
     Abort,
     /// Waits for something.
@@ -22,22 +24,23 @@ pub(super) enum Effect {
     Shapes(Missing),
 }
 
+/// Which frame is selected.
+#[derive(Clone, Copy)]
+pub(super) enum Selected {
+    User,
+    Tool,
+}
+
 /// First words of instructions that shape no metal: inputs and outputs that are not the source's, messages, times, registers that
 /// matter only where a move refers to them (and are told there), monitoring.
-const PASSIVE: [&str; 27] = [
-    "DO",
+const PASSIVE: [&str; 22] = [
     "DI",
-    "RO",
     "RI",
     "GI",
     "AI",
     "WI",
-    "SO",
     "SI",
-    "UO",
     "UI",
-    "F",
-    "M",
     "TIMER",
     "MESSAGE",
     "PAYLOAD",
@@ -52,6 +55,8 @@ const PASSIVE: [&str; 27] = [
     "RESUME_PROG",
     "DIAG_REC",
     "MONITOR",
+    // matters to moves with the word Skip, which are told
+    "SKIP",
 ];
 
 /// The word that a line begins with, in capitals.
@@ -71,16 +76,16 @@ pub(super) fn first_word(text: &str) -> String {
 pub(super) fn effect(text: &str) -> Effect {
     let word = first_word(text);
     match word.as_str() {
-        "IF" | "ELSE" | "ENDIF" | "SELECT" | "JMP" | "=" | "SKIP" => Effect::Condition,
-        "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" => Effect::Loop,
         "ABORT" => Effect::Abort,
         "WAIT" | "PAUSE" => Effect::Wait,
-        "UFRAME_NUM" => Effect::Frame { user: true },
-        "UTOOL_NUM" => Effect::Frame { user: false },
-        "R" => assignment(text).map_or(Effect::Passive, |(n, v)| Effect::Set(n, v)),
+        "UFRAME_NUM" => Effect::Frame(Selected::User),
+        "UTOOL_NUM" => Effect::Frame(Selected::Tool),
+        "R" => Effect::Set,
+        "DO" | "RO" | "SO" | "UO" | "F" | "M" => Effect::Signal,
+        "WEAVE" if ends(text) => Effect::WeaveEnd,
+        "WEAVE" => Effect::Weave,
         // the end of what was told at its beginning
-        "WEAVE" | "TRACK" if ends(text) => Effect::Passive,
-        "WEAVE" => Effect::Shapes(Missing::Weave),
+        "TRACK" if ends(text) => Effect::Passive,
         "CALL" | "RUN" => Effect::Shapes(Missing::Call(text.to_owned())),
         "AO" | "GO" | "WO" | "ARC" | "WELD" => Effect::Shapes(Missing::Output(text.to_owned())),
         "UFRAME" | "UTOOL" | "OVERRIDE" | "OFFSET" | "VOFFSET" | "TOOL_OFFSET" | "TRACK"
@@ -98,16 +103,6 @@ fn ends(text: &str) -> bool {
     words.nth(1).is_some_and(|w| w.eq_ignore_ascii_case("end"))
 }
 
-/// `R[n]=value`: the register, and the value where it is a plain number.
-fn assignment(text: &str) -> Option<(u32, Option<f64>)> {
-    let (left, right) = text.split_once('=')?;
-    let inner = left.trim().get(2..)?.strip_suffix(']')?;
-    let number = inner.split(':').next()?.trim().parse().ok()?;
-    let right = right.trim().trim_matches(|c| c == '(' || c == ')');
-    let value = right.parse().ok().filter(|v: &f64| v.is_finite());
-    Some((number, value))
-}
-
 /// Words of a move that change where it goes.
 pub(super) fn moves_target(word: &str) -> bool {
     let name = first_word(word);
@@ -120,6 +115,11 @@ pub(super) fn moves_target(word: &str) -> bool {
 /// Words of a move that leave its path and speed as they are: the usual acceleration, orientation by the wrist.
 pub(super) fn leaves_beads(word: &str) -> bool {
     matches!(first_word(word).as_str(), "ACC100" | "WJNT" | "PTH")
+}
+
+/// The word of a move that goes with a positioner: the path in the part is the one written where the positioner stands still.
+pub(super) fn coordinated(word: &str) -> bool {
+    first_word(word) == "COORD"
 }
 
 /// Words of a move that run something else on the way.

@@ -16,8 +16,8 @@ pub struct Gap {
 /// Why a line that shapes metal was not simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Missing {
-    /// Weaving.
-    #[error("weaving is not simulated: beads are laid as if the torch did not weave")]
+    /// Weaving of which it is not known what it is.
+    #[error("what this weaving is is not known: beads are laid as if the torch did not weave")]
     Weave,
     /// A position that only the controller knows.
     #[error("the position {0} is known to the controller only: the move is left out")]
@@ -31,6 +31,14 @@ pub enum Missing {
     /// A further motion group that stands elsewhere than at zero.
     #[error("motion group {0} moves the part or the robot, and only group 1 is simulated")]
     Positioner(u32),
+    /// An external axis of the robot's group moves between the points of beads.
+    #[error(
+        "an external axis of the robot moves from here on, and whether it moves the part is not known"
+    )]
+    ExternalAxes,
+    /// A bead laid with a positioner that moves, or of which it is not known where it stands.
+    #[error("this bead is coordinated with a positioner that is not known to stand still at zero")]
+    Coordinated,
     /// A bead in other frames than those before it.
     #[error(
         "this bead is in user frame {0} with tool frame {1}, those before it are in others: how the frames lie to each other is not known"
@@ -69,19 +77,24 @@ impl Missing {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
-            Missing::Weave => "write the weave out as moves, or simulate the program without it",
+            Missing::Weave => {
+                "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated"
+            }
             Missing::Position(_) | Missing::JointPosition(_) | Missing::Offset(_) => {
                 "give the position as X, Y, Z, W, P, R in /POS, its offset included"
             }
-            Missing::Positioner(_) => {
+            Missing::Positioner(_) | Missing::Coordinated => {
                 "export the part of the program in which the positioner stands at zero"
+            }
+            Missing::ExternalAxes => {
+                "simulate the beads that are laid with the external axes at one place by themselves"
             }
             Missing::Frames(..) => "simulate the beads of each frame by themselves",
             Missing::Call(_) => {
                 "put its file beside the program, or name it in passed_over of the cell file if it lays no metal"
             }
             Missing::Schedule(_) => {
-                "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), and write its number"
+                "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"
             }
             Missing::Speed(_) => {
                 "write the speed out, set the register in the program, or give it in the cell file (registers, [[program.schedule]])"

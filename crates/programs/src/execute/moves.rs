@@ -4,40 +4,68 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
-use super::effect::{calls, first_word, leaves_beads, moves_target};
+use super::effect::{calls, coordinated, first_word, leaves_beads, moves_target};
 use super::{
     Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, ProgramError, Refusal,
 };
 use crate::orientation::pose;
-use crate::program::{Coordinates, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination};
+use crate::program::{
+    Axis, Coordinates, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+};
 
 /// Slowest and fastest speed along a path that a robot has, mm/s.
 const SPEEDS: std::ops::RangeInclusive<f64> = 1e-2..=1e5;
+/// Shortest and longest time of a move, s.
+const TIMES: std::ops::RangeInclusive<f64> = 1e-3..=86_400.0;
+/// Farthest coordinate that is taken for a place, mm.
+const FARTHEST: f64 = 1e6;
+
+/// Where a position lies.
+struct Place {
+    pose: Pose,
+    /// External axes of the robot's group, mm or rad.
+    own: Vec<f64>,
+    /// Axes of further groups, mm or rad.
+    further: Vec<f64>,
+}
 
 impl Machine<'_> {
-    /// The pose of a position in the selected frames; what is missing where it is not known here.
-    fn place(&mut self, reference: &PositionRef) -> Result<Result<Pose, Missing>, ProgramError> {
+    /// Where a position lies in the selected frames; what is missing where it is not known here.
+    fn place(&mut self, reference: &PositionRef) -> Result<Result<Place, Missing>, ProgramError> {
         let index = match reference {
             PositionRef::Point { index, .. } => *index,
-            PositionRef::Unresolved(text) => return Ok(Err(Missing::Position(text.clone()))),
+            PositionRef::Unresolved(text) => match self.indirect(text) {
+                Some(index) => index,
+                None => return Ok(Err(Missing::Position(text.clone()))),
+            },
         };
         let Some(position) = self.tables[self.at.0].get(&index).copied() else {
             return Err(self.refuse(Refusal::NoPosition(index)));
         };
+        let mut further = Vec::new();
         for other in position.groups.iter().filter(|g| g.number != 1) {
             if moved_away(&other.coordinates) {
                 self.gap(Missing::Positioner(other.number));
+            }
+            if let Coordinates::Joint(axes) = &other.coordinates {
+                further.extend(axes.iter().map(value));
             }
         }
         let Some(group) = position.groups.iter().find(|g| g.number == 1) else {
             return Ok(Err(Missing::JointPosition(index)));
         };
         let Coordinates::Cartesian {
-            xyz, wpr_degrees, ..
+            xyz,
+            wpr_degrees,
+            external,
+            ..
         } = &group.coordinates
         else {
             return Ok(Err(Missing::JointPosition(index)));
         };
+        if xyz.iter().any(|x| x.abs() > FARTHEST) {
+            return Err(self.refuse(Refusal::Far(index)));
+        }
         // a controller moves to a position only in the frames it was taught in: they are selected where no line tells
         self.frames.0 = self.frames.0.or(group.frame);
         self.frames.1 = self.frames.1.or(group.tool);
@@ -57,23 +85,35 @@ impl Machine<'_> {
                 }));
             }
         }
-        Ok(Ok(pose(DVec3::from_array(*xyz), *wpr_degrees)))
+        Ok(Ok(Place {
+            pose: pose(DVec3::from_array(*xyz), *wpr_degrees),
+            own: external.iter().map(value).collect(),
+            further,
+        }))
+    }
+
+    /// The position that `P[R[2]]` means.
+    fn indirect(&self, text: &str) -> Option<u32> {
+        let rest = text.strip_prefix(['P', 'p'])?;
+        let (inner, _) = crate::fanuc_ls::bracket(rest)?;
+        self.memory.index(inner.split(':').next()?)
     }
 
     /// The speed of a move; an assumed one, told, where it is not known.
     fn speed(&mut self, motion: &Motion) -> Result<ExecutedSpeed, ProgramError> {
         let (value, unit) = match motion.speed {
             Speed::Value { value, unit } => (value, unit),
-            Speed::Register { number, unit } => match self.registers.get(&number) {
+            Speed::Register { number, unit } => match self.memory.registers.get(&number) {
                 Some(value) => (*value, unit),
                 None => return Ok(self.assumed_speed(motion, format!("R[{number}]"))),
             },
             Speed::Weld => {
-                let schedule = self.arc.and_then(|arc| self.schedules.get(&arc));
-                return Ok(match schedule.and_then(|s| s.speed) {
-                    Some(speed) => ExecutedSpeed::Path(speed),
-                    None => self.assumed_speed(motion, "WELD_SPEED".to_owned()),
-                });
+                return Ok(
+                    match self.arc.as_ref().and_then(|(_, source)| source.speed) {
+                        Some(speed) => ExecutedSpeed::Path(speed),
+                        None => self.assumed_speed(motion, "WELD_SPEED".to_owned()),
+                    },
+                );
             }
             Speed::Maximum => {
                 return match motion.kind {
@@ -91,9 +131,15 @@ impl Machine<'_> {
                 .then_some(ExecutedSpeed::Path(speed));
             driven.ok_or_else(|| self.refuse(Refusal::Speed))
         };
+        let timed = |time: f64| {
+            let driven = TIMES
+                .contains(&time)
+                .then_some(ExecutedSpeed::Duration(time));
+            driven.ok_or_else(|| self.refuse(Refusal::Speed))
+        };
         match (unit, &motion.kind) {
-            (SpeedUnit::Second, _) => Ok(ExecutedSpeed::Duration(value)),
-            (SpeedUnit::Millisecond, _) => Ok(ExecutedSpeed::Duration(value * 1e-3)),
+            (SpeedUnit::Second, _) => timed(value),
+            (SpeedUnit::Millisecond, _) => timed(value * 1e-3),
             (SpeedUnit::Percent, MotionKind::Joint) if value <= 100.0 => {
                 Ok(ExecutedSpeed::Joint(value / 100.0))
             }
@@ -124,7 +170,7 @@ impl Machine<'_> {
             Termination::Fine => return None,
             Termination::Cnt(share) => f64::from(*share),
             Termination::CntRegister(n) => {
-                if let Some(share) = self.registers.get(n) {
+                if let Some(share) = self.memory.registers.get(n) {
                     *share
                 } else {
                     self.gap(Missing::Termination(format!("CNT R[{n}]")));
@@ -148,6 +194,8 @@ impl Machine<'_> {
                 whole = false;
             } else if calls(word) {
                 self.gap(Missing::Call(word.clone()));
+            } else if coordinated(word) {
+                // told with the place of the positioner
             } else if self.arc.is_some() && !leaves_beads(word) {
                 self.gap(Missing::Word(word.clone()));
             } else {
@@ -180,14 +228,27 @@ impl Machine<'_> {
             };
             return Err(self.refuse(Refusal::NoFrame(missing)));
         };
+        let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
+        if self.arc.is_some() && motion.extra.iter().any(|w| coordinated(w)) && !still {
+            self.gap(Missing::Coordinated);
+        }
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,
-            (_, Some(via)) => ExecutedKind::Circular { via: via.position },
+            (_, Some(via)) => ExecutedKind::Circular {
+                via: via.pose.position,
+            },
             // circles of A moves are found once three of them are known
             (_, None) => ExecutedKind::Linear,
         };
         if self.arc.is_some() && *self.bead_frames.get_or_insert((frame, tool)) != (frame, tool) {
             self.gap(Missing::Frames(frame, tool));
+        }
+        // positions that do not say their axes say nothing of where they stand
+        if self.arc.is_some() && !target.own.is_empty() {
+            let first = self.bead_axes.get_or_insert_with(|| target.own.clone());
+            if *first != target.own {
+                self.gap(Missing::ExternalAxes);
+            }
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
         if motion.kind == MotionKind::CircleArc {
@@ -197,10 +258,12 @@ impl Machine<'_> {
         }
         self.executed.push(Executed::Motion(ExecutedMotion {
             kind,
-            target,
+            target: target.pose,
+            external: [target.own, target.further].concat(),
             speed,
             smoothing,
-            arc: self.arc,
+            arc: self.arc.as_ref().map(|(_, source)| *source),
+            weave: self.weave.filter(|_| self.arc.is_some()),
             frames: (frame, tool),
             layer: self.layer,
             pass: self.pass,
@@ -208,9 +271,9 @@ impl Machine<'_> {
             line: self.at.1 as u32 + 1,
         }));
         if let Some(word) = &motion.arc {
-            let was = self.arc;
+            let was_off = self.arc.is_none();
             self.switch(word)?;
-            let changes = was.is_none() || self.arc.is_none();
+            let changes = was_off || self.arc.is_none();
             if smoothing.is_some() && changes {
                 self.note("arc-on-the-fly", word.to_string());
             }
@@ -273,6 +336,15 @@ impl Machine<'_> {
                 };
             }
         }
+    }
+}
+
+/// Where an axis stands, mm or rad.
+fn value(axis: &Axis) -> f64 {
+    if axis.unit.eq_ignore_ascii_case("deg") {
+        axis.value.to_radians()
+    } else {
+        axis.value
     }
 }
 

@@ -18,12 +18,15 @@ pub enum Refusal {
     /// There is nothing to execute.
     #[error("there is no program")]
     NoProgram,
-    /// A program goes back, or calls itself.
-    #[error("the program has a loop ({0})")]
+    /// A program does not end.
+    #[error("the program does not end ({0})")]
     Loop(String),
-    /// What comes next depends on a value.
-    #[error("what comes next depends on a condition ({0})")]
+    /// What comes next depends on a value that is not known.
+    #[error("what comes next depends on values that are not known here ({0})")]
     Condition(String),
+    /// A block without its other end.
+    #[error("the block that begins or ends here has no other end")]
+    Unpaired,
     /// A jump to nowhere.
     #[error("there is no LBL[{0}]")]
     Label(u32),
@@ -45,6 +48,9 @@ pub enum Refusal {
     /// No such position.
     #[error("P[{0}] is not in /POS")]
     NoPosition(u32),
+    /// A position that no robot reaches.
+    #[error("P[{0}] lies more than a kilometre from the origin of its frame")]
+    Far(u32),
     /// A speed that has no meaning for this move, or that no robot has.
     #[error("the speed is not one of this kind of move, or none that a robot has")]
     Speed,
@@ -70,12 +76,15 @@ impl Refusal {
     pub fn remedy(&self) -> &'static str {
         match self {
             Refusal::NoProgram => "give at least one",
-            Refusal::Loop(_) | Refusal::Condition(_) => {
-                "write the moves out, or export the path without the surrounding logic"
+            Refusal::Loop(_) => "export one round of the program, without the loop around it",
+            Refusal::Condition(_) => {
+                "give the registers that decide it in the cell file (registers), or export the path without the surrounding logic"
             }
+            Refusal::Unpaired => "pair IF … THEN with ENDIF, FOR with ENDFOR, WHILE with ENDWHILE",
             Refusal::Label(_) => "correct the jump or add the label",
             Refusal::NoFrame(_) => "set UFRAME_NUM and UTOOL_NUM before the first move",
             Refusal::OtherFrame { .. } => "select the frame the position was taught in",
+            Refusal::Far(_) => "correct its coordinates, in mm",
             Refusal::NoPosition(_) => "export the program with its positions",
             Refusal::Wait(_) => "write the time that is meant, in seconds",
             Refusal::Speed => {

@@ -7,7 +7,7 @@ use crate::program::{
 };
 
 /// The instruction in `text`, which is trimmed and without line number and `;`. What is not recognised is `Raw`.
-pub(super) fn parse(text: &str) -> Instruction {
+pub(crate) fn parse(text: &str) -> Instruction {
     let text = text.trim();
     recognise(text).unwrap_or_else(|| Instruction::Raw(tidy(text)))
 }

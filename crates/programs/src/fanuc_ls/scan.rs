@@ -32,7 +32,7 @@ pub(super) fn word(text: &str) -> Option<(&str, &str)> {
 }
 
 /// What stands in a bracket that opens `text`, and what follows it.
-pub(super) fn bracket(text: &str) -> Option<(&str, &str)> {
+pub(crate) fn bracket(text: &str) -> Option<(&str, &str)> {
     let inner = text.strip_prefix('[')?;
     let mut depth = 1_u32;
     let mut quoted = false;
@@ -64,7 +64,7 @@ pub(super) fn numbered(inner: &str) -> Option<(u32, Option<String>)> {
 }
 
 /// A finite number at the start of `text`, and what follows it.
-pub(super) fn number(text: &str) -> Option<(f64, &str)> {
+pub(crate) fn number(text: &str) -> Option<(f64, &str)> {
     let end = text
         .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '+' | '-')))
         .unwrap_or(text.len());

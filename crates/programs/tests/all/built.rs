@@ -4,11 +4,13 @@ use meltpath_base::{Length, Ratio, Reporter, Speed};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program};
 use meltpath_programs::{
-    BuildError, BuildSettings, Built, CellProgramming, Executed, ExecutedKind, ExecutedMotion,
-    ExecutedSpeed, ExecutionSettings, PathSpeedUnit, Pause, build, execution_order, fanuc_ls,
+    BuildError, BuildSettings, Built, CellProgramming, ExecutionSettings, PathSpeedUnit, Pause,
+    Way, build, fanuc_ls, read_toolpath,
 };
 use meltpath_toolpath::{Channel, Event, Layer, Move, PassHead, PassId, Profile, Role, Toolpath};
 use proptest::prelude::*;
+
+use crate::told::{Told, motions};
 
 fn arcmate() -> CellProgramming {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
@@ -133,17 +135,17 @@ fn golden_program_with_weld_words_and_sub_programs() {
     insta::assert_snapshot!(fanuc_ls::write(&built.programs[1]).unwrap());
 }
 
-/// The executed moves of the text of a toolpath's programs, in order, with waits left out.
-fn executed(built: &Built) -> Vec<ExecutedMotion> {
+/// The moves of the text of a toolpath's programs, in order, with waits left out; and where they start.
+fn executed(built: &Built) -> (DVec3, Vec<Told>) {
     let mut settings = ExecutionSettings::default();
     settings.passed_over.insert("COOL".to_owned());
-    let all = execution_order(&through_text(built), &settings, &Reporter::new()).unwrap();
-    assert_eq!(all.gaps, []);
-    let moves = all.steps.iter().filter_map(|e| match e {
-        Executed::Motion(m) => Some(*m),
-        Executed::Wait { .. } => None,
-    });
-    moves.collect()
+    let reading = read_toolpath(&through_text(built), &settings, 1000.0, &Reporter::new()).unwrap();
+    assert_eq!(reading.gaps, []);
+    for layer in &reading.toolpath.layers {
+        layer.sanity_check().unwrap();
+    }
+    let start = reading.toolpath.passes().next().map(|p| p.points[0]);
+    (start.unwrap_or(DVec3::ZERO), motions(&reading))
 }
 
 #[test]
@@ -161,27 +163,29 @@ fn speeds_schedules_and_places_survive_the_text() {
         .map(|s| (s.number, s.wire_feed))
         .collect();
     assert_eq!(feeds, [(1, 400.0 / 3.0), (2, 100.0)]);
-    let moves = executed(&built);
-    let depositing: Vec<_> = moves.iter().filter(|m| m.arc.is_some()).collect();
+    let (_, moves) = executed(&built);
+    let depositing: Vec<_> = moves.iter().filter(|m| m.burns).collect();
     assert_eq!(depositing.len(), 5);
+    // to the digits of the comments that say it
+    let metres = |m: &Told| (m.wire_feed.unwrap() * 0.06 * 100.0).round() as u32;
     let seen: Vec<_> = depositing
         .iter()
-        .map(|m| (m.layer, m.pass, m.arc, m.smoothing))
+        .map(|m| (m.layer, m.pass, metres(m), m.control.smoothing))
         .collect();
     assert_eq!(
         seen,
         [
-            (Some(1), Some(1), Some(1), Some(0.5)),
-            (Some(1), Some(1), Some(1), Some(0.5)),
-            (Some(1), Some(1), Some(1), None),
-            (Some(2), Some(2), Some(1), Some(0.5)),
-            (Some(2), Some(2), Some(2), None),
+            (1, 1, 800, Some(0.5)),
+            (1, 1, 800, Some(0.5)),
+            (1, 1, 800, None),
+            (2, 2, 800, Some(0.5)),
+            (2, 2, 600, None),
         ]
     );
-    assert!(matches!(depositing[1].kind, ExecutedKind::Circular { .. }));
-    assert_eq!(depositing[4].speed, ExecutedSpeed::Path(8.0));
+    assert!(matches!(depositing[1].shape, Move::Arc { .. }));
+    assert_eq!(depositing[4].speed, Some(8.0));
     let axis = DVec3::new(0.0, -0.5, 1.0).normalize();
-    assert!(depositing[4].target.tool_axis().distance(axis) < 1e-4);
+    assert!(depositing[4].axis.distance(axis) < 1e-4);
 }
 
 #[test]
@@ -193,15 +197,17 @@ fn travels_clear_the_highest_surface() {
         &Reporter::new(),
     )
     .unwrap();
-    let moves = executed(&built);
-    for pair in moves.windows(2) {
-        let (a, b) = (pair[0].target.position, pair[1].target.position);
-        if pair[1].arc.is_none() && a.truncate().distance(b.truncate()) > 1e-3 {
+    let (start, moves) = executed(&built);
+    let mut a = start;
+    for m in &moves {
+        let b = m.to;
+        if !m.burns && a.truncate().distance(b.truncate()) > 1e-3 {
             let height = if b.z > 21.0 + 1.6 { 1.6 } else { 0.0 };
             assert!(a.z.min(b.z) >= height + 20.0, "{a} {b}");
         }
+        a = b;
     }
-    assert!(moves[1..].iter().all(|m| m.kind != ExecutedKind::Joint));
+    assert!(moves.iter().all(|m| m.control.way == Way::Path));
 }
 
 #[test]
@@ -230,6 +236,11 @@ fn unsound_passes_are_refused_by_number() {
         pass.event(Event::Weave(1)).line_to(DVec3::X);
     };
     assert!(refused(weave).to_string().contains("Weave"));
+    let turned = |t: &mut Toolpath| {
+        let mut pass = t.layers[0].begin(head(9, Role::Fill), DVec3::ZERO);
+        pass.line_to(DVec3::X).external(0, 0.5);
+    };
+    assert!(refused(turned).to_string().contains("external axis"));
     assert!(
         refused(|t| t.profiles[0].speed = 0.0)
             .to_string()
@@ -336,13 +347,15 @@ proptest! {
             cell.points_per_program.value = 20;
         }
         let built = build(&toolpath, &cell, &settings(Pause::None), &Reporter::new()).unwrap();
-        let moves = executed(&built);
+        let (_, moves) = executed(&built);
         // by the text alone
         let parts = &built.programs[usize::from(built.programs.len() > 1)..];
         let texts: Vec<_> = parts.iter().map(|p| fanuc_ls::write(p).unwrap()).collect();
         let (during, left_on) = arc_by_text(&texts);
         prop_assert!(!left_on);
-        prop_assert_eq!(during, moves.iter().map(|m| m.arc.is_some()).collect::<Vec<_>>());
+        // the first move leads to the start
+        prop_assert_eq!(during.first(), Some(&false));
+        prop_assert_eq!(&during[1..], moves.iter().map(|m| m.burns).collect::<Vec<_>>());
         // what is deposited is what the toolpath deposits, move by move, and nothing else
         let mut wanted = Vec::new();
         for pass in toolpath.passes().filter(|p| p.head.role.deposits()) {
@@ -353,13 +366,13 @@ proptest! {
                 }
             }
         }
-        let found: Vec<_> = moves.iter().filter(|m| m.arc.is_some()).collect();
+        let found: Vec<_> = moves.iter().filter(|m| m.burns).collect();
         prop_assert_eq!(found.len(), wanted.len());
         for (m, (pass, to, feed)) in found.iter().zip(wanted) {
-            prop_assert_eq!(m.pass, Some(pass));
-            prop_assert!(m.target.position.distance(to) < 1e-3);
-            let schedule = built.schedules.iter().find(|s| Some(s.number) == m.arc).unwrap();
-            prop_assert_eq!(schedule.wire_feed, feed);
+            prop_assert_eq!(m.pass, pass);
+            prop_assert!(m.to.distance(to) < 1e-3);
+            // to the digits of the comment
+            prop_assert!((m.wire_feed.unwrap() - feed).abs() < 0.005 / 0.06 + 1e-9);
         }
     }
 

@@ -6,33 +6,16 @@ use std::fmt::Write as _;
 use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::execute::{Execution, Refusal};
-use meltpath_programs::fanuc_ls::{self, ParseError, Parsed};
-use meltpath_programs::program::{Coordinates, Instruction, PositionRef, Termination};
-use meltpath_programs::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Missing, Program,
-    WeldSettings, execution_order,
-};
+use meltpath_programs::fanuc_ls::{self, ParseError};
+use meltpath_programs::program::{Axis, Coordinates, Group, Instruction, PositionRef, Termination};
+use meltpath_programs::{ExecutionSettings, Missing, Refusal, Way, WeldSettings};
+use meltpath_toolpath::Move;
+
+use crate::told::{execute, motions, parsed, program, read};
 
 const SIMPLE: &str = include_str!("../data/offline_simple.ls");
 const TWO_GROUPS: &str = include_str!("../data/controller_two_groups.ls");
 const LOGIC: &str = include_str!("../data/lower_case_logic.ls");
-
-fn parsed(text: &str) -> Parsed {
-    fanuc_ls::parse(text).unwrap()
-}
-
-fn execute(programs: &[Program]) -> Result<Execution, Refusal> {
-    execution_order(programs, &ExecutionSettings::default(), &Reporter::new()).map_err(|e| e.why)
-}
-
-fn motions(execution: &Execution) -> Vec<ExecutedMotion> {
-    let moves = execution.steps.iter().filter_map(|e| match e {
-        Executed::Motion(m) => Some(*m),
-        Executed::Wait { .. } => None,
-    });
-    moves.collect()
-}
 
 #[test]
 fn every_line_is_kept() {
@@ -88,30 +71,38 @@ fn a_simple_export_is_executed() {
     let p = parsed(SIMPLE);
     let executed = execute(&[p.program]).unwrap();
     let moves = motions(&executed);
-    assert_eq!(moves.len(), 7);
-    let arcs: Vec<_> = moves.iter().map(|m| m.arc).collect();
-    assert_eq!(arcs, [None, None, Some(1), Some(1), Some(1), Some(1), None]);
-    assert_eq!(moves[0].speed, ExecutedSpeed::Joint(1.0));
-    assert_eq!(moves[2].speed, ExecutedSpeed::Path(12.0));
-    assert_eq!((moves[2].smoothing, moves[5].smoothing), (Some(0.01), None));
+    // the first move leads to where the toolpath starts
+    assert_eq!(moves.len(), 6);
+    let start = executed.toolpath.passes().next().unwrap().points[0];
+    assert_eq!(start, DVec3::Z * 100.0);
+    let burns: Vec<_> = moves.iter().map(|m| m.burns).collect();
+    assert_eq!(burns, [false, true, true, true, true, false]);
+    assert_eq!(moves[1].speed, Some(12.0));
+    let smoothing = |k: usize| moves[k].control.smoothing;
+    assert_eq!((smoothing(1), smoothing(4)), (Some(0.01), None));
     assert_eq!(
-        moves[4].kind,
-        ExecutedKind::Circular {
+        moves[3].shape,
+        Move::Arc {
             via: DVec3::new(42.929, 47.071, 0.0)
         }
     );
-    assert!(
-        moves
-            .iter()
-            .all(|m| m.target.tool_axis().distance(DVec3::Z) < 1e-9)
-    );
-    assert_eq!((moves[6].line, moves[6].frames), (15, (9, 9)));
-    assert!(
-        executed
-            .steps
-            .iter()
-            .any(|e| matches!(e, Executed::Wait { time, arc: None, .. } if *time == 0.5))
-    );
+    assert!(moves.iter().all(|m| m.axis.distance(DVec3::Z) < 1e-9));
+    let last = moves[5].control;
+    assert_eq!((last.line, last.frames), (15, (9, 9)));
+    let waits: Vec<_> = executed
+        .toolpath
+        .passes()
+        .flat_map(|p| {
+            p.moves()
+                .map(move |m| (m, p.head.role.deposits()))
+                .collect::<Vec<_>>()
+        })
+        .filter(|(m, _)| matches!(m, Move::Spot { .. }))
+        .collect();
+    assert_eq!(waits, [(Move::Spot { time: 0.5 }, false)]);
+    // what the schedule sets is not known: no wire feed is said
+    assert!(moves.iter().all(|m| m.wire_feed.is_none()));
+    assert_eq!(executed.gaps.len(), 1);
 }
 
 #[test]
@@ -136,7 +127,7 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
     };
     let program = std::slice::from_ref(&p.program);
     let whys = |settings: &ExecutionSettings| -> Vec<(u32, Missing)> {
-        let executed = execution_order(program, settings, &Reporter::new()).unwrap();
+        let executed = read(program, settings, &Reporter::new()).unwrap();
         executed.gaps.into_iter().map(|g| (g.line, g.why)).collect()
     };
     assert_eq!(
@@ -156,31 +147,28 @@ fn a_controllers_program_with_two_groups_is_executed_with_warnings() {
         wire_feed: 100.0,
         speed: Some(12.5),
     };
-    settings.schedules.insert(2, set);
+    settings.schedules.insert((Some(1), 2), set);
     let left: Vec<u32> = whys(&settings).into_iter().map(|(line, _)| line).collect();
     assert_eq!(left, [10, 12, 13]);
 
-    let executed = execution_order(program, &settings, &reporter).unwrap();
+    let executed = read(program, &settings, &reporter).unwrap();
     let moves = motions(&executed);
-    // both moves to the joint position are left out
-    assert_eq!(moves.len(), 7);
-    assert_eq!(moves[2].speed, ExecutedSpeed::Path(12.5));
-    assert_eq!(moves[2].smoothing, Some(0.5));
-    let arcs: Vec<_> = moves.iter().map(|m| m.arc).collect();
-    assert_eq!(
-        arcs,
-        [None, None, Some(2), Some(2), Some(2), Some(2), Some(2)]
-    );
+    // both moves to the joint position are left out, the first of the others leads to the start
+    assert_eq!(moves.len(), 6);
+    assert_eq!(moves[1].speed, Some(12.5));
+    assert_eq!(moves[1].control.smoothing, Some(0.5));
+    assert_eq!(moves[1].wire_feed, Some(100.0));
+    let burns: Vec<_> = moves.iter().map(|m| m.burns).collect();
+    assert_eq!(burns, [false, true, true, true, true, true]);
     // three A moves lie on one circle about (60, 20)
     let centre = DVec3::new(60.0, 20.0, 0.0);
-    assert_eq!(moves[3].kind, ExecutedKind::Linear);
-    for k in [4, 5] {
-        let ExecutedKind::Circular { via } = moves[k].kind else {
+    assert_eq!(moves[2].shape, Move::Line);
+    for k in [3, 4] {
+        let Move::Arc { via } = moves[k].shape else {
             panic!("not a circle: {k}")
         };
         assert!((via.distance(centre) - 20.0).abs() < 1e-3);
-        let arc =
-            Arc::through(moves[k - 1].target.position, via, moves[k].target.position).unwrap();
+        let arc = Arc::through(moves[k - 1].to, via, moves[k].to).unwrap();
         assert!(
             (arc.sweep - std::f64::consts::FRAC_PI_4).abs() < 1e-3,
             "{}",
@@ -218,35 +206,18 @@ fn forms_of_speed_termination_and_reference() {
     assert!(matches!(&found[3].0, PositionRef::Point { index: 2, comment: Some(c) } if c == "a;b"));
 }
 
-/// A program with these instructions, and point 1 to 3 in frames 1.
-fn program(name: &str, lines: &[&str]) -> Program {
-    let mut text = format!("/PROG {name}\n/MN\n");
-    for (i, line) in lines.iter().enumerate() {
-        writeln!(text, "{:4}:{line} ;", i + 1).unwrap();
-    }
-    text += "/POS\n";
-    for i in 1..=3 {
-        write!(text, "P[{i}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {i} mm, Y = 0 mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
-        ).unwrap();
-    }
-    text += "P[4]{\n GP1:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg\n};\n/END\n";
-    parsed(&text).program
-}
-
 /// A controller moves to a position in the frames it was taught in: where no line selects them, they are those.
 #[test]
 fn frames_that_no_line_selects_are_those_of_the_positions() {
     let go = "L P[1] 50mm/sec FINE";
     for lines in [
-        &[go] as &[_],
-        &["UFRAME_NUM=1", go],
-        &["UFRAME_NUM=R[5]", go],
+        &[go, go] as &[_],
+        &["UFRAME_NUM=1", go, go],
+        &["UFRAME_NUM=R[5]", go, go],
     ] {
         let executed = execute(&[program("P", lines)]).unwrap();
-        let Executed::Motion(m) = &executed.steps[0] else {
-            panic!("{lines:?}: no move")
-        };
-        assert_eq!(m.frames, (1, 1), "{lines:?}");
+        let all: Vec<_> = executed.controls.iter().map(|c| c.frames).collect();
+        assert_eq!(all, [(1, 1)], "{lines:?}");
     }
 }
 
@@ -263,9 +234,11 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
         Refusal::Loop(_)
     ));
     assert!(matches!(
-        refuse(&["FOR R[1]=1 TO 3", go, "ENDFOR"]),
-        Refusal::Loop(_)
+        refuse(&["FOR R[1]=1 TO R[2]", go, "ENDFOR"]),
+        Refusal::Condition(_)
     ));
+    assert_eq!(refuse(&["FOR R[1]=2 TO 1", go]), Refusal::Unpaired);
+    assert_eq!(refuse(&[go, "ENDFOR"]), Refusal::Unpaired);
     assert!(matches!(refuse(&[go, "CALL P"]), Refusal::Loop(_)));
     assert!(matches!(
         refuse(&["IF R[1]=1,JMP LBL[2]"]),
@@ -274,6 +247,7 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
     assert_eq!(refuse(&["JMP LBL[7]"]), Refusal::Label(7));
     assert_eq!(refuse(&["L P[9] 50mm/sec FINE"]), Refusal::NoPosition(9));
     assert_eq!(refuse(&["L P[1] 9999999mm/sec FINE"]), Refusal::Speed);
+    assert_eq!(refuse(&["L P[1] 9999999sec FINE"]), Refusal::Speed);
     assert_eq!(refuse(&["WAIT 9999999(sec)"]), Refusal::Wait(9_999_999.0));
     assert_eq!(refuse(&["L P[1] 50% FINE"]), Refusal::Speed);
     assert_eq!(
@@ -310,7 +284,12 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
         Refusal::NoFrame("UTOOL_NUM")
     );
     assert_eq!(execute(&[]).unwrap_err(), Refusal::NoProgram);
-    let error = execution_order(&[nowhere], &ExecutionSettings::default(), &Reporter::new());
+    let mut far = program("P", &[go]);
+    if let Coordinates::Cartesian { xyz, .. } = &mut far.positions[0].groups[0].coordinates {
+        xyz[2] = 1e9;
+    }
+    assert_eq!(execute(&[far]).unwrap_err(), Refusal::Far(1));
+    let error = read(&[nowhere], &ExecutionSettings::default(), &Reporter::new());
     let text = error.unwrap_err().to_string();
     assert!(
         text.contains("P, line 2") && text.contains("set UFRAME_NUM"),
@@ -390,7 +369,8 @@ fn lines_that_shape_metal_and_are_not_simulated_are_told() {
             "L P[2] 10mm/sec FINE Offset,PR[1]",
             Missing::Offset("Offset,PR[1]".into()),
         ),
-        ("L P[2] 10mm/sec FINE COORD", Missing::Word("COORD".into())),
+        ("L P[2] 10mm/sec FINE COORD", Missing::Coordinated),
+        ("L P[2] 10mm/sec FINE ACC80", Missing::Word("ACC80".into())),
         ("Arc Start[2]", Missing::Schedule("Arc Start[2]".into())),
         (
             "Arc Start[1,R[2]]",
@@ -430,6 +410,68 @@ fn beads_of_two_frames_are_told() {
     assert_eq!(found, [(8, Missing::Frames(2, 1))]);
 }
 
+/// Beside a positioner that stands still a coordinated bead is the one written.
+#[test]
+fn coordinated_beads_count_where_the_positioner_stands_still() {
+    let gaps = |angles: [f64; 2]| {
+        let lines = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8 m/min",
+            "L P[1] 9mm/sec FINE Arc Start[1]",
+            "L P[2] 9mm/sec FINE COORD Arc End[1]",
+        ];
+        let mut program = program("P", &lines);
+        for (position, angle) in program.positions.iter_mut().zip(angles) {
+            let axis = Axis {
+                name: "J1".to_owned(),
+                value: angle,
+                unit: "deg".to_owned(),
+            };
+            let second = Group {
+                number: 2,
+                coordinates: Coordinates::Joint(vec![axis]),
+                ..position.groups[0].clone()
+            };
+            position.groups.push(second);
+        }
+        let gaps = execute(&[program]).unwrap().gaps;
+        gaps.into_iter().map(|g| g.why).collect::<Vec<_>>()
+    };
+    assert_eq!(gaps([0.0; 2]), []);
+    assert_eq!(
+        gaps([0.0, 5.0]),
+        [Missing::Positioner(2), Missing::Coordinated]
+    );
+}
+
+/// Where external axes stand is carried; beads along which they move are told.
+#[test]
+fn external_axes_are_carried_and_told_where_they_move() {
+    let text = |places: [f64; 3]| {
+        let mut text =
+            "/PROG P\n/MN\n1:!Schedule 1 WFS 8 m/min ;\n2:L P[1] 50mm/sec FINE Arc Start[1] ;\n\
+            3:L P[2] 10mm/sec FINE ;\n4:L P[3] 10mm/sec FINE Arc End[1] ;\n/POS\n"
+                .to_owned();
+        for (i, e) in places.iter().enumerate() {
+            writeln!(text, "P[{0}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {0} mm, Y = 0 mm, Z = 0 mm, \
+                W = 180 deg, P = 0 deg, R = 0 deg, E1 = {e} mm\n GP2:\n UF : 1, UT : 1,\n J1= 0 deg, J2= 0 deg\n}};", i + 1)
+                .unwrap();
+        }
+        parsed(&format!("{text}/END\n")).program
+    };
+    let still = execute(&[text([700.0; 3])]).unwrap();
+    assert_eq!(still.gaps, []);
+    let bead = still.toolpath.passes().next().unwrap();
+    for i in 0..bead.points.len() {
+        let axes: Vec<_> = bead.external(i).collect();
+        assert_eq!(axes, [Some(700.0), Some(0.0), Some(0.0)]);
+    }
+    let moving = execute(&[text([0.0, 0.0, 10.0])]).unwrap();
+    let found: Vec<_> = moving.gaps.into_iter().map(|g| (g.line, g.why)).collect();
+    assert_eq!(found, [(4, Missing::ExternalAxes)]);
+}
+
 #[test]
 fn a_move_that_is_left_out_still_switches_the_arc() {
     let lines = [
@@ -440,7 +482,8 @@ fn a_move_that_is_left_out_still_switches_the_arc() {
     ];
     let executed = execute(&[program("P", &lines)]).unwrap();
     let moves = motions(&executed);
-    assert_eq!((moves.len(), moves[0].arc), (1, Some(1)));
+    // the first move that is known, though the arc burns on it, leads to the start
+    assert_eq!(moves.len(), 0);
     assert_eq!(executed.gaps.len(), 2);
     assert_eq!(executed.gaps[0].why, Missing::Position("PR[1]".into()));
 }
@@ -468,12 +511,10 @@ fn calls_jumps_ends_and_aborts_are_followed() {
     );
     let executed = execute(&[main, sub]).unwrap();
     let moves = motions(&executed);
-    assert_eq!(moves.len(), 2);
-    assert!(
-        moves
-            .iter()
-            .all(|m| m.speed == ExecutedSpeed::Path(20.0) && m.program == 1)
-    );
+    assert_eq!(moves.len(), 1);
+    let only = moves[0];
+    assert_eq!((only.speed, only.control.program), (Some(20.0), 1));
+    assert_eq!(only.control.way, Way::Path);
 }
 
 #[test]

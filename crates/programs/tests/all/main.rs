@@ -4,4 +4,7 @@
 mod built;
 mod cli_layers;
 mod foreign;
+mod logic;
 mod mutation;
+mod source;
+mod told;

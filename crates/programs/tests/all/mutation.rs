@@ -1,7 +1,7 @@
 //! The parser on damaged and random text: an error or a program, never a panic; and what it reads it can write and read again.
 
 use meltpath_base::Reporter;
-use meltpath_programs::{ExecutionSettings, execution_order, fanuc_ls};
+use meltpath_programs::{ExecutionSettings, fanuc_ls, read_toolpath};
 use proptest::prelude::*;
 
 const SAMPLES: [&str; 3] = [
@@ -15,11 +15,19 @@ fn exercise(bytes: &[u8]) -> Result<(), TestCaseError> {
     let Ok(parsed) = fanuc_ls::read(bytes) else {
         return Ok(());
     };
-    let _ = execution_order(
+    let read = read_toolpath(
         std::slice::from_ref(&parsed.program),
         &ExecutionSettings::default(),
+        1000.0,
         &Reporter::new(),
     );
+    if let Ok(reading) = read {
+        let moves: usize = reading.toolpath.passes().map(|p| p.move_count()).sum();
+        prop_assert_eq!(moves, reading.controls.len());
+        for layer in &reading.toolpath.layers {
+            prop_assert_eq!(layer.sanity_check(), Ok(()));
+        }
+    }
     let Ok(text) = fanuc_ls::write(&parsed.program) else {
         return Ok(());
     };

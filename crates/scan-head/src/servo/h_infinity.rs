@@ -6,7 +6,7 @@
 
 use meltpath_control::balanced::{Reduction, reduce};
 use meltpath_control::discretise::{Hold, discretise, discretise_delayed};
-use meltpath_control::hinf::{
+use meltpath_control::h_infinity::{
     MixedSensitivity, SynthesisError, SynthesisOptions, Template, WeightError, synthesise,
 };
 use meltpath_control::margins::{Margins, bandwidth, lowest};
@@ -23,7 +23,7 @@ use crate::servo::model::{current_loop, grid_for};
 
 /// Why no controller is made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum HinfError {
+pub enum HInfinityError {
     /// The synthesis refused.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
@@ -42,9 +42,9 @@ pub enum HinfError {
     },
 }
 
-impl From<SystemError> for HinfError {
+impl From<SystemError> for HInfinityError {
     fn from(error: SystemError) -> Self {
-        HinfError::Axis(AxisError::System(error))
+        HInfinityError::Axis(AxisError::System(error))
     }
 }
 
@@ -77,7 +77,7 @@ impl Weights {
 /// How a controller is synthesised and made practical.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct HinfTargets {
+pub struct HInfinityTargets {
     /// The weights.
     pub weights: Weights,
     /// Damping given to the modes of the motor in the synthesis where it is larger than theirs: a controller for a broad
@@ -105,7 +105,7 @@ const THESIS_BANDWIDTH: f64 = 3000.0;
 /// a command of the thesis' weights is worth.
 const THESIS_COMMAND: f64 = 1.2817e-7 * THESIS_BANDWIDTH * THESIS_BANDWIDTH;
 
-impl HinfTargets {
+impl HInfinityTargets {
     /// The thesis' weights moved to another motor and bandwidth (rad/s): frequencies in proportion to the bandwidth, commands
     /// in proportion to the current that accelerates the motor at it. For the reference motor and 3000 rad/s they are the printed
     /// ones to 10⁻⁴.
@@ -119,7 +119,7 @@ impl HinfTargets {
         period: f64,
     ) -> Result<Self, WeightError> {
         let pace = bandwidth / THESIS_BANDWIDTH;
-        Ok(HinfTargets {
+        Ok(HInfinityTargets {
             weights: Weights {
                 sensitivity: Template::new(0.001, 1.001, 3000.0 * pace)?,
                 command: Template::new(55.0, 0.1, 5e5 * pace)?,
@@ -164,7 +164,7 @@ pub enum Changes {
 
 /// A controller from error angle to current set-point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HinfServo {
+pub struct HInfinityServo {
     /// Best level γ*.
     pub level: f64,
     /// As synthesised.
@@ -266,13 +266,13 @@ pub fn with_modes(motor: &Galvanometer, shift: f64) -> Galvanometer {
 /// Synthesises a controller for a motor behind its current regulator.
 ///
 /// # Errors
-/// [`HinfError`].
+/// [`HInfinityError`].
 pub fn design(
     motor: &Galvanometer,
     current: &CurrentGains,
     unit: AngleUnit,
-    targets: &HinfTargets,
-) -> Result<HinfServo, HinfError> {
+    targets: &HInfinityTargets,
+) -> Result<HInfinityServo, HInfinityError> {
     motor.check()?;
     positive("the wanted crossover", targets.crossover)?;
     positive("the sample period of the controller", targets.period)?;
@@ -321,7 +321,7 @@ pub fn design(
     let continuous = simplified.controller.to_state_space()?;
     let plant = current_plant(motor, current, unit)?;
     if !is_stable(&continuous.then(&plant)?)? {
-        return Err(HinfError::Lost {
+        return Err(HInfinityError::Lost {
             order,
             what: "its changes",
             remedy: "remove fewer pairs, or keep more states",
@@ -330,13 +330,13 @@ pub fn design(
     let sampled = discretise(&continuous, targets.period, Hold::First)?;
     let held = discretise(&plant, targets.period, Hold::Zero)?;
     if !is_stable(&sampled.then(&held)?)? {
-        return Err(HinfError::Lost {
+        return Err(HInfinityError::Lost {
             order,
             what: "sampling",
             remedy: "sample faster, or lower the bandwidth",
         });
     }
-    Ok(HinfServo {
+    Ok(HInfinityServo {
         level: found.optimum,
         full,
         simplified,
@@ -357,7 +357,7 @@ pub fn quality(
     motor: &Galvanometer,
     current: &CurrentGains,
     unit: AngleUnit,
-    servo: &HinfServo,
+    servo: &HInfinityServo,
     form: Form,
     mode_shift: f64,
     delay: f64,

@@ -5,7 +5,7 @@
 //! its distance to the critical point over the whole spread.
 
 use meltpath_base::Observer;
-use meltpath_control::hinf::Template;
+use meltpath_control::h_infinity::Template;
 use meltpath_numerics::swarm::{Optimum, Range, Swarm, SwarmError, minimise};
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +13,8 @@ use crate::axis::control::{AngleUnit, CurrentGains};
 use crate::axis::error::{AxisError, positive};
 use crate::axis::galvanometer::Galvanometer;
 use crate::servo::h_infinity::{
-    Changes, Form, HinfError, HinfServo, HinfTargets, LoopQuality, Weights, command_unit, design,
-    quality,
+    Changes, Form, HInfinityError, HInfinityServo, HInfinityTargets, LoopQuality, Weights,
+    command_unit, design, quality,
 };
 
 /// The motors a controller has to serve.
@@ -35,9 +35,9 @@ pub struct Spread {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobustDesign {
     /// The settings found.
-    pub targets: HinfTargets,
+    pub targets: HInfinityTargets,
     /// The controller.
-    pub servo: HinfServo,
+    pub servo: HInfinityServo,
     /// Its sampled loop for every motor of the spread.
     pub loops: Vec<LoopQuality>,
     /// The swarm's way.
@@ -62,7 +62,7 @@ pub enum RobustError {
     Swarm(#[from] SwarmError),
     /// The last synthesis.
     #[error(transparent)]
-    Hinf(#[from] HinfError),
+    HInfinity(#[from] HInfinityError),
     /// The best controller found does not serve every motor.
     #[error(
         "the best controller found does not serve the motor with its modes at {shift} times their pulsation and {delay} s of delay (modulus margin {margin:.2}, stable: {stable}): narrow the spread or ask for less"
@@ -95,8 +95,13 @@ const BOUNDS: [(f64, f64); 8] = [
 /// Which of them are frequencies and grow with the bandwidth.
 const FREQUENCIES: [bool; 8] = [true, false, false, false, true, false, true, false];
 
-fn targets(x: &[f64], changes: Changes, period: f64, command_unit: f64) -> Option<HinfTargets> {
-    Some(HinfTargets {
+fn targets(
+    x: &[f64],
+    changes: Changes,
+    period: f64,
+    command_unit: f64,
+) -> Option<HInfinityTargets> {
+    Some(HInfinityTargets {
         weights: Weights {
             sensitivity: Template::new(0.001, x[1], x[0]).ok()?,
             command: Template::new(x[2], x[3], x[4]).ok()?,
@@ -136,7 +141,7 @@ pub fn search(
             delays: spread.delays.len(),
         });
     }
-    positive("the bandwidth", bandwidth).map_err(HinfError::Axis)?;
+    positive("the bandwidth", bandwidth).map_err(HInfinityError::Axis)?;
     let pace = bandwidth / 3000.0;
     let worth = command_unit(motor, unit, bandwidth);
     let cost = |x: &[f64]| -> f64 {
@@ -163,7 +168,7 @@ pub fn search(
     let found = minimise(cost, &ranges, Some(&start), swarm, observer)?;
     let targets = targets(&found.values, changes, period, worth).ok_or(SwarmError::NoFiniteCost)?;
     let servo = design(motor, current, unit, &targets)?;
-    let loops = loops(motor, current, unit, &servo, spread).map_err(HinfError::Axis)?;
+    let loops = loops(motor, current, unit, &servo, spread).map_err(HInfinityError::Axis)?;
     if let Some(bad) = loops.iter().find(|l| !serves(l, spread)) {
         return Err(RobustError::OutOfReach {
             shift: bad.mode_shift,
@@ -188,7 +193,7 @@ pub fn loops(
     motor: &Galvanometer,
     current: &CurrentGains,
     unit: AngleUnit,
-    servo: &HinfServo,
+    servo: &HInfinityServo,
     spread: &Spread,
 ) -> Result<Vec<LoopQuality>, AxisError> {
     let mut all = Vec::with_capacity(spread.mode_shifts.len() * spread.delays.len());

@@ -11,14 +11,14 @@ use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{FillMode, FillRate};
 use meltpath_scan_head::measures::histogram::Histogram;
-use meltpath_scan_head::servo::h_infinity::{HinfTargets, design};
+use meltpath_scan_head::servo::h_infinity::{HInfinityTargets, design};
 use meltpath_scan_head::servo::preview::Previews;
 
 use super::preview::ahead;
 use super::reference::{HeadData, job_of, recipes, three_axis_data, two_axis_data};
 
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
-pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
+pub(crate) fn with_h_infinity(data: &HeadData) -> ScanHead {
     let mut head = data.head.clone();
     for (axis, times) in head.mirrors.iter_mut().zip(data.tuning) {
         let Controller::Cascade(gains) = axis.controller.clone() else {
@@ -27,7 +27,7 @@ pub(crate) fn with_hinf(data: &HeadData) -> ScanHead {
         let bandwidth = 3.0 / times.unwrap()[2];
         let unit = AngleUnit::Degree;
         let targets =
-            HinfTargets::thesis_like(&axis.motor, unit, bandwidth, data.head.period).unwrap();
+            HInfinityTargets::thesis_like(&axis.motor, unit, bandwidth, data.head.period).unwrap();
         let servo = design(&axis.motor, &gains.current, unit, &targets).unwrap();
         axis.controller = Controller::Sampled(SampledController {
             form: SampledForm::Designed(servo.sampled),
@@ -153,7 +153,7 @@ struct Square {
 }
 
 fn square(data: &HeadData, recipe: &Recipe) -> Square {
-    let robust = with_hinf(data);
+    let robust = with_h_infinity(data);
     let run = |head: &ScanHead| told(head, &data.plate, recipe);
     let both = |head: ScanHead| [run(&head), run(&without_prefilter(head))];
     let found = Square {
@@ -224,7 +224,11 @@ fn lpbf_ac48_more_friction_takes_the_conventional_share() {
             axis.motor.friction = scaled(axis.motor.friction, factor);
         }
         let conventional = told(&data.head, &data.plate, recipe);
-        let robust = told(&without_prefilter(with_hinf(&data)), &data.plate, recipe);
+        let robust = told(
+            &without_prefilter(with_h_infinity(&data)),
+            &data.plate,
+            recipe,
+        );
         println!(
             "friction × {factor}: below 100, 200, 300 µm conventional {:.3?}, H-infinity {:.3?}",
             &conventional.contour[3..],
@@ -286,7 +290,7 @@ fn lpbf_ac47_ac49_h_infinity_on_three_axes() {
 #[test]
 fn lpbf_ac47_the_first_average_alone_leaves_the_printed_lag() {
     let data = three_axis_data();
-    let mut robust = with_hinf(&data);
+    let mut robust = with_h_infinity(&data);
     robust.filter_acceleration();
     // the upper ends of the printed intervals of X: 0.006, 0.008, 0.016 deg
     let recorded = [
@@ -325,7 +329,12 @@ fn lpbf_ac48_noise_and_unlike_mirrors_do_not_take_it() {
             motor.modes[0].omega *= 0.9;
         }
         let conventional = told(&data.head, &data.plate, recipe).contour[3];
-        let robust = told(&without_prefilter(with_hinf(&data)), &data.plate, recipe).contour[3];
+        let robust = told(
+            &without_prefilter(with_h_infinity(&data)),
+            &data.plate,
+            recipe,
+        )
+        .contour[3];
         println!(
             "noise {noise} deg, unlike {unlike}: below 100 µm conventional {conventional:.3}, H-infinity {robust:.3}"
         );
@@ -398,7 +407,10 @@ fn lpbf_20_preview_on_the_recipes_squares() {
         for ((structure, head), recorded) in [
             ("conventional, pre-filter", data.head.clone()),
             ("conventional, none", without_prefilter(data.head.clone())),
-            ("H-infinity, none", without_prefilter(with_hinf(&data))),
+            (
+                "H-infinity, none",
+                without_prefilter(with_h_infinity(&data)),
+            ),
         ]
         .into_iter()
         .zip(recorded)

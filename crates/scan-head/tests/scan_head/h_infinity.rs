@@ -4,7 +4,7 @@
 use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
-use meltpath_control::hinf::Template;
+use meltpath_control::h_infinity::Template;
 use meltpath_numerics::swarm::Swarm;
 use meltpath_scan_head::axis::control::{
     AngleUnit, CascadeGains, Controller, FeedForward, SampledController, SampledForm,
@@ -13,7 +13,7 @@ use meltpath_scan_head::servo::compare::{
     Draw, MultiStep, Scatter, TrackingError, monte_carlo, run, two_by_two,
 };
 use meltpath_scan_head::servo::h_infinity::{
-    Changes, Form, HinfServo, HinfTargets, Weights, design, quality, with_modes,
+    Changes, Form, HInfinityServo, HInfinityTargets, Weights, design, quality, with_modes,
 };
 use meltpath_scan_head::servo::robust::{Spread, loops, search};
 
@@ -21,8 +21,8 @@ use meltpath_scan_head::servo::robust::{Spread, loops, search};
 const SAMPLE: f64 = 50e-6;
 const PERIOD: f64 = 2e-6;
 
-fn thesis_targets() -> HinfTargets {
-    HinfTargets {
+fn thesis_targets() -> HInfinityTargets {
+    HInfinityTargets {
         weights: Weights::thesis().unwrap(),
         least_damping: 0.0,
         crossover: 3000.0,
@@ -36,8 +36,8 @@ fn thesis_targets() -> HinfTargets {
 }
 
 /// Weights that `search` found for modes 10 % to either side, rounded.
-fn robust_targets() -> HinfTargets {
-    HinfTargets {
+fn robust_targets() -> HInfinityTargets {
+    HInfinityTargets {
         weights: Weights {
             sensitivity: Template::new(0.001, 1.001, 3516.0).unwrap(),
             command: Template::new(158.0, 0.16, 2.78e5).unwrap(),
@@ -51,11 +51,11 @@ fn robust_targets() -> HinfTargets {
     }
 }
 
-fn servo(targets: &HinfTargets) -> HinfServo {
+fn servo(targets: &HInfinityTargets) -> HInfinityServo {
     design(&motor(), &synthesised().current, AngleUnit::Degree, targets).unwrap()
 }
 
-fn sampled(servo: &HinfServo, feed_forward: FeedForward) -> Controller {
+fn sampled(servo: &HInfinityServo, feed_forward: FeedForward) -> Controller {
     Controller::Sampled(SampledController {
         form: SampledForm::Designed(servo.sampled.clone()),
         unit: AngleUnit::Degree,
@@ -169,7 +169,7 @@ fn a_controller_serves_modes_ten_percent_to_either_side() {
     let eight = servo(&thesis_targets());
     let five = servo(&robust_targets());
     assert_eq!(five.sampled.order(), 5);
-    let judge = |servo: &HinfServo, form, shift, delay| {
+    let judge = |servo: &HInfinityServo, form, shift, delay| {
         quality(
             &motor,
             &current,
@@ -274,7 +274,7 @@ fn no_scattered_motor_is_lost() {
         delay: 25e-6,
         noise: 1e-5,
     };
-    let draws = |targets: &HinfTargets| {
+    let draws = |targets: &HInfinityTargets| {
         let law = sampled(&servo(targets), feed_forward());
         monte_carlo(
             &axis(law, None),

@@ -15,7 +15,7 @@ use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::servo::preview::{PreviewDesign, Previews, preview, synchronise};
 use meltpath_toolpath::{Layer, PassHead, Role};
 
-use super::controllers::{with_hinf, without_prefilter};
+use super::controllers::{with_h_infinity, without_prefilter};
 use super::reference::{recipes, three_axis_data, two_axis_data};
 
 /// A closed path through points, marked at the contour speed after a jump from the centre of the field.
@@ -133,7 +133,11 @@ fn lpbf_20_preview_brings_contours_nearer_behind_every_structure() {
         for (structure, head, on) in [
             ("cascade", without_prefilter(data.head.clone()), ON[0]),
             ("cascade, pre-filter", data.head.clone(), ON[1]),
-            ("H-infinity", without_prefilter(with_hinf(&data)), ON[0]),
+            (
+                "H-infinity",
+                without_prefilter(with_h_infinity(&data)),
+                ON[0],
+            ),
         ] {
             for (shape, points) in shapes() {
                 let job = path(recipe, &points);
@@ -191,7 +195,7 @@ fn lpbf_20_preview_serves_motors_that_it_was_not_made_for() {
         ),
         (
             "H-infinity",
-            without_prefilter(with_hinf(&data)),
+            without_prefilter(with_h_infinity(&data)),
             ON[0],
             11,
             [[0.53, 0.18], [0.54, 0.20]],

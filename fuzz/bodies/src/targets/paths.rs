@@ -6,7 +6,7 @@ use meltpath_base::Reporter;
 use meltpath_base::container::Container;
 use meltpath_gun::record::Record;
 use meltpath_programs::cli::{self, CliError, Reader};
-use meltpath_programs::{ExecutionSettings, execution_order, fanuc_ls, vectors};
+use meltpath_programs::{ExecutionSettings, fanuc_ls, reading, vectors};
 use meltpath_toolpath::{Layer, Profile, Toolpath, storage};
 
 use super::{Target, files};
@@ -22,7 +22,13 @@ pub(super) const FANUC_LS: Target = Target {
             return;
         };
         let programs = std::slice::from_ref(&parsed.program);
-        let _ = execution_order(programs, &ExecutionSettings::default(), &Reporter::new());
+        let settings = ExecutionSettings::default();
+        let read = reading::read_toolpath(programs, &settings, 1000.0, &Reporter::new());
+        if let Ok(read) = read {
+            for layer in &read.toolpath.layers {
+                layer.sanity_check().expect("what is read is sound");
+            }
+        }
         if let Ok(text) = fanuc_ls::write(&parsed.program) {
             let again = fanuc_ls::parse(&text).expect("what is written can be read");
             assert_eq!(

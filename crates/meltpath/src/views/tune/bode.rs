@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use meltpath_control::frequency::logarithmic;
-use meltpath_control::hinf::Template;
+use meltpath_control::h_infinity::Template;
 use meltpath_control::simulate::step_response;
 use meltpath_control::{Complex64, SystemError};
 use meltpath_geometry::math::DVec2;
@@ -108,7 +108,7 @@ pub(super) fn synthesis(result: &AxisResult, which: Loop) -> Vec<Plot> {
         hertz(),
         Axis::new("phase", "deg"),
     )
-    .caption("At the crossover the phase has to stay above the limit: the margin asked for. A gain does not change the phase.");
+    .caption("At the crossover the phase has to stay above the limit: the least margin. A gain does not change the phase.");
     for step in result.tuned.steps.iter().filter(|s| s.which == which) {
         if step.stage == Stage::Trial {
             continue;
@@ -162,7 +162,7 @@ pub(super) fn steps(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
             plot = plot.with(line(name, points));
         }
         plots.push(plot.caption(&format!(
-            "Asked for: first maximum at {:.2} ms. Linear, feedback alone.",
+            "Wanted: first maximum at {:.2} ms. Linear, feedback alone.",
             1e3 * wanted
         )));
     }
@@ -202,9 +202,9 @@ pub(super) fn actions(result: &AxisResult) -> Plot {
 }
 
 /// S, KS, SG and T under their templates, the controller before and after its changes, and the open loop.
-pub(super) fn hinf(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
-    let targets = &result.task.hinf;
-    let servo = &result.hinf;
+pub(super) fn h_infinity(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
+    let targets = &result.task.h_infinity;
+    let servo = &result.h_infinity;
     let unit = AngleUnit::Degree;
     let plant = current_plant(&result.task.axis.motor, &result.tuned.gains.current, unit)?;
     let grid = grid(result, 1.0, 5e4);
@@ -347,7 +347,7 @@ pub(super) fn sweep(result: &AxisResult, limit: f64) -> Plot {
         plot = plot.with(line(c.name, points));
     }
     plot.with(Mark::Limit {
-        name: "asked".to_owned(),
+        name: "limit".to_owned(),
         value: limit,
     })
     .caption("0 where the loop is unstable. H-infinity and robust: the sampled loop. Cascade: its continuous outer loop.")

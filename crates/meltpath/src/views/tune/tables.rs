@@ -179,7 +179,7 @@ pub(super) fn loops(result: &AxisResult) -> Table {
 }
 
 /// The H-infinity loops: as designed, sampled, and of the robust controller.
-pub(super) fn hinf(result: &AxisResult) -> Table {
+pub(super) fn h_infinity(result: &AxisResult) -> Table {
     let mut table = Table::new(
         "H-infinity loops on their own motor",
         &[
@@ -207,7 +207,7 @@ pub(super) fn hinf(result: &AxisResult) -> Table {
             Cell::Fixed(q.resonance, 2),
         ]);
     };
-    let order = result.hinf.simplified.controller.poles.len();
+    let order = result.h_infinity.simplified.controller.poles.len();
     push("three weights, continuous", order, &result.quality[0]);
     push("three weights, sampled", order, &result.quality[1]);
     if let Some(robust) = &result.robust
@@ -218,14 +218,14 @@ pub(super) fn hinf(result: &AxisResult) -> Table {
     {
         push("robust, sampled", robust.servo.sampled.order(), q);
     }
-    let removed = &result.hinf.simplified.removed;
+    let removed = &result.h_infinity.simplified.removed;
     table.note = format!(
         "Best level γ* = {:.4}, controller of order {}; {} pair(s) removed, slowest pole {:.3} rad/s made an integrator, gain changed by at most {:.2} dB from a tenth to a hundred times the crossover.",
-        result.hinf.level,
-        result.hinf.full.poles.len(),
+        result.h_infinity.level,
+        result.h_infinity.full.poles.len(),
         removed.len(),
-        result.hinf.simplified.integrated,
-        20.0 * result.hinf.simplified.change.log10()
+        result.h_infinity.simplified.integrated,
+        20.0 * result.h_infinity.simplified.change.log10()
     );
     table
 }

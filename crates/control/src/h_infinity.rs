@@ -6,7 +6,7 @@
 //! chapter 3. Every result is verified on the closed loop it makes, with its true peak.
 //!
 //! ```
-//! use meltpath_control::hinf::{MixedSensitivity, SynthesisOptions, Template, synthesise};
+//! use meltpath_control::h_infinity::{MixedSensitivity, SynthesisOptions, Template, synthesise};
 //! use meltpath_control::TransferFunction;
 //!
 //! // position a motor: 10/(s(s + 5)); follow up to 3 rad/s, little command beyond 300 rad/s

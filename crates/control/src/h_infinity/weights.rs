@@ -47,7 +47,7 @@ impl Template {
     /// [`WeightError`].
     ///
     /// ```
-    /// use meltpath_control::hinf::Template;
+    /// use meltpath_control::h_infinity::Template;
     /// let follow = Template::new(0.001, 1.5, 3000.0).unwrap();  // sensitivity: precise below 3000 rad/s
     /// assert!((follow.inverse().response(3000.0).norm() - 1.0).abs() < 1e-12);
     /// assert!(Template::new(0.1, 0.9, 10.0).is_err());

@@ -1,0 +1,193 @@
+//! Layer heights: from the growth of the beads that fill each layer, up to what covers the part however the build grows.
+
+use meltpath_base::quantity::Auto;
+use meltpath_base::{Observer, Origin, Reporter, Resolved};
+use meltpath_deposition::assembly::{self, AssemblyBead, AssemblyError, Growth};
+use meltpath_geometry::Region;
+use meltpath_geometry::math::DVec2;
+use meltpath_geometry::offset::stroke;
+use meltpath_geometry::section::{LastLayer, Layer, LayerHeight, layers};
+use meltpath_planning::nominal_length;
+
+use super::cover::{FREE_EDGE, PlanStageError, covered, cut, fill, no_bead, single_share};
+use super::settings::Settings;
+use crate::stages::part::Part;
+
+/// Most heights at which the growth model looks.
+const MOST_PROBES: usize = 60;
+/// Part of a layer by which the build may stay below its target.
+const SHORT: f64 = 0.2;
+
+/// Layers from the plate up.
+pub(super) struct LaidOut {
+    pub(super) layers: Vec<Layer>,
+    /// Their mean height, mm.
+    pub(super) height: Resolved<f64>,
+    /// What they lay over faces that look up, mm.
+    pub(super) over: Resolved<f64>,
+}
+
+pub(super) fn lay_out(
+    part: &Part,
+    part_top: f64,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<LaidOut, PlanStageError> {
+    let (mut made, origin, over) = match &settings.heights {
+        Auto::Value(list) => {
+            let list: Vec<f64> = list.iter().map(|h| h.0).collect();
+            let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
+            let mean = list.iter().sum::<f64>() / list.len().max(1) as f64;
+            let over = over_faces(part_top, mean, 0.0, settings);
+            let (goal, last) = match settings.count {
+                // so many, whatever the part's height
+                Some(count) => ((0..count as usize).map(height).sum(), LastLayer::Full),
+                None => (part_top + over.value, LastLayer::Adapted),
+            };
+            let made = layers(0.0, goal, &LayerHeight::PerLayer(list), last)?;
+            (made, Origin::Job, over)
+        }
+        Auto::Auto => {
+            let (growth, single) = growth(part, part_top, settings, observer)?;
+            let mean = growth.iter().map(|g| g.1).sum::<f64>() / growth.len() as f64;
+            let over = over_faces(part_top, mean, single, settings);
+            let origin = "growth, layer by layer: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
+            let made = grown_layers(&growth, part_top + over.value);
+            (made, Origin::Computed(origin.to_owned()), over)
+        }
+    };
+    if let Some(count) = settings.count {
+        made.truncate(count as usize);
+    }
+    let mean = made.last().map_or(0.0, |l| l.top) / made.len().max(1) as f64;
+    let sigma = mean * settings.growth_error(0.0).share;
+    let height = Resolved::new(mean, origin.clone());
+    let height = if origin == Origin::Job {
+        height
+    } else {
+        height.with_sigma(sigma)
+    };
+    Ok(LaidOut {
+        layers: made,
+        height,
+        over,
+    })
+}
+
+/// Metal over faces that look up, mm: as written; else what leaves the least stock on the highest of them where edges lie
+/// lower than the middle, the last layer ends short of its target, and the build grows one standard uncertainty less than
+/// predicted. Never less than over sides. `height` is the mean layer's, `single` the share of beads without a neighbour.
+fn over_faces(part_top: f64, height: f64, single: f64, settings: &Settings) -> Resolved<f64> {
+    if let Some(written) = settings.allowance_top {
+        return Resolved::new(written, Origin::Job);
+    }
+    // the crown of a single bead, the edges of many
+    let crown = settings.bead.height.value;
+    let edges = assembled(settings, EDGE_BEADS).map_or(0.5 * height, |g| g.edge_lag);
+    let lag = single * crown + (1.0 - single) * edges;
+    let least = settings.limits.stock_min.max(0.0) + settings.cell_size + lag + SHORT * height;
+    let doubt = settings.growth_error(single).at(part_top + least);
+    Resolved::new(
+        settings.allowance.max(least + doubt),
+        Origin::Computed(format!(
+            "least stock, a cell of the simulation, edges and crowns {lag:.1} mm lower than the middle, one standard uncertainty of {doubt:.1} mm at {part_top:.0} mm"
+        )),
+    )
+}
+
+/// Beads across a strip whose middle does not see its edges.
+pub(super) const EDGE_BEADS: usize = 6;
+/// Layers in which the edges of a wall install themselves (Rouchon 2022, § 4.3).
+pub(super) const ASSEMBLED: u32 = 5;
+
+/// Growth of walls of `beads` beads across by the assembly of sections.
+pub(super) fn assembled(settings: &Settings, beads: usize) -> Result<Growth, AssemblyError> {
+    let bead = AssemblyBead {
+        width: settings.bead.width.value,
+        height: settings.bead.height.value,
+    };
+    assembly::growth(bead, beads, settings.stepover.value, ASSEMBLED)
+}
+
+/// How much layers grow, over the height of the part: the metal of a layer over the area that its beads share, at a number of
+/// heights (mm, growth in mm); and the share of bead length without a neighbour.
+fn growth(
+    part: &Part,
+    part_top: f64,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<(Vec<(f64, f64)>, f64), PlanStageError> {
+    let quiet = Reporter::new();
+    let count = (part_top / settings.bead.height.value)
+        .ceil()
+        .clamp(1.0, MOST_PROBES as f64) as usize;
+    let heights: Vec<f64> = (0..count)
+        .map(|i| (i as f64 + 0.5) / count as f64 * part_top)
+        .collect();
+    let regions = covered(
+        &cut(
+            part,
+            part_top,
+            settings.least_over(),
+            &heights,
+            &quiet,
+            observer,
+        )?,
+        settings,
+    )?;
+    let layers: Vec<Layer> = heights
+        .iter()
+        .map(|h| Layer {
+            bottom: *h,
+            top: h + 1.0,
+        })
+        .collect();
+    let plans = fill(&layers, &regions, settings, &quiet, observer)?;
+    let mut grown = Vec::new();
+    for (plan, height) in plans.iter().zip(heights) {
+        let lines: Vec<Vec<DVec2>> = plan
+            .path
+            .passes()
+            .map(|p| p.flatten(0.05).0.iter().map(|v| v.truncate()).collect())
+            .collect();
+        let speed = settings.bead.travel_speed;
+        let laid = plan.path.passes().map(|p| nominal_length(&p, speed));
+        let laid: f64 = laid.sum();
+        let metal = laid * settings.bead.area.value;
+        let area: f64 = stroke(&lines, FREE_EDGE * settings.bead.width.value, 0.05)?
+            .iter()
+            .map(Region::area)
+            .sum();
+        if area > 0.0 {
+            grown.push((height, metal / area));
+        }
+    }
+    if grown.is_empty() {
+        return Err(no_bead(settings));
+    }
+    let single = single_share(plans.iter().flat_map(|p| p.path.passes()));
+    Ok((grown, single))
+}
+
+/// Layers that follow the growth, up to `top`.
+fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    let mut bottom = 0.0;
+    loop {
+        // each layer as the nearest height at which the growth is known
+        let nearest = growth
+            .iter()
+            .min_by(|a, b| (a.0 - bottom).abs().total_cmp(&(b.0 - bottom).abs()));
+        let Some((_, height)) = nearest else {
+            return layers;
+        };
+        if top - bottom <= SHORT * height && !layers.is_empty() {
+            return layers;
+        }
+        layers.push(Layer {
+            bottom,
+            top: bottom + height,
+        });
+        bottom += height;
+    }
+}

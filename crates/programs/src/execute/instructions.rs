@@ -1,0 +1,129 @@
+//! What one instruction does.
+
+use super::effect::{Effect, Selected, effect, first_word, numbered};
+use super::flow::{Flow, Frame};
+use super::{Executed, Machine, Missing, ProgramError, Refusal};
+use crate::program::{CommentMark, Instruction};
+
+/// Longest wait that is simulated, s: a day.
+const LONGEST_WAIT: f64 = 86_400.0;
+
+impl Machine<'_> {
+    /// Executes one instruction of a program that runs.
+    pub(super) fn execute(
+        &mut self,
+        frame: &mut Frame,
+        instruction: &Instruction,
+    ) -> Result<Flow, ProgramError> {
+        match instruction {
+            Instruction::Motion(motion) => self.motion(motion)?,
+            Instruction::Arc(word) => {
+                self.close_arcs();
+                self.switch(word)?;
+            }
+            Instruction::Wait(time) => self.wait(*time)?,
+            Instruction::UserFrame(n) => self.frames.0 = Some(*n),
+            Instruction::ToolFrame(n) => self.frames.1 = Some(*n),
+            Instruction::Call { program, arguments } => return self.call(program, arguments),
+            Instruction::Comment { mark, text } => {
+                if *mark == CommentMark::Remark {
+                    self.layer = numbered(text, "Layer").or(self.layer);
+                    self.pass = numbered(text, "Pass").or(self.pass);
+                    self.learn(text);
+                }
+            }
+            Instruction::Jump(label) => return self.jump(frame.program, *label),
+            Instruction::End => return Ok(Flow::Return),
+            Instruction::Label { .. } | Instruction::Blank => {}
+            Instruction::Raw(text) => {
+                return match self.decide(frame, text)? {
+                    Some(flow) => Ok(flow),
+                    None => self.other(text),
+                };
+            }
+        }
+        Ok(Flow::Next)
+    }
+
+    /// Executes a line that is kept verbatim and decides nothing.
+    fn other(&mut self, text: &str) -> Result<Flow, ProgramError> {
+        match effect(text) {
+            Effect::Set => self.set(text),
+            Effect::Frame(which) => {
+                let number = text.split_once('=').map(|(_, right)| right);
+                let number = number.and_then(|right| self.memory.index(right));
+                match which {
+                    Selected::User => self.frames.0 = number,
+                    Selected::Tool => self.frames.1 = number,
+                }
+            }
+            Effect::Weave => self.begin_weave(text),
+            Effect::WeaveEnd => self.weave = None,
+            Effect::Abort => return Ok(Flow::Abort),
+            Effect::Wait => {
+                let until = text.get(4..).unwrap_or_default();
+                let time = until.trim().trim_end_matches("(sec)");
+                match self.memory.number(time).filter(|t| *t >= 0.0) {
+                    Some(time) => self.wait(time)?,
+                    // it is so already
+                    None if self.memory.condition(until) == Some(true) => {}
+                    None if self.arc.is_some() => self.gap(Missing::WaitWithArc),
+                    None => self.note("line-passed-over", first_word(text)),
+                }
+            }
+            Effect::Signal => {
+                self.set(text);
+                self.note("line-passed-over", first_word(text));
+            }
+            Effect::Passive => self.note("line-passed-over", first_word(text)),
+            Effect::Shapes(why) => self.gap(why),
+        }
+        Ok(Flow::Next)
+    }
+
+    /// Sets a register or a signal to what stands after `=`, as far as it is known.
+    fn set(&mut self, text: &str) {
+        let sides = text.split_once('=');
+        let target = sides.and_then(|(left, _)| self.memory.reference(left));
+        let right = sides.map_or("", |(_, right)| right);
+        match target {
+            Some((name, register)) if name == "R" => match self.memory.number(right) {
+                Some(value) => drop(self.memory.registers.insert(register, value)),
+                None => drop(self.memory.registers.remove(&register)),
+            },
+            Some(signal) => match self.memory.condition(right) {
+                Some(on) => drop(self.memory.signals.insert(signal, on)),
+                None => drop(self.memory.signals.remove(&signal)),
+            },
+            // any of them may be the one
+            None => {
+                self.memory.registers.clear();
+                self.memory.signals.clear();
+            }
+        }
+    }
+
+    fn wait(&mut self, time: f64) -> Result<(), ProgramError> {
+        self.close_arcs();
+        if time > LONGEST_WAIT {
+            return Err(self.refuse(Refusal::Wait(time)));
+        }
+        self.executed.push(Executed::Wait {
+            time,
+            arc: self.arc.as_ref().map(|(_, source)| *source),
+            program: self.at.0 as u32,
+            line: self.at.1 as u32 + 1,
+        });
+        Ok(())
+    }
+
+    /// Passes over a call of a program that was not given.
+    pub(super) fn call_outside(&mut self, name: &str) {
+        let name = name.to_ascii_uppercase();
+        if self.settings.passed_over.contains(&name) {
+            self.note("call-passed-over", name);
+        } else {
+            self.gap(Missing::Call(name));
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! What arc words set the source to, and weave words the torch: what their numbers mean is told by the cell, or stands in the program
+//! with its units.
+
+use meltpath_toolpath::{Weave, WeaveShape};
+
+use super::effect::told_schedule;
+use super::{ArcValue, Machine, Missing, ProgramError, Refusal, Source, WeldSettings};
+use crate::fanuc_ls::{bracket, number_with_unit};
+use crate::program::{ArcAction, ArcStyle, ArcWord};
+
+/// Frequencies, Hz, amplitudes, mm, and dwells, s, that robots weave with.
+const FREQUENCIES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.01..=50.0;
+const DWELLS: std::ops::RangeInclusive<f64> = 0.0..=10.0;
+
+impl Machine<'_> {
+    /// A schedule that a comment tells, where the cell does not know better.
+    pub(super) fn learn(&mut self, comment: &str) {
+        if let Some((number, wire_feed)) = told_schedule(comment) {
+            let told = WeldSettings {
+                wire_feed,
+                speed: None,
+            };
+            self.schedules.entry((None, number)).or_insert(told);
+        }
+    }
+
+    /// Switches the arc.
+    pub(super) fn switch(&mut self, word: &ArcWord) -> Result<(), ProgramError> {
+        match word.action {
+            ArcAction::Start => {
+                let same = |(on, _): &(String, Source)| *on == word.arguments;
+                if self.arc.as_ref().is_some_and(same) {
+                    return Err(self.refuse(Refusal::ArcOn));
+                }
+                let source = self.source(word);
+                if source.wire_feed.is_none() {
+                    self.gap(Missing::Schedule(word.to_string()));
+                }
+                self.arc = Some((word.arguments.clone(), source));
+            }
+            ArcAction::End => {
+                if self.arc.take().is_none() {
+                    return Err(self.refuse(Refusal::ArcOff));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What an arc word sets, as far as it is known.
+    fn source(&self, word: &ArcWord) -> Source {
+        let values = word.arguments.split(',').map(str::trim);
+        let values: Vec<&str> = values.collect();
+        let told = &self.settings.arc_values;
+        let (mut procedure, mut schedule, mut feed) = (None, None, None);
+        match values[..] {
+            _ if !told.is_empty() && told.len() == values.len() => {
+                for (value, meaning) in values.iter().zip(told) {
+                    match meaning {
+                        ArcValue::Procedure => procedure = self.memory.index(value),
+                        ArcValue::Schedule => schedule = self.memory.index(value),
+                        ArcValue::Other => {}
+                        feeds => feed = self.memory.number(value).map(|v| v * feeds.feed()),
+                    }
+                }
+            }
+            [number] => schedule = self.memory.index(number),
+            [first, second] if word.style == ArcStyle::Weld => {
+                procedure = self.memory.index(first);
+                schedule = self.memory.index(second);
+                if procedure.is_none() {
+                    return Source::default();
+                }
+            }
+            _ => {}
+        }
+        let set = schedule.and_then(|number| {
+            let own = self.schedules.get(&(procedure, number));
+            own.or_else(|| self.schedules.get(&(None, number)))
+        });
+        let feed = feed.filter(|f| *f > 0.0);
+        Source {
+            wire_feed: feed.or(set.map(|s| s.wire_feed)),
+            speed: set.and_then(|s| s.speed),
+        }
+    }
+
+    /// Begins a weave, where it is known what it is.
+    pub(super) fn begin_weave(&mut self, text: &str) {
+        self.weave = self.told_weave(text).map(|weave| {
+            let known = self.weaves.iter().position(|w| *w == weave);
+            let index = known.unwrap_or_else(|| {
+                self.weaves.push(weave);
+                self.weaves.len() - 1
+            });
+            index as u32 + 1
+        });
+        if self.weave.is_none() {
+            self.gap(Missing::Weave);
+        }
+    }
+
+    /// `Weave Sine[1]` and `Weave[1]` by the cell's table; `Weave Sine[2.0Hz,3.0mm,0.1s,0.1s]` as it says itself: frequency,
+    /// amplitude, dwell on the right, dwell on the left.
+    fn told_weave(&self, text: &str) -> Option<Weave> {
+        let rest = text.get("Weave".len()..)?;
+        let (name, inner) = rest.split_at(rest.find('[')?);
+        let (inner, _) = bracket(inner)?;
+        let shape = match name.trim().to_ascii_lowercase().as_str() {
+            "" => None,
+            "sine" => Some(WeaveShape::Sine),
+            "triangle" => Some(WeaveShape::Triangle),
+            "circle" => Some(WeaveShape::Circle),
+            _ => return None,
+        };
+        let values: Vec<&str> = inner.split(',').map(str::trim).collect();
+        if let [number] = values[..] {
+            let listed = *self.settings.weaves.get(&self.memory.index(number)?)?;
+            return shape.is_none_or(|s| s == listed.shape).then_some(listed);
+        }
+        let [frequency, amplitude, right, left] = values[..] else {
+            return None;
+        };
+        let read = |text: &str, units: &[&str]| {
+            let (value, unit) = number_with_unit(text)?;
+            let known = units.iter().any(|u| u.eq_ignore_ascii_case(unit.trim()));
+            known.then_some(value)
+        };
+        let seconds = ["s", "sec"];
+        let weave = Weave {
+            shape: shape?,
+            frequency: read(frequency, &["Hz"])?,
+            amplitude: read(amplitude, &["mm"])?,
+            dwell: [read(left, &seconds)?, read(right, &seconds)?],
+        };
+        let sound = FREQUENCIES.contains(&weave.frequency)
+            && AMPLITUDES.contains(&weave.amplitude)
+            && weave.dwell.iter().all(|d| DWELLS.contains(d));
+        sound.then_some(weave)
+    }
+}

@@ -1,0 +1,343 @@
+//! What programs do, as a toolpath: passes with the arc on, the travels between them, and of each move what a controller's program
+//! alone says.
+
+use meltpath_base::Reporter;
+use meltpath_geometry::Pose;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::{
+    Channel, Event, Layer, Move, PassHead, PassId, PassWriter, Profile, Role, Toolpath, Weave,
+};
+
+use crate::execute::{
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Gap, ProgramError,
+    execution_order,
+};
+use crate::program::Program;
+
+/// Heights closer than this are one layer, mm.
+const SAME_HEIGHT: f64 = 0.5;
+
+/// What programs do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The passes: fills with the arc on, travels without it; waits are spots. Each begins where the one before ended, the first where
+    /// the program's first move leads to: where the robot comes from is not in the program. Layers and passes are those that comments
+    /// tell (`Layer n`, `Pass n`; pass 0 where none does), else layers are the heights at which metal is laid. Positions are those of
+    /// the user frame, mm; external axes are those of the robot's group, then those of further groups. A wire feed is said where the weld schedule is known.
+    pub toolpath: Toolpath,
+    /// What the program alone says, one entry a move, in the order of the passes.
+    pub controls: Vec<Control>,
+    /// What the numbers of weaving events mean, from 1.
+    pub weaves: Vec<Weave>,
+    /// Lines that shape metal and were not simulated, each once, in the order of execution.
+    pub gaps: Vec<Gap>,
+}
+
+/// What a controller's program alone says of a move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Which way the tool takes.
+    pub way: Way,
+    /// Smoothing at the end, 0 to 1; `None` stops (FINE).
+    pub smoothing: Option<f64>,
+    /// User and tool frame; zeros for a wait.
+    pub frames: (u32, u32),
+    /// Index of the program.
+    pub program: u32,
+    /// Instruction number, from 1.
+    pub line: u32,
+}
+
+/// Which way the tool takes to its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// That of the toolpath.
+    Path,
+    /// By the joints: its path is the robot's business.
+    Joint,
+}
+
+/// Executes `programs`, the first of which is the main one, without a robot. `joint_speed` is that of the tool point in a joint move
+/// at 100 %, mm/s.
+///
+/// # Errors
+/// [`ProgramError`] with program and instruction number.
+pub fn read_toolpath(
+    programs: &[Program],
+    settings: &ExecutionSettings,
+    joint_speed: f64,
+    reporter: &Reporter,
+) -> Result<Reading, ProgramError> {
+    let execution = execution_order(programs, settings, reporter)?;
+    let mut steps = execution.steps;
+    let profile = |name: &str| Profile {
+        name: name.to_owned(),
+        ..Profile::default()
+    };
+    let toolpath = Toolpath {
+        build: programs
+            .first()
+            .map_or_else(String::new, |p| p.name.clone()),
+        profiles: vec![profile("bead"), profile("travel")],
+        ..Toolpath::default()
+    };
+    let mut reading = Reading {
+        toolpath,
+        controls: Vec::with_capacity(steps.len()),
+        weaves: execution.weaves,
+        gaps: execution.gaps,
+    };
+    let first = steps.iter().position(|s| matches!(s, Executed::Motion(_)));
+    let Some(Executed::Motion(start)) = first.map(|first| steps.remove(first)) else {
+        return Ok(reading);
+    };
+    let layers = layers(&steps, start.target.position.z);
+    let mut writer = Writer {
+        reading: &mut reading,
+        here: start.target,
+        external: start.external,
+        pass: start.pass.unwrap_or(0),
+        open: None,
+        weave: None,
+    };
+    for (step, layer) in steps.iter().zip(layers) {
+        match step {
+            Executed::Motion(m) => {
+                let feed = m.arc.and_then(|arc| arc.wire_feed);
+                writer.motion(m, layer, feed, joint_speed);
+            }
+            Executed::Wait {
+                time,
+                arc,
+                program,
+                line,
+            } => {
+                let control = Control {
+                    way: Way::Path,
+                    smoothing: None,
+                    frames: (0, 0),
+                    program: *program,
+                    line: *line,
+                };
+                let to = writer.here;
+                let said = Said {
+                    shape: Move::Spot { time: *time },
+                    burns: arc.is_some(),
+                    layer,
+                    speed: None,
+                    feed: arc.and_then(|arc| arc.wire_feed),
+                    weave: None,
+                };
+                let external = writer.external.clone();
+                writer.go(to, external, said, control);
+            }
+        }
+    }
+    Ok(reading)
+}
+
+/// What the toolpath says of a move.
+#[derive(Clone, Copy)]
+struct Said {
+    shape: Move,
+    burns: bool,
+    layer: u32,
+    speed: Option<f64>,
+    feed: Option<f64>,
+    weave: Option<u32>,
+}
+
+struct Writer<'a> {
+    reading: &'a mut Reading,
+    here: Pose,
+    external: Vec<f64>,
+    /// Pass that a comment told last.
+    pass: u32,
+    /// Layer, arc and pass of the pass being written.
+    open: Option<(u32, bool, u32)>,
+    /// The weave that the pass being written says last.
+    weave: Option<u32>,
+}
+
+impl Writer<'_> {
+    fn motion(&mut self, m: &ExecutedMotion, layer: u32, feed: Option<f64>, joint_speed: f64) {
+        let shape = match m.kind {
+            ExecutedKind::Joint | ExecutedKind::Linear => Move::Line,
+            ExecutedKind::Circular { via } => Move::Arc { via },
+        };
+        let length = length(shape, self.here.position, m.target.position);
+        let speed = match m.speed {
+            ExecutedSpeed::Path(v) => v,
+            ExecutedSpeed::Joint(share) => share * joint_speed,
+            ExecutedSpeed::Duration(t) if length > 1e-9 => length / t,
+            // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
+            ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
+        };
+        self.pass = m.pass.unwrap_or(self.pass);
+        let control = Control {
+            way: match m.kind {
+                ExecutedKind::Joint => Way::Joint,
+                ExecutedKind::Linear | ExecutedKind::Circular { .. } => Way::Path,
+            },
+            smoothing: m.smoothing,
+            frames: m.frames,
+            program: m.program,
+            line: m.line,
+        };
+        let said = Said {
+            shape,
+            burns: m.arc.is_some(),
+            layer,
+            speed: Some(speed),
+            feed,
+            weave: m.weave,
+        };
+        self.go(m.target, m.external.clone(), said, control);
+    }
+
+    fn go(&mut self, to: Pose, external: Vec<f64>, said: Said, control: Control) {
+        let layers = &mut self.reading.toolpath.layers;
+        if layers.last().is_none_or(|l| l.number != said.layer) {
+            layers.push(Layer::new(said.layer, 0.0));
+            self.open = None;
+        }
+        let Some(layer) = layers.last_mut() else {
+            return;
+        };
+        let key = (said.layer, said.burns, self.pass);
+        if self.open != Some(key) {
+            let (role, profile) = if said.burns {
+                (Role::Fill, 0)
+            } else {
+                (Role::Travel, 1)
+            };
+            let head = PassHead {
+                id: PassId(self.pass),
+                role,
+                profile,
+                ..PassHead::default()
+            };
+            let mut pass = layer.begin(head, self.here.position);
+            stand(&mut pass, &self.here, &self.external);
+            self.open = Some(key);
+            self.weave = None;
+        }
+        if let Some(mut pass) = layer.resume() {
+            let waits = matches!(said.shape, Move::Spot { .. });
+            if !waits && said.weave != self.weave {
+                self.weave = said.weave;
+                pass.event(Event::Weave(said.weave.unwrap_or(0)));
+            }
+            pass.go(said.shape, to.position);
+            stand(&mut pass, &to, &external);
+            for (channel, value) in [(Channel::Speed, said.speed), (Channel::WireFeed, said.feed)] {
+                if let Some(value) = value {
+                    pass.set(channel, value);
+                }
+            }
+        }
+        self.reading.controls.push(control);
+        (self.here, self.external) = (to, external);
+    }
+}
+
+/// How the machine stands at the last point of a pass.
+fn stand(pass: &mut PassWriter<'_>, pose: &Pose, external: &[f64]) {
+    pass.axis(pose.tool_axis()).turn(pose.turn());
+    for (axis, value) in external.iter().enumerate() {
+        pass.external(axis, *value);
+    }
+}
+
+/// Length of a move, mm.
+fn length(shape: Move, from: DVec3, to: DVec3) -> f64 {
+    let arc = match shape {
+        Move::Arc { via } => Arc::through(from, via, to),
+        Move::Line | Move::Spot { .. } => None,
+    };
+    arc.map_or_else(|| from.distance(to), |a| a.length())
+}
+
+/// The layer of each step: as comments tell it, by height where they leave out a move that lays metal. Travels and waits belong to the
+/// layer that was worked on last, those before the first bead to its layer: an arc that is struck or ends during one of them must find
+/// its layer.
+fn layers(steps: &[Executed], start: f64) -> Vec<u32> {
+    let mut z = start;
+    let laid: Vec<Option<(f64, Option<u32>)>> = steps
+        .iter()
+        .map(|step| match step {
+            Executed::Motion(m) => {
+                z = m.target.position.z;
+                m.arc.map(|_| (z, m.layer))
+            }
+            Executed::Wait { .. } => None,
+        })
+        .collect();
+    let told = laid.iter().flatten().all(|(_, layer)| layer.is_some());
+    let heights = heights(laid.iter().flatten().map(|(z, _)| *z));
+    let by_height = |z: f64| heights.partition_point(|h| *h <= z + 1e-9) as u32;
+    let known = laid.iter().map(|l| match l {
+        Some((_, layer)) if told => *layer,
+        Some((z, _)) => Some(by_height(*z)),
+        None => None,
+    });
+    let known: Vec<Option<u32>> = known.collect();
+    let mut layer = known.iter().flatten().copied().next().unwrap_or(1);
+    known
+        .iter()
+        .map(|l| {
+            layer = l.unwrap_or(layer);
+            layer
+        })
+        .collect()
+}
+
+/// The distinct heights, from the plate up; those closer than half a millimetre are one. For programs whose beads are level.
+fn heights(z: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut z: Vec<f64> = z.collect();
+    z.sort_unstable_by(f64::total_cmp);
+    let mut levels: Vec<f64> = Vec::new();
+    for z in z {
+        if levels.last().is_none_or(|last| z - last > SAME_HEIGHT) {
+            levels.push(z);
+        }
+    }
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::execute::Source;
+
+    #[test]
+    fn layers_follow_the_height_of_the_deposit() {
+        let at = |z: f64, arc: Option<Source>| {
+            Executed::Motion(ExecutedMotion {
+                kind: ExecutedKind::Linear,
+                target: Pose::from_wpr(DVec3::new(10.0, 0.0, z), DVec3::ZERO),
+                external: Vec::new(),
+                speed: ExecutedSpeed::Path(12.5),
+                smoothing: None,
+                arc,
+                weave: None,
+                frames: (1, 1),
+                layer: None,
+                pass: None,
+                program: 0,
+                line: 1,
+            })
+        };
+        let on = Some(Source::default());
+        let steps = [
+            at(30.0, None),
+            at(0.0, on),
+            at(0.0004, on),
+            at(30.0, None),
+            at(1.7, on),
+            at(3.4, on),
+        ];
+        assert_eq!(layers(&steps, 30.0), [1, 1, 1, 1, 2, 3]);
+    }
+}

@@ -1,0 +1,279 @@
+//! Conditions, choices, loops and calls: followed as the controller follows them where the values that decide are known.
+
+use std::collections::BTreeMap;
+
+use meltpath_base::Reporter;
+use meltpath_programs::{ExecutionSettings, Refusal};
+
+use crate::told::{execute, motions, program, read};
+
+/// The x of each place that a program goes to after its first: 1, 2 or 3.
+fn places(lines: &[&str]) -> Result<Vec<u32>, Refusal> {
+    let all: Vec<_> = ["L P[1] 50mm/sec FINE"]
+        .iter()
+        .chain(lines)
+        .copied()
+        .collect();
+    let reading = execute(&[program("P", &all)])?;
+    Ok(motions(&reading).iter().map(|m| m.to.x as u32).collect())
+}
+
+const ONE: &str = "L P[1] 50mm/sec FINE";
+const TWO: &str = "L P[2] 50mm/sec FINE";
+const THREE: &str = "L P[3] 50mm/sec FINE";
+
+#[test]
+fn conditions_are_followed_where_their_values_are_known() {
+    for (lines, expected) in [
+        (
+            &["R[1]=3", "IF R[1]>2,JMP LBL[1]", TWO, "LBL[1]", THREE] as &[&str],
+            &[3_u32] as &[_],
+        ),
+        (
+            &["R[1]=2", "IF (R[1]>2),JMP LBL[1]", TWO, "LBL[1]", THREE],
+            &[2, 3],
+        ),
+        (
+            &[
+                "R[1]=2",
+                "IF (R[1]=2) THEN",
+                TWO,
+                "ELSE",
+                THREE,
+                "ENDIF",
+                ONE,
+            ],
+            &[2, 1],
+        ),
+        (
+            &[
+                "R[1]=1",
+                "IF (R[1]=2) THEN",
+                TWO,
+                "ELSE",
+                THREE,
+                "ENDIF",
+                ONE,
+            ],
+            &[3, 1],
+        ),
+        (
+            &[
+                "R[1]=1",
+                "IF (R[1]=2) THEN",
+                "IF (DI[1]) THEN",
+                TWO,
+                "ELSE",
+                "ENDIF",
+                "ENDIF",
+                ONE,
+            ],
+            &[1],
+        ),
+        (
+            &["DO[4]=ON", "IF DO[4]=OFF,JMP LBL[1]", TWO, "LBL[1]"],
+            &[2],
+        ),
+        (
+            &["F[1]=(ON)", "IF (F[1] AND !DO[1]) THEN", TWO, "ENDIF", ONE],
+            &[],
+        ),
+        (
+            &[
+                "R[1]=2",
+                "SELECT R[1]=1,JMP LBL[1]",
+                "=2,JMP LBL[2]",
+                "ELSE,JMP LBL[3]",
+                "LBL[1]",
+                ONE,
+                "LBL[2]",
+                TWO,
+                "LBL[3]",
+                THREE,
+            ],
+            &[2, 3],
+        ),
+        (
+            &[
+                "R[1]=7",
+                "SELECT R[1]=1,JMP LBL[1]",
+                "=2,JMP LBL[2]",
+                "ELSE,JMP LBL[3]",
+                "LBL[1]",
+                ONE,
+                "LBL[2]",
+                TWO,
+                "LBL[3]",
+                THREE,
+            ],
+            &[3],
+        ),
+        (
+            &["R[1]=7", "SELECT R[1]=1,JMP LBL[1]", TWO, "LBL[1]", ONE],
+            &[2, 1],
+        ),
+        (
+            &[
+                "R[2]=3",
+                "L P[R[2]] 50mm/sec FINE",
+                "R[2]=R[2]-1",
+                "L P[R[2]:x] 50mm/sec FINE",
+            ],
+            &[3, 2],
+        ),
+        (
+            &["R[5]=2", "JMP LBL[R[5]]", "LBL[1]", ONE, "LBL[2]", TWO],
+            &[2],
+        ),
+    ] {
+        let found = places(lines);
+        if expected.is_empty() {
+            assert!(
+                matches!(found, Err(Refusal::Condition(_))),
+                "{lines:?}: {found:?}"
+            );
+        } else {
+            assert_eq!(found.as_deref(), Ok(expected), "{lines:?}");
+        }
+    }
+}
+
+#[test]
+fn loops_run_as_often_as_they_say() {
+    for (lines, expected) in [
+        (
+            &["FOR R[1]=1 TO 3", "L P[R[1]] 50mm/sec FINE", "ENDFOR"] as &[&str],
+            &[1_u32, 2, 3] as &[_],
+        ),
+        (
+            &["FOR R[1:GO TOP]=3 DOWNTO 2", "L P[R[1]] 50mm/sec FINE", "ENDFOR"],
+            &[3, 2],
+        ),
+        (&["FOR R[1]=2 TO 1", TWO, "ENDFOR", ONE], &[1]),
+        (
+            &[
+                "FOR R[1]=1 TO 2",
+                "FOR R[2]=1 TO R[1]",
+                "L P[R[2]] 50mm/sec FINE",
+                "ENDFOR",
+                THREE,
+                "ENDFOR",
+            ],
+            &[1, 3, 1, 2, 3],
+        ),
+        (
+            &[
+                "R[1]=1",
+                "LBL[1]",
+                "L P[R[1]] 50mm/sec FINE",
+                "R[1]=R[1]+1",
+                "IF R[1]<=3,JMP LBL[1]",
+            ],
+            &[1, 2, 3],
+        ),
+        (
+            &[
+                "R[1]=3",
+                "WHILE (R[1]>1)",
+                "L P[R[1]] 50mm/sec FINE",
+                "R[1]=R[1]-1",
+                "ENDWHILE",
+                ONE,
+            ],
+            &[3, 2, 1],
+        ),
+    ] {
+        assert_eq!(places(lines).as_deref(), Ok(expected), "{lines:?}");
+    }
+}
+
+#[test]
+fn what_does_not_end_is_refused() {
+    for lines in [
+        &["LBL[1]", TWO, "JMP LBL[1]"] as &[&str],
+        // counts for ever
+        &["R[1]=0", "LBL[1]", "R[1]=R[1]+1", "JMP LBL[1]"],
+        &["CALL P"],
+        &["WHILE (1=1)", TWO, "ENDWHILE"],
+    ] {
+        let found = places(lines);
+        assert!(
+            matches!(found, Err(Refusal::Loop(_))),
+            "{lines:?}: {found:?}"
+        );
+    }
+    // calls that double at every depth
+    let chain: Vec<_> = (0..40)
+        .map(|k| {
+            let next = format!("CALL P{}", k + 1);
+            program(&format!("P{k}"), &[next.as_str(), next.as_str()])
+        })
+        .chain([program("P40", &[ONE])])
+        .collect();
+    assert!(matches!(execute(&chain), Err(Refusal::Loop(_))));
+}
+
+#[test]
+fn calls_are_followed_to_any_depth_with_their_arguments() {
+    let chain: Vec<_> = (0..30)
+        .map(|k| {
+            let next = format!("CALL P{}(AR[1]+1)", k + 1);
+            program(
+                &format!("P{k}"),
+                &if k == 0 {
+                    vec!["CALL P1(0)"]
+                } else {
+                    vec![next.as_str()]
+                },
+            )
+        })
+        .chain([program(
+            "P30",
+            &[
+                "R[1]=AR[1]",
+                "IF R[1]=29,JMP LBL[1]",
+                "END",
+                "LBL[1]",
+                ONE,
+                TWO,
+            ],
+        )])
+        .collect();
+    let reading = execute(&chain).unwrap();
+    let moves = motions(&reading);
+    assert_eq!((moves.len(), moves[0].control.program), (1, 30));
+}
+
+#[test]
+fn values_that_the_cell_gives_decide() {
+    let settings = ExecutionSettings {
+        registers: BTreeMap::from([(3, 20.0)]),
+        signals: BTreeMap::from([(("DI".to_owned(), 2), true)]),
+        ..ExecutionSettings::default()
+    };
+    let lines = [
+        ONE,
+        "WAIT DI[2]=ON",
+        "IF DI[2]=ON,JMP LBL[1]",
+        THREE,
+        "LBL[1]",
+        "L P[2] R[3]mm/sec FINE",
+        "WAIT R[3]",
+    ];
+    let reading = read(&[program("P", &lines)], &settings, &Reporter::new()).unwrap();
+    let moves = motions(&reading);
+    assert_eq!(
+        (moves.len(), moves[0].to.x, moves[0].speed),
+        (1, 2.0, Some(20.0))
+    );
+    assert_eq!(reading.controls.len(), 2);
+    // what nobody knows is not guessed
+    assert!(matches!(
+        execute(&[program("P", &lines)]),
+        Err(Refusal::Condition(_))
+    ));
+    // a value that is lost is not kept
+    let lost = ["R[3]=GI[1]", ONE, "L P[R[3]] 10mm/sec FINE"];
+    let reading = read(&[program("P", &lost)], &settings, &Reporter::new()).unwrap();
+    assert_eq!(reading.gaps.len(), 1);
+}

@@ -1,0 +1,137 @@
+//! What arc words and weave words set: by the cell's tables, by the units that stand in the program, never guessed.
+
+use std::collections::BTreeMap;
+
+use meltpath_base::Reporter;
+use meltpath_programs::{ArcValue, ExecutionSettings, Missing, Reading, WeldSettings};
+use meltpath_toolpath::{Event, Weave, WeaveShape};
+
+use crate::told::{motions, program, read};
+
+/// A bead from P[1] by P[2] to P[3], with lines before its first and before its second move.
+fn bead(start: &str, before: &[&str], between: &[&str], settings: &ExecutionSettings) -> Reading {
+    let mut lines = before.to_vec();
+    let start = format!("L P[1] 50mm/sec FINE {start}");
+    lines.extend([start.as_str(), "L P[2] WELD_SPEED FINE"]);
+    lines.extend(between);
+    lines.extend(["L P[3] 10mm/sec FINE", "Arc End[1]"]);
+    let before = ["L P[1] 50mm/sec FINE"];
+    let all: Vec<_> = before.into_iter().chain(lines).collect();
+    read(&[program("P", &all)], settings, &Reporter::new()).unwrap()
+}
+
+fn schedule(feed: f64, speed: f64) -> WeldSettings {
+    WeldSettings {
+        wire_feed: feed,
+        speed: Some(speed),
+    }
+}
+
+#[test]
+fn numbers_of_arc_words_mean_what_the_cell_says() {
+    let schedules = BTreeMap::from([
+        ((None, 3), schedule(100.0, 8.0)),
+        ((Some(2), 3), schedule(150.0, 9.0)),
+    ]);
+    let with = |arc_values: &[ArcValue]| ExecutionSettings {
+        schedules: schedules.clone(),
+        arc_values: arc_values.to_vec(),
+        registers: BTreeMap::from([(5, 3.0)]),
+        ..ExecutionSettings::default()
+    };
+    let feed_second = [
+        ArcValue::Schedule,
+        ArcValue::MetresPerMinute,
+        ArcValue::Other,
+    ];
+    let procedure = [ArcValue::Procedure, ArcValue::Schedule];
+    for (word, values, feed, speed) in [
+        ("Arc Start[3]", &[] as &[ArcValue], Some(100.0), Some(8.0)),
+        ("Arc Start[R[5]]", &[], Some(100.0), Some(8.0)),
+        // a procedure of its own, one that has none, one that is not known
+        ("Weld Start[2,3]", &[], Some(150.0), Some(9.0)),
+        ("Weld Start[1,3]", &[], Some(100.0), Some(8.0)),
+        ("Weld Start[R[9],3]", &[], None, None),
+        ("Arc Start[2,R[5]]", &procedure, Some(150.0), Some(9.0)),
+        (
+            "Arc Start[3,8.5,20.1]",
+            &feed_second,
+            Some(8.5 / 0.06),
+            Some(8.0),
+        ),
+        // nobody says what these numbers are
+        ("Arc Start[3,8.5,20.1]", &[], None, None),
+        ("Arc Start[1,R[2]]", &[], None, None),
+        ("Arc Start[4]", &feed_second, None, None),
+    ] {
+        let reading = bead(word, &[], &[], &with(values));
+        let first = motions(&reading)[1];
+        assert_eq!(
+            first.wire_feed.map(|f| (f * 1e6).round()),
+            feed.map(|f| (f * 1e6).round()),
+            "{word}"
+        );
+        assert_eq!(first.speed, speed.or(Some(10.0)), "{word}");
+        let known = reading.gaps.is_empty();
+        assert_eq!(known, feed.is_some(), "{word}: {:?}", reading.gaps);
+    }
+}
+
+#[test]
+fn weaves_are_events_of_the_path_where_it_is_known_what_they_are() {
+    let listed = Weave {
+        shape: WeaveShape::Sine,
+        frequency: 2.0,
+        amplitude: 3.0,
+        dwell: [0.1, 0.2],
+    };
+    let settings = ExecutionSettings {
+        schedules: BTreeMap::from([((None, 1), schedule(100.0, 8.0))]),
+        weaves: BTreeMap::from([(4, listed)]),
+        ..ExecutionSettings::default()
+    };
+    let circle = Weave {
+        shape: WeaveShape::Circle,
+        frequency: 1.0,
+        dwell: [0.05, 0.0],
+        ..listed
+    };
+    for (line, weave) in [
+        ("Weave Sine[4]", Some(listed)),
+        ("Weave[4]", Some(listed)),
+        ("WEAVE CIRCLE[1.0Hz,3.0mm,0.000s,0.050s]", Some(circle)),
+        // another shape than the table's, no such number, no units, shapes that are not simulated, no weave that a robot has
+        ("Weave Circle[4]", None),
+        ("Weave Sine[5]", None),
+        ("Weave Sine[1.0,3.0,0.0,0.0]", None),
+        ("Weave Figure 8[4]", None),
+        ("Weave Sine[1000Hz,3.0mm,0.0s,0.0s]", None),
+        ("Weave", None),
+    ] {
+        let reading = bead("Arc Start[1]", &[line], &["Weave End"], &settings);
+        let whys: Vec<_> = reading.gaps.iter().map(|g| g.why.clone()).collect();
+        let laid = reading.toolpath.passes().find(|p| p.head.role.deposits());
+        let events: Vec<_> = laid.unwrap().events().collect();
+        match weave {
+            Some(weave) => {
+                assert_eq!(whys, [], "{line}");
+                assert_eq!(reading.weaves, [weave], "{line}");
+                assert_eq!(
+                    events,
+                    [(0, Event::Weave(1)), (1, Event::Weave(0))],
+                    "{line}"
+                );
+            }
+            None => assert_eq!((whys, events), (vec![Missing::Weave], vec![]), "{line}"),
+        }
+    }
+    // travels do not weave
+    let off = bead(
+        "Arc Start[1]",
+        &["Weave[4]", "L P[2] 50mm/sec FINE"],
+        &[],
+        &settings,
+    );
+    let travel = off.toolpath.passes().next().unwrap();
+    assert_eq!(travel.events().count(), 0);
+}
