@@ -19,8 +19,8 @@ pub use observer::{Cancelled, Observer, Quiet, Silent};
 pub use place::Place;
 pub use provenance::Provenance;
 pub use quantity::{
-    Angle, AngularSpeed, BeadWidths, Current, Density, Frequency, Length, Pure, QuantityError,
-    Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
+    Angle, AngularAcceleration, AngularSpeed, BeadWidths, Current, Density, Frequency, Length,
+    Pure, QuantityError, Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
 };
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};

@@ -293,6 +293,11 @@ crate::quantity!(
     [("deg/s", std::f64::consts::PI / 180.0), ("rad/s", 1.0)]
 );
 crate::quantity!(
+    /// How fast a speed of turning changes, rad/s² inside.
+    AngularAcceleration, "angular acceleration", "rad/s²",
+    [("deg/s²", std::f64::consts::PI / 180.0), ("deg/s2", std::f64::consts::PI / 180.0), ("rad/s²", 1.0)]
+);
+crate::quantity!(
     /// A number without a unit, such as an exponent.
     Pure, "number", "1",
     [("1", 1.0)]

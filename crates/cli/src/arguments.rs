@@ -79,9 +79,9 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Look into a file: a part (size, volume, faults and where), a program, a plan.
+    /// Look into a file: a part (size, volume, faults and where), a program, a plan, a robot (joints, reach, frames, guesses).
     Inspect {
-        /// STEP, STL, 3MF, `.ls` or `.melt` file.
+        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships.
         file: PathBuf,
         /// Unit of a part file that carries none: mm, cm, m, in.
         #[arg(long, default_value = "mm", value_parser = unit)]
@@ -92,7 +92,7 @@ pub(crate) enum Command {
     },
     /// List the names that a job may use, each with what it is and where it comes from.
     List {
-        /// What: wires, gases, maps, pools, energies, cells, materials, heads, recipes, guns, examples.
+        /// What: wires, gases, maps, pools, energies, cells, robots, materials, heads, recipes, guns, examples.
         #[arg(value_parser = listing)]
         of: Listing,
     },
@@ -105,6 +105,14 @@ pub(crate) enum Command {
     Man {
         /// The folder to write them into.
         out: PathBuf,
+    },
+    /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.
+    Reach {
+        /// STEP, STL or 3MF file.
+        part: PathBuf,
+        /// The robot: the name of one that ships, or a TOML file.
+        #[arg(long)]
+        robot: String,
     },
     /// Start a new job: a folder with a commented job file and a part, that runs as it is.
     New {
@@ -158,7 +166,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, material, head, motor, recipe, gun.
+        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun.
         #[arg(value_parser = subject)]
         of: Subject,
     },

@@ -7,7 +7,7 @@ use meltpath::list::Listing;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
-use meltpath::{chain, compare, fit, health, identify, inspect, tune};
+use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
 use meltpath_base::{Length, Reporter};
 use serde_json::json;
 
@@ -51,6 +51,7 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::List { of } => Ok(list(*of)),
         Command::Completions { shell } => Ok(manual::completions(*shell)),
         Command::Man { out } => manual::pages(out),
+        Command::Reach { part, robot } => mapped(part, robot),
         Command::New {
             process: NewProcess::Waam { name, shape, wire },
         } => made(start::waam(name, shape, wire.as_deref())),
@@ -173,6 +174,18 @@ fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failur
     progress.finish();
     for finding in findings {
         line(&finding);
+    }
+    show_notes(&reporter);
+    Ok(0)
+}
+
+fn mapped(part: &Path, robot: &str) -> Result<u8, Failure> {
+    let progress = Progress::new();
+    let reporter = Reporter::new();
+    let lines = reach::reach(part, robot, &reporter, &progress)?;
+    progress.finish();
+    for text in &lines {
+        line(text);
     }
     show_notes(&reporter);
     Ok(0)

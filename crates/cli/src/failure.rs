@@ -1,14 +1,17 @@
 //! Why a command ended without a result, as far as a person is told differently.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use meltpath::chain::RunError;
 use meltpath::compare::CompareError;
+use meltpath::data::DataFileError;
 use meltpath::fit::FitCommandError;
 use meltpath::health::HealthError;
 use meltpath::identify::IdentifyError;
 use meltpath::inspect::InspectError;
 use meltpath::job::JobError;
+use meltpath::reach::ReachError;
 use meltpath::start::StartError;
 use meltpath::tune::TuneError;
 use meltpath::waam::WaamError;
@@ -41,6 +44,18 @@ impl From<JobError> for Failure {
     }
 }
 
+impl From<DataFileError> for Failure {
+    fn from(error: DataFileError) -> Self {
+        match error {
+            // each problem brings its own file
+            DataFileError::Content(problems) => {
+                Failure::Written(JobError::in_file(Path::new(""), "", problems))
+            }
+            other => Failure::Other(other.to_string()),
+        }
+    }
+}
+
 /// One conversion per error: the variants named are told differently, the others in words.
 macro_rules! failures {
     ($($error:ident: $($variant:ident)+;)+) => {
@@ -60,7 +75,8 @@ failures! {
     CompareError: Cancelled Job;
     FitCommandError: Cancelled Job;
     TuneError: Cancelled Job;
-    InspectError: Cancelled;
+    InspectError: Cancelled Robot;
+    ReachError: Cancelled Robot;
 }
 
 /// Errors that are told in words alone.

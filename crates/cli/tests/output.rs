@@ -34,6 +34,7 @@ fn lists_tell_names_and_where_they_come_from() {
         "pools",
         "energies",
         "cells",
+        "robots",
         "materials",
         "heads",
         "recipes",

@@ -1,4 +1,4 @@
-//! The data that ships: wires, gases, process maps, robot cells, scan heads, materials. Every file is TOML, with a source for
+//! The data that ships: wires, gases, process maps, robots and their cells, scan heads, materials. Every file is TOML, with a source for
 //! every number; this crate only carries the texts, so that every room's package builds from its own archive. Who reads a
 //! file says what it means.
 //!

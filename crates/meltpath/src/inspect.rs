@@ -1,13 +1,17 @@
-//! Looking into files: parts, programs, plans.
+//! Looking into files: parts, programs, plans, robot cells.
+
+mod cell;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls;
 
 use crate::cancel::cancellable;
+use crate::data::{Cell, DataFileError, DataText};
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
@@ -33,6 +37,9 @@ pub enum InspectError {
     /// A plan.
     #[error(transparent)]
     Plan(#[from] WaamError),
+    /// A robot, or a controller's cell.
+    #[error(transparent)]
+    Robot(#[from] DataFileError),
     /// A program.
     #[error("cannot read {}: {message}", .path.display())]
     Program {
@@ -64,6 +71,8 @@ pub fn inspect(
     match extension.as_str() {
         "ls" => program(path),
         "melt" => plan(path),
+        "toml" => robot(path),
+        "" if is_shipped_robot(path) => robot(path),
         _ => inspect_part(path, how, reporter, observer),
     }
 }
@@ -110,6 +119,36 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
         )
     }));
     Ok(lines)
+}
+
+fn is_shipped_robot(path: &Path) -> bool {
+    let name = path.to_str();
+    !path.exists() && name.is_some_and(|name| find(robots::ALL, name).is_some())
+}
+
+/// A robot with its cell: one that ships, or a file of one's own.
+fn robot(path: &Path) -> Result<Vec<String>, InspectError> {
+    let name = path.display().to_string();
+    let text = DataText::load("robot", &name, robots::ALL, Path::new(""))?;
+    if is_controller(&text.text) {
+        let cell = Cell::load(&name, Path::new(""))?;
+        return Ok(vec![
+            format!(
+                "controller of {}: {}",
+                cell.robot.name.as_str(),
+                cell.robot.controller.as_str()
+            ),
+            "lengths, limits and reach stand in a robot's file: see the how-to on robots"
+                .to_owned(),
+        ]);
+    }
+    Ok(cell::lines(&text.read(meltpath_robot::cell::read)?))
+}
+
+/// Whether a TOML file says how a controller interpolates.
+fn is_controller(text: &str) -> bool {
+    text.parse::<toml::Table>()
+        .is_ok_and(|t| t.contains_key("motion"))
 }
 
 fn plan(path: &Path) -> Result<Vec<String>, InspectError> {

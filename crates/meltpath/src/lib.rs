@@ -15,6 +15,7 @@ pub mod list;
 pub mod lpbf;
 pub mod material;
 pub mod outcome;
+pub mod reach;
 pub mod reference;
 pub mod stages;
 pub mod start;

@@ -5,7 +5,8 @@ use std::path::Path;
 use meltpath_base::choice;
 use meltpath_base::settings::peek;
 use meltpath_data::{
-    File, cells, energy, focus, gases, materials, pools, process_maps, recipes, scan_heads, wires,
+    File, cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
+    wires,
 };
 
 use crate::data::{DataText, known};
@@ -26,6 +27,8 @@ choice! {
         Energies = "energies",
         /// Robot cells.
         Cells = "cells",
+        /// Robots.
+        Robots = "robots",
         /// Materials of heat.
         Materials = "materials",
         /// Scan heads.
@@ -59,6 +62,7 @@ impl Listing {
             Listing::Pools => Some(pools::ALL),
             Listing::Energies => Some(energy::ALL),
             Listing::Cells => Some(cells::ALL),
+            Listing::Robots => Some(robots::ALL),
             Listing::Materials => Some(materials::ALL),
             Listing::Heads => Some(scan_heads::ALL),
             Listing::Recipes => Some(recipes::ALL),

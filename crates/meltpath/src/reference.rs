@@ -9,6 +9,7 @@ use meltpath_base::choice;
 use meltpath_deposition::consumable::{Gas, PoolFile, Wire};
 use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
+use meltpath_robot::cell::CellFile;
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
@@ -35,7 +36,10 @@ choice! {
         /// Electric energies per volume of deposit.
         Energy = "energy",
         /// A robot cell.
+        /// A robot cell's controller and programs.
         Cell = "cell",
+        /// A robot with what stands around it.
+        Robot = "robot",
         /// A material of heat.
         Material = "material",
         /// A scan head.
@@ -50,7 +54,7 @@ choice! {
 }
 
 /// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
-const DATA: [(Subject, &str); 11] = [
+const DATA: [(Subject, &str); 12] = [
     (
         Subject::Wire,
         "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
@@ -74,6 +78,10 @@ const DATA: [(Subject, &str); 11] = [
     (
         Subject::Cell,
         "`cell = \"my-cell.toml\"` in `[machine]`; `data/cells`",
+    ),
+    (
+        Subject::Robot,
+        "`robot = \"my-robot.toml\"` in `[machine]`; `data/robots`",
     ),
     (
         Subject::Material,
@@ -109,6 +117,7 @@ impl Subject {
             Subject::Pool => PoolFile::KIND,
             Subject::Energy => EnergyFile::KIND,
             Subject::Cell => Cell::KIND,
+            Subject::Robot => CellFile::KIND,
             Subject::Material => MaterialFile::KIND,
             Subject::Head => HeadFile::KIND,
             Subject::Motor => MotorFile::KIND,
@@ -175,7 +184,7 @@ const DATA_HEAD: &str = "# Data files
 
 <!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
 
-Wires, gases, process maps, weld pools, energies, cells, materials, heads, motors, recipes and guns are TOML files. The quickest way
+Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes and guns are TOML files. The quickest way
 to one of your own: copy the one that ships (`crates/data` of the source), and change its numbers.
 
 A job names a file in one of two ways:
@@ -186,7 +195,7 @@ A job names a file in one of two ways:
 
 Your own folder is `~/.config/meltpath` (`$XDG_CONFIG_HOME/meltpath`; on Windows `%APPDATA%\\meltpath`), or the one that the environment
 variable `MELTPATH_DATA` names. Its subfolders are called as in `crates/data`: `wires`, `gases`, `process-maps`, `pools`, `energy`,
-`cells`, `materials`, `scan-heads`, `recipes`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
+`cells`, `robots`, `materials`, `scan-heads`, `recipes`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
 
 A run copies the files of your own that it used into its folder.
 

@@ -28,6 +28,8 @@ pub struct Reading {
     pub toolpath: Toolpath,
     /// What the program alone says, one entry a move, in the order of the passes.
     pub controls: Vec<Control>,
+    /// Program and instruction of the position at which the first pass begins.
+    pub start_line: (u32, u32),
     /// What the numbers of weaving events mean, from 1.
     pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
@@ -85,6 +87,7 @@ pub fn read_toolpath(
     let mut reading = Reading {
         toolpath,
         controls: Vec::with_capacity(steps.len()),
+        start_line: (0, 0),
         weaves: execution.weaves,
         gaps: execution.gaps,
     };
@@ -92,6 +95,7 @@ pub fn read_toolpath(
     let Some(Executed::Motion(start)) = first.map(|first| steps.remove(first)) else {
         return Ok(reading);
     };
+    reading.start_line = (start.program, start.line);
     let layers = layers(&steps, start.target.position.z);
     let mut writer = Writer {
         reading: &mut reading,

@@ -1,9 +1,13 @@
-//! From commanded moves to what a robot will really do: the interpolation of its controller.
+//! From commanded moves to what a robot will really do: its cell, its kinematics, the interpolation of its controller.
 //! Lengths are millimetres in the part frame, times s, speeds mm/s, angles rad.
 
+pub mod cell;
+pub mod collision;
 pub mod command;
 pub mod controller;
 pub mod interpolation;
+pub mod kinematics;
+pub mod posture;
 pub mod summary;
 pub mod weave;
 

@@ -416,10 +416,7 @@ fn thousands_of_triangles_in_a_point_are_examined_in_bounded_time() {
     let found = examine(&fan(20_000));
     assert!(found.crowded > 0);
     let count = found.count(Defect::Intersection);
-    assert!(
-        (1_000..6_000_000 + 2_500 * 512).contains(&count),
-        "{count}"
-    );
+    assert!((1_000..6_000_000 + 2_500 * 512).contains(&count), "{count}");
     let reporter = Reporter::new();
     found.warn(&reporter);
     assert!(reporter.warnings().iter().any(|w| w.code == "mesh-crowded"));

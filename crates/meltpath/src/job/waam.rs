@@ -126,6 +126,11 @@ table! {
     pub struct MachineTable {
         /// Cell: a name in `data/cells`, or a TOML file of your own.
         cell: String => default("arcmate-120ic", "the cell that ships");
+        /// Robot with torch and table: a name in `data/robots`, or a TOML file of your own. With it reach, joint speeds, collisions and
+        /// CONFIG are checked, and the rotation about the wire is chosen.
+        robot: String => none("reach, collisions and CONFIG are not checked");
+        /// Where the origin of the part lies on the robot's table (in the flange where the robot holds the part): x, y, z.
+        place: [Length; 3] => none("where the robot's file puts the part");
         /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
         smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022");
         /// Contact tube to work distance at the first layer.
@@ -154,6 +159,10 @@ table! {
         accumulation: Ratio where up_to(100.0) => default("100 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.
         overhang: Ratio where up_to(100.0) => default("25 %", "a usual limit for a blank to be machined");
+        /// Smallest distance of torch and arm from the part as it grows, the table and the arm itself.
+        clearance: Length where within(0.0, 1000.0) => default("2 mm", "a nozzle that comes nearer touches sooner or later");
+        /// Smallest distance of a joint of the robot from its limits.
+        joint_margin: Angle where within(0.0, 3.2) => default("2 deg", "the robot never stands exactly where its file says");
     }
 
     /// Resolution.

@@ -9,9 +9,10 @@ use meltpath_robot::command::{Command, Source};
 use super::checks::{borrowed_check, build_facts};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
-use super::judge::{self, layer_checks, target_checks};
+use super::judge::{layer_checks, target_checks};
 use super::plan;
 use super::program::{self, Commands};
+use super::reach;
 use super::run::{
     SHOWN_WARNINGS, Shown, against_part, built, load, load_part, other_process, subtitle,
     write_common,
@@ -93,8 +94,10 @@ pub fn simulate_program(
     let doubts = doubts(job, &commands, settings);
     doubt::undecided(&mut checks, &doubts);
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
-    checks.extend(judge::not_checked());
+    let along = reach::along(&parsed, &commands, settings, &simulation.metal);
+    checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
+    facts.extend(reach::facts(along.as_ref(), &commands));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
     }

@@ -57,6 +57,10 @@ pub struct Limits {
     pub accumulation: f64,
     /// Largest shift of a layer over the one below, bead widths.
     pub overhang: f64,
+    /// Smallest distance of a joint from its limits, rad.
+    pub joint_margin: f64,
+    /// Smallest distance of torch and arm from what they may touch, mm.
+    pub clearance: f64,
 }
 
 /// Where the contact tube was at a distance, and in which pass, where the program tells it.
@@ -250,27 +254,6 @@ pub fn layer_checks(
     checks
 }
 
-/// What this version cannot check.
-pub fn not_checked() -> Vec<Check> {
-    vec![
-        Check::not_checked(
-            "reach",
-            "reach of the robot",
-            "the robot's kinematics are not modelled by this version: try the program in the cell's simulator",
-        ),
-        Check::not_checked(
-            "collision",
-            "collision of torch, robot and part",
-            "the torch and the robot are not modelled by this version: try the program in the cell's simulator",
-        ),
-        Check::not_checked(
-            "config",
-            "robot CONFIG",
-            "CONFIG is copied from the cell file, not computed: check it at the controller",
-        ),
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use meltpath_base::Status;
@@ -292,6 +275,8 @@ mod tests {
         ctwd_beyond: 2.0,
         accumulation: 1.0,
         overhang: 0.25,
+        joint_margin: 0.0,
+        clearance: 0.0,
     };
 
     fn growth(share: f64) -> GrowthError {

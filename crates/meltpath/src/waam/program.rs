@@ -10,7 +10,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_programs::fanuc_ls::{self, ParseError, Parsed, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Control, Gap, Pause, Program, ProgramError, Schedule, Way,
+    BuildError, BuildSettings, Built, Control, Gap, Pause, Program, ProgramError, Schedule, Way,
     WeldSettings, build, read_toolpath,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
@@ -95,16 +95,16 @@ pub struct Programs {
     pub stable: bool,
 }
 
-/// Writes the programs of a toolpath and reads them back.
+/// Makes the programs of a toolpath.
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn write(
+pub fn make(
     name: &str,
     toolpath: &Toolpath,
     settings: &Settings,
     reporter: &Reporter,
-) -> Result<Programs, ProgramStageError> {
+) -> Result<Built, ProgramStageError> {
     let pause = if settings.pause > 0.0 {
         Pause::Wait(settings.pause)
     } else {
@@ -116,7 +116,15 @@ pub fn write(
         smoothing: Ratio(settings.smoothing),
         pause,
     };
-    let built = build(toolpath, &settings.cell.program, &build_settings, reporter)?;
+    let cell = &settings.cell.program;
+    Ok(build(toolpath, cell, &build_settings, reporter)?)
+}
+
+/// Writes programs and reads them back.
+///
+/// # Errors
+/// [`ProgramStageError`].
+pub fn write(built: Built) -> Result<Programs, ProgramStageError> {
     let mut programs = Programs {
         files: Vec::new(),
         parsed: Vec::new(),
@@ -293,6 +301,10 @@ pub struct Commands {
     pub weaves: Vec<Weave>,
     /// Length driven with the arc on, mm.
     pub arc_length: f64,
+    /// Program, from 0, and instruction, from 1, of each command.
+    pub line_of_command: Vec<(u32, u32)>,
+    /// Those of the start.
+    pub start_line: (u32, u32),
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -342,6 +354,8 @@ pub fn commands(
     let mut layer_of_command = Vec::with_capacity(count);
     let mut pass_of_command = Vec::with_capacity(count);
     let mut weave_of_command = Vec::with_capacity(count);
+    let line_of_command = reading.controls.iter().map(|c| (c.program, c.line));
+    let line_of_command = line_of_command.collect();
     let mut controls = reading.controls.iter();
     for pass in toolpath.passes() {
         let mut events = pass.events().peekable();
@@ -366,6 +380,8 @@ pub fn commands(
         pass_of_command,
         weave_of_command,
         weaves: reading.weaves,
+        line_of_command,
+        start_line: reading.start_line,
         arc_length,
         gaps: reading.gaps,
     })

@@ -16,9 +16,10 @@ use super::checks::{
     borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check,
 };
 use super::error::WaamError;
-use super::judge::{self, GrowthError, TargetOutcome, layer_checks, target_checks};
+use super::judge::{GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
+use super::reach;
 use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Allowance, Target, compare};
@@ -151,7 +152,7 @@ pub fn run(
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
-    let programs = program::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
+    let programs = reach::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
     let map = plan.plate(settings)?;
     let layers = plan
@@ -181,8 +182,10 @@ pub fn run(
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
-    checks.extend(judge::not_checked());
+    let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
+    checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
+    facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
     let verdict = Verdict {
         checks,
@@ -284,6 +287,9 @@ pub(super) fn built<'a>(
     map: HeightMap,
     settings: &'a Settings,
 ) -> Build<'a> {
+    let (low, high) = map.bounds();
+    let shapes = settings.robot.as_ref().and_then(|r| r.shapes.as_ref());
+    let columns = shapes.map(|_| reach::COLUMN.max((high - low).max_element() / reach::COLUMNS));
     Build {
         start: commands.start,
         commands: &commands.commands,
@@ -297,6 +303,7 @@ pub(super) fn built<'a>(
         bead: settings.bead_model,
         pool: settings.pool,
         settings: settings.deposit,
+        columns,
     }
 }
 
@@ -388,7 +395,7 @@ pub fn program_to_folder(
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let toolpath = read_toolpath(toolpath)?;
-    let programs = program::write(&loaded.name, &toolpath, &loaded.settings, &reporter)?;
+    let programs = reach::write(&loaded.name, &toolpath, &loaded.settings, &reporter)?;
     let folder = OutputFolder::create(out)?;
     for file in &programs.files {
         folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;

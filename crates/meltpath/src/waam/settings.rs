@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::Problem;
 use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
-use meltpath_data::cells;
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
@@ -17,9 +16,11 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
+use meltpath_robot::cell as robot;
 
 use super::bead::{check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
+use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
@@ -73,6 +74,8 @@ pub struct Settings {
     pub cell: Cell,
     /// Its name.
     pub cell_name: String,
+    /// The robot with what stands around it, where the job names one.
+    pub robot: Option<robot::Cell>,
     /// Smoothing at via points, 0 to 1.
     pub smoothing: f64,
     /// Contact tube to work distance at the first layer, mm.
@@ -112,21 +115,17 @@ pub fn resolve(
 ) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let (waam, machine) = (&job.waam, &job.machine);
-    let cell = DataText::load("cell", &machine.cell, cells::ALL, folder)
-        .and_then(|text| Ok((Cell::of(&text)?, text)))
-        .map_err(|e| e.at(&machine.cell));
-    let (process, cell) = match (process::load(waam, folder, reporter), cell) {
-        (Ok(mut process), Ok((cell, text))) => {
-            text.warn(cells::ALL, reporter);
-            process.own.extend(text.file.is_some().then_some(text));
-            (process, cell)
-        }
-        (process, cell) => {
+    let process = process::load(waam, folder, reporter);
+    let moved = machine::load(machine, folder, reporter, &mut r);
+    let (mut process, Machine { cell, robot, own }) = match (process, moved) {
+        (Ok(process), Ok(moved)) => (process, moved),
+        (process, moved) => {
             let mut found = process.err().unwrap_or_default();
-            found.extend(cell.err().unwrap_or_default());
+            found.extend(moved.err().unwrap_or_default());
             return Err(found.into());
         }
     };
+    process.own.extend(own);
     tell_process(waam, &process, &mut r);
     let Process {
         wire,
@@ -159,7 +158,7 @@ pub fn resolve(
     }
     let fill = fill_settings(&mut r, &job.fill, width, step.value, bead.travel_speed);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
-    let nominal = Length(cell.program.contact_tube_distance.0);
+    let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
     let limits = limits(&job.checks, ctwd, &map, &mut r);
@@ -190,6 +189,7 @@ pub fn resolve(
         pause: job.layers.pause.0,
         cell,
         cell_name: machine.cell.value.clone(),
+        robot,
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
@@ -380,6 +380,8 @@ fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> L
         excess: c.excess.0,
         accumulation: c.accumulation.0,
         overhang: c.overhang.0,
+        joint_margin: c.joint_margin.0,
+        clearance: c.clearance.0,
         stock_min: c.stock_min.0,
         height_error: c.height_error.or_computed(r, Length(slack)).0,
         flatness: c.flatness.0,

@@ -7,6 +7,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::raster::Mask;
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, SceneError};
+use meltpath_robot::collision::Metal;
 use meltpath_robot::command::Command;
 use meltpath_robot::controller::Controller;
 use meltpath_robot::interpolation::fir::{self, MotionError};
@@ -73,6 +74,8 @@ pub struct Build<'a> {
     pub pool: PoolModel,
     /// How metal is laid.
     pub settings: Settings,
+    /// Side of the columns in which each layer's metal is kept for collisions, mm; `None`: it is not.
+    pub columns: Option<f64>,
 }
 
 /// A point where the contact tube's distance is known: time, s, and distance, mm.
@@ -95,6 +98,8 @@ pub struct Simulation {
     pub heights: HeightLayers,
     /// Number of ignitions.
     pub arc_starts: usize,
+    /// Plate and metal at the end of each layer, where columns were asked for.
+    pub metal: Vec<(u32, Metal)>,
 }
 
 /// Pushes motion to the recorder and to the deposition.
@@ -131,6 +136,8 @@ pub fn simulate(
     let mut ctwd = Vec::new();
     let mut arc_starts = 0;
     let mut trouble = None;
+    let mut metal = Vec::new();
+    let columns = build.columns;
     let (planned, passes) = (build.layers, build.pass_of_command);
     let on_layer = |record: &LayerRecord, map: &HeightMap| {
         let plan = planned.iter().find(|p| p.layer == record.layer);
@@ -146,6 +153,7 @@ pub fn simulate(
         });
         ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
         arc_starts += record.arc_starts.len();
+        metal.extend(columns.map(|side| (record.layer, Metal::of(map, side))));
         let top = plan.map_or(0.0, |p| p.top);
         let error: Vec<f64> = map
             .z
@@ -193,6 +201,7 @@ pub fn simulate(
         deposit,
         heights,
         arc_starts,
+        metal,
     })
 }
 

@@ -13,6 +13,7 @@ mod foreign;
 mod health;
 mod identify;
 mod lpbf;
+mod reach;
 mod reference;
 mod remedies;
 mod tune;

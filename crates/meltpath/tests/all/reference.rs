@@ -110,7 +110,8 @@ fn refused(value: &Json, schema: &Json, place: &str, found: &mut Vec<String>) {
 #[test]
 fn shipped_data_fit_their_schemas() {
     use meltpath_data::{
-        cells, energy, focus, gases, materials, pools, process_maps, recipes, scan_heads, wires,
+        cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
+        wires,
     };
     let json = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
     let said = |value: &Json, subject: Subject| {
@@ -125,6 +126,7 @@ fn shipped_data_fit_their_schemas() {
         (Subject::Pool, pools::ALL),
         (Subject::Energy, energy::ALL),
         (Subject::Cell, cells::ALL),
+        (Subject::Robot, robots::ALL),
         (Subject::Material, materials::ALL),
         (Subject::Head, scan_heads::ALL),
         (Subject::Recipe, recipes::ALL),

@@ -82,6 +82,7 @@ fn woven_wall(
         bead: s.bead_model,
         pool: s.pool,
         settings: s.deposit,
+        columns: None,
     };
     simulate(build, &Reporter::new(), &Silent).unwrap()
 }

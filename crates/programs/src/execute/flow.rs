@@ -61,13 +61,14 @@ fn logic(text: &str) -> Option<Logic<'_>> {
     let word = first_word(text);
     let rest = text.get(word.len()..)?.trim();
     Some(match word.as_str() {
-        "IF" => match before_last_word(rest, "THEN") {
-            Some(condition) => Logic::Then(condition),
-            None => {
+        "IF" => {
+            if let Some(condition) = before_last_word(rest, "THEN") {
+                Logic::Then(condition)
+            } else {
                 let (condition, action) = parts(rest)?;
                 Logic::If(condition, action)
             }
-        },
+        }
         "ELSE" if rest.starts_with(',') => Logic::Case,
         "ELSE" => Logic::Else,
         "ENDIF" => Logic::EndIf,
@@ -243,7 +244,8 @@ impl Machine<'_> {
             },
             // the branch before it was executed
             Logic::Else => Flow::To(self.block_end(frame, false)? + 1),
-            Logic::EndIf => Flow::Next,
+            // at a case the choice before it was made
+            Logic::EndIf | Logic::Case => Flow::Next,
             Logic::For(rest) => self.begin_loop(frame, rest)?,
             Logic::EndFor => self.end_loop(frame)?,
             Logic::While(condition) => match self.memory.condition(condition) {
@@ -253,8 +255,6 @@ impl Machine<'_> {
             },
             Logic::EndWhile => Flow::To(self.block_begin(frame)?),
             Logic::Select(rest) => self.choose(frame, rest)?,
-            // the choice before it was made
-            Logic::Case => Flow::Next,
             Logic::Jump(label) => {
                 let number = strip_label(label).and_then(|inner| self.memory.index(inner));
                 let number = number.ok_or_else(|| unknown(self))?;

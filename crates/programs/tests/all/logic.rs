@@ -146,7 +146,11 @@ fn loops_run_as_often_as_they_say() {
             &[1_u32, 2, 3] as &[_],
         ),
         (
-            &["FOR R[1:GO TOP]=3 DOWNTO 2", "L P[R[1]] 50mm/sec FINE", "ENDFOR"],
+            &[
+                "FOR R[1:GO TOP]=3 DOWNTO 2",
+                "L P[R[1]] 50mm/sec FINE",
+                "ENDFOR",
+            ],
             &[3, 2],
         ),
         (&["FOR R[1]=2 TO 1", TWO, "ENDFOR", ONE], &[1]),

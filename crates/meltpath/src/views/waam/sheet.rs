@@ -2,6 +2,7 @@
 
 use meltpath_report::sheet::{OperatorSheet, Setting};
 use meltpath_report::table::{Cell, Table};
+use meltpath_robot::cell::Arrangement;
 
 use crate::waam::checks::wire_mass;
 use crate::waam::settings::Settings;
@@ -72,7 +73,7 @@ pub fn operator_sheet(
             Setting::new(
                 "User frame, tool frame",
                 &format!("UF {}, UT {}", *cell.user_frame, *cell.tool_frame),
-                "the part's origin on the plate's surface; the torch",
+                &format!("the part's origin on the plate's surface; {}", tool(settings)),
             ),
             Setting::new(
                 "Plate",
@@ -89,7 +90,10 @@ pub fn operator_sheet(
             "Plate clean, clamped, earthed",
             "User frame and tool frame checked against the sheet",
             "CONFIG of the first position checked at the controller",
-            "Dry run without arc at low speed: reach and collisions are not checked by meltpath",
+            match settings.robot {
+                Some(_) => "Dry run without arc at low speed: cables and fixtures are not checked by meltpath",
+                None => "Dry run without arc at low speed: reach and collisions are not checked by meltpath",
+            },
             "Gas flow, wire on the spool, contact tube new",
         ]
         .map(str::to_owned)
@@ -103,6 +107,21 @@ pub fn operator_sheet(
         .map(str::to_owned)
         .to_vec(),
     }
+}
+
+/// What the tool frame holds: the turn about the wire counts where the program chooses it.
+fn tool(settings: &Settings) -> String {
+    let Some(robot) = &settings.robot else {
+        return "the torch".to_owned();
+    };
+    let tip = robot.carrier_from_torch.then(robot.torch_from_wire_tip);
+    let [x, y, z] = tip.position.to_array();
+    let [w, p, r] = tip.wpr().to_array().map(f64::to_degrees);
+    let what = match robot.arrangement {
+        Arrangement::TorchOnRobot => "the torch in the flange",
+        Arrangement::PartOnRobot => "the standing torch",
+    };
+    format!("{what}, x {x:.2} y {y:.2} z {z:.2} mm, W {w:.2} P {p:.2} R {r:.2} deg")
 }
 
 fn order(settings: &Settings, simulation: &Simulation) -> Table {

@@ -1,8 +1,6 @@
 //! Acceptance of the controller model (cases waam AC-11 to AC-16, and the demands on curves), through the streaming
 //! simulation.
 
-#![expect(clippy::unwrap_used, reason = "a test's helpers may fail the test")]
-
 mod closed_form;
 
 use meltpath_base::{Observer, Silent};

@@ -1,0 +1,189 @@
+//! Jobs that name a robot: their programs carry its configuration, and their verdicts say where it reaches and what it may touch.
+
+use std::path::{Path, PathBuf};
+
+use meltpath::waam::{run, simulate_program};
+use meltpath_base::{Check, Reporter, Silent, Status, Verdict};
+use meltpath_data::robots;
+
+/// The first layers of the thin wall, with lines under `[machine]`.
+fn job(folder: &Path, machine: &str) -> PathBuf {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
+    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
+    let text = format!(
+        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+         [layers]\ncount = 3\n[machine]\n{machine}\n[simulation]\ncell = \"1 mm\"\n"
+    );
+    let path = folder.join("job.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// The ARC Mate as if it had been measured.
+fn measured(folder: &Path) -> &'static str {
+    let text = robots::FANUC_ARCMATE_120IC.text;
+    let (arm, around) = text.split_once("\n[torch]").unwrap();
+    let (arm, _) = arm.split_once("\n# A table that tilts").unwrap();
+    let text = format!("{arm}\n[torch]\nsource = \"measured\"\n{around}")
+        .replace("[shapes]", "[shapes]\nsource = \"measured\"\n#");
+    let table =
+        "\n[table]\nsource = \"measured\"\nposition = [\"1100 mm\", \"0 mm\", \"500 mm\"]\n";
+    std::fs::write(folder.join("robot.toml"), text + table).unwrap();
+    "robot = \"robot.toml\""
+}
+
+fn verdict(folder: &Path, machine: &str) -> (Verdict, PathBuf) {
+    let job = job(folder, machine);
+    let outcome = run(&job, None, &folder.join("runs"), &Silent).unwrap();
+    (outcome.verdict, outcome.folder)
+}
+
+fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
+}
+
+fn program(folder: &Path) -> (PathBuf, String) {
+    let files = std::fs::read_dir(folder.join("program")).unwrap();
+    let path = files.map(|f| f.unwrap().path()).next().unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    (path, text)
+}
+
+#[test]
+fn multiaxis_ma9_a_job_that_names_a_robot_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let (verdict, folder) = verdict(dir.path(), measured(dir.path()));
+    for id in ["reach", "joint-speed", "collision", "config"] {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+        println!("{id}: {}", check.line());
+    }
+    let collision = check(&verdict, "collision");
+    assert_eq!(collision.reason, "nozzle and part");
+    let pairs = verdict.facts.iter().find(|f| f.id == "clearances").unwrap();
+    for pair in [
+        "nozzle and part",
+        "torch and part",
+        "nozzle and table",
+        "link 3 and table",
+    ] {
+        assert!(pairs.reason.contains(pair), "{pair}: {pairs:?}");
+    }
+    // the contact tube stands 15 mm over the plate and less over the metal
+    let distance = collision.value.as_ref().unwrap().value;
+    assert!(distance > 5.0 && distance < 15.0, "{distance}");
+    assert!(
+        check(&verdict, "reach")
+            .place
+            .as_ref()
+            .unwrap()
+            .layer
+            .is_some()
+    );
+    assert!(verdict.facts.iter().any(|f| f.id == "singular-wrist"));
+    // what is written is computed, and the same everywhere
+    let (_, text) = program(&folder);
+    let words: Vec<&str> = text
+        .lines()
+        .filter_map(|l| l.split("CONFIG : ").nth(1))
+        .collect();
+    assert!(words.len() >= 3 * 3, "{words:?}");
+    let told = check(&verdict, "config").reason.clone();
+    assert!(
+        words
+            .iter()
+            .all(|w| told.contains(w.trim_matches(|c| c == '\'' || c == ','))),
+        "{told} {words:?}"
+    );
+}
+
+#[test]
+fn a_part_out_of_reach_fails_with_place_and_remedy() {
+    let dir = tempfile::tempdir().unwrap();
+    let place = "\nplace = [\"2 m\", \"0 mm\", \"0 mm\"]";
+    let (verdict, _) = verdict(dir.path(), &format!("{}{place}", measured(dir.path())));
+    let reach = check(&verdict, "reach");
+    assert_eq!(reach.status, Status::Fail, "{reach:?}");
+    assert!(reach.reason.contains("too far by"), "{reach:?}");
+    assert!(reach.remedy.as_ref().unwrap().contains("machine.place"));
+    assert!(reach.place.as_ref().unwrap().position.is_some());
+    assert_eq!(check(&verdict, "collision").status, Status::NotChecked);
+}
+
+/// Nothing passes by the guesses of a robot that ships; without a robot the lines say what to write.
+#[test]
+fn guesses_do_not_pass_and_no_robot_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let (verdict, _) = verdict(dir.path(), "robot = \"fanuc-arcmate-120ic\"");
+    for id in ["reach", "joint-speed", "collision"] {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        assert!(check.reason.contains("torch"), "{check:?}");
+    }
+    assert_eq!(check(&verdict, "config").status, Status::Pass);
+    let (verdict, _) = self::verdict(dir.path(), "");
+    for id in ["reach", "collision", "config"] {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, Status::NotChecked);
+        assert!(check.reason.contains("machine.robot"), "{check:?}");
+    }
+}
+
+/// A program is judged by the CONFIG that it carries: its own passes, one that is wrong somewhere fails there.
+#[test]
+fn a_program_with_a_wrong_configuration_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let machine = measured(dir.path());
+    let (_, folder) = verdict(dir.path(), machine);
+    let job = job(dir.path(), machine);
+    let (path, text) = program(&folder);
+    let judged = |name: &str, text: &str| {
+        let path = path.with_file_name(name);
+        std::fs::write(&path, text).unwrap();
+        simulate_program(&path, Some(&job), None, &dir.path().join("runs"), &Silent)
+            .unwrap()
+            .verdict
+    };
+    let own = judged("OWN.LS", &text);
+    assert_eq!(check(&own, "config").status, Status::Pass);
+    assert_eq!(check(&own, "reach").status, Status::Pass);
+    let at = text.rfind("CONFIG : '").unwrap() + "CONFIG : '".len();
+    let flipped = if text[at..].starts_with('N') {
+        "F"
+    } else {
+        "N"
+    };
+    let wrong = format!("{}{flipped}{}", &text[..at], &text[at + 1..]);
+    let wrong = judged("WRONG.LS", &wrong);
+    let config = check(&wrong, "config");
+    assert_eq!(config.status, Status::Fail, "{config:?}");
+    assert!((config.value.as_ref().unwrap().value - 1.0).abs() < 1e-12);
+}
+
+/// The map's best place is one where the part is held, and places beyond the arm are not.
+#[test]
+fn a_map_tells_where_a_part_can_stand() {
+    let wall = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall/wall.stl");
+    let map = |robot: &str| meltpath::reach::reach(&wall, robot, &Reporter::new(), &Silent);
+    let lines = map("staubli-rx60bl").unwrap();
+    let rows = lines[3..18].iter();
+    let cells: Vec<&str> = rows.flat_map(|l| l.split_whitespace()).collect();
+    assert_eq!(cells.len(), 15 * 15, "{lines:#?}");
+    // the middle of its own table is where a shipped robot can work
+    let middle: f64 = cells[7 * 15 + 7].parse().unwrap();
+    assert!(middle > 5.0, "{lines:#?}");
+    let best = lines.iter().find(|l| l.starts_with("best: place = ["));
+    let told = best.unwrap().split("], ").nth(1).unwrap();
+    let told: f64 = told.trim_end_matches(" deg").parse().unwrap();
+    let greatest = cells.iter().filter_map(|c| c.parse::<f64>().ok());
+    let greatest = greatest.fold(0.0, f64::max);
+    assert!((told - greatest).abs() <= 0.5 + 1e-9, "{best:?} {greatest}");
+    assert!(
+        lines
+            .iter()
+            .any(|l| l.contains("GUESSED") && l.contains("torch"))
+    );
+    let nobody = map("nobody").unwrap_err().to_string();
+    assert!(nobody.contains("kuka-kr16-r2010-2"), "{nobody}");
+}

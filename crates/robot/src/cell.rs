@@ -1,0 +1,10 @@
+//! What stands in a robot cell: arm, track, positioner, torch and part, with the frames between them, read from a file.
+
+mod build;
+mod file;
+mod frame;
+mod layout;
+
+pub use build::read;
+pub use file::{ArmKind, CellFile};
+pub use layout::{Arrangement, Cell, Frames, Holder, Maker, Shapes, Source, Values};

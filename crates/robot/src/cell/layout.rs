@@ -1,0 +1,254 @@
+//! A cell, and where each of its frames lies for joint values.
+
+use meltpath_base::choice;
+use meltpath_geometry::Pose;
+
+use crate::kinematics::{Arm, Chain};
+
+choice! {
+    /// Who made the robot: whose words name a configuration.
+    pub enum Maker {
+        /// FANUC: CONFIG.
+        Fanuc = "fanuc",
+        /// KUKA: S and T.
+        Kuka = "kuka",
+        /// ABB: confdata.
+        Abb = "abb",
+        /// Yaskawa: RCONF.
+        Yaskawa = "yaskawa",
+        /// Stäubli: config.
+        Staubli = "staubli",
+        /// Universal Robots: none, their first move is in joints.
+        Universal = "universal-robots",
+        /// Another.
+        Other = "other",
+    }
+
+    /// What the robot holds.
+    pub enum Arrangement {
+        /// The torch; the part lies on the table.
+        TorchOnRobot = "torch-on-robot",
+        /// The part; the torch stands in the world.
+        PartOnRobot = "part-on-robot",
+    }
+}
+
+/// Where numbers of a cell come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// The table of the file.
+    pub of: &'static str,
+    /// Who says so; nothing where nobody does.
+    pub says: Option<String>,
+    /// What of it is a guess.
+    pub guesses: Vec<String>,
+}
+
+/// Shapes of a cell, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shapes {
+    /// Radius of each link, from its joint to the next, the last to the flange.
+    pub links: [f64; 6],
+    /// Radius of the torch's body, from the flange to the begin of its nozzle.
+    pub torch: f64,
+    /// Length and radius of the nozzle, which ends with the contact tube.
+    pub nozzle: [f64; 2],
+    /// Size of the table along its x and y, its origin in the middle; nothing where it is not known.
+    pub table: Option<[f64; 2]>,
+}
+
+/// A robot cell. Frames are named by where they lie: `flange_from_torch` is the pose of the torch in the flange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// What people call it.
+    pub name: String,
+    /// Who made the robot.
+    pub maker: Maker,
+    /// What the robot holds.
+    pub arrangement: Arrangement,
+    /// The arm.
+    pub arm: Arm,
+    /// The base in the world, or in the track's carriage.
+    pub carrier_from_base: Pose,
+    /// One sliding joint from the world to the carriage.
+    pub track: Option<Chain>,
+    /// One or two turning joints from the world to what carries the table.
+    pub positioner: Option<Chain>,
+    /// The end of the contact tube in the flange, or in the world where the robot holds the part.
+    pub carrier_from_torch: Pose,
+    /// The tip of the wire in the torch.
+    pub torch_from_wire_tip: Pose,
+    /// The table in the world or on the positioner's last axis.
+    pub carrier_from_table: Pose,
+    /// The part on the table, or in the flange where the robot holds it.
+    pub carrier_from_part: Pose,
+    /// Shapes of torch, arm and table, where the file tells them.
+    pub shapes: Option<Shapes>,
+    /// Where the numbers come from.
+    pub sources: Vec<Source>,
+}
+
+/// Values of all joints of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Values {
+    /// Joint angles of the arm, rad (not as FANUC shows them: see [`Arm::joints`]).
+    pub arm: [f64; 6],
+    /// The track, mm.
+    pub track: f64,
+    /// The positioner, rad; one of a single axis takes the first.
+    pub positioner: [f64; 2],
+}
+
+/// Every frame of a cell in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frames {
+    /// The arm's base.
+    pub base: Pose,
+    /// The flange.
+    pub flange: Pose,
+    /// The end of the contact tube.
+    pub torch: Pose,
+    /// The tip of the wire.
+    pub wire_tip: Pose,
+    /// The table.
+    pub table: Pose,
+    /// The part.
+    pub part: Pose,
+}
+
+impl Frames {
+    /// The tip of the wire in the part: what welds.
+    pub fn part_from_wire_tip(&self) -> Pose {
+        self.part.inverse().then(self.wire_tip)
+    }
+}
+
+/// The table of a file that says no place.
+pub(super) const SHAPES: &str = "shapes";
+
+impl Source {
+    /// What is guessed: the whole table, or these keys of it.
+    fn guessed(&self) -> Vec<String> {
+        match self.says {
+            None => vec![self.of.to_owned()],
+            Some(_) => self
+                .guesses
+                .iter()
+                .map(|key| format!("{}.{key}", self.of))
+                .collect(),
+        }
+    }
+}
+
+impl Cell {
+    /// Tables and keys of its file that nobody vouches for: those that say where everything is.
+    pub fn guesses(&self) -> Vec<String> {
+        let places = self.sources.iter().filter(|s| s.of != SHAPES);
+        places.flat_map(Source::guessed).collect()
+    }
+
+    /// Whether somebody vouches for its shapes.
+    pub fn shapes_are_guessed(&self) -> bool {
+        let mut shapes = self.sources.iter().filter(|s| s.of == SHAPES);
+        shapes.any(|s| s.says.is_none())
+    }
+
+    /// The arm's base in the world for a position of the track in mm.
+    fn base(&self, track: f64) -> Pose {
+        let carriage = self.track.as_ref().map(|t| t.forward(&[track]));
+        carriage
+            .unwrap_or(Pose::IDENTITY)
+            .then(self.carrier_from_base)
+    }
+
+    /// Where everything is.
+    pub fn frames(&self, values: &Values) -> Frames {
+        let base = self.base(values.track);
+        let flange = base.then(self.arm.forward(values.arm));
+        let carrier = self
+            .positioner
+            .as_ref()
+            .map(|p| p.forward(&values.positioner));
+        let table = carrier
+            .unwrap_or(Pose::IDENTITY)
+            .then(self.carrier_from_table);
+        let (torch, part) = match self.arrangement {
+            Arrangement::TorchOnRobot => (
+                flange.then(self.carrier_from_torch),
+                table.then(self.carrier_from_part),
+            ),
+            Arrangement::PartOnRobot => {
+                (self.carrier_from_torch, flange.then(self.carrier_from_part))
+            }
+        };
+        Frames {
+            base,
+            flange,
+            torch,
+            wire_tip: torch.then(self.torch_from_wire_tip),
+            table,
+            part,
+        }
+    }
+
+    /// Track and positioner as near to zero as their limits let them stand.
+    pub fn at_rest(&self) -> Values {
+        let rest = |chain: &Option<Chain>, i: usize| {
+            let joint = chain.as_ref().and_then(|c| c.joints.get(i));
+            joint.map_or(0.0, |j| 0.0_f64.max(j.limits.low).min(j.limits.high))
+        };
+        Values {
+            arm: [0.0; 6],
+            track: rest(&self.track, 0),
+            positioner: [0, 1].map(|i| rest(&self.positioner, i)),
+        }
+    }
+
+    /// Where the flange must be in the arm's base for the wire's tip to lie at `part_from_wire_tip`, with track and positioner at
+    /// their values.
+    pub fn base_from_flange(&self, part_from_wire_tip: Pose, values: &Values) -> Pose {
+        self.holder(values).base_from_flange(part_from_wire_tip)
+    }
+
+    /// What leads from the wire's tip in the part to the flange while track and positioner stand at their values.
+    pub fn holder(&self, values: &Values) -> Holder {
+        let frames = self.frames(values);
+        let base = frames.base.inverse();
+        let flange = frames.flange;
+        match self.arrangement {
+            Arrangement::TorchOnRobot => Holder {
+                arrangement: self.arrangement,
+                base_from_held: base.then(frames.part),
+                end_from_flange: frames.wire_tip.inverse().then(flange),
+            },
+            Arrangement::PartOnRobot => Holder {
+                arrangement: self.arrangement,
+                base_from_held: base.then(frames.wire_tip),
+                end_from_flange: frames.part.inverse().then(flange),
+            },
+        }
+    }
+}
+
+/// What stands still between the wire's tip in the part and the flange in the arm's base.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Holder {
+    arrangement: Arrangement,
+    /// What stands: the part, or the wire's tip where the robot holds the part.
+    base_from_held: Pose,
+    /// The flange in what the robot holds.
+    end_from_flange: Pose,
+}
+
+impl Holder {
+    /// Where the flange must be in the arm's base for the wire's tip to lie at `part_from_wire_tip`.
+    pub fn base_from_flange(&self, part_from_wire_tip: Pose) -> Pose {
+        let standing_from_end = match self.arrangement {
+            Arrangement::TorchOnRobot => part_from_wire_tip,
+            Arrangement::PartOnRobot => part_from_wire_tip.inverse(),
+        };
+        self.base_from_held
+            .then(standing_from_end)
+            .then(self.end_from_flange)
+    }
+}

@@ -1,0 +1,126 @@
+//! The bodies of a cell as capsules, and where they are.
+
+use std::fmt;
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
+use super::distance::Segment;
+use crate::cell::{Arrangement, Cell, Shapes, Values};
+
+/// Rods around a contact tube that stand for its nozzle.
+const RODS: u32 = 12;
+
+/// Something that may touch something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Body {
+    /// The nozzle around the contact tube.
+    Nozzle,
+    /// The body of the torch.
+    Torch,
+    /// A link of the arm, from 1.
+    Link(u8),
+    /// Plate and part as grown.
+    Metal,
+    /// The table below the plate.
+    Table,
+}
+
+impl fmt::Display for Body {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Body::Nozzle => f.write_str("nozzle"),
+            Body::Torch => f.write_str("torch"),
+            Body::Link(n) => write!(f, "link {n}"),
+            Body::Metal => f.write_str("part"),
+            Body::Table => f.write_str("table"),
+        }
+    }
+}
+
+/// A line with a radius around it, mm, in the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Capsule {
+    pub(super) body: Body,
+    pub(super) line: Segment,
+    pub(super) radius: f64,
+}
+
+/// The capsules of torch and arm in the part, in an order that does not depend on the joints.
+pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Capsule> {
+    let frames = cell.frames(values);
+    let part_from_world = frames.part.inverse();
+    let mut capsules = Vec::with_capacity(7 + RODS as usize);
+    let mut add = |body, frame: Pose, [a, b]: [DVec3; 2], radius| {
+        let line = Segment {
+            a: frame.point(a),
+            b: frame.point(b),
+        };
+        capsules.push(Capsule { body, line, radius });
+    };
+    let [length, radius] = shapes.nozzle;
+    let torch = part_from_world.then(frames.torch);
+    let rod = rod_radius(radius);
+    for i in 0..RODS {
+        let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(RODS)).sin_cos();
+        let aside = DVec3::new(c, s, 0.0) * (radius - rod);
+        let ends = [-rod, -length].map(|z| aside + z * DVec3::Z);
+        add(Body::Nozzle, torch, ends, rod);
+    }
+    let back = -length * DVec3::Z;
+    let flange = match cell.arrangement {
+        Arrangement::TorchOnRobot => {
+            let torch_from_flange = frames.torch.inverse().then(frames.flange);
+            torch_from_flange.position
+        }
+        // a torch that stands goes on behind its nozzle by as much again
+        Arrangement::PartOnRobot => 2.0 * back,
+    };
+    add(Body::Torch, torch, [back, flange], shapes.torch);
+    let base = part_from_world.then(frames.base);
+    let joints = &cell.arm.chain.joints;
+    let of_joints = cell.arm.chain.frames(&values.arm);
+    let ends = joints.iter().skip(1).map(|j| j.parent_from_joint.position);
+    let ends = ends.chain([cell.arm.chain.last_from_end.position]);
+    for ((number, (frame, end)), radius) in (1..).zip(of_joints.iter().zip(ends)).zip(shapes.links)
+    {
+        add(
+            Body::Link(number),
+            base.then(*frame),
+            [DVec3::ZERO, ended(number, end, radius)],
+            radius,
+        );
+    }
+    capsules
+}
+
+/// Where the line of a link ends. A forearm is slim at the wrist, where the torch begins: its roundness ends there.
+fn ended(number: u8, end: DVec3, radius: f64) -> DVec3 {
+    const FOREARM: u8 = 3;
+    if number == FOREARM {
+        end - end.clamp_length_max(radius)
+    } else {
+        end
+    }
+}
+
+/// The radius of rods that stand side by side within a nozzle's radius and touch each other.
+fn rod_radius(radius: f64) -> f64 {
+    let sine = (std::f64::consts::PI / f64::from(RODS)).sin();
+    radius * sine / (1.0 + sine)
+}
+
+/// Whether the arrangement lets two bodies come near each other at all: neighbours always touch.
+pub(super) fn may_touch(a: Body, b: Body, arrangement: Arrangement) -> bool {
+    let (a, b) = (a.min(b), a.max(b));
+    match (a, b) {
+        (Body::Nozzle | Body::Torch, Body::Link(n)) => n <= 3,
+        (Body::Link(a), Body::Link(b)) => a <= 2 && b >= 5,
+        (Body::Link(n), Body::Metal) => arrangement == Arrangement::TorchOnRobot || n <= 3,
+        (Body::Nozzle | Body::Torch, Body::Metal) => true,
+        // the arm stands beside its table by its first links
+        (Body::Link(n), Body::Table) => n >= 3 && arrangement == Arrangement::TorchOnRobot,
+        (_, Body::Table) => arrangement == Arrangement::TorchOnRobot,
+        _ => false,
+    }
+}

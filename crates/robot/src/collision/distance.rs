@@ -1,0 +1,148 @@
+//! Distances of line segments from each other and from boxes.
+
+use meltpath_geometry::math::DVec3;
+
+/// A line from one end to the other, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Segment {
+    pub(super) a: DVec3,
+    pub(super) b: DVec3,
+}
+
+/// A box along the axes; its sides may lie at infinity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bounds {
+    pub(super) low: DVec3,
+    pub(super) high: DVec3,
+}
+
+/// Steps of the search along a segment: the golden section of its length to 1e-8 of it.
+const STEPS: u32 = 38;
+
+impl Bounds {
+    /// The distance of a point, mm; zero inside.
+    fn to_point(self, p: DVec3) -> f64 {
+        (self.low - p).max(p - self.high).max(DVec3::ZERO).length()
+    }
+
+    /// No more than the distance of a segment, mm.
+    pub(super) fn at_least_to(&self, segment: &Segment) -> f64 {
+        let (low, high) = (segment.a.min(segment.b), segment.a.max(segment.b));
+        (self.low - high)
+            .max(low - self.high)
+            .max(DVec3::ZERO)
+            .length()
+    }
+
+    /// The distance of a segment, mm. That of its points is convex along it: the least is found by sections.
+    pub(super) fn to_segment(self, segment: &Segment) -> f64 {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let at = |t: f64| self.to_point(segment.a.lerp(segment.b, t));
+        let (mut low, mut high) = (0.0, 1.0);
+        let (mut s, mut t) = (1.0 - GOLDEN, GOLDEN);
+        let (mut at_s, mut at_t) = (at(s), at(t));
+        for _ in 0..STEPS {
+            if at_s <= at_t {
+                (high, t, at_t) = (t, s, at_s);
+                s = high - GOLDEN * (high - low);
+                at_s = at(s);
+            } else {
+                (low, s, at_s) = (s, t, at_t);
+                t = low + GOLDEN * (high - low);
+                at_t = at(t);
+            }
+        }
+        at_s.min(at_t).min(at(0.0)).min(at(1.0))
+    }
+}
+
+/// The square of a length that is none, mm².
+const POINT: f64 = 1e-18;
+
+/// The distance of two segments, mm. Source: C. Ericson, Real-Time Collision Detection, 2005, 5.1.9.
+pub(super) fn between(p: &Segment, q: &Segment) -> f64 {
+    let (d1, d2, r) = (p.b - p.a, q.b - q.a, p.a - q.a);
+    let (a, e, f) = (d1.length_squared(), d2.length_squared(), d2.dot(r));
+    let (s, t) = if a <= POINT && e <= POINT {
+        (0.0, 0.0)
+    } else if a <= POINT {
+        (0.0, (f / e).clamp(0.0, 1.0))
+    } else {
+        let c = d1.dot(r);
+        if e <= POINT {
+            ((-c / a).clamp(0.0, 1.0), 0.0)
+        } else {
+            let b = d1.dot(d2);
+            let across = a * e - b * b;
+            let s = if across > 1e-12 * a * e {
+                ((b * f - c * e) / across).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            match (b * s + f) / e {
+                t if t < 0.0 => ((-c / a).clamp(0.0, 1.0), 0.0),
+                t if t > 1.0 => (((b - c) / a).clamp(0.0, 1.0), 1.0),
+                t => (s, t),
+            }
+        }
+    };
+    (p.a + d1 * s).distance(q.a + d2 * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_numerics::random::Random;
+
+    use super::*;
+
+    fn point(random: &mut Random) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| random.between(-10.0, 10.0)))
+    }
+
+    fn segment(random: &mut Random) -> Segment {
+        Segment {
+            a: point(random),
+            b: point(random),
+        }
+    }
+
+    fn points(s: &Segment) -> impl Iterator<Item = DVec3> + '_ {
+        (0..=400).map(|i| s.a.lerp(s.b, f64::from(i) / 400.0))
+    }
+
+    /// Against the nearest of many points of them.
+    #[test]
+    fn distances_are_those_of_many_points() {
+        let mut random = Random::new(3);
+        for _ in 0..200 {
+            let (p, q) = (segment(&mut random), segment(&mut random));
+            let sampled = points(&p)
+                .map(|x| {
+                    points(&q)
+                        .map(|y| x.distance(y))
+                        .fold(f64::INFINITY, f64::min)
+                })
+                .fold(f64::INFINITY, f64::min);
+            let found = between(&p, &q);
+            assert!(
+                found <= sampled + 1e-9 && sampled - found < 0.1,
+                "{found} {sampled}"
+            );
+            let (a, b) = (point(&mut random), point(&mut random));
+            let mut bounds = Bounds {
+                low: a.min(b),
+                high: a.max(b),
+            };
+            bounds.low.z = f64::NEG_INFINITY;
+            let sampled = points(&p)
+                .map(|x| bounds.to_point(x))
+                .fold(f64::INFINITY, f64::min);
+            let found = bounds.to_segment(&p);
+            assert!(
+                found <= sampled + 1e-9 && sampled - found < 0.1,
+                "{found} {sampled}"
+            );
+            assert!(bounds.at_least_to(&p) <= found + 1e-9);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Metal as columns, and how near a segment comes to any of them.
+
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::workpiece::HeightMap;
+
+use super::distance::{Bounds, Segment};
+
+/// Columns over a plate, each as high as the highest metal on it: coarse ones over fine ones.
+///
+/// Structure: level 0 has one column for each square of cells, each further level one for four of the level before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Metal {
+    /// The least corner, mm.
+    origin: DVec2,
+    /// Side of a column of level 0, mm.
+    cell: f64,
+    levels: Vec<Level>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Level {
+    nx: usize,
+    ny: usize,
+    z: Vec<f32>,
+}
+
+impl Level {
+    /// Columns of `side` x `side` of what `height` tells of `nx` x `ny`.
+    fn of(nx: usize, ny: usize, side: usize, height: impl Fn(usize, usize) -> f32) -> Self {
+        let (columns, rows) = (nx.div_ceil(side), ny.div_ceil(side));
+        let mut z = vec![f32::NEG_INFINITY; columns * rows];
+        for iy in 0..ny {
+            for ix in 0..nx {
+                let column = &mut z[iy / side * columns + ix / side];
+                *column = column.max(height(ix, iy));
+            }
+        }
+        Level {
+            nx: columns,
+            ny: rows,
+            z,
+        }
+    }
+}
+
+impl Metal {
+    /// The metal of a height map in columns about `side` mm wide.
+    pub fn of(map: &HeightMap, side: f64) -> Self {
+        let cells = ((side / map.cell).round() as usize).max(1);
+        // rounding up: a column is never lower than its metal
+        let height = |ix: usize, iy: usize| (map.z[map.index(ix, iy)] as f32).next_up();
+        let mut levels = vec![Level::of(map.nx, map.ny, cells, height)];
+        while let Some(last) = levels.last()
+            && last.z.len() > 1
+        {
+            let next = Level::of(last.nx, last.ny, 2, |ix, iy| last.z[iy * last.nx + ix]);
+            levels.push(next);
+        }
+        Metal {
+            origin: map.origin - DVec2::splat(0.5 * map.cell),
+            cell: cells as f64 * map.cell,
+            levels,
+        }
+    }
+
+    /// The distance of a segment from the metal, mm, where it is less than `most`; else no less than `most`.
+    pub(super) fn distance(&self, segment: &Segment, most: f64) -> f64 {
+        match self.levels.len().checked_sub(1) {
+            Some(top) => self.below(segment, most, top, 0, 0),
+            None => most,
+        }
+    }
+
+    fn below(&self, segment: &Segment, most: f64, level: usize, ix: usize, iy: usize) -> f64 {
+        let of = &self.levels[level];
+        if ix >= of.nx || iy >= of.ny {
+            return most;
+        }
+        let side = self.cell * (1_u64 << level) as f64;
+        let corner = self.origin + side * DVec2::new(ix as f64, iy as f64);
+        let top = f64::from(of.z[iy * of.nx + ix]);
+        let bounds = Bounds {
+            low: corner.extend(f64::NEG_INFINITY),
+            high: DVec3::new(corner.x + side, corner.y + side, top),
+        };
+        if bounds.at_least_to(segment) >= most {
+            return most;
+        }
+        if level == 0 {
+            return most.min(bounds.to_segment(segment));
+        }
+        // the highest first: what is near is found early
+        let mut children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| (2 * ix + x, 2 * iy + y));
+        let fine = &self.levels[level - 1];
+        let height = |&(x, y): &(usize, usize)| {
+            let inside = x < fine.nx && y < fine.ny;
+            if inside {
+                fine.z[y * fine.nx + x]
+            } else {
+                f32::NEG_INFINITY
+            }
+        };
+        children.sort_by(|a, b| height(b).total_cmp(&height(a)));
+        children.into_iter().fold(most, |least, (x, y)| {
+            self.below(segment, least, level - 1, x, y)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use meltpath_numerics::random::Random;
+
+    use super::*;
+
+    /// Against every cell's own column.
+    #[test]
+    fn the_nearest_column_is_found() {
+        let mut random = Random::new(11);
+        let mut map = HeightMap::new(DVec2::new(-20.0, -5.0), DVec2::new(23.0, 31.0), 1.0, 0.0)
+            .unwrap_or_else(|e| panic!("{e}"));
+        for z in &mut map.z {
+            *z = random.between(0.0, 12.0);
+        }
+        let metal = Metal::of(&map, 1.0);
+        for _ in 0..300 {
+            let mut point = |low: f64| {
+                DVec3::new(
+                    random.between(-40.0, 40.0),
+                    random.between(-40.0, 40.0),
+                    random.between(low, 60.0),
+                )
+            };
+            let segment = Segment {
+                a: point(-3.0),
+                b: point(-3.0),
+            };
+            let mut wanted = f64::INFINITY;
+            for iy in 0..map.ny {
+                for ix in 0..map.nx {
+                    let centre = map.centre(ix, iy);
+                    let bounds = Bounds {
+                        low: (centre - DVec2::splat(0.5)).extend(f64::NEG_INFINITY),
+                        high: (centre + DVec2::splat(0.5)).extend(map.z[map.index(ix, iy)]),
+                    };
+                    wanted = wanted.min(bounds.to_segment(&segment));
+                }
+            }
+            let found = metal.distance(&segment, 1e9);
+            assert!((found - wanted).abs() < 1e-5, "{found} {wanted}");
+            assert!(metal.distance(&segment, 0.5 * wanted) >= 0.5 * wanted);
+        }
+    }
+}

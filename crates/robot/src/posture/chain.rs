@@ -1,0 +1,196 @@
+//! Runs of moves whose path is known: their places by length, and the way chosen to hold them.
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::arc::Arc;
+use meltpath_geometry::math::{DQuat, DVec3};
+
+use super::task::Task;
+use crate::command::{Command, Kind, Source};
+
+/// Moves shorter than this are none, mm.
+const NOTHING: f64 = 1e-9;
+
+/// One straight or circular move, or a part of one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// The command.
+    pub command: u32,
+    /// Whether it ends at the command's target, or at the point on the way of an arc.
+    pub end: End,
+    from: Pose,
+    to: Pose,
+    arc: Option<(Arc, [f64; 2])>,
+    /// Length from the chain's begin to its own, mm.
+    pub begin: f64,
+    /// Its length, mm; of a turn on the spot a length that stands for it.
+    pub length: f64,
+    /// How long it takes at the set speed, s; nothing where the arc does not burn.
+    pub time: Option<f64>,
+}
+
+/// Where a leg ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// At the target.
+    Target,
+    /// At the point on the way.
+    Via,
+}
+
+impl Leg {
+    /// The wire's tip in the part at a share of the way, as written.
+    pub fn at(&self, share: f64) -> Pose {
+        let position = match self.arc {
+            Some((arc, [a, b])) => arc.at(a + (b - a) * share),
+            None => self.from.position.lerp(self.to.position, share),
+        };
+        Pose {
+            position,
+            orientation: self.from.orientation.slerp(self.to.orientation, share),
+        }
+    }
+}
+
+/// A run of moves, with the rotation about the wire at key places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// The command that leads to its first place; nothing for the start of the program.
+    pub first: Option<u32>,
+    /// Its first place as written.
+    pub start: Pose,
+    /// Its moves.
+    pub legs: Vec<Leg>,
+    /// Length and rotation about the wire (rad, not wrapped) at key places, in order; empty until it is chosen.
+    pub turns: Vec<(f64, f64)>,
+    /// Joint angles at its first place, rad.
+    pub joints: [f64; 6],
+}
+
+impl Chain {
+    /// Its whole length, mm.
+    pub fn length(&self) -> f64 {
+        self.legs.last().map_or(0.0, |l| l.begin + l.length)
+    }
+
+    /// The rotation about the wire at a length, rad, and the key place before it.
+    pub fn turn_at(&self, length: f64) -> (f64, usize) {
+        let after = self.turns.partition_point(|t| t.0 <= length);
+        let before = after.saturating_sub(1);
+        match (self.turns.get(before), self.turns.get(after)) {
+            (Some(a), Some(b)) if b.0 > a.0 => {
+                let share = (length - a.0) / (b.0 - a.0);
+                (a.1 + (b.1 - a.1) * share, before)
+            }
+            (Some(a), _) => (a.1, before),
+            (None, _) => (0.0, 0),
+        }
+    }
+
+    /// The wire's tip in the part at a length, as written.
+    pub fn at(&self, length: f64) -> Pose {
+        let after = self.legs.partition_point(|l| l.begin <= length);
+        match self.legs.get(after.saturating_sub(1)) {
+            Some(leg) => leg.at(((length - leg.begin) / leg.length).clamp(0.0, 1.0)),
+            None => self.start,
+        }
+    }
+
+    /// The command at a length.
+    pub fn command_at(&self, length: f64) -> u32 {
+        let after = self.legs.partition_point(|l| l.begin <= length);
+        let leg = self.legs.get(after.saturating_sub(1));
+        leg.map_or(self.first.unwrap_or(0), |l| l.command)
+    }
+}
+
+/// A pose turned about its wire.
+pub(super) fn turned(tip: Pose, turn: f64) -> Pose {
+    Pose {
+        orientation: tip.orientation * DQuat::from_rotation_z(turn),
+        ..tip
+    }
+}
+
+/// The runs of a program between its joint moves.
+pub(super) fn chains(task: &Task<'_>) -> Vec<Chain> {
+    let mut chains = vec![begun(None, task.start)];
+    let mut here = task.start;
+    for command in task.commands {
+        let to = Pose {
+            position: command.target,
+            orientation: command.orientation,
+        };
+        match command.kind {
+            Kind::Wait { .. } => continue,
+            Kind::Joint => chains.push(begun(Some(command.id), to)),
+            Kind::Line => add(&mut chains, command, here, to, None),
+            Kind::Arc { via } => match Arc::through(here.position, via, to.position) {
+                None => add(&mut chains, command, here, to, None),
+                Some(arc) => {
+                    let share = share_of(&arc, via);
+                    let middle = Pose {
+                        position: via,
+                        orientation: here.orientation.slerp(to.orientation, share),
+                    };
+                    let half = Some((arc, [0.0, share], End::Via));
+                    add(&mut chains, command, here, middle, half);
+                    let half = Some((arc, [share, 1.0], End::Target));
+                    add(&mut chains, command, middle, to, half);
+                }
+            },
+        }
+        here = to;
+    }
+    chains
+}
+
+fn begun(first: Option<u32>, start: Pose) -> Chain {
+    Chain {
+        first,
+        start,
+        legs: Vec::new(),
+        turns: Vec::new(),
+        joints: [0.0; 6],
+    }
+}
+
+/// The share of an arc at which a point of it lies.
+fn share_of(arc: &Arc, point: DVec3) -> f64 {
+    let d = point - arc.centre;
+    let angle = d.dot(arc.v).atan2(d.dot(arc.u));
+    angle.rem_euclid(std::f64::consts::TAU) / arc.sweep
+}
+
+/// Adds a move to the last run.
+fn add(
+    chains: &mut [Chain],
+    command: &Command,
+    from: Pose,
+    to: Pose,
+    arc: Option<(Arc, [f64; 2], End)>,
+) {
+    let Some(chain) = chains.last_mut() else {
+        return;
+    };
+    let path = match &arc {
+        Some((arc, [a, b], _)) => arc.length() * (b - a),
+        None => from.position.distance(to.position),
+    };
+    // a radian on the spot counts as 100 mm: the way of a torch's neck
+    let length = path.max(100.0 * from.orientation.angle_between(to.orientation));
+    if length < NOTHING {
+        return;
+    }
+    let burns = matches!(command.source, Source::On { .. });
+    let leg = Leg {
+        command: command.id,
+        end: arc.as_ref().map_or(End::Target, |a| a.2),
+        from,
+        to,
+        arc: arc.map(|(arc, range, _)| (arc, range)),
+        begin: chain.length(),
+        length,
+        time: (burns && path > NOTHING).then(|| path / command.speed),
+    };
+    chain.legs.push(leg);
+}

@@ -1,0 +1,123 @@
+//! Torch and arm beside metal: distances that follow from the drawing, and bodies that touch.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use meltpath_data::{find, robots};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::workpiece::HeightMap;
+use meltpath_robot::cell::{self, Cell, Values};
+use meltpath_robot::collision::{Body, Closest, Metal, Surroundings, sweep};
+use meltpath_robot::posture::{Rotation, Task, hold};
+use meltpath_robot::{Command, Smoothing};
+
+/// The ABB with a straight torch of 330 mm, nozzle 80 mm by 12 mm, body 20 mm.
+fn abb() -> Cell {
+    let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
+    let text = text.replacen("\"35 deg\"", "\"0 deg\"", 1).replacen(
+        "torch = \"45 mm\"",
+        "torch = \"20 mm\"",
+        1,
+    );
+    cell::read(&text).unwrap()
+}
+
+/// A plate of 400 mm with a wall of `height` mm from x = `from` on.
+fn plate(from: f64, height: f64) -> Metal {
+    let corner = DVec2::splat(200.0);
+    let mut map = HeightMap::new(-corner, corner, 1.0, 0.0).unwrap();
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            if map.centre(ix, iy).x > from {
+                let i = map.index(ix, iy);
+                map.z[i] = height;
+            }
+        }
+    }
+    Metal::of(&map, 1.0)
+}
+
+/// A bead of 100 mm along y at x = 0, the wire's tip at `z`.
+fn closest(cell: &Cell, metal: &Metal, z: f64) -> Vec<Closest> {
+    let start = Pose::from_wpr(DVec3::new(0.0, -50.0, z), DVec3::new(PI, 0.0, 0.0));
+    let commands =
+        [Command::line(0, DVec3::new(0.0, 50.0, z), 10.0, Smoothing::Fine).depositing(100.0)];
+    let configurations = BTreeMap::new();
+    let task = Task {
+        cell,
+        values: Values::default(),
+        start,
+        commands: &commands,
+        rotation: Rotation::Free,
+        configurations: &configurations,
+    };
+    let held = hold(&task).unwrap();
+    let around = Surroundings {
+        shapes: cell.shapes.as_ref().unwrap(),
+        metal: &|_| metal,
+        plate: 20.0,
+    };
+    sweep(&task, &held, &around).unwrap()
+}
+
+fn of(found: &[Closest], bodies: [Body; 2]) -> f64 {
+    let pair = found.iter().find(|c| c.bodies == bodies);
+    pair.unwrap_or_else(|| panic!("{bodies:?} is not among {found:?}"))
+        .distance
+}
+
+/// What is reserved for the ways between places 5 mm apart, mm.
+const RESERVED: f64 = 0.5 * 1.1 * 5.0;
+
+#[test]
+fn the_nozzle_stands_its_wire_over_the_plate() {
+    let found = closest(&abb(), &plate(1e9, 0.0), 0.0);
+    let least = of(&found, [Body::Nozzle, Body::Metal]);
+    assert!(least <= 15.0 && least > 15.0 - RESERVED - 1e-6, "{least}");
+    // the table lies 20 mm lower
+    let table = of(&found, [Body::Nozzle, Body::Table]);
+    assert!((table - least - 20.0).abs() < 1e-6, "{table} {least}");
+    assert_eq!(found[0].bodies, [Body::Nozzle, Body::Metal]);
+}
+
+/// Beside a wall higher than the torch the nozzle is nearest by its radius, the body by its own.
+#[test]
+fn a_wall_beside_the_torch_is_measured_to_its_radius() {
+    let found = closest(&abb(), &plate(30.0, 100.0), 0.0);
+    let nozzle = of(&found, [Body::Nozzle, Body::Metal]);
+    // rods stand for the round nozzle: up to their sagitta within it
+    assert!(
+        nozzle > 15.0 - RESERVED - 1e-6 && nozzle <= 15.0,
+        "{nozzle}"
+    );
+    let found = closest(&abb(), &plate(26.0, 100.0), 0.0);
+    let nozzle = of(&found, [Body::Nozzle, Body::Metal]);
+    assert!(nozzle > 14.0 - RESERVED && nozzle < 14.5, "{nozzle}");
+    // a wall as high as the torch meets its body, which is thicker
+    let found = closest(&abb(), &plate(26.0, 250.0), 0.0);
+    let torch = of(&found, [Body::Torch, Body::Metal]);
+    assert!(
+        torch > 6.0 - RESERVED - 1e-6 && torch <= 6.0 + 1e-6,
+        "{torch}"
+    );
+}
+
+#[test]
+fn multiaxis_ma9_a_collision_is_told_with_the_bodies_and_the_place() {
+    let metal = {
+        let corner = DVec2::splat(200.0);
+        let mut map = HeightMap::new(-corner, corner, 1.0, 0.0).unwrap();
+        let post = map.cell_at(DVec2::new(8.0, 20.0)).unwrap();
+        let i = map.index(post.0, post.1);
+        map.z[i] = 60.0;
+        Metal::of(&map, 1.0)
+    };
+    let found = closest(&abb(), &metal, 0.0);
+    let worst = found[0];
+    assert_eq!(worst.bodies, [Body::Nozzle, Body::Metal]);
+    assert!(worst.distance < 0.0, "{worst:?}");
+    assert!((worst.position.y - 20.0).abs() < 15.0, "{worst:?}");
+    // high over the post nothing touches
+    assert!(closest(&abb(), &metal, 100.0)[0].distance > 0.0);
+}

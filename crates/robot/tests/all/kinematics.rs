@@ -1,0 +1,342 @@
+//! Arms against what stands outside: poses of an independent library, a real controller's record, data sheets' reach, searches.
+mod adversarial;
+mod configuration;
+mod frames;
+
+use std::f64::consts::PI;
+
+use meltpath_data::{find, robots};
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::{DMat3, DQuat, DVec3};
+use meltpath_numerics::random::Random;
+use meltpath_robot::cell::{self, Cell};
+use meltpath_robot::kinematics::numeric::{apart, distance, search};
+use meltpath_robot::kinematics::{
+    Arm, Geometry, OrthoParallel, Poses, Solution, Unreachable, Ways, batch,
+};
+
+pub(crate) fn shipped(name: &str) -> Cell {
+    cell::read(find(robots::ALL, name).unwrap().text).unwrap()
+}
+
+pub(crate) fn all() -> impl Iterator<Item = (&'static str, Arm)> {
+    robots::ALL
+        .iter()
+        .map(|file| (file.name, shipped(file.name).arm))
+}
+
+/// Whatever an arm returns for a pose holds it, from the angles returned.
+pub(crate) fn check(name: &str, arm: &Arm, pose: Pose) -> Vec<Solution> {
+    let inverse = arm
+        .inverse(pose)
+        .unwrap_or_else(|why| panic!("{name}: {why} at {pose:?}"));
+    assert!(
+        inverse.all && (1..=8).contains(&inverse.solutions.len()),
+        "{name}: {inverse:?}"
+    );
+    for solution in &inverse.solutions {
+        let [off, turned] = distance(arm.forward(solution.angles), pose);
+        // at the border of reach a pose may be beyond it by rounding
+        let most = if solution.singular.elbow { 1e-6 } else { 1e-9 };
+        assert!(
+            off < most && turned < 1e-9,
+            "{name}: {off:e} mm, {turned:e} rad of {solution:?}"
+        );
+    }
+    inverse.solutions
+}
+
+pub(crate) fn anywhere(random: &mut Random) -> [f64; 6] {
+    std::array::from_fn(|_| random.between(-PI, PI))
+}
+
+/// Poses of yourdfpy 0.0.60 from the joints of the public URDFs and of the makers' drawings.
+#[test]
+fn forward_chains_agree_with_an_independent_library() {
+    let mut rows = 0;
+    for line in include_str!("kinematics/flange-poses.csv").lines().skip(1) {
+        let (name, numbers) = line.split_once(',').unwrap();
+        let n: Vec<f64> = numbers.split(',').map(|n| n.parse().unwrap()).collect();
+        let joints: [f64; 6] = n[..6].try_into().unwrap();
+        let rotation = DMat3::from_cols_slice(&n[9..18]);
+        let wanted = Pose {
+            position: DVec3::from_slice(&n[6..9]),
+            orientation: DQuat::from_mat3(&rotation),
+        };
+        let arm = shipped(name).arm;
+        let [off, turned] = distance(arm.forward(joints), wanted);
+        assert!(
+            off < 1e-9 && turned < 1e-9,
+            "{name}: {off:e} mm, {turned:e} rad"
+        );
+        let (closed, position) = match arm.geometry {
+            Geometry::SphericalWrist(arm) => arm.forward(joints),
+            Geometry::OffsetWrist(arm) => arm.forward(joints),
+            Geometry::Other => panic!("{name} has a closed form"),
+        };
+        assert!(position.distance(wanted.position) < 1e-9, "{name}");
+        assert!(
+            (closed - rotation)
+                .to_cols_array()
+                .iter()
+                .all(|d| d.abs() < 1e-9),
+            "{name}"
+        );
+        rows += 1;
+    }
+    assert_eq!(rows, 7 * 25);
+}
+
+/// A FANUC R-2000iB/165F's joints and pose as its controller showed them (onerobotics.com, The perils of six-axis robots, 2013):
+/// lengths of its public URDF, a tool of 55 mm. The third joint is shown to the level: taken as it stands the pose is missed by far.
+#[test]
+fn a_fanuc_shows_its_third_joint_to_the_level() {
+    let arm = configuration::fanuc(OrthoParallel {
+        a1: 312.0,
+        a2: -225.0,
+        c1: 0.0,
+        c2: 1075.0,
+        c3: 1280.0,
+        c4: 215.0 + 55.0,
+        ..configuration::arcmate()
+    });
+    let degrees = |d: [f64; 6]| d.map(f64::to_radians);
+    let pose = Pose::from_wpr(
+        DVec3::new(1500.0, 0.0, 360.0),
+        DVec3::new(135.0, -45.0, 0.0) * (PI / 180.0),
+    );
+    let records = [
+        degrees([7.962, -5.284, -36.250, 77.661, -51.975, -79.273]),
+        degrees([7.962, -5.284, -36.250, -102.339, 51.975, 100.727]),
+    ];
+    let solutions = check("R-2000iB", &arm, pose);
+    for (shown, wrist) in records
+        .into_iter()
+        .zip(["N U T, 0, 0, 0", "F U T, 0, 0, 0"])
+    {
+        let joints = arm.joints(shown);
+        assert_eq!(arm.configuration(joints).unwrap().to_string(), wrist);
+        let [off, turned] = distance(arm.forward(joints), pose);
+        assert!(off < 0.02 && turned < 2e-5, "{off} mm, {turned} rad");
+        assert!(distance(arm.forward(shown), pose)[0] > 50.0);
+        // and back: what the controller shows is among the solutions, to its printed digits
+        assert!(apart(&arm.shown(joints), &shown) < 1e-12);
+        let near = |s: &Solution| apart(&arm.shown(s.angles), &shown) < 2e-5;
+        assert!(solutions.iter().any(near), "{shown:?} {solutions:?}");
+    }
+}
+
+/// The third joint's limits are of what the controller shows: with the second joint they forbid and allow other elbows.
+#[test]
+fn coupled_limits_are_those_shown() {
+    let arm = shipped("fanuc-arcmate-120ic").arm;
+    let shown = [0.0, 90.0, -180.0, 0.0, 10.0, 0.0].map(f64::to_radians);
+    let (margin, tightest) = arm.margin(arm.joints(shown));
+    assert!(
+        (margin.to_degrees() - 5.0).abs() < 1e-9 && tightest == 2,
+        "{margin} {tightest}"
+    );
+    // one angle between the links, beyond the limit leaning forward and within it leaning back
+    let with = |j2: f64| {
+        arm.margin([0.0, j2, -190.0, 0.0, 10.0, 0.0].map(f64::to_radians))
+            .0
+            .to_degrees()
+    };
+    assert!((with(20.0) + 25.0).abs() < 1e-9 && (with(-20.0) - 15.0).abs() < 1e-9);
+}
+
+/// Reach of the wrist's centre from the second axis and of the arm as the makers print them.
+#[test]
+fn reach_is_that_of_the_data_sheets() {
+    for (name, printed) in [
+        ("fanuc-arcmate-120ic", 1811.0),
+        ("kuka-kr16-r2010-2", 2013.0),
+        ("abb-irb2600-12-185", 1853.0),
+        ("yaskawa-ar2010", 2010.0),
+        ("staubli-rx60b", 600.0),
+        ("staubli-rx60bl", 800.0),
+    ] {
+        let Geometry::SphericalWrist(arm) = shipped(name).arm.geometry else {
+            panic!("{name} has a spherical wrist");
+        };
+        let reach = arm.a1 + arm.c2 + arm.a2.hypot(arm.c3);
+        assert!((reach - printed).abs() < 1.0, "{name}: {reach} mm");
+    }
+}
+
+/// Any joint values are found again from the pose they make; what is returned holds the pose; at most eight ways.
+fn finds_random(poses: u32) {
+    let mut random = Random::new(1);
+    for (name, arm) in all() {
+        let mut most = 0;
+        for _ in 0..poses {
+            let joints = anywhere(&mut random);
+            let solutions = check(name, &arm, arm.forward(joints));
+            most = most.max(solutions.len());
+            let found = solutions
+                .iter()
+                .map(|s| apart(&s.angles, &joints))
+                .fold(f64::INFINITY, f64::min);
+            let singular = solutions.iter().any(|s| s.singular.any());
+            assert!(
+                found < 1e-6 || singular,
+                "{name}: {found:e} from {joints:?}"
+            );
+        }
+        assert_eq!(most, 8, "{name}");
+    }
+}
+
+#[test]
+fn multiaxis_ma7_inverse_gives_random_poses_back() {
+    finds_random(10_000);
+}
+
+#[test]
+#[ignore = "long validation: a million poses a robot"]
+fn inverse_gives_a_million_poses_back() {
+    finds_random(1_000_000);
+}
+
+/// A search from many starts finds nothing that the closed form lacks.
+fn search_finds_nothing_else(poses: u32) {
+    let mut random = Random::new(2);
+    for (name, arm) in all() {
+        let mut found = 0;
+        for _ in 0..poses {
+            let pose = arm.forward(anywhere(&mut random));
+            let solutions = check(name, &arm, pose);
+            for angles in search(&arm.chain, pose, 40) {
+                let near = solutions.iter().any(|s| apart(&s.angles, &angles) < 1e-5);
+                assert!(near, "{name}: {angles:?} is not among {solutions:?}");
+                found += 1;
+            }
+        }
+        assert!(found > 2 * poses, "{name}: the search found {found} only");
+    }
+}
+
+#[test]
+fn a_search_finds_nothing_that_the_closed_form_lacks() {
+    search_finds_nothing_else(30);
+}
+
+#[test]
+#[ignore = "long validation: two thousand poses a robot"]
+fn a_long_search_finds_nothing_that_the_closed_form_lacks() {
+    search_finds_nothing_else(2_000);
+}
+
+#[test]
+fn arrays_give_what_single_poses_give() {
+    let mut random = Random::new(3);
+    for (name, arm) in all() {
+        let mut poses = Poses::default();
+        let all: Vec<Pose> = (0..500)
+            .map(|_| arm.forward(anywhere(&mut random)))
+            .collect();
+        for pose in &all {
+            poses.push(*pose);
+        }
+        let mut ways = Ways::default();
+        batch::inverse(&arm.geometry, &poses, &mut ways);
+        for (i, pose) in all.iter().enumerate() {
+            let solutions = check(name, &arm, *pose);
+            assert_eq!(usize::from(ways.count[i]), solutions.len(), "{name}");
+            for (k, solution) in solutions.iter().enumerate() {
+                assert!(
+                    apart(&ways.get(i, k).unwrap(), &solution.angles) < 1e-9,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+/// Every whole turn within limits, each joint by itself.
+#[test]
+fn turns_are_all_those_within_limits() {
+    let arm = shipped("abb-irb2600-12-185").arm;
+    let joints = [10.0, 20.0, 30.0, -350.0, 40.0, 45.0].map(f64::to_radians);
+    let turns = arm.turns(joints);
+    // J4 may be -350, 10 or 370 deg, J6 -315 or 45 deg
+    assert_eq!(turns.len(), 3 * 2, "{turns:?}");
+    for way in &turns {
+        assert!(arm.margin(*way).0 >= 0.0);
+        assert!(distance(arm.forward(*way), arm.forward(joints))[0] < 1e-9);
+    }
+    assert!(arm.turns([0.0, 3.0, 0.0, 0.0, 0.0, 0.0]).is_empty());
+}
+
+#[test]
+fn what_is_out_of_reach_is_told_with_its_distance() {
+    let arm = shipped("fanuc-arcmate-120ic").arm;
+    let far = Pose {
+        position: DVec3::new(0.0, 2500.0, 525.0),
+        orientation: DQuat::from_rotation_arc(DVec3::Z, DVec3::Y),
+    };
+    let Err(Unreachable::TooFar { by }) = arm.inverse(far) else {
+        panic!("out of reach")
+    };
+    // flange 100 mm, arm 150 + 790 + 871.6 mm
+    assert!(
+        (by - (2400.0 - 940.0 - 250.0_f64.hypot(835.0))).abs() < 1e-9,
+        "{by}"
+    );
+    let beside = Pose {
+        position: DVec3::new(10.0, 0.0, 800.0),
+        ..Pose::IDENTITY
+    };
+    let Err(Unreachable::BesideAxis { by }) = shipped("staubli-rx60bl").arm.inverse(beside) else {
+        panic!("beside the axis")
+    };
+    assert!((by - 39.0).abs() < 1e-9);
+}
+
+/// The ARC Mate's axes as those of any arm: ways are searched, told as found, and are among all there are.
+#[test]
+fn any_other_chain_is_searched() {
+    let known = shipped("fanuc-arcmate-120ic").arm;
+    let axes = [
+        ([0, 0, 525], [0, 0, 1]),
+        ([150, 0, 0], [0, 1, 0]),
+        ([0, 0, 790], [0, -1, 0]),
+        ([0, 0, 250], [-1, 0, 0]),
+        ([835, 0, 0], [0, -1, 0]),
+        ([0, 0, 0], [-1, 0, 0]),
+    ];
+    let mut text = "name = \"any\"\n[joints]\nsource = \"test\"\nlow = [\"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\", \"-180 deg\"]\nhigh = [\"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\", \"180 deg\"]\n[arm]\nkind = \"axes\"\nsource = \"test\"\n".to_owned();
+    for (p, axis) in axes {
+        let [x, y, z] = p;
+        let axis = format!(
+            "[[arm.axes]]\nposition = [\"{x} mm\", \"{y} mm\", \"{z} mm\"]\naxis = {axis:?}\n"
+        );
+        text.push_str(&axis);
+    }
+    let arm = cell::read(&text).unwrap().arm;
+    let joints = [0.3, 0.2, -0.4, 0.5, -0.9, 0.7];
+    let pose = arm.forward(joints);
+    let inverse = arm.inverse(pose).unwrap();
+    assert!(
+        !inverse.all && inverse.solutions.len() >= 4,
+        "{}",
+        inverse.solutions.len()
+    );
+    assert!(
+        inverse
+            .solutions
+            .iter()
+            .any(|s| apart(&s.angles, &joints) < 1e-6)
+    );
+    // the flange of the closed form lies 100 mm out and turned
+    let flange = known.forward(joints);
+    let closed = known.inverse(flange).unwrap();
+    for solution in &inverse.solutions {
+        assert!(
+            closed
+                .solutions
+                .iter()
+                .any(|s| apart(&s.angles, &solution.angles) < 1e-6)
+        );
+    }
+}
