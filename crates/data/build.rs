@@ -34,13 +34,14 @@ fn names(folder: &Path) -> Result<Vec<String>, Box<dyn Error>> {
     reason = "this is how a build script tells cargo what it read"
 )]
 fn main() -> Result<(), Box<dyn Error>> {
+    // a new folder counts too
+    println!("cargo::rerun-if-changed=.");
     let mut code = String::new();
     let mut folders = Vec::new();
     for folder in names(Path::new("."))? {
         if folder == "src" || folder == "target" {
             continue;
         }
-        println!("cargo::rerun-if-changed={folder}");
         let module = identifier(&folder);
         writeln!(code, "/// The files of `{folder}`.\npub mod {module} {{")?;
         let mut all = Vec::new();
