@@ -35,7 +35,6 @@ choice! {
         Pool = "pool",
         /// Electric energies per volume of deposit.
         Energy = "energy",
-        /// A robot cell.
         /// A robot cell's controller and programs.
         Cell = "cell",
         /// A robot with what stands around it.
