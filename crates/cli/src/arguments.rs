@@ -81,7 +81,7 @@ pub(crate) enum Command {
     },
     /// Look into a file: a part (size, volume, faults and where), a program, a plan, a robot (joints, reach, frames, guesses).
     Inspect {
-        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships.
+        /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
         /// Unit of a part file that carries none: mm, cm, m, in.
         #[arg(long, default_value = "mm", value_parser = unit)]

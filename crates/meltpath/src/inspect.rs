@@ -72,6 +72,7 @@ pub fn inspect(
         "ls" => program(path),
         "melt" => plan(path),
         "toml" => robot(path),
+        "urdf" | "xacro" => urdf(path),
         "" if is_shipped_robot(path) => robot(path),
         _ => inspect_part(path, how, reporter, observer),
     }
@@ -119,6 +120,21 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
         )
     }));
     Ok(lines)
+}
+
+/// The robot file that says what a URDF says.
+fn urdf(path: &Path) -> Result<Vec<String>, InspectError> {
+    let wrong = |message: String| InspectError::Program {
+        path: path.to_path_buf(),
+        message,
+    };
+    let text = std::fs::read_to_string(path).map_err(|e| wrong(e.to_string()))?;
+    if text.contains("xacro:") {
+        let help = "it is a macro file: make the URDF with `xacro FILE`";
+        return Err(wrong(help.to_owned()));
+    }
+    let toml = meltpath_robot::cell::from_urdf(&text).map_err(|e| wrong(e.to_string()))?;
+    Ok(toml.lines().map(str::to_owned).collect())
 }
 
 fn is_shipped_robot(path: &Path) -> bool {

@@ -4,7 +4,9 @@ mod build;
 mod file;
 mod frame;
 mod layout;
+mod urdf;
 
 pub use build::read;
 pub use file::{ArmKind, CellFile};
 pub use layout::{Arrangement, Cell, Frames, Holder, Maker, Shapes, Source, Values};
+pub use urdf::{UrdfError, from_urdf};

@@ -7,6 +7,7 @@ pub mod calibration;
 pub mod charts;
 pub mod criteria;
 pub mod grid;
+pub mod levels;
 pub mod material;
 pub mod numeric;
 pub mod pool;

@@ -301,15 +301,7 @@ impl<R: Real> Solver<R> {
     /// The largest stable explicit time step, s: the worst diffusivity of the laws on the smallest cells, with a
     /// margin for powder, which is never molten, beside dense metal.
     pub fn stable_step(&self) -> f64 {
-        let [dx, dy, dz] = self.smallest_edges();
-        let fresh = self.material.relative_density(self.material.start);
-        // beside dense metal a powder cell conducts by the harmonic mean but stores only its own share
-        let [a, b] = self.material.powder_conduction();
-        let share = a + b * fresh;
-        let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
-        let worst = (self.curve.diffusivity_solid * contrast).max(self.curve.diffusivity_max);
-        let rate = 2.0 * worst * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
-        0.95 / rate
+        stable_step(&self.material, &self.curve, self.smallest_edges())
     }
 
     fn smallest_edges(&self) -> [f64; 3] {
@@ -561,6 +553,18 @@ impl<R: Real> Solver<R> {
             .fold(R::of(f64::MIN / 2.0), |a, b| a.larger(*b));
         self.curve.temperature(top.wide())
     }
+}
+
+/// The largest stable explicit step on cells of these edges, mm; see [`Solver::stable_step`].
+pub(crate) fn stable_step(material: &Material, curve: &Enthalpy, [dx, dy, dz]: [f64; 3]) -> f64 {
+    let fresh = material.relative_density(material.start);
+    // beside dense metal a powder cell conducts by the harmonic mean but stores only its own share
+    let [a, b] = material.powder_conduction();
+    let share = a + b * fresh;
+    let contrast = (2.0 * share / (share + 1.0) / fresh).max(1.0);
+    let worst = (curve.diffusivity_solid * contrast).max(curve.diffusivity_max);
+    let rate = 2.0 * worst * (dx.powi(-2) + dy.powi(-2) + dz.powi(-2));
+    0.95 / rate
 }
 
 /// `Σ c (θ − face)` over a row of cells, in eight sums so that they do not wait for each other.

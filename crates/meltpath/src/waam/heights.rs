@@ -15,6 +15,8 @@ use crate::stages::part::Part;
 
 /// Most heights at which the growth model looks.
 const MOST_PROBES: usize = 60;
+/// Depth of the groove between two beads, bead heights: parabolas 0.738 widths apart meet at half their height, and level.
+const GROOVE: f64 = 0.25;
 /// Part of a layer by which the build may stay below its target.
 const SHORT: f64 = 0.2;
 
@@ -84,7 +86,7 @@ fn over_faces(part_top: f64, height: f64, single: f64, settings: &Settings) -> R
     // the crown of a single bead, the edges of many
     let crown = settings.bead.height.value;
     let edges = assembled(settings, EDGE_BEADS).map_or(0.5 * height, |g| g.edge_lag);
-    let lag = single * crown + (1.0 - single) * edges;
+    let lag = single * crown + (1.0 - single) * (edges + GROOVE * crown);
     let least = settings.limits.stock_min.max(0.0) + settings.cell_size + lag + SHORT * height;
     let doubt = settings.growth_error(single).at(part_top + least);
     Resolved::new(

@@ -60,14 +60,12 @@ fn robot_of(
     folder: &Path,
 ) -> Result<Option<(robot::Cell, DataText)>, Vec<Problem>> {
     let Some(name) = machine.robot.as_ref() else {
-        return if machine.place.is_written() {
-            let problem = machine
-                .place
-                .problem(format!("{} is written, but no robot", machine.place.name));
-            Err(vec![problem.help("name the robot: machine.robot")])
-        } else {
-            Ok(None)
-        };
+        if machine.place.is_written() {
+            let message = format!("{} is written, but no robot", machine.place.name);
+            let problem = machine.place.problem(message);
+            return Err(vec![problem.help("name the robot: machine.robot")]);
+        }
+        return Ok(None);
     };
     let (mut cell, text) = DataText::load("robot", name, robots::ALL, folder)
         .and_then(|text| Ok((text.read(robot::read)?, text)))

@@ -61,7 +61,7 @@ fn choose(
     let Ok(held) = hold(&task) else {
         return Ok(());
     };
-    let mut positions = Positions::of(programs);
+    let positions = Positions::of(programs);
     for reached in ends(&task, &held).unwrap_or_default() {
         if let Some(coordinates) = positions.at(programs, &moves, &reached) {
             hold_so(coordinates, cell, &reached);
@@ -79,8 +79,8 @@ pub(super) fn along(
 ) -> Option<Result<Along, NotHeld>> {
     let cell = settings.robot.as_ref()?;
     let mut programs = programs.to_vec();
-    let mut positions = Positions::of(&programs);
-    let named = named(&mut positions, &mut programs, moves, cell);
+    let positions = Positions::of(&programs);
+    let named = named(&positions, &mut programs, moves, cell);
     let task = task(cell, moves, Rotation::Written, &named);
     Some(hold(&task).and_then(|held| {
         let closest = swept(&task, &held, moves, settings, metal).transpose()?;
@@ -235,7 +235,7 @@ fn hold_so(coordinates: &mut Coordinates, cell: &Cell, reached: &Reached) {
 
 /// How joint moves end, as the program says.
 fn named(
-    positions: &mut Positions,
+    positions: &Positions,
     programs: &mut [Program],
     moves: &Commands,
     cell: &Cell,
@@ -280,7 +280,7 @@ impl Positions {
 
     /// The robot's coordinates at the end of a move.
     fn at<'a>(
-        &mut self,
+        &self,
         programs: &'a mut [Program],
         moves: &Commands,
         reached: &Reached,
@@ -412,10 +412,8 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
         None => check.because("the table is not checked: shapes.table is not written"),
     };
     let shapes = cell.shapes_are_guessed().then(|| "shapes".to_owned());
-    guessed(
-        check,
-        &cell.guesses().into_iter().chain(shapes).collect::<Vec<_>>(),
-    )
+    let guesses: Vec<String> = cell.guesses().into_iter().chain(shapes).collect();
+    guessed(check, &guesses)
 }
 
 fn pair(closest: &Closest) -> String {
@@ -423,11 +421,18 @@ fn pair(closest: &Closest) -> String {
     format!("{a} and {b}")
 }
 
+/// Pairs that come nearer than this are told with their place, mm.
+const NEAR: f64 = 100.0;
+
 /// Every pair where it comes nearest.
 fn clearances(along: &Along, moves: &Commands) -> Option<Fact> {
     let told = |c: &Closest| {
-        let place = moves.place(c.command, c.position);
-        format!("{} {:.1} mm ({place})", pair(c), c.distance)
+        let told = format!("{} {:.1} mm", pair(c), c.distance);
+        if c.distance < NEAR {
+            format!("{told} ({})", moves.place(c.command, c.position))
+        } else {
+            told
+        }
     };
     let told: Vec<String> = along.closest.as_ref()?.iter().map(told).collect();
     let title = "least distance of each pair that comes within a metre";

@@ -16,5 +16,6 @@ mod lpbf;
 mod reach;
 mod reference;
 mod remedies;
+mod templates;
 mod tune;
 mod walls;

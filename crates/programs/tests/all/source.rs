@@ -67,8 +67,8 @@ fn numbers_of_arc_words_mean_what_the_cell_says() {
         let reading = bead(word, &[], &[], &with(values));
         let first = motions(&reading)[1];
         assert_eq!(
-            first.wire_feed.map(|f| (f * 1e6).round()),
-            feed.map(|f| (f * 1e6).round()),
+            first.wire_feed.map(|f: f64| (f * 1e6).round()),
+            feed.map(|f: f64| (f * 1e6).round()),
             "{word}"
         );
         assert_eq!(first.speed, speed.or(Some(10.0)), "{word}");

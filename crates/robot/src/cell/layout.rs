@@ -128,14 +128,11 @@ pub(super) const SHAPES: &str = "shapes";
 
 impl Source {
     /// What is guessed: the whole table, or these keys of it.
-    fn guessed(&self) -> Vec<String> {
-        match self.says {
-            None => vec![self.of.to_owned()],
-            Some(_) => self
-                .guesses
-                .iter()
-                .map(|key| format!("{}.{key}", self.of))
-                .collect(),
+    fn guessed(&self) -> Option<String> {
+        match &self.says {
+            None => Some(self.of.to_owned()),
+            Some(_) if self.guesses.is_empty() => None,
+            Some(_) => Some(format!("{} ({})", self.of, self.guesses.join(", "))),
         }
     }
 }
@@ -144,7 +141,7 @@ impl Cell {
     /// Tables and keys of its file that nobody vouches for: those that say where everything is.
     pub fn guesses(&self) -> Vec<String> {
         let places = self.sources.iter().filter(|s| s.of != SHAPES);
-        places.flat_map(Source::guessed).collect()
+        places.filter_map(Source::guessed).collect()
     }
 
     /// Whether somebody vouches for its shapes.

@@ -37,6 +37,10 @@ impl Bounds {
     /// The distance of a segment, mm. That of its points is convex along it: the least is found by sections.
     pub(super) fn to_segment(self, segment: &Segment) -> f64 {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let ends = self.to_point(segment.a).min(self.to_point(segment.b));
+        if ends <= self.at_least_to(segment) {
+            return ends;
+        }
         let at = |t: f64| self.to_point(segment.a.lerp(segment.b, t));
         let (mut low, mut high) = (0.0, 1.0);
         let (mut s, mut t) = (1.0 - GOLDEN, GOLDEN);
@@ -52,7 +56,7 @@ impl Bounds {
                 at_t = at(t);
             }
         }
-        at_s.min(at_t).min(at(0.0)).min(at(1.0))
+        at_s.min(at_t).min(ends)
     }
 }
 

@@ -66,43 +66,54 @@ impl Metal {
     /// The distance of a segment from the metal, mm, where it is less than `most`; else no less than `most`.
     pub(super) fn distance(&self, segment: &Segment, most: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
-            Some(top) => self.below(segment, most, top, 0, 0),
+            Some(top) => match self.column(top, 0, 0) {
+                Some(all) => self.below(segment, most, top, (0, 0), all.to_segment(segment)),
+                None => most,
+            },
             None => most,
         }
     }
 
-    fn below(&self, segment: &Segment, most: f64, level: usize, ix: usize, iy: usize) -> f64 {
+    /// The column of a level at a place; nothing beyond the plate.
+    fn column(&self, level: usize, ix: usize, iy: usize) -> Option<Bounds> {
         let of = &self.levels[level];
         if ix >= of.nx || iy >= of.ny {
-            return most;
+            return None;
         }
         let side = self.cell * (1_u64 << level) as f64;
         let corner = self.origin + side * DVec2::new(ix as f64, iy as f64);
         let top = f64::from(of.z[iy * of.nx + ix]);
-        let bounds = Bounds {
+        Some(Bounds {
             low: corner.extend(f64::NEG_INFINITY),
             high: DVec3::new(corner.x + side, corner.y + side, top),
-        };
-        if bounds.at_least_to(segment) >= most {
-            return most;
+        })
+    }
+
+    /// The distance from what stands within a column, whose own is `least`.
+    fn below(
+        &self,
+        segment: &Segment,
+        most: f64,
+        level: usize,
+        (ix, iy): (usize, usize),
+        least: f64,
+    ) -> f64 {
+        if least >= most || level == 0 {
+            return most.min(least);
         }
-        if level == 0 {
-            return most.min(bounds.to_segment(segment));
-        }
-        // the highest first: what is near is found early
-        let mut children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| (2 * ix + x, 2 * iy + y));
-        let fine = &self.levels[level - 1];
-        let height = |&(x, y): &(usize, usize)| {
-            let inside = x < fine.nx && y < fine.ny;
-            if inside {
-                fine.z[y * fine.nx + x]
-            } else {
-                f32::NEG_INFINITY
-            }
-        };
-        children.sort_by(|a, b| height(b).total_cmp(&height(a)));
-        children.into_iter().fold(most, |least, (x, y)| {
-            self.below(segment, least, level - 1, x, y)
+        // the nearest first: the others are then often too far
+        let mut children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
+            let place = (2 * ix + x, 2 * iy + y);
+            let column = self.column(level - 1, place.0, place.1);
+            let least = column.map_or(f64::INFINITY, |bounds| match bounds.at_least_to(segment) {
+                far if far >= most => far,
+                _ => bounds.to_segment(segment),
+            });
+            (place, least)
+        });
+        children.sort_by(|a, b| a.1.total_cmp(&b.1));
+        children.into_iter().fold(most, |most, (place, least)| {
+            self.below(segment, most, level - 1, place, least)
         })
     }
 }

@@ -14,6 +14,9 @@ use crate::posture::{Follower, Held, NotHeld, Task};
 /// Distances beyond this are of no interest, mm.
 const FAR: f64 = 1000.0;
 
+/// How much farther than the least known distance a body is looked for, mm: what is found there spares the places after it.
+const AHEAD: f64 = 25.0;
+
 /// How deep a table is taken to be, mm.
 const DEEP: f64 = 2000.0;
 
@@ -53,6 +56,7 @@ pub fn sweep(
     let mut least = BTreeMap::new();
     for chain in &held.chains {
         let mut before: Option<Vec<Capsule>> = None;
+        let mut rooms = Rooms::default();
         let mut follower = Follower::new(task, chain);
         while let Some(sample) = follower.next_sample()? {
             let values = Values {
@@ -69,9 +73,11 @@ pub fn sweep(
                     .collect(),
                 None => vec![0.0; now.len()],
             };
+            let metal = (around.metal)(sample.command);
+            rooms.gone(&ways, metal);
             let scene = Scene {
                 cell: task.cell,
-                metal: (around.metal)(sample.command),
+                metal,
                 table: table(task.cell, around, &values),
                 capsules: &now,
                 ways,
@@ -79,7 +85,7 @@ pub fn sweep(
                 position: sample.tip.position,
             };
             for i in 0..now.len() {
-                scene.add(i, &mut least);
+                scene.add(i, &mut rooms, &mut least);
             }
             before = Some(now);
         }
@@ -128,43 +134,78 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// Keeps the least distances of a capsule from what stands after it in the order of bodies.
-    fn add(&self, i: usize, least: &mut BTreeMap<[Body; 2], Closest>) {
+    fn add(&self, i: usize, rooms: &mut Rooms<'_>, least: &mut BTreeMap<[Body; 2], Closest>) {
         let Capsule { body, line, radius } = self.capsules[i];
+        let own = self.ways[i];
         let may = |other: Body| may_touch(body, other, self.cell.arrangement);
-        let mut keep = |other: Body, way: f64, distance: &dyn Fn(f64) -> f64| {
-            let bodies = [body.min(other), body.max(other)];
-            let known = least.get(&bodies).map_or(FAR, |c| c.distance);
-            let distance = distance(known + way) - way;
-            if distance < known {
-                let closest = Closest {
-                    bodies,
-                    distance,
-                    command: self.command,
-                    position: self.position,
-                };
-                least.insert(bodies, closest);
-            }
-        };
         if may(Body::Metal) {
-            keep(Body::Metal, self.ways[i], &|known| {
-                self.metal.distance(&line, known + radius) - radius
-            });
+            let far = known(least, body, Body::Metal);
+            if rooms.metal[i] - own < far {
+                let most = far + own + AHEAD + radius;
+                rooms.metal[i] = self.metal.distance(&line, most) - radius;
+                self.keep(least, [body, Body::Metal], rooms.metal[i] - own);
+            }
         }
         if let Some((table_from_part, bounds)) = &self.table
             && may(Body::Table)
+            && rooms.table[i] - own < known(least, body, Body::Table)
         {
             let line = Segment {
                 a: table_from_part.point(line.a),
                 b: table_from_part.point(line.b),
             };
-            let distance = |_| bounds.to_segment(&line) - radius;
-            keep(Body::Table, self.ways[i], &distance);
+            rooms.table[i] = bounds.to_segment(&line) - radius;
+            self.keep(least, [body, Body::Table], rooms.table[i] - own);
         }
         for (other, way) in self.capsules.iter().zip(&self.ways) {
             if other.body > body && may(other.body) {
-                let distance = |_| between(&line, &other.line) - radius - other.radius;
-                keep(other.body, self.ways[i] + way, &distance);
+                let distance = between(&line, &other.line) - radius - other.radius;
+                self.keep(least, [body, other.body], distance - own - way);
             }
+        }
+    }
+
+    fn keep(&self, least: &mut BTreeMap<[Body; 2], Closest>, bodies: [Body; 2], distance: f64) {
+        if distance < known(least, bodies[0], bodies[1]) {
+            let closest = Closest {
+                bodies,
+                distance,
+                command: self.command,
+                position: self.position,
+            };
+            least.insert(bodies, closest);
+        }
+    }
+}
+
+/// The least distance of a pair so far, mm.
+fn known(least: &BTreeMap<[Body; 2], Closest>, a: Body, b: Body) -> f64 {
+    least.get(&[a, b]).map_or(FAR, |c| c.distance)
+}
+
+/// How much room each capsule still has at least, so that it need not be looked at in every place: what was found, less the way since.
+#[derive(Default)]
+struct Rooms<'a> {
+    metal: Vec<f64>,
+    table: Vec<f64>,
+    /// The metal that was looked at.
+    of: Option<&'a Metal>,
+}
+
+impl<'a> Rooms<'a> {
+    /// The capsules have gone on; nothing is known of the room in other metal.
+    fn gone(&mut self, ways: &[f64], metal: &'a Metal) {
+        let other = self.of.is_none_or(|of| !std::ptr::eq(of, metal));
+        self.of = Some(metal);
+        self.metal.resize(ways.len(), f64::NEG_INFINITY);
+        self.table.resize(ways.len(), f64::NEG_INFINITY);
+        for (i, way) in ways.iter().enumerate() {
+            self.table[i] -= 2.0 * way;
+            self.metal[i] = if other {
+                f64::NEG_INFINITY
+            } else {
+                self.metal[i] - 2.0 * way
+            };
         }
     }
 }

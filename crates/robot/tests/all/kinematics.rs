@@ -2,6 +2,7 @@
 mod adversarial;
 mod configuration;
 mod frames;
+mod urdf;
 
 use std::f64::consts::PI;
 
@@ -50,39 +51,43 @@ pub(crate) fn anywhere(random: &mut Random) -> [f64; 6] {
     std::array::from_fn(|_| random.between(-PI, PI))
 }
 
-/// Poses of yourdfpy 0.0.60 from the joints of the public URDFs and of the makers' drawings.
+/// Joints (rad) and flange poses of a robot by yourdfpy 0.0.60, from the joints of the public URDFs and of the makers' drawings.
+pub(crate) fn flange_poses(name: &str) -> impl Iterator<Item = ([f64; 6], Pose)> {
+    let lines = include_str!("kinematics/flange-poses.csv").lines().skip(1);
+    let of_robot = lines.filter_map(move |line| {
+        let (robot, numbers) = line.split_once(',').unwrap();
+        (robot == name).then_some(numbers)
+    });
+    of_robot.map(|numbers| {
+        let n: Vec<f64> = numbers.split(',').map(|n| n.parse().unwrap()).collect();
+        let pose = Pose {
+            position: DVec3::from_slice(&n[6..9]),
+            orientation: DQuat::from_mat3(&DMat3::from_cols_slice(&n[9..18])),
+        };
+        (n[..6].try_into().unwrap(), pose)
+    })
+}
+
 #[test]
 fn forward_chains_agree_with_an_independent_library() {
     let mut rows = 0;
-    for line in include_str!("kinematics/flange-poses.csv").lines().skip(1) {
-        let (name, numbers) = line.split_once(',').unwrap();
-        let n: Vec<f64> = numbers.split(',').map(|n| n.parse().unwrap()).collect();
-        let joints: [f64; 6] = n[..6].try_into().unwrap();
-        let rotation = DMat3::from_cols_slice(&n[9..18]);
-        let wanted = Pose {
-            position: DVec3::from_slice(&n[6..9]),
-            orientation: DQuat::from_mat3(&rotation),
-        };
-        let arm = shipped(name).arm;
-        let [off, turned] = distance(arm.forward(joints), wanted);
-        assert!(
-            off < 1e-9 && turned < 1e-9,
-            "{name}: {off:e} mm, {turned:e} rad"
-        );
-        let (closed, position) = match arm.geometry {
-            Geometry::SphericalWrist(arm) => arm.forward(joints),
-            Geometry::OffsetWrist(arm) => arm.forward(joints),
-            Geometry::Other => panic!("{name} has a closed form"),
-        };
-        assert!(position.distance(wanted.position) < 1e-9, "{name}");
-        assert!(
-            (closed - rotation)
-                .to_cols_array()
-                .iter()
-                .all(|d| d.abs() < 1e-9),
-            "{name}"
-        );
-        rows += 1;
+    for (name, arm) in all() {
+        for (joints, wanted) in flange_poses(name) {
+            let [off, turned] = distance(arm.forward(joints), wanted);
+            assert!(
+                off < 1e-9 && turned < 1e-9,
+                "{name}: {off:e} mm, {turned:e} rad"
+            );
+            let (closed, position) = match arm.geometry {
+                Geometry::SphericalWrist(arm) => arm.forward(joints),
+                Geometry::OffsetWrist(arm) => arm.forward(joints),
+                Geometry::Other => panic!("{name} has a closed form"),
+            };
+            assert!(position.distance(wanted.position) < 1e-9, "{name}");
+            let off = closed - DMat3::from_quat(wanted.orientation);
+            assert!(off.to_cols_array().iter().all(|d| d.abs() < 1e-9), "{name}");
+            rows += 1;
+        }
     }
     assert_eq!(rows, 7 * 25);
 }

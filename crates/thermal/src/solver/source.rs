@@ -118,12 +118,18 @@ impl Spot {
         Footprint {
             first: [i0, j0],
             across: [sx, sy],
-            along: self.depth_shares(grid, depths),
+            along: self.depth_shares(&grid.heights, depths),
         }
     }
 
-    fn depth_shares(&self, grid: &Grid, depths: &[f64]) -> Vec<f64> {
-        grid.heights
+    /// How far from its centre a spot is followed, mm.
+    pub(crate) fn reach(&self) -> f64 {
+        REACH * self.diameter
+    }
+
+    /// Shares in planes of these heights whose tops lie at these depths, mm.
+    pub(crate) fn depth_shares(&self, heights: &[f64], depths: &[f64]) -> Vec<f64> {
+        heights
             .iter()
             .zip(depths)
             .map(|(h, d)| self.depth.share_above(d + h) - self.depth.share_above(*d))

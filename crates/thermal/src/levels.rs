@@ -1,0 +1,379 @@
+//! The solver for whole layers: fine where the beam is and heat bends, coarser around, remembering the whole path.
+//!
+//! The plan is covered by tiles of 16 x 16 columns of cells; each is on one of several levels, cells twice as large from one to
+//! the next coarser (a quadtree, neighbours at most one level apart). All have the same planes. Every level takes its own
+//! steps: the finer ones first, with what they see of coarser cells as it was when the coarser step began; what they give to
+//! coarser cells is added up and taken by these, so that no heat is lost between levels. Laws, surface, source and the sums in
+//! a cell are those of [`crate::solver`], which this one is held against on its own finest cells.
+
+mod bell;
+mod conduct;
+mod cut;
+mod draw;
+mod matter;
+mod offsets;
+mod pace;
+mod step;
+mod tile;
+mod tree;
+
+use meltpath_base::Cancelled;
+
+use crate::grid::sample::Sample;
+use crate::grid::{Field, Grid, GridError};
+use crate::material::Material;
+use crate::material::enthalpy::{CurveError, Enthalpy, Formulas};
+use crate::numeric::vector;
+use crate::solver::surface::{Losses, Surface};
+use crate::solver::watch::{Freezing, Watched};
+use crate::solver::{Face, Ledger, State};
+use conduct::PlaneStep;
+use tile::{FOLLOWED, Liquidus, N, PLANE, Shown, Tile};
+use tree::Tree;
+
+pub use matter::{Frame, Matter};
+
+/// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
+/// four that bend less than an eighth become one.
+pub const BEND: f64 = 300.0;
+/// Tiles this close to the start temperature sleep where their neighbours do, K.
+const COLD: f64 = 2.0;
+
+/// What a layer is drawn on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setup {
+    /// Two corners of what the cells must cover, mm.
+    pub covered: [[f64; 2]; 2],
+    /// Edge of the finest cells, mm.
+    pub cell: f64,
+    /// Levels of coarser cells above the finest.
+    pub coarser: usize,
+    /// Heights of the planes of cells, bottom first; those of the layer are equal.
+    pub heights: Vec<f64>,
+    /// Thickness of a layer, mm.
+    pub layer: f64,
+    /// How deep what becomes of the metal is kept, mm, whole planes as high as the layer's.
+    pub tracked: f64,
+    /// The build plane.
+    pub top: Surface,
+    /// The lower face, and beside.
+    pub beyond: Face,
+    /// Longest step of the finest level, s.
+    pub step: f64,
+    /// Two corners of where the finest cells are worth their cost, mm; elsewhere the beam is drawn on cells twice as large.
+    pub focus: Option<[[f64; 2]; 2]>,
+    /// How `θ` may bend, see [`BEND`].
+    pub bend: f64,
+}
+
+impl Setup {
+    /// The tiles of the coarsest level, and the finest columns.
+    fn frame(&self) -> ([usize; 2], Frame) {
+        let root = self.cell * (N << self.coarser) as f64;
+        let size = [0, 1].map(|a| self.covered[1][a] - self.covered[0][a]);
+        let roots = size.map(|s| ((s / root - 1e-6).ceil().max(1.0)) as usize);
+        let origin = [0, 1].map(|a| self.covered[0][a] - 0.5 * (roots[a] as f64 * root - size[a]));
+        let frame = Frame {
+            origin,
+            cells: roots.map(|n| n * (N << self.coarser)),
+            edge: self.cell,
+        };
+        (roots, frame)
+    }
+
+    fn planes_of_layer(&self) -> (usize, f64) {
+        let height = self.heights.last().copied().unwrap_or(self.layer);
+        ((self.layer / height).round().max(1.0) as usize, height)
+    }
+
+    /// The ground without layers.
+    pub fn ground(&self, material: &Material, ground: &dyn Fn([f64; 2]) -> State) -> Matter {
+        let fresh = material.relative_density(material.start) as f32;
+        let (_, height) = self.planes_of_layer();
+        Matter::new(self.frame().1, [height, self.tracked], fresh, ground)
+    }
+}
+
+/// Why the solver refused.
+#[derive(Debug, thiserror::Error)]
+pub enum LevelsError {
+    /// The material.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// The cells.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// A beam without size.
+    #[error("the beam diameter is {0} mm: it must be finite and above zero")]
+    Diameter(f64),
+    /// The beam is outside what is covered.
+    #[error(
+        "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside what the solver covers"
+    )]
+    Outside {
+        /// When, s.
+        time: f64,
+        /// Where, mm.
+        x: f64,
+        /// Where, mm.
+        y: f64,
+        /// Share of the power outside, %.
+        share: f64,
+    },
+    /// Stopped from outside.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// One level of tiles.
+#[derive(Debug, Clone)]
+struct Level {
+    /// Edge of a cell, mm.
+    edge: f64,
+    /// Step, s.
+    step: f64,
+    /// Steps in one of the next coarser level.
+    parts: usize,
+    planes: Vec<PlaneStep>,
+    tiles: Vec<Tile>,
+    shown: Vec<Shown>,
+    /// Where in `tiles` a tile is, by its place; [`NOWHERE`] where it is not on this level.
+    index: Vec<u32>,
+}
+
+const NOWHERE: u32 = u32::MAX;
+
+/// A layer that is being drawn.
+#[derive(Debug, Clone)]
+pub struct Levels {
+    setup: Setup,
+    material: Material,
+    curve: Enthalpy,
+    formulas: Formulas<f32>,
+    losses: Losses<f32>,
+    depths: Vec<f64>,
+    tree: Tree,
+    levels: Vec<Level>,
+    matter: Matter,
+    record: matter::Record,
+    offsets: offsets::Offsets,
+    bell: bell::Bell,
+    pace: pace::Pace,
+    register: vector::Level,
+    liquidus: Liquidus,
+    time: f64,
+    ledger: Ledger,
+    stored_at_start: f64,
+    updates: u64,
+    samples: Vec<Sample>,
+}
+
+impl Levels {
+    /// A layer of fresh powder on `matter`, all at the start temperature.
+    ///
+    /// # Errors
+    /// [`LevelsError::Curve`] and [`LevelsError::Grid`].
+    pub fn new(setup: Setup, material: Material, mut matter: Matter) -> Result<Self, LevelsError> {
+        let curve = Enthalpy::new(&material)?;
+        let (roots, frame) = setup.frame();
+        let grid = Grid {
+            origin: meltpath_geometry::math::DVec3::ZERO,
+            cells: frame.cells,
+            edge: [setup.cell; 2],
+            heights: setup.heights.clone(),
+        };
+        grid.check()?;
+        let (of_layer, height) = setup.planes_of_layer();
+        let depth: f64 = setup.heights.iter().sum();
+        matter.add(of_layer, (depth / height).ceil() as usize);
+        let tracked = (setup.tracked / height).round() as usize;
+        let tree = Tree::new(roots, setup.coarser);
+        let depths = grid.depths();
+        let mut solver = Levels {
+            losses: Losses::new(&setup.top, &material, &curve),
+            formulas: curve.formulas(),
+            levels: levels(&setup, &tree),
+            record: matter::Record::new(frame.cells[0] * frame.cells[1], tracked),
+            offsets: offsets::Offsets::new(&curve, &material),
+            bell: bell::Bell::new(),
+            pace: pace::Pace::new(&material, &curve),
+            register: vector::Level::widest(),
+            liquidus: Liquidus {
+                enthalpy: curve.at_liquidus as f32,
+                capacity: material.heat_capacity(material.liquidus + 1e-3) as f32,
+            },
+            depths,
+            tree,
+            matter,
+            setup,
+            material,
+            curve,
+            time: 0.0,
+            ledger: Ledger::default(),
+            stored_at_start: 0.0,
+            updates: 0,
+            samples: Vec::new(),
+        };
+        solver.first_tiles(roots, tracked);
+        solver.stored_at_start = solver.stored_absolute();
+        Ok(solver)
+    }
+
+    /// The state of matter under the next layer.
+    pub fn into_matter(mut self) -> Matter {
+        self.write_down();
+        self.matter
+    }
+
+    /// Where the heat went.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Updates of cells so far.
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// The longest step of the finest level so far, s.
+    pub fn step(&self) -> f64 {
+        self.pace.longest
+    }
+
+    /// Time since the layer began, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Heat in the domain above its beginning, J.
+    pub fn stored(&self) -> f64 {
+        self.stored_absolute() - self.stored_at_start
+    }
+
+    fn stored_absolute(&self) -> f64 {
+        let mut sum = 0.0;
+        for level in &self.levels {
+            for tile in &level.tiles {
+                for (k, height) in self.setup.heights.iter().enumerate() {
+                    let cells = k * PLANE..(k + 1) * PLANE;
+                    let of_plane: f64 = tile.enthalpy[cells.clone()]
+                        .iter()
+                        .zip(&tile.density[cells])
+                        .map(|(g, r)| self.offsets.stored(*g, *r))
+                        .sum();
+                    sum += of_plane * level.edge * level.edge * height;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Tiles of each level, coarsest first.
+    pub fn tiles(&self) -> Vec<usize> {
+        self.levels.iter().map(|l| l.tiles.len()).collect()
+    }
+
+    /// The finest cells of the highest `planes` planes within two corners, mm, and where their first column is.
+    fn window(&self, [low, high]: [[f64; 2]; 2], planes: usize) -> (Grid, [usize; 2]) {
+        let frame = self.matter.frame;
+        let index = |x: f64, a: usize| ((x - frame.origin[a]) / frame.edge).max(0.0);
+        let first = [0, 1].map(|a| (index(low[a], a) + 1e-6).floor() as usize);
+        let end = [0, 1].map(|a| {
+            ((index(high[a], a) - 1e-6).ceil() as usize).clamp(first[a] + 1, frame.cells[a])
+        });
+        let heights = self.setup.heights[self.setup.heights.len() - planes..].to_vec();
+        let corner = [0, 1].map(|a| frame.origin[a] + first[a] as f64 * frame.edge);
+        let origin =
+            meltpath_geometry::math::DVec3::new(corner[0], corner[1], -heights.iter().sum::<f64>());
+        let cells = [end[0] - first[0], end[1] - first[1]];
+        (
+            Grid {
+                origin,
+                cells,
+                edge: [frame.edge; 2],
+                heights,
+            },
+            first,
+        )
+    }
+
+    fn field(
+        &self,
+        values: &[f32],
+        grid: &Grid,
+        first: [usize; 2],
+        of: impl Fn(f32) -> f32,
+    ) -> Field {
+        let nx = self.matter.frame.cells[0];
+        let columns = nx * self.matter.frame.cells[1];
+        let kept = values.len() / columns;
+        let mut out = Vec::with_capacity(grid.len());
+        for k in kept - grid.planes()..kept {
+            for j in first[1]..first[1] + grid.cells[1] {
+                let row = &values[k * columns + j * nx + first[0]..][..grid.cells[0]];
+                out.extend(row.iter().map(|v| of(*v)));
+            }
+        }
+        Field {
+            grid: grid.clone(),
+            values: out,
+        }
+    }
+
+    /// Highest temperatures since the layer began, K, in the highest planes, between two corners of the plan. The build plane is
+    /// at z = 0.
+    pub fn highest_temperature(&mut self, corners: [[f64; 2]; 2]) -> Field {
+        self.write_down();
+        let columns = self.matter.frame.cells[0] * self.matter.frame.cells[1];
+        let (grid, first) = self.window(corners, self.record.peak.len() / columns);
+        self.field(&self.record.peak, &grid, first, |g| {
+            self.curve.temperature(f64::from(g)) as f32
+        })
+    }
+
+    /// What was seen besides; see [`Levels::draw`].
+    pub fn watched(&mut self, corners: [[f64; 2]; 2], outside: Vec<[f64; 3]>) -> Watched {
+        self.write_down();
+        let columns = self.matter.frame.cells[0] * self.matter.frame.cells[1];
+        let planes = (self.record.above.len() / columns).min(FOLLOWED);
+        let (grid, first) = self.window(corners, planes);
+        let field = |values: &[f32]| self.field(values, &grid, first, |v| v);
+        Watched {
+            freezing: Freezing {
+                above: field(&self.record.above),
+                fell: field(&self.record.fell),
+                rate: field(&self.record.rate),
+            },
+            samples: self.samples.clone(),
+            outside,
+        }
+    }
+
+    /// Everything that tiles know is in the record.
+    fn write_down(&mut self) {
+        for (n, level) in self.levels.iter_mut().enumerate() {
+            for tile in &mut level.tiles {
+                self.record
+                    .take(tile, 1 << (self.setup.coarser - n), &mut self.matter);
+            }
+        }
+    }
+}
+
+/// The levels, without tiles.
+fn levels(setup: &Setup, tree: &Tree) -> Vec<Level> {
+    (0..=setup.coarser)
+        .map(|level| {
+            let [nx, ny] = tree.size(level);
+            Level {
+                edge: setup.cell * f64::from(1_u32 << (setup.coarser - level)),
+                step: 0.0,
+                parts: 1,
+                planes: Vec::new(),
+                tiles: Vec::new(),
+                shown: Vec::new(),
+                index: vec![NOWHERE; nx * ny],
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,348 @@
+//! Tiles become finer and coarser, and fall asleep. Heat is kept exactly, what stays of the layer is told by the record.
+
+use std::collections::BTreeMap;
+
+use super::matter::lifted;
+use super::tile::{Look, N, PLANE, SIDES, Shown, Tile};
+use super::tree::Tree;
+use super::{COLD, Levels, NOWHERE};
+use crate::solver::source::Spot;
+
+/// Tiles that bend less than this share of what divides them may become one with their neighbours.
+const EASE: f32 = 0.125;
+/// How near a beam the finest cells must lie, in its diameters: its intensity has fallen to 4 % there.
+const NEAR: f64 = 0.65;
+
+/// Tiles by level and place.
+type Pool = Vec<BTreeMap<[usize; 2], (Tile, Shown)>>;
+
+impl Levels {
+    /// Tiles of the coarsest level everywhere.
+    pub(super) fn first_tiles(&mut self, roots: [usize; 2], tracked: usize) {
+        let planes = self.setup.heights.len();
+        for n in 0..roots[0] * roots[1] {
+            let mut tile = Tile::new([n % roots[0], n / roots[0]], planes, tracked);
+            for k in 0..planes {
+                for c in 0..PLANE {
+                    tile.density[k * PLANE + c] = self.mean_of_matter(0, tile.at, k, c);
+                }
+            }
+            let shown = self.shown(&mut tile);
+            self.levels[0].tiles.push(tile);
+            self.levels[0].shown.push(shown);
+            self.levels[0].index[n] = n as u32;
+        }
+    }
+
+    /// Mean relative density, as it was written down, of cell `c` of plane `k` of a tile.
+    fn mean_of_matter(&self, level: usize, at: [usize; 2], k: usize, c: usize) -> f32 {
+        let edge = 1 << (self.setup.coarser - level);
+        let first = [(at[0] * N + c % N) * edge, (at[1] * N + c / N) * edge];
+        let depth = self.depths[k];
+        self.matter
+            .mean(first, edge, [depth, depth + self.setup.heights[k]])
+    }
+
+    /// What a tile shows.
+    fn shown(&self, tile: &mut Tile) -> Shown {
+        let mut shown = Shown::new(self.setup.heights.len());
+        self.register.run(super::tile::Refresh {
+            formulas: &self.formulas,
+            tile: &mut *tile,
+            shown: &mut shown,
+        });
+        self.register.run(Look {
+            tile,
+            shown: &shown,
+        });
+        shown
+    }
+
+    /// Makes tiles finer and coarser before the beam is at `spots`, and lets cold ones sleep.
+    pub(super) fn cut(&mut self, spots: &[Spot]) {
+        let mut tree = Tree::new(self.tree.size(0), self.setup.coarser);
+        let conductivity = self.material.conductivity(self.material.solidus);
+        let most = (self.setup.bend * conductivity) as f32;
+        for n in 0..self.levels.len() {
+            let finest = n == self.setup.coarser;
+            for i in 0..self.levels[n].tiles.len() {
+                let level = &mut self.levels[n];
+                let (tile, shown) = (&mut level.tiles[i], &level.shown[i]);
+                if !shown.asleep {
+                    self.register.run(Look {
+                        tile: &mut *tile,
+                        shown,
+                    });
+                }
+                let (at, bend) = (tile.at, tile.bend);
+                if bend > EASE * most {
+                    tree.want(n, at);
+                }
+                if bend > most && !finest && n + 1 <= self.finest_at(n + 1, at.map(|t| 2 * t)) {
+                    tree.want(n + 1, at.map(|t| 2 * t));
+                }
+            }
+        }
+        for spot in spots {
+            self.want_near(&mut tree, spot);
+        }
+        tree.settle();
+        if tree != self.tree {
+            self.rebuild(tree);
+        }
+        self.fall_asleep(spots);
+    }
+
+    /// The finest level that a tile may be divided to.
+    fn finest_at(&self, level: usize, at: [usize; 2]) -> usize {
+        let Some([low, high]) = self.setup.focus else {
+            return self.setup.coarser;
+        };
+        let edge = self.levels[level].edge * N as f64;
+        let inside = [0, 1].iter().all(|&a| {
+            let from = self.matter.frame.origin[a] + at[a] as f64 * edge;
+            from < high[a] && from + edge > low[a]
+        });
+        if inside {
+            self.setup.coarser
+        } else {
+            self.setup.coarser.saturating_sub(1)
+        }
+    }
+
+    fn want_near(&self, tree: &mut Tree, spot: &Spot) {
+        let finest = self.setup.coarser;
+        let edge = self.levels[finest].edge * N as f64;
+        let size = tree.size(finest);
+        let range = |a: usize| {
+            let at = |x: f64| ((x - self.matter.frame.origin[a]) / edge).max(0.0) as usize;
+            let near = NEAR * spot.diameter;
+            at(spot.centre[a] - near)..(at(spot.centre[a] + near) + 1).min(size[a])
+        };
+        for y in range(1) {
+            for x in range(0) {
+                let level = self.finest_at(finest, [x, y]);
+                tree.want(level, [x, y].map(|t| t >> (finest - level)));
+            }
+        }
+    }
+
+    /// The tiles of another tree.
+    fn rebuild(&mut self, tree: Tree) {
+        let mut pool: Pool = Vec::new();
+        for level in &mut self.levels {
+            let tiles = level.tiles.drain(..).zip(level.shown.drain(..));
+            pool.push(
+                tiles
+                    .map(|(tile, shown)| (tile.at, (tile, shown)))
+                    .collect(),
+            );
+            level.index.fill(NOWHERE);
+        }
+        let [nx, ny] = tree.size(0);
+        for n in 0..nx * ny {
+            self.place(&tree, &mut pool, 0, [n % nx, n / nx]);
+        }
+        self.tree = tree;
+        for n in 0..self.levels.len() {
+            for i in 0..self.levels[n].tiles.len() {
+                let at = self.levels[n].tiles[i].at;
+                for (s, way) in SIDES.iter().enumerate() {
+                    let beside = self.tree.beside(n, at, *way);
+                    let coarser = beside.is_some_and(|there| !self.tree.is_there(n, there));
+                    let out = &mut self.levels[n].tiles[i].out[s];
+                    out.clear();
+                    if coarser {
+                        out.resize(self.setup.heights.len() * N, 0.0);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Puts a tile, or all it is divided into, where it belongs.
+    fn place(&mut self, tree: &Tree, pool: &mut Pool, level: usize, at: [usize; 2]) {
+        if tree.is_divided(level, at) {
+            if let Some((tile, _)) = pool[level].remove(&at) {
+                for part in self.divide(level, tile) {
+                    pool[level + 1].insert(part.0.at, part);
+                }
+            }
+            for part in parts(at) {
+                self.place(tree, pool, level + 1, part);
+            }
+            return;
+        }
+        let (tile, shown) = self.gather(pool, level, at);
+        let place = at[1] * tree.size(level)[0] + at[0];
+        let own = &mut self.levels[level];
+        own.index[place] = own.tiles.len() as u32;
+        own.tiles.push(tile);
+        own.shown.push(shown);
+    }
+
+    /// The tile at a place, made of finer ones where it was divided.
+    fn gather(&mut self, pool: &mut Pool, level: usize, at: [usize; 2]) -> (Tile, Shown) {
+        if let Some(found) = pool[level].remove(&at) {
+            return found;
+        }
+        let planes = self.setup.heights.len();
+        let tracked =
+            self.record.peak.len() / (self.matter.frame.cells[0] * self.matter.frame.cells[1]);
+        let mut whole = Tile::new(at, planes, tracked);
+        for (n, part) in parts(at).into_iter().enumerate() {
+            let (mut tile, _) = self.gather(pool, level + 1, part);
+            self.record.take(
+                &mut tile,
+                1 << (self.setup.coarser - level - 1),
+                &mut self.matter,
+            );
+            let corner = (n / 2 * N + n % 2) * (N / 2);
+            for k in 0..planes {
+                for c in 0..PLANE / 4 {
+                    let (i, j) = (c % (N / 2), c / (N / 2));
+                    let four = [0, 1, N, N + 1].map(|d| k * PLANE + 2 * j * N + 2 * i + d);
+                    let r = 0.25 * four.iter().map(|m| tile.density[*m]).sum::<f32>();
+                    let heat = 0.25
+                        * four
+                            .iter()
+                            .map(|m| self.offsets.stored(tile.enthalpy[*m], tile.density[*m]))
+                            .sum::<f64>();
+                    let to = k * PLANE + corner + j * N + i;
+                    whole.density[to] = r;
+                    whole.enthalpy[to] = ((heat - self.offsets.at(r)) / f64::from(r)) as f32;
+                }
+            }
+            for (a, b) in whole.lost.iter_mut().zip(tile.lost) {
+                *a += b;
+            }
+        }
+        whole.begin_anew();
+        let shown = self.shown(&mut whole);
+        (whole, shown)
+    }
+
+    /// Four tiles of the next finer level with the heat of one.
+    fn divide(&mut self, level: usize, mut tile: Tile) -> [(Tile, Shown); 4] {
+        self.record.take(
+            &mut tile,
+            1 << (self.setup.coarser - level),
+            &mut self.matter,
+        );
+        let planes = self.setup.heights.len();
+        let tracked = tile.peak.len() / PLANE;
+        let at = parts(tile.at);
+        [0, 1, 2, 3].map(|n| {
+            let mut part = Tile::new(at[n], planes, tracked);
+            if n == 0 {
+                part.lost = tile.lost;
+            }
+            let corner = (n / 2 * N + n % 2) * (N / 2);
+            for k in 0..planes {
+                for c in 0..PLANE / 4 {
+                    let (i, j) = (c % (N / 2), c / (N / 2));
+                    let from = corner + j * N + i;
+                    let four = [0, 1, N, N + 1].map(|d| 2 * j * N + 2 * i + d);
+                    let was = (
+                        tile.enthalpy[k * PLANE + from],
+                        tile.density[k * PLANE + from],
+                    );
+                    let r = if was.1 >= 1.0 {
+                        [1.0; 4]
+                    } else {
+                        let bases = four.map(|m| self.mean_of_matter(level + 1, at[n], k, m));
+                        let mean = 0.25 * bases.iter().sum::<f32>();
+                        bases.map(|b| lifted(b, mean, was.1))
+                    };
+                    let [sx, sy] = slopes(&tile.enthalpy[k * PLANE..][..PLANE], from);
+                    let g = [-sx - sy, sx - sy, sy - sx, sx + sy].map(|d| was.0 + 0.25 * d);
+                    let heat: f64 = (0..4).map(|m| self.offsets.stored(g[m], r[m])).sum();
+                    let lack = 4.0 * self.offsets.stored(was.0, was.1) - heat;
+                    let shift = (lack / r.iter().map(|r| f64::from(*r)).sum::<f64>()) as f32;
+                    for m in 0..4 {
+                        part.enthalpy[k * PLANE + four[m]] = g[m] + shift;
+                        part.density[k * PLANE + four[m]] = r[m];
+                    }
+                }
+            }
+            part.begin_anew();
+            let shown = self.shown(&mut part);
+            (part, shown)
+        })
+    }
+
+    /// Cold tiles among cold ones, away from the beam, sleep.
+    fn fall_asleep(&mut self, spots: &[Spot]) {
+        let cold = self.curve.of(self.material.start + COLD) as f32;
+        let origin = self.matter.frame.origin;
+        let mut asleep: Vec<Vec<bool>> = Vec::new();
+        for (n, level) in self.levels.iter().enumerate() {
+            let edge = level.edge * N as f64;
+            let quiet = |tile: &Tile| {
+                let away = spots.iter().all(|s| {
+                    [0, 1].iter().any(|&a| {
+                        let from = origin[a] + tile.at[a] as f64 * edge;
+                        s.centre[a] < from - s.reach() || s.centre[a] > from + edge + s.reach()
+                    })
+                });
+                away && tile.warmth < cold
+                    && SIDES
+                        .iter()
+                        .all(|way| self.warmth_beside(n, tile.at, *way) < cold)
+            };
+            asleep.push(level.tiles.iter().map(quiet).collect());
+        }
+        for (level, asleep) in self.levels.iter_mut().zip(asleep) {
+            for (shown, asleep) in level.shown.iter_mut().zip(asleep) {
+                shown.asleep = asleep;
+            }
+        }
+    }
+
+    /// Largest difference from the start in what lies beside a tile, J/mm³; of finer tiles there nothing is asked: they are warm.
+    fn warmth_beside(&self, level: usize, at: [usize; 2], way: [isize; 2]) -> f32 {
+        let Some(there) = self.tree.beside(level, at, way) else {
+            return 0.0;
+        };
+        let of = |level: usize, at: [usize; 2]| {
+            let own = &self.levels[level];
+            let n = own.index[at[1] * self.tree.size(level)[0] + at[0]];
+            own.tiles
+                .get(n as usize)
+                .map_or(f32::INFINITY, |t| t.warmth)
+        };
+        if self.tree.is_there(level, there) {
+            of(level, there)
+        } else {
+            of(level - 1, there.map(|t| t / 2))
+        }
+    }
+}
+
+/// Places of the four parts of a tile, row by row.
+fn parts(at: [usize; 2]) -> [[usize; 2]; 4] {
+    let [x, y] = at.map(|t| 2 * t);
+    [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]]
+}
+
+/// Slopes of `g` from cell to cell along x and y, the smaller of both ways and none at a summit or the tile's edge.
+fn slopes(g: &[f32], cell: usize) -> [f32; 2] {
+    let (i, j) = (cell % N, cell / N);
+    let slope = |low: Option<usize>, high: Option<usize>| {
+        let (Some(low), Some(high)) = (low, high) else {
+            return 0.0;
+        };
+        let (a, b) = (g[cell] - g[low], g[high] - g[cell]);
+        if a * b <= 0.0 {
+            0.0
+        } else if a.abs() < b.abs() {
+            a
+        } else {
+            b
+        }
+    };
+    [
+        slope((i > 0).then(|| cell - 1), (i + 1 < N).then(|| cell + 1)),
+        slope((j > 0).then(|| cell - N), (j + 1 < N).then(|| cell + N)),
+    ]
+}

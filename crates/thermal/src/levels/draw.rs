@@ -1,0 +1,127 @@
+//! Draws a beam path on the levels.
+
+use meltpath_base::Observer;
+
+use super::step::LONGEST;
+use super::tile::{N, PLANE};
+use super::{Levels, LevelsError, NOWHERE};
+use crate::beam::{Beam, BeamPath};
+use crate::grid::sample::Sample;
+use crate::solver::source::Spot;
+use crate::solver::watch::Watch;
+
+/// Stages in which progress is told.
+const STAGES: u64 = 1000;
+/// How long what the last line heats may grow hotter after the path's end, s.
+const AFTER: f64 = 1e-3;
+
+impl Levels {
+    /// Draws `path`, the beam midway of each step of the finest level, or midway of each stretch where it jumps or is switched
+    /// within; tells temperatures where and when `watch` asks for them. Returns the places that lie outside.
+    ///
+    /// # Errors
+    /// [`LevelsError`]: a path outside what is covered, cancellation.
+    pub fn draw(
+        &mut self,
+        path: &BeamPath,
+        beam: &Beam,
+        watch: &Watch,
+        observer: &dyn Observer,
+    ) -> Result<Vec<[f64; 3]>, LevelsError> {
+        let (inside, outside): (Vec<[f64; 3]>, Vec<[f64; 3]>) = watch
+            .places
+            .iter()
+            .copied()
+            .partition(|place| self.kelvin_at(*place).is_some());
+        let duration = path.end() - path.begin() + AFTER;
+        let (mut due, mut told) = (0.0, 0);
+        observer.stage("draw the beam path", STAGES);
+        while self.time < duration * (1.0 - 1e-9) {
+            observer.check()?;
+            let stage = (self.time / duration * STAGES as f64) as u64;
+            observer.advance(stage - told);
+            told = stage;
+            let from = path.begin() + self.time;
+            self.cut(&coming(path, beam, from, LONGEST));
+            self.set_pace();
+            let mut heat = |levels: &mut Levels, dt: f64| {
+                let now = path.begin() + levels.time;
+                for (share, point) in path.stretches(now, now + dt) {
+                    let spot = beam.spot(&point);
+                    let power = share * spot.power;
+                    levels.heat(&Spot { power, ..spot }, dt)?;
+                }
+                Ok(())
+            };
+            self.advance(0, true, &mut heat)?;
+            self.count();
+            if self.time >= due - 1e-12 {
+                due +=
+                    watch.every * ((self.time - due) / watch.every).floor().max(0.0) + watch.every;
+                for place in &inside {
+                    let value = self.kelvin_at(*place).unwrap_or(f64::NAN);
+                    self.samples.push(Sample {
+                        place: *place,
+                        time: self.time,
+                        value,
+                    });
+                }
+            }
+        }
+        self.write_down();
+        Ok(outside)
+    }
+
+    /// Temperature at a place, K, the build plane at z = 0; of the cell in the plane, straight between planes. `None` outside.
+    pub fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
+        let origin = self.matter.frame.origin;
+        let (level, tile, cell) = self.levels.iter().enumerate().find_map(|(n, level)| {
+            let size = self.tree.size(n);
+            let at = [x - origin[0], y - origin[1]].map(|d| d / level.edge);
+            if at.iter().any(|a| *a < 0.0) {
+                return None;
+            }
+            let [i, j] = at.map(|a| a as usize);
+            if i / N >= size[0] || j / N >= size[1] {
+                return None;
+            }
+            let index = level.index[j / N * size[0] + i / N];
+            (index != NOWHERE).then_some((level, index as usize, j % N * N + i % N))
+        })?;
+        let heights = &self.setup.heights;
+        let middle = |k: usize| self.depths[k] + 0.5 * heights[k];
+        let depth = -z;
+        if depth < -1e-9 || depth > self.depths[0] + heights[0] {
+            return None;
+        }
+        let upper = (0..heights.len())
+            .find(|k| middle(*k) <= depth)
+            .unwrap_or(heights.len() - 1);
+        let lower = upper.saturating_sub(1);
+        let way = middle(lower) - middle(upper);
+        let share = if way > 0.0 {
+            ((depth - middle(upper)) / way).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let of = |k: usize| {
+            self.curve
+                .temperature(f64::from(level.tiles[tile].enthalpy[k * PLANE + cell]))
+        };
+        Some((1.0 - share) * of(upper) + share * of(lower))
+    }
+}
+
+/// Where the beam is in the next `time` seconds, often enough that no tile is missed.
+fn coming(path: &BeamPath, beam: &Beam, from: f64, time: f64) -> Vec<Spot> {
+    const LOOKS: u32 = 16;
+    let part = time / f64::from(LOOKS);
+    (0..LOOKS)
+        .flat_map(|n| {
+            let begin = from + f64::from(n) * part;
+            path.stretches(begin, begin + part)
+        })
+        .map(|(_, point)| beam.spot(&point))
+        .filter(|spot| spot.power > 0.0)
+        .collect()
+}

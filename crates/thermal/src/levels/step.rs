@@ -1,0 +1,357 @@
+//! A time step of all levels: the finer ones first, then what they gave is taken by the coarser.
+
+use rayon::prelude::*;
+
+use super::conduct::{Conduct, PlaneStep, Side};
+use super::tile::{N, PLANE, Refresh, SIDES, Shown, Tile};
+use super::tree::Tree;
+use super::{Level, Levels, LevelsError, NOWHERE, Setup};
+use crate::material::enthalpy::Formulas;
+use crate::solver::Face;
+use crate::solver::kernel::HeatRow;
+use crate::solver::source::Spot;
+
+/// Tiles below which one thread is faster than handing work to others.
+const WORTH_SHARING: usize = 24;
+
+/// Coefficients of the planes for steps of `step` s.
+pub(super) fn planes(setup: &Setup, step: f64) -> Vec<PlaneStep> {
+    let heights = &setup.heights;
+    let last = heights.len() - 1;
+    let held = matches!(setup.beyond, Face::Imposed(_));
+    (0..=last)
+        .map(|k| {
+            let flows = |open: bool| {
+                if open {
+                    (2.0 * step / heights[k]) as f32
+                } else {
+                    0.0
+                }
+            };
+            let below = match (k, held) {
+                (0, true) => 0.0,
+                _ => heights[k.saturating_sub(1)],
+            };
+            PlaneStep {
+                along: [flows(k > 0 || held), flows(k < last)],
+                height: heights[k] as f32,
+                heights: [below as f32, heights[(k + 1).min(last)] as f32],
+            }
+        })
+        .collect()
+}
+
+/// The level whose tiles step, as others of its tiles see it, with those above and below.
+struct Around<'a> {
+    tree: &'a Tree,
+    level: usize,
+    coarser: Option<&'a Level>,
+    index: &'a [u32],
+    shown: &'a [Shown],
+    finer: Option<&'a Level>,
+    held: Option<f32>,
+}
+
+impl<'a> Around<'a> {
+    fn place(&self, level: usize, at: [usize; 2]) -> usize {
+        at[1] * self.tree.size(level)[0] + at[0]
+    }
+
+    /// What lies beside a tile on side `s`; nothing flows to what sleeps.
+    fn side(&self, at: [usize; 2], s: usize) -> Side<'a> {
+        let (tree, level) = (self.tree, self.level);
+        let Some(there) = tree.beside(level, at, SIDES[s]) else {
+            return self.held.map_or(Side::Closed, Side::Held);
+        };
+        let awake = |shown: &'a [Shown], index: &[u32], place: usize| {
+            shown.get(index[place] as usize).filter(|s| !s.asleep)
+        };
+        if !tree.is_there(level, there) {
+            let half = if s < 2 { at[1] % 2 } else { at[0] % 2 };
+            let place = self.place(level.saturating_sub(1), there.map(|t| t / 2));
+            let shown = self.coarser.and_then(|c| awake(&c.shown, &c.index, place));
+            return shown.map_or(Side::Closed, |shown| Side::Coarser(shown, half));
+        }
+        if tree.is_divided(level, there) {
+            // the two parts that touch, the lower one first; they look here from the opposite side
+            let gave = |half: usize| {
+                let [x, y] = there.map(|t| 2 * t);
+                let part = match s {
+                    0 => [x + 1, y + half],
+                    1 => [x, y + half],
+                    2 => [x + half, y + 1],
+                    _ => [x + half, y],
+                };
+                let finer = self.finer?;
+                let n = finer.index[self.place(level + 1, part)] as usize;
+                let tile = finer.tiles.get(n).filter(|_| !finer.shown[n].asleep)?;
+                (!tile.out[s ^ 1].is_empty()).then_some(tile.out[s ^ 1].as_slice())
+            };
+            return Side::Finer([gave(0), gave(1)]);
+        }
+        awake(self.shown, self.index, self.place(level, there)).map_or(Side::Closed, Side::Same)
+    }
+}
+
+/// No step of the coarsest level is longer, s: so far ahead the beam is looked for.
+pub(super) const LONGEST: f64 = 3e-4;
+
+impl Levels {
+    /// Sets the steps of all levels: the finest as long as is stable and asked for, the others a power of two longer.
+    pub(super) fn set_pace(&mut self) {
+        let finest = self.setup.coarser;
+        let heights = self.setup.heights.iter().copied();
+        let height = heights.fold(f64::INFINITY, f64::min);
+        let mut stable = Vec::new();
+        for (n, level) in self.levels.iter().enumerate() {
+            let warmth = level.tiles.iter().map(|t| t.warmth).fold(0.0, f32::max);
+            let mut kelvin = self.curve.temperature(f64::from(warmth));
+            if n == finest {
+                self.pace.hottest = self.pace.hottest.max(kelvin);
+                kelvin = self.pace.hottest;
+            }
+            let limit = self.pace.stable(kelvin, level.edge, height);
+            stable.push(limit.min(LONGEST));
+        }
+        let step = self.setup.step.min(stable[finest]);
+        self.pace.longest = self.pace.longest.max(step);
+        let mut count = 1_u32;
+        for n in (0..=finest).rev() {
+            let before = count;
+            while n < finest && step * f64::from(2 * count) <= stable[n] && count < 4 * before {
+                count *= 2;
+            }
+            let level = &mut self.levels[n];
+            level.step = step * f64::from(count);
+            level.planes = planes(&self.setup, level.step);
+            if n < finest {
+                self.levels[n + 1].parts = (count / before) as usize;
+            }
+        }
+    }
+
+    /// One step of `level`, with the steps of all finer ones that it holds; `first` of its parts in a step of the coarser one.
+    pub(super) fn advance(
+        &mut self,
+        level: usize,
+        first: bool,
+        heat: &mut dyn FnMut(&mut Levels, f64) -> Result<(), LevelsError>,
+    ) -> Result<(), LevelsError> {
+        let finest = self.setup.coarser;
+        if level < finest {
+            for part in 0..self.levels[level + 1].parts {
+                self.advance(level + 1, part == 0, heat)?;
+            }
+        }
+        self.conduct(level, first);
+        if level == finest {
+            heat(self, self.levels[finest].step)?;
+            self.time += self.levels[finest].step;
+        }
+        self.refresh(level);
+        Ok(())
+    }
+
+    /// Conduction and what the build plane loses, in all tiles of a level.
+    fn conduct(&mut self, level: usize, first: bool) {
+        let held = match self.setup.beyond {
+            Face::Insulated => None,
+            Face::Imposed(kelvin) => Some(self.curve.kirchhoff_at(kelvin) as f32),
+        };
+        let (coarser, rest) = self.levels.split_at_mut(level);
+        let Some((own, finer)) = rest.split_first_mut() else {
+            return;
+        };
+        let around = Around {
+            tree: &self.tree,
+            level,
+            coarser: coarser.last().map(|c| &*c),
+            index: &own.index,
+            shown: &own.shown,
+            finer: finer.first().map(|f| &*f),
+            held,
+        };
+        let (f, losses, register) = (&self.formulas, &self.losses, self.register);
+        let (step, edge, planes) = (own.step, own.edge, &own.planes);
+        let top = planes.len() - 1;
+        let height = self.setup.heights[top];
+        let work = |(tile, shown): (&mut Tile, &Shown)| {
+            if shown.asleep {
+                return;
+            }
+            let at = tile.at;
+            register.run(Conduct {
+                formulas: f,
+                across: (step / (edge * edge)) as f32,
+                planes,
+                floor: held.unwrap_or(0.0),
+                area: edge * edge,
+                own: shown,
+                sides: [0, 1, 2, 3].map(|s| around.side(at, s)),
+                first,
+                tile: &mut *tile,
+            });
+            if !losses.none {
+                let cells = top * PLANE..(top + 1) * PLANE;
+                let enthalpy = &mut tile.enthalpy[cells.clone()];
+                let [radiated, evaporated] = losses.take(
+                    f,
+                    register,
+                    [step, height],
+                    enthalpy,
+                    &mut tile.density[cells],
+                );
+                let volume = edge * edge * height;
+                tile.lost[0] += radiated * volume;
+                tile.lost[1] += evaporated * volume;
+            }
+        };
+        if around.shown.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
+            own.tiles.par_iter_mut().zip(around.shown).for_each(work);
+        } else {
+            own.tiles.iter_mut().zip(around.shown).for_each(work);
+        }
+        let awake = around.shown.iter().filter(|s| !s.asleep).count();
+        self.updates += (awake * PLANE * planes.len()) as u64;
+    }
+
+    /// What the tiles of a level show from now on.
+    fn refresh(&mut self, level: usize) {
+        let own = &mut self.levels[level];
+        let (f, register, liquidus) = (&self.formulas, self.register, self.liquidus);
+        let (step, now) = (own.step, self.time);
+        let work = |(tile, shown): (&mut Tile, &mut Shown)| {
+            if shown.asleep {
+                return;
+            }
+            register.run(Refresh {
+                formulas: f,
+                tile: &mut *tile,
+                shown,
+            });
+            tile.follow(liquidus, step, now);
+        };
+        if own.tiles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
+            own.tiles.par_iter_mut().zip(&mut own.shown).for_each(work);
+        } else {
+            own.tiles.iter_mut().zip(&mut own.shown).for_each(work);
+        }
+    }
+
+    /// Heat of a beam at rest during `dt` s, in tiles of every level that it reaches.
+    pub(super) fn heat(&mut self, spot: &Spot, dt: f64) -> Result<(), LevelsError> {
+        if spot.power == 0.0 {
+            return Ok(());
+        }
+        if !(spot.diameter > 0.0 && spot.diameter.is_finite()) {
+            return Err(LevelsError::Diameter(spot.diameter));
+        }
+        let joules = spot.power * dt;
+        let along = spot.depth_shares(&self.setup.heights, &self.depths);
+        let deep: f64 = along.iter().sum();
+        let origin = self.matter.frame.origin;
+        let mut arrived = 0.0;
+        for (n, level) in self.levels.iter_mut().enumerate() {
+            let tile = level.edge * N as f64;
+            let size = self.tree.size(n);
+            let range = |a: usize| {
+                let at = |x: f64| ((x - origin[a]) / tile).max(0.0) as usize;
+                at(spot.centre[a] - spot.reach())
+                    ..(at(spot.centre[a] + spot.reach()) + 1).min(size[a])
+            };
+            let bell = &self.bell;
+            let shares = |a: usize, t: usize| {
+                let low = origin[a] + t as f64 * tile - spot.centre[a];
+                bell.shares(low, level.edge, spot.diameter)
+            };
+            let across: Vec<_> = range(0).map(|t| shares(0, t)).collect();
+            for y in range(1) {
+                let sy = shares(1, y);
+                let of_row: f64 = sy.iter().sum();
+                for (x, sx) in range(0).zip(&across) {
+                    let index = level.index[y * size[0] + x];
+                    if index == NOWHERE {
+                        continue;
+                    }
+                    arrived += joules * deep * of_row * sx.iter().sum::<f64>();
+                    let deposit = Deposit {
+                        shares: [sx, &sy],
+                        along: &along,
+                        per_area: joules / (level.edge * level.edge),
+                        heights: &self.setup.heights,
+                    };
+                    let shown = &level.shown[index as usize];
+                    deposit.lay(
+                        &mut level.tiles[index as usize],
+                        shown,
+                        |row| self.register.run(row),
+                        &self.formulas,
+                    );
+                }
+            }
+        }
+        if arrived.is_nan() || arrived <= 0.5 * joules {
+            return Err(LevelsError::Outside {
+                time: self.time,
+                x: spot.centre[0],
+                y: spot.centre[1],
+                share: 100.0 * (1.0 - arrived / joules),
+            });
+        }
+        self.ledger.absorbed += arrived;
+        self.ledger.missed += joules - arrived;
+        Ok(())
+    }
+
+    /// The tiles' losses go to the ledger, in the order of the tiles.
+    pub(super) fn count(&mut self) {
+        for tile in self.levels.iter_mut().flat_map(|l| &mut l.tiles) {
+            let [radiated, evaporated, conducted] = std::mem::take(&mut tile.lost);
+            self.ledger.radiated += radiated;
+            self.ledger.evaporated += evaporated;
+            self.ledger.conducted += conducted;
+        }
+    }
+}
+
+/// A share of a spot's heat for the cells of one tile.
+struct Deposit<'a> {
+    shares: [&'a [f64; N]; 2],
+    along: &'a [f64],
+    /// J/mm².
+    per_area: f64,
+    heights: &'a [f64],
+}
+
+impl Deposit<'_> {
+    fn lay(
+        &self,
+        tile: &mut Tile,
+        shown: &Shown,
+        mut run: impl FnMut(HeatRow<f32>),
+        f: &Formulas<f32>,
+    ) {
+        let mut share = [0.0_f32; N];
+        for (narrow, wide) in share.iter_mut().zip(self.shares[0]) {
+            *narrow = *wide as f32;
+        }
+        for (k, along) in self
+            .along
+            .iter()
+            .enumerate()
+            .filter(|(_, along)| **along > 0.0)
+        {
+            for (j, sy) in self.shares[1].iter().enumerate() {
+                let cells = k * PLANE + j * N..k * PLANE + (j + 1) * N;
+                run(HeatRow {
+                    formulas: f,
+                    share: &share,
+                    scale: (self.per_area * along / self.heights[k] * sy) as f32,
+                    powder: !shown.dense[k],
+                    enthalpy: &mut tile.enthalpy[cells.clone()],
+                    density: &mut tile.density[cells],
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! A tile: a square of columns of cells on one level, and the loops over its cells.
+
+use crate::material::enthalpy::Formulas;
+use crate::numeric::vector::CellLoop;
+
+/// Cells along an edge of a tile.
+pub(crate) const N: usize = 16;
+/// Cells of a plane of a tile.
+pub(crate) const PLANE: usize = N * N;
+/// Highest planes whose freezing is followed.
+pub(crate) const FOLLOWED: usize = 2;
+
+/// West, east, south, north.
+pub(crate) const SIDES: [[isize; 2]; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
+
+/// How the highest planes froze; values of [`FOLLOWED`] planes, bottom first.
+#[derive(Debug, Clone)]
+pub(crate) struct Froze {
+    pub(crate) before: Vec<f32>,
+    /// Time above the liquidus, s.
+    pub(crate) above: Vec<f32>,
+    /// When it last fell through the liquidus, s; not a number where it has not.
+    pub(crate) fell: Vec<f32>,
+    /// How fast it then cooled, K/s.
+    pub(crate) rate: Vec<f32>,
+}
+
+/// State of the cells of a tile, planes bottom first.
+#[derive(Debug, Clone)]
+pub(crate) struct Tile {
+    /// Column and row of the tile on its level.
+    pub(crate) at: [usize; 2],
+    pub(crate) enthalpy: Vec<f32>,
+    pub(crate) density: Vec<f32>,
+    /// Highest enthalpies of the highest planes since the tile was made.
+    pub(crate) peak: Vec<f32>,
+    pub(crate) froze: Froze,
+    /// Heat given to coarser cells beside during their step, J/mm³ of these cells; empty where none lie there.
+    pub(crate) out: [Vec<f32>; 4],
+    /// Largest difference from the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm; of the last look.
+    pub(crate) warmth: f32,
+    pub(crate) bend: f32,
+    /// Heat radiated, evaporated and conducted out since the last count, J.
+    pub(crate) lost: [f64; 3],
+}
+
+/// What others see of a tile during a step.
+#[derive(Debug, Clone)]
+pub(crate) struct Shown {
+    /// `θ`, W/mm.
+    pub(crate) theta: Vec<f32>,
+    /// Share of the dense conductivity; one where the plane is dense.
+    pub(crate) share: Vec<f32>,
+    /// Whether a plane holds no powder.
+    pub(crate) dense: Vec<bool>,
+    /// As cold as at the start, as all beside: nothing is computed.
+    pub(crate) asleep: bool,
+}
+
+impl Shown {
+    pub(crate) fn new(planes: usize) -> Self {
+        Shown {
+            theta: vec![0.0; planes * PLANE],
+            share: vec![1.0; planes * PLANE],
+            dense: vec![false; planes],
+            asleep: false,
+        }
+    }
+}
+
+impl Tile {
+    /// A tile of dense cells at the start temperature, of whose `tracked` highest planes the highest enthalpies are kept.
+    pub(crate) fn new(at: [usize; 2], planes: usize, tracked: usize) -> Self {
+        let followed = FOLLOWED.min(planes) * PLANE;
+        Tile {
+            at,
+            enthalpy: vec![0.0; planes * PLANE],
+            density: vec![1.0; planes * PLANE],
+            peak: vec![0.0; tracked * PLANE],
+            froze: Froze {
+                before: vec![0.0; followed],
+                above: vec![0.0; followed],
+                fell: vec![f32::NAN; followed],
+                rate: vec![f32::NAN; followed],
+            },
+            out: Default::default(),
+            warmth: 0.0,
+            bend: 0.0,
+            lost: [0.0; 3],
+        }
+    }
+
+    /// Highest enthalpies and freezing begin anew from the present state.
+    pub(crate) fn begin_anew(&mut self) {
+        let first = self.enthalpy.len() - self.peak.len();
+        self.peak.copy_from_slice(&self.enthalpy[first..]);
+        let first = self.enthalpy.len() - self.froze.before.len();
+        self.froze.before.copy_from_slice(&self.enthalpy[first..]);
+    }
+}
+
+/// Fills what others see of a tile, and the highest enthalpies.
+pub(crate) struct Refresh<'a> {
+    pub(crate) formulas: &'a Formulas<f32>,
+    pub(crate) tile: &'a mut Tile,
+    pub(crate) shown: &'a mut Shown,
+}
+
+impl CellLoop for Refresh<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (f, tile, shown) = (*self.formulas, self.tile, self.shown);
+        let planes = shown.dense.len();
+        let untracked = planes - tile.peak.len() / PLANE;
+        for k in 0..planes {
+            let range = k * PLANE..(k + 1) * PLANE;
+            let g = &tile.enthalpy[range.clone()];
+            let out = &mut shown.theta[range.clone()];
+            let mut molten = 0_u32;
+            for n in 0..PLANE {
+                molten |= u32::from(g[n] > f.solidus());
+            }
+            if molten == 0 {
+                for n in 0..PLANE {
+                    out[n] = f.kirchhoff_solid(g[n]);
+                }
+            } else {
+                for n in 0..PLANE {
+                    out[n] = f.kirchhoff(g[n]);
+                }
+            }
+            if k >= untracked {
+                let peak = &mut tile.peak[(k - untracked) * PLANE..][..PLANE];
+                for n in 0..PLANE {
+                    peak[n] = if peak[n] > g[n] { peak[n] } else { g[n] };
+                }
+            }
+            if !shown.dense[k] {
+                let r = &tile.density[range.clone()];
+                let share = &mut shown.share[range];
+                let mut powder = 0_u32;
+                for n in 0..PLANE {
+                    powder |= u32::from(r[n] < 1.0);
+                    share[n] = f.conduction(r[n]);
+                }
+                if powder == 0 {
+                    shown.dense[k] = true;
+                    share.fill(1.0);
+                }
+            }
+        }
+    }
+}
+
+/// Looks at how far a tile differs from the start and how strongly `θ` bends between its cells.
+pub(crate) struct Look<'a> {
+    pub(crate) tile: &'a mut Tile,
+    pub(crate) shown: &'a Shown,
+}
+
+impl CellLoop for Look<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (mut warmth, mut bends) = ([0.0_f32; N], [0.0_f32; N]);
+        for row in self.tile.enthalpy.chunks_exact(N) {
+            for i in 0..N {
+                let w = row[i].abs();
+                warmth[i] = if w > warmth[i] { w } else { warmth[i] };
+            }
+        }
+        for plane in self.shown.theta.chunks_exact(PLANE) {
+            for j in 1..N - 1 {
+                let (t, south, north) = (
+                    &plane[j * N..][..N],
+                    &plane[(j - 1) * N..][..N],
+                    &plane[(j + 1) * N..][..N],
+                );
+                for i in 0..N {
+                    let bend = (south[i] - t[i] + (north[i] - t[i])).abs();
+                    bends[i] = if bend > bends[i] { bend } else { bends[i] };
+                }
+                for i in 1..N - 1 {
+                    let bend = (t[i - 1] - t[i] + (t[i + 1] - t[i])).abs();
+                    bends[i] = if bend > bends[i] { bend } else { bends[i] };
+                }
+            }
+        }
+        self.tile.warmth = warmth.iter().copied().fold(0.0, f32::max);
+        self.tile.bend = bends.iter().copied().fold(0.0, f32::max);
+    }
+}
+
+/// What freezing is told by: `g` at the liquidus, heat capacity just above it, J/(mm³·K).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Liquidus {
+    pub(crate) enthalpy: f32,
+    pub(crate) capacity: f32,
+}
+
+impl Tile {
+    /// Follows what froze since the last look, `passed` seconds before `now`.
+    pub(crate) fn follow(&mut self, liquidus: Liquidus, passed: f64, now: f64) {
+        let line = liquidus.enthalpy;
+        let first = self.enthalpy.len() - self.froze.before.len();
+        let froze = &mut self.froze;
+        let rows = self.enthalpy[first..]
+            .chunks_exact(N)
+            .zip(froze.before.chunks_exact_mut(N));
+        for (row, (g, before)) in rows.enumerate() {
+            let mut hot = 0_u32;
+            for i in 0..N {
+                hot |= u32::from(g[i] > line) | u32::from(before[i] > line);
+            }
+            if hot != 0 {
+                for i in 0..N {
+                    let (was, g, n) = (before[i], g[i], row * N + i);
+                    let (hot_before, hot) = (was > line, g > line);
+                    if !(hot_before || hot) {
+                        continue;
+                    }
+                    let share = if hot_before == hot {
+                        1.0
+                    } else {
+                        (line - was) / (g - was)
+                    };
+                    let above = if hot && !hot_before {
+                        1.0 - share
+                    } else {
+                        share
+                    };
+                    froze.above[n] += passed as f32 * above;
+                    if hot_before && !hot {
+                        froze.fell[n] = (now - passed + f64::from(share) * passed) as f32;
+                        froze.rate[n] = (was - g) / (passed as f32 * liquidus.capacity);
+                    }
+                }
+            }
+            before.copy_from_slice(g);
+        }
+    }
+}

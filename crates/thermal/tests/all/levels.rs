@@ -1,0 +1,246 @@
+//! The solver on levels against the reference solver on the finest cells everywhere: highest temperatures, shares, heat, cost.
+
+use crate::support::{beam, settings, titanium};
+use meltpath_base::Silent;
+use meltpath_geometry::math::DVec3;
+use meltpath_thermal::beam::{BeamPath, BeamPoint};
+use meltpath_thermal::grid::{Field, Grid};
+use meltpath_thermal::levels::{BEND, Levels, Setup};
+use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::solver::run::draw;
+use meltpath_thermal::solver::surface::Surface;
+use meltpath_thermal::solver::watch::Watch;
+use meltpath_thermal::solver::{Face, Faces, Solver, State};
+
+const LAYER: f64 = 0.05;
+
+fn nothing() -> Watch {
+    Watch {
+        places: Vec::new(),
+        every: 1.0,
+    }
+}
+
+/// Metal under a field of `size` mm, powder beside.
+fn ground(size: [f64; 2]) -> impl Fn([f64; 2]) -> State {
+    move |[x, y]| {
+        if (-0.1..size[0] + 0.1).contains(&x) && (-0.1..size[1] + 0.1).contains(&y) {
+            State::Dense
+        } else {
+            State::Powder
+        }
+    }
+}
+
+/// Lines along x over a field of `size` mm.
+fn hatch(size: [f64; 2], distance: f64) -> BeamPath {
+    let count = (size[1] / distance).round() as usize;
+    let corners: Vec<[f64; 2]> = (0..=count)
+        .flat_map(|n| {
+            let y = n as f64 * distance;
+            let ends = [[0.0, y], [size[0], y]];
+            if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
+        })
+        .collect();
+    let mut points = BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67))
+        .unwrap()
+        .points()
+        .to_vec();
+    // the one grid stops with the path, the levels a little later: give both that time
+    let last = points[points.len() - 1].off();
+    points.push(last);
+    points.push(BeamPoint {
+        time: last.time + 2e-3,
+        ..last
+    });
+    BeamPath::new(points).unwrap()
+}
+
+fn setup(size: [f64; 2], cell: f64, coarser: usize) -> Setup {
+    let root = 16.0 * cell * f64::from(1_u32 << coarser);
+    let fit = |s: f64| root * ((s + 1.2) / root).ceil();
+    let (w, h) = (fit(size[0]), fit(size[1]));
+    let low = [0.5 * (size[0] - w), 0.5 * (size[1] - h)];
+    let mut heights = vec![0.05; 4];
+    heights.extend([0.07, 0.1, 0.15, 0.2, 0.28]);
+    heights.reverse();
+    let material = titanium();
+    Setup {
+        covered: [low, [low[0] + w, low[1] + h]],
+        cell,
+        coarser,
+        heights,
+        layer: LAYER,
+        tracked: 0.2,
+        top: Surface::Radiating {
+            surroundings: 300.0 + CELSIUS,
+        },
+        beyond: Face::Imposed(material.start),
+        step: 1.0,
+        focus: None,
+        bend: BEND,
+    }
+}
+
+fn on_levels(setup: &Setup, size: [f64; 2], path: &BeamPath) -> Levels {
+    let material = titanium();
+    let matter = setup.ground(&material, &ground(size));
+    let mut levels = Levels::new(setup.clone(), material, matter).unwrap();
+    levels.draw(path, &beam(), &nothing(), &Silent).unwrap();
+    levels
+}
+
+/// The same on one grid of the finest cells.
+fn on_one_grid(setup: &Setup, size: [f64; 2], path: &BeamPath) -> Solver<f32> {
+    let material = titanium();
+    let [low, high] = setup.covered;
+    let depth: f64 = setup.heights.iter().sum();
+    let mut grid = Grid::covering(
+        DVec3::new(low[0], low[1], -depth),
+        DVec3::new(high[0], high[1], 0.0),
+        DVec3::new(setup.cell, setup.cell, LAYER),
+    )
+    .unwrap();
+    grid.heights = setup.heights.clone();
+    let faces = Faces {
+        top: setup.top,
+        sides: setup.beyond,
+        bottom: setup.beyond,
+    };
+    let mut solver = Solver::<f32>::new(grid, material, faces).unwrap();
+    let under = ground(size);
+    solver.set_state(|c| {
+        if c.z > -LAYER {
+            State::Powder
+        } else {
+            under([c.x, c.y])
+        }
+    });
+    let step = solver.stable_step();
+    draw(&mut solver, path, &beam(), step, &mut [], &Silent).unwrap();
+    solver
+}
+
+/// Largest and mean difference of the top plane's highest temperatures as shares of the rise, over molten cells; share within a
+/// window of 60 K round the mean of the one grid, of both.
+fn compare(one: &Field, levels: &Field) -> [f64; 4] {
+    assert_eq!(one.grid.cells, levels.grid.cells);
+    let top = |f: &Field| -> Vec<f32> {
+        let plane = f.grid.cells[0] * f.grid.cells[1];
+        f.values[f.values.len() - plane..].to_vec()
+    };
+    let (a, b) = (top(one), top(levels));
+    let material = titanium();
+    let molten: Vec<(f64, f64)> = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| (f64::from(*a), f64::from(*b)))
+        .filter(|(a, _)| *a > material.liquidus)
+        .collect();
+    let off = |(a, b): &(f64, f64)| (b - a).abs() / (a - material.start);
+    let largest = molten.iter().map(off).fold(0.0, f64::max);
+    for n in (0..a.len())
+        .filter(|n| {
+            f64::from(a[*n]) > material.liquidus
+                && off(&(f64::from(a[*n]), f64::from(b[*n]))) > 0.6 * largest
+        })
+        .take(4)
+    {
+        let c = one
+            .grid
+            .centre(n % one.grid.cells[0], n / one.grid.cells[0], 0);
+        println!("   far off at {:.2} {:.2}: {} {}", c.x, c.y, a[n], b[n]);
+    }
+    let n = molten.len() as f64;
+    let mean = molten.iter().map(off).sum::<f64>() / n;
+    let centre = molten.iter().map(|(a, _)| a).sum::<f64>() / n;
+    let share = |of: &dyn Fn(&(f64, f64)) -> f64| {
+        molten
+            .iter()
+            .filter(|p| (of(p) - centre).abs() < 30.0)
+            .count() as f64
+            / n
+    };
+    [largest, mean, share(&|p| p.0), share(&|p| p.1)]
+}
+
+/// Seconds that this thread has computed.
+fn computed() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let first = text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    first.unwrap_or(f64::NAN) * 1e-9
+}
+
+#[test]
+#[ignore = "a minute of computing"]
+fn levels_draw_what_one_grid_of_their_finest_cells_draws() {
+    let size = [3.0, 1.0];
+    let path = hatch(size, 0.125);
+    let length = 9.0 * size[0] + 1.0;
+    let setup = setup(size, 0.03, 2);
+    let begun = computed();
+    let one = on_one_grid(&setup, size, &path);
+    let slow = computed() - begun;
+    let residual = one.ledger().residual(one.stored());
+    println!(
+        "one grid: {:.4} s/mm, {:.0} M updates/s, residual {residual:.1e}",
+        slow / length,
+        1e-6 * one.updates() as f64 / slow,
+    );
+    for bend in [100.0, BEND, 1000.0, 3000.0] {
+        let setup = Setup {
+            bend,
+            ..setup.clone()
+        };
+        let begun = computed();
+        let mut levels = on_levels(&setup, size, &path);
+        let quick = computed() - begun;
+        let residual = levels.ledger().residual(levels.stored());
+        let highest = levels.highest_temperature(setup.covered);
+        let [largest, mean, on_one, on_these] = compare(&one.highest_temperature(), &highest);
+        println!(
+            "bend {bend}: {:.4} s/mm ({:.0} M updates/s, {:.0} updates/mm, step {:.2} us); off by {:.2} % at most, {:.3} % in the mean; in the window {:.2} % and {:.2} %; residual {residual:.1e}; tiles {:?}",
+            quick / length,
+            1e-6 * levels.updates() as f64 / quick,
+            levels.updates() as f64 / length,
+            1e6 * levels.step(),
+            100.0 * largest,
+            100.0 * mean,
+            100.0 * on_one,
+            100.0 * on_these,
+            levels.tiles(),
+        );
+        assert!(residual.abs() < 1e-3, "{residual}");
+        if bend > BEND {
+            continue;
+        }
+        assert!(mean < 2e-3, "{mean}");
+        assert!((on_one - on_these).abs() < 0.01, "{on_one} {on_these}");
+    }
+}
+
+/// Whatever becomes finer or coarser, the beam's heat is in the metal, and the same on any number of threads.
+#[test]
+fn heat_is_kept_and_threads_change_no_bit() {
+    let size = [2.0, 0.25];
+    let path = hatch(size, 0.125);
+    let setup = Setup {
+        top: Surface::Insulated,
+        beyond: Face::Insulated,
+        ..setup(size, 0.03, 2)
+    };
+    let drawn = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let mut levels = on_levels(&setup, size, &path);
+            let (ledger, stored) = (*levels.ledger(), levels.stored());
+            let heat = 270.0 * (3.0 * size[0] + 0.25) / 980.0;
+            assert!((ledger.absorbed / heat - 1.0).abs() < 1e-6, "{ledger:?}");
+            assert!(ledger.residual(stored).abs() < 1e-4, "{ledger:?} {stored}");
+            levels.highest_temperature(setup.covered)
+        })
+    };
+    let [one, three] = [1, 3].map(drawn);
+    assert!(one.largest().0 > titanium().liquidus);
+    assert!(one.values == three.values);
+}
