@@ -270,7 +270,7 @@ fn read_binary(
     }
     let trailing = io::copy(reader, &mut io::sink())?;
     // whole triangles, not somebody's notes
-    if trailing > 0 && trailing % RECORD as u64 == 0 {
+    if trailing > 0 && trailing.is_multiple_of(RECORD as u64) {
         return Err(StlError::Count {
             announced,
             more: trailing / RECORD as u64,
