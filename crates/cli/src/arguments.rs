@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use clap_complete::Shell;
+use meltpath::job::PartUnit;
+use meltpath::list::Listing;
 use meltpath::reference::Subject;
+use meltpath_base::Length;
 
 /// Plan the path, simulate the machine, predict the metal.
 ///
@@ -23,6 +27,15 @@ pub(crate) struct Arguments {
     /// Number of threads; default all cores. Results do not depend on it.
     #[arg(long, global = true)]
     pub(crate) threads: Option<usize>,
+    /// Print one JSON object instead of words: the verdict, where the report is, the exit code.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Print only what answers: what fails or cannot be said, and the verdict.
+    #[arg(long, global = true, conflicts_with = "json")]
+    pub(crate) quiet: bool,
+    /// Open the report when it is written.
+    #[arg(long, global = true)]
+    pub(crate) open: bool,
 }
 
 /// The commands.
@@ -70,6 +83,28 @@ pub(crate) enum Command {
     Inspect {
         /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
+        /// Unit of a part file that carries none: mm, cm, m, in.
+        #[arg(long, default_value = "mm", value_parser = unit)]
+        unit: PartUnit,
+        /// Chord error of the mesh made of a STEP file.
+        #[arg(long, default_value = "0.02 mm", value_parser = chord)]
+        chord: Length,
+    },
+    /// List the names that a job may use, each with what it is and where it comes from.
+    List {
+        /// What: wires, gases, maps, pools, energies, cells, robots, materials, heads, recipes, guns, examples.
+        #[arg(value_parser = listing)]
+        of: Listing,
+    },
+    /// Print completions for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Write pages for `man`, one for each command.
+    Man {
+        /// The folder to write them into.
+        out: PathBuf,
     },
     /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.
     Reach {
@@ -131,7 +166,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, cell, robot, material, head, motor, recipe, gun.
+        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun.
         #[arg(value_parser = subject)]
         of: Subject,
     },
@@ -193,6 +228,35 @@ fn subject(word: &str) -> Result<Subject, String> {
     })
 }
 
+/// What a word lists.
+fn listing(word: &str) -> Result<Listing, String> {
+    Listing::from_word(word).ok_or_else(|| {
+        let words = Listing::ALL.map(Listing::word);
+        format!("known are {}", words.join(", "))
+    })
+}
+
+/// The unit of a word.
+fn unit(word: &str) -> Result<PartUnit, String> {
+    PartUnit::from_word(word).ok_or_else(|| {
+        let words = PartUnit::ALL.map(PartUnit::word);
+        format!("known are {}", words.join(", "))
+    })
+}
+
+/// A chord error with its unit.
+fn chord(text: &str) -> Result<Length, String> {
+    let length = Length::parse(text).map_err(|e| e.to_string())?;
+    if (CHORDS.0..=CHORDS.1).contains(&length.0) {
+        Ok(length)
+    } else {
+        Err(format!("it must be {} to {} mm", CHORDS.0, CHORDS.1))
+    }
+}
+
+/// Least and greatest chord error, mm, as in jobs.
+const CHORDS: (f64, f64) = (1e-4, 10.0);
+
 /// The processes of `meltpath new`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum NewProcess {
@@ -208,6 +272,9 @@ pub(crate) enum NewProcess {
         /// The part to start with.
         #[arg(long, default_value = "ring")]
         shape: String,
+        /// The wire, one with a process map; gas, mode and bead are those of its map. Default: that of the template.
+        #[arg(long)]
+        wire: Option<String>,
     },
     /// Electron beam over powder.
     Ebm {

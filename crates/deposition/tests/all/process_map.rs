@@ -269,6 +269,7 @@ fn a_quadratic_map_reads_and_turns_round() {
         .next()
         .unwrap()
         .replace("\"grid\"", "\"surface\"");
+    let head = head.replace("kind =", "accept = [\"taller-than-wide\"]\nkind =");
     let text = format!("{head}[beads]\nsource = \"test\"\npage = \"-\"\nrows = [{rows}]\n");
     let wire = Wire::builtin("g3si-1.2").unwrap();
     let map = ProcessMap::parse("s", &text, &wire, &Reporter::new()).unwrap();

@@ -15,6 +15,12 @@ pub type Ring = Many<[Length; 2], 3>;
 /// A place: x, y, and z where it is not the build plane.
 pub type Point = Many<Length, 2, 3>;
 
+/// Fastest beam that any gun draws, mm/s: 100 km/s.
+const FASTEST: f64 = 1e8;
+
+/// Longest dwell, s.
+const DAY: f64 = 86_400.0;
+
 table! {
     /// Electron beam over powder: a beam path, or a region or part that is hatched, and the temperatures wanted.
     pub struct EbmJob {
@@ -75,7 +81,7 @@ table! {
         /// Beam diameter whatever the focus, in place of a calibration.
         diameter: Length where positive => none("that of the focus calibration");
         /// Share of the beam power that becomes heat.
-        efficiency: Ratio where positive => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
+        efficiency: Ratio where up_to(1.0) => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
         /// How deep the beam enters.
         penetration: Length where positive => default("0.1 mm", "Béraud 2016, eq. 3.2.2");
         /// Thickness of a layer.
@@ -95,9 +101,9 @@ table! {
         /// Chart files to use; settings they do not serve are computed.
         files: Vec<File> => default([], "all are computed");
         /// Heating stops here; above it temperatures are told apart badly.
-        stop: Temperature => default("2800 °C", "Béraud 2016, section 3.2.2.3");
+        stop: Temperature where within(0.0, 1e5) => default("2800 °C", "Béraud 2016, section 3.2.2.3");
         /// Cooling starts from the pool whose hottest point has this temperature.
-        cooling_from: Temperature => default("2800 °C", "Béraud 2016, section 3.2.2.3");
+        cooling_from: Temperature where within(0.0, 1e5) => default("2800 °C", "Béraud 2016, section 3.2.2.3");
         /// Spacing of the charts.
         spacing: Length where positive => default("0.025 mm", "converged within 2 °C of mean error");
         /// What the ground keeps of earlier lines.
@@ -148,15 +154,15 @@ table! {
         /// Edge of an island.
         island: Length where positive => default("2 mm", "of the order of what stays hot behind the beam");
         /// Speed of the beam.
-        speed: Speed where positive => default("980 mm/s", "Béraud 2016, table 3.3.2");
+        speed: Speed where up_to(FASTEST) => default("980 mm/s", "Béraud 2016, table 3.3.2");
         /// Time on a spot.
-        dwell: Time where positive => computed("what a line at that speed spends on the spacing");
+        dwell: Time where up_to(DAY) => computed("what a line at that speed spends on the spacing");
         /// Speed from the end of a line to the start of the next, beam off.
-        jump: Speed where positive => none("no time at all");
+        jump: Speed where up_to(FASTEST) => none("no time at all");
         /// Accelerating voltage.
-        voltage: Voltage where positive => default("60 kV", "Béraud 2016, table 3.3.2");
+        voltage: Voltage where up_to(1e6) => default("60 kV", "Béraud 2016, table 3.3.2");
         /// Beam current.
-        current: Current where positive => default("5 mA", "Béraud 2016, table 3.3.2");
+        current: Current where up_to(10.0) => default("5 mA", "Béraud 2016, table 3.3.2");
         /// Current of the focus coil.
         focus: Current => default("4 mA", "Béraud 2016, table 3.3.2");
     }
@@ -176,9 +182,9 @@ table! {
     /// Highest temperatures that are wanted: two limits, or a width about the middle of a body known to be good.
     pub struct WindowTable {
         /// Lower limit.
-        low: Temperature => default("2700 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
+        low: Temperature where within(0.0, 1e5) => default("2700 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
         /// Upper limit.
-        high: Temperature => default("2760 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
+        high: Temperature where within(0.0, 1e5) => default("2760 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
         /// Path of a body known to be good, simulated alike; the window is centred on its middle.
         good: File => none("`low` and `high`, or `body`");
         /// Width and height of a rectangle that `[hatch]` makes well: the body known to be good in place of a path.

@@ -149,7 +149,7 @@ pub fn run(
         found: found.as_ref(),
     };
     views::lpbf::write(&folder, &title, &told, &verdict, &provenance)?;
-    folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
+    crate::inputs::write(&folder, path, text, &[])?;
     observer.check()?;
     Ok(Outcome {
         folder: commit(folder)?,

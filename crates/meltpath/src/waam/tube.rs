@@ -98,10 +98,14 @@ fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
     let (near, far) = (End::Nearest.worst(layers)?, End::Farthest.worst(layers)?);
     let Some(measured) = &settings.map.feed_response else {
         let why = format!(
-            "the process map {} does not say at which contact tube distances its beads were laid: add [feed_response] to it",
+            "the process map {} does not say at which contact tube distances its wire feed is known",
             settings.map.id
         );
-        return Some(Check::not_checked(ID, TITLE, &why));
+        let check = Check {
+            status: Status::CannotSay,
+            ..Check::not_checked(ID, TITLE, &why)
+        };
+        return Some(check.remedy("measure the wire feed at two distances and add a table [feed_response] to the process map; slope 0 for a source that holds its feed"));
     };
     let (least, greatest) = (measured.least.0, measured.greatest.0);
     let (nearer, farther) = (least - near.1.at.distance, far.1.at.distance - greatest);

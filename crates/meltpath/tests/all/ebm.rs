@@ -233,7 +233,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     );
     assert!(
         refused("[ebm]\nmaterial = \"gold\"\n", 4e-3)
-            .contains("known are \"ti6al4v-ebm\", \"in625-laser\"")
+            .contains("known are \"in625-laser\", \"ti6al4v-ebm\"")
     );
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
     // a step in which a voxel would melt whole
