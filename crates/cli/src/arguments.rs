@@ -215,3 +215,90 @@ pub(crate) enum NewProcess {
         name: PathBuf,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// The command that prints what a file says, where its messages name none.
+    const PRINTS: &[(&str, &str)] = &[("waam/foreign.rs", "simulate")];
+
+    fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                files(&path, found);
+            } else if path
+                .extension()
+                .is_some_and(|e| ["rs", "md", "toml"].iter().any(|known| e == *known))
+            {
+                found.push(path);
+            }
+        }
+    }
+
+    fn knows(command: &clap::Command, option: &str) -> bool {
+        let own = |c: &clap::Command| c.get_arguments().any(|a| a.get_long() == Some(option));
+        own(command) || command.get_subcommands().any(|c| knows(c, option))
+    }
+
+    /// Whether an option that follows a command's name, or stands where no command is named, is one of its own.
+    #[test]
+    fn commands_and_options_that_texts_name_exist() {
+        let mut all = Arguments::command();
+        all.build();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut paths = vec![root.join("README.md")];
+        files(&root.join("docs"), &mut paths);
+        for room in fs::read_dir(root.join("crates")).unwrap() {
+            files(&room.unwrap().path().join("src"), &mut paths);
+        }
+        let (mut commands, mut options) = (0, 0);
+        for path in paths {
+            let is_code = path.extension().is_some_and(|e| e == "rs");
+            let text = fs::read_to_string(&path).unwrap();
+            let text = text.split("#[cfg(test)]").next().unwrap();
+            let printed = PRINTS.iter().find(|(file, _)| path.ends_with(file));
+            let mut said = printed.map(|(_, by)| all.find_subcommand(by).unwrap());
+            let ours = |line: &&str| {
+                let other = is_code && line.trim_start().starts_with("//");
+                // another program's command line
+                !other
+                    && !["cargo ", "ci/", "python", "-- --"]
+                        .iter()
+                        .any(|o| line.contains(o))
+            };
+            for line in text.lines().filter(ours) {
+                let mut before = "";
+                for word in line.split(|c: char| !(c.is_ascii_lowercase() || "-:`/._".contains(c)))
+                {
+                    let told = || format!("{}: {word}: {line}", path.display());
+                    if let Some(option) = word.trim_matches(['`', '.']).strip_prefix("--")
+                        && option.starts_with(|c: char| c.is_ascii_lowercase())
+                        && !option.ends_with(':')
+                    {
+                        options += 1;
+                        assert!(said.is_some() || !is_code, "who prints it? {}", told());
+                        assert!(knows(said.unwrap_or(&all), option), "{}", told());
+                    }
+                    let name = word.trim_matches(['`', ':', '.']);
+                    if before.trim_start_matches('`') == "meltpath" {
+                        let found = all.find_subcommand(name);
+                        commands += usize::from(found.is_some());
+                        assert!(found.is_some() || !before.starts_with('`'), "{}", told());
+                        said = found.or(said);
+                    } else if let Some(inner) = said.and_then(|c| c.find_subcommand(name)) {
+                        said = Some(inner);
+                    }
+                    before = word;
+                }
+            }
+        }
+        assert!(commands > 30 && options > 20, "{commands} {options}");
+    }
+}

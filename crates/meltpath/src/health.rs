@@ -79,7 +79,10 @@ pub enum HealthError {
     First(#[from] IdentificationError),
     /// The second stage.
     #[error("second stage: {0}")]
-    Second(#[from] AxisError),
+    Second(IdentificationError),
+    /// The simulated axis, or its signal.
+    #[error(transparent)]
+    Bench(#[from] AxisError),
     /// The history.
     #[error(transparent)]
     History(#[from] HistoryError),
@@ -265,7 +268,8 @@ pub fn test(
             )
         }
     };
-    let stage2 = signal.analyse(&response, first.motor.torque_constant)?;
+    let stage2 = signal.analyse(&response, first.motor.torque_constant);
+    let stage2 = stage2.map_err(HealthError::Second)?;
     let record = Km0Record {
         axis: subject.name(),
         time: circumstances.time.clone(),

@@ -8,7 +8,7 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
 use super::judge::{JudgedPath, Run, of_all};
-use super::settings::{Judge, Settings};
+use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
 
 const IN_WINDOW: [&str; 2] = [
@@ -36,9 +36,16 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         let drawn = Shown::of(outcome);
+        let remedy = match drawn.tally.counts[Class::Good as usize] {
+            0 => format!(
+                "the preview has nothing in the window: {}; then {JUDGE}",
+                into_window(settings, drawn.tally)
+            ),
+            _ => JUDGE.to_owned(),
+        };
         return vec![
-            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn),
-            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn),
+            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn).remedy(remedy),
+            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn).remedy(JUDGE),
             Check::not_checked(UNFUSED[0], UNFUSED[1], "only [judge] tells"),
             Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only [judge] tells"),
             Check::not_checked(FARTHEST[0], FARTHEST[1], "only [judge] tells"),
@@ -63,9 +70,7 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
                 Limit::AtLeast(100.0 * limits.in_window),
             )
             .because(&words)
-            .remedy(
-                "change speed, power, distance or order of lines; or let [optimise] change the speeds",
-            ),
+            .remedy(into_window(settings, section.tally)),
         section
             .check(
                 UNMELTED,
@@ -117,7 +122,26 @@ fn preview([id, title]: [&str; 2], limit: Limit, drawn: &Shown<'_>) -> Check {
             ),
         )
     }
-    .remedy(JUDGE)
+}
+
+/// What brings more of the section into the window: by where most of it lies, and by what the job says already.
+fn into_window(settings: &Settings, tally: &Tally) -> String {
+    let [unmelted, porous, _, overheated] = tally.counts;
+    let mut remedy = if overheated > porous + unmelted {
+        "less power, faster lines, or lines further apart"
+    } else {
+        "more power, slower lines, or lines closer together"
+    }
+    .to_owned();
+    if settings.optimise.is_none() {
+        remedy.push_str("; or let [optimise] change the speeds");
+    }
+    if matches!(settings.window, Good::Limits(_)) {
+        remedy.push_str(
+            "; or, where the beam is one that builds well, centre the window on what it reaches (window.body)",
+        );
+    }
+    remedy
 }
 
 /// A figure of the judge with what moves it.

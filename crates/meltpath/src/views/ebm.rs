@@ -4,6 +4,7 @@ mod found;
 mod histogram;
 mod part;
 mod sections;
+mod shares;
 pub(crate) mod voxels;
 
 use std::io;
@@ -23,6 +24,7 @@ use meltpath_report::vtk::{
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
+use self::shares::Shares;
 use crate::ebm::drawn::Drawn;
 use crate::ebm::judge::of_all;
 use crate::ebm::path_file::write_parquet;
@@ -88,39 +90,16 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
 }
 
 fn share_table(outcome: &Outcome) -> Table {
-    let mut table = Table::new(
-        "Voxels of the region",
-        &[
-            "path",
-            "time",
-            "molten",
-            "unmelted (%)",
-            "below the window (%)",
-            "in the window (%)",
-            "above the window (%)",
-            "mean (°C)",
-            "standard deviation (K)",
-        ],
-    );
-    let row = |name: &str, drawn: &Drawn| {
-        let t = &drawn.tally;
-        let of_all = 100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0);
-        vec![
-            Cell::text(name),
-            Cell::Duration(drawn.path.end() - drawn.path.begin()),
-            Cell::Fixed(t.molten() as f64, 0),
-            Cell::Fixed(of_all, 2),
-            Cell::Fixed(100.0 * t.share(Class::Porous), 1),
-            Cell::Fixed(100.0 * t.share(Class::Good), 1),
-            Cell::Fixed(100.0 * t.share(Class::Overheated), 1),
-            Cell::Fixed(t.mean - CELSIUS, 0),
-            Cell::Fixed(t.deviation, 0),
-        ]
-    };
-    table.rows.push(row("as given", &outcome.given));
-    if let Some(better) = &outcome.better {
-        table.rows.push(row("better path", better));
+    fn row<'a>(name: &'static str, drawn: &'a Drawn) -> Shares<'a> {
+        Shares {
+            name,
+            time: drawn.path.end() - drawn.path.begin(),
+            tally: &drawn.tally,
+        }
     }
+    let better = outcome.better.as_ref().map(|d| row("better path", d));
+    let rows = std::iter::once(row("as given", &outcome.given)).chain(better);
+    let mut table = Shares::table("Voxels of the region", rows);
     let grid = outcome.given.simulation.grid();
     table.note = format!(
         "Chart simulation; voxels of {:.0} x {:.0} x {:.0} µm, steps of {:.2} µs. Shares of the molten voxels, unmelted of all.",

@@ -1,7 +1,7 @@
 //! What layers cover, and the beads that fill it: sections with allowance, corners and holes that beads bear.
 
 use meltpath_base::{Cancelled, Observer, Reporter};
-use meltpath_geometry::boolean::{PlanarError, difference, union};
+use meltpath_geometry::boolean::{PlanarError, difference, intersection, union};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset, outset};
 use meltpath_geometry::overhang::OverhangError;
@@ -159,6 +159,40 @@ const ROUND_TURN: f64 = 0.4;
 const STOCK_SHARE: f64 = 0.5;
 /// How far round a corner that is not reached the layer grows, bead widths: the axis then goes beyond its turn.
 const REACH: f64 = 0.42;
+/// Where beads first lie beyond the metal that stands below them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// Layer, from 1.
+    pub layer: u32,
+    /// A place there, mm.
+    pub place: DVec2,
+}
+
+/// The first layer that leans out over all layers below it, by more than a bead's axis may: what a height map cannot hold, for
+/// it has metal above a place only where there is metal down to the plate.
+pub(super) fn lean(regions: &[Vec<Region>], width: f64) -> Result<Option<Lean>, PlanarError> {
+    let mut layers = regions.iter().zip(1..);
+    let Some((mut foot, _)) = layers.next().map(|(r, n)| (r.clone(), n)) else {
+        return Ok(None);
+    };
+    for (layer, number) in layers {
+        // the axes of the outermost beads, less what the melt holds beside its ground
+        let axes = inset(layer, (0.5 + HELD) * width, ROUND)?;
+        let beyond = difference(&axes, &foot)?;
+        if let Some(place) = beyond.first().and_then(|r| r.outer.first()) {
+            return Ok(Some(Lean {
+                layer: number,
+                place: *place,
+            }));
+        }
+        foot = intersection(&foot, layer)?;
+    }
+    Ok(None)
+}
+
+/// How far the axis of a bead may lie beyond the metal below, bead widths: less than the cells of a height map tell.
+const HELD: f64 = 0.05;
+
 /// Corners of outlines, mm from the exact curve.
 const ROUND: Join = Join::Round {
     arc_tolerance: 0.02,

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
 use meltpath_programs::Gap;
 
+use super::plan::Lean;
+
 /// Lines of one reason that are told by their numbers.
 const SHOWN_LINES: usize = 12;
 
@@ -40,6 +42,18 @@ pub(super) fn of_gaps(gaps: &[Gap]) -> Option<Doubt> {
         ),
         remedy: first.why.remedy().to_owned(),
     })
+}
+
+/// The doubt that metal leaves which leans out over all layers below.
+pub(super) fn of_lean(lean: &Lean) -> Doubt {
+    Doubt {
+        reason: format!(
+            "from layer {} on beads lie beyond the metal that stands below them (x {:.1}, y {:.1} mm): the simulated metal holds nothing that hangs",
+            lean.layer, lean.place.x, lean.place.y
+        ),
+        remedy: "walls that lean so far are built in practice, but not predicted here: turn the part (build_direction), thicken it below, or build a trial"
+            .to_owned(),
+    }
 }
 
 /// Whether every line that shapes metal was simulated; each reason with its lines. What was not simulated is warned of, too.
@@ -107,16 +121,21 @@ fn reasons(gaps: &[Gap]) -> String {
     text
 }
 
-/// Takes the decision from checks of the metal: what was simulated is shown, nothing passes or fails by it.
+/// Takes the decision from checks of the metal: what was simulated is shown, nothing passes or fails by it. The first of them tells
+/// why and what to do, the others refer to it.
 pub(super) fn undecided(checks: &mut [Check], doubts: &[Doubt]) {
-    let Some(first) = doubts.first() else {
+    if doubts.is_empty() {
         return;
-    };
-    let reasons: Vec<&str> = doubts.iter().map(|d| d.reason.as_str()).collect();
+    }
+    let all = |told: fn(&Doubt) -> &str| doubts.iter().map(told).collect::<Vec<_>>().join("; ");
+    let mut first: Option<String> = None;
     for check in checks.iter_mut().filter(|c| c.status != Status::NotChecked) {
         check.status = Status::CannotSay;
-        check.reason = reasons.join("; ");
-        check.remedy = Some(first.remedy.clone());
+        (check.reason, check.remedy) = match &first {
+            None => (all(|d| &d.reason), Some(all(|d| &d.remedy))),
+            Some(title) => (format!("as for the {title}"), None),
+        };
+        first.get_or_insert_with(|| check.title.clone());
     }
 }
 
@@ -179,6 +198,11 @@ mod tests {
             [Status::CannotSay, Status::CannotSay, Status::NotChecked]
         );
         assert!(checks[0].reason.contains("WALL, line 3") && checks[0].remedy.is_some());
+        // told once
+        assert_eq!(
+            (checks[1].reason.as_str(), &checks[1].remedy),
+            ("as for the X", &None)
+        );
         undecided(&mut checks, &[]);
         assert!(checks[0].reason.contains("weaving"));
     }

@@ -13,8 +13,8 @@ use meltpath_planning::Coverage;
 use meltpath_toolpath::{Profile, Toolpath};
 use rayon::prelude::*;
 
-pub use super::cover::PlanStageError;
-use super::cover::{covered, cut, fill, no_bead, single_share, tell_closed_holes};
+pub use super::cover::{Lean, PlanStageError};
+use super::cover::{covered, cut, fill, lean, no_bead, single_share, tell_closed_holes};
 use super::heights::{LaidOut, lay_out};
 use super::settings::Settings;
 use super::simulate::PlannedLayer;
@@ -33,6 +33,8 @@ pub struct Plan {
     pub coverage: Vec<(u32, Coverage)>,
     /// Where layers hang over the ones below.
     pub overhangs: Vec<Overhang>,
+    /// Where layers lean out over all below.
+    pub lean: Option<Lean>,
     /// Mean layer height: as written or from the growth model, mm.
     pub height: Resolved<f64>,
     /// Metal over faces that look up: as written, or what covers them however the build grows, mm.
@@ -77,6 +79,7 @@ pub fn plan(
         reporter,
         observer,
     )?;
+    let lean = lean(&regions, settings.bead.width.value)?;
     let plans = fill(&layers, &regions, settings, reporter, observer)?;
     let coverage = plans
         .iter()
@@ -99,6 +102,7 @@ pub fn plan(
         regions,
         coverage,
         overhangs,
+        lean,
         height,
     })
 }

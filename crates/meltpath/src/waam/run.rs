@@ -13,6 +13,7 @@ use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
+use super::doubt;
 use super::error::WaamError;
 use super::judge::{GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
@@ -175,6 +176,9 @@ pub fn run(
         &settings.remedies,
     ));
     checks.extend(tube::checks(&simulation, &growth, settings));
+    if let Some(lean) = &plan.lean {
+        doubt::undecided(&mut checks, &[doubt::of_lean(lean)]);
+    }
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));

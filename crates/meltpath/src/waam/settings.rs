@@ -191,7 +191,7 @@ pub fn resolve(
         allowance: target.allowance.0,
         allowance_top: target.allowance_top.map(|top| top.0),
         limits,
-        remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
+        remedies: Remedies::of(&job.layers.height, *job.fill.starts),
         programs: job.output.programs.value.clone(),
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,

@@ -188,8 +188,8 @@ fn section(simulation: &Simulation) -> (f64, f64) {
 fn woven_beads_are_wider_and_lower_by_the_same_metal() {
     let s = settings("thin-wall");
     let straight = wall(&s, &[0.0], 1, 1.2);
-    let (mut width, mut height) = section(&straight);
-    for amplitude in [1.5, 3.0, 4.5] {
+    let plain = section(&straight);
+    let sections = [1.5, 3.0, 4.5].map(|amplitude| {
         let weave = Weave {
             shape: WeaveShape::Sine,
             frequency: 2.0,
@@ -200,11 +200,13 @@ fn woven_beads_are_wider_and_lower_by_the_same_metal() {
         let laid = woven.deposit.volume / straight.deposit.volume;
         assert!((laid - 1.0).abs() < 1e-3, "{amplitude}: {laid}");
         assert_eq!(woven.deposit.beside, 0.0);
-        let found = section(&woven);
-        assert!(
-            found.0 > width + 0.5 && found.1 < height,
-            "{amplitude}: {found:?}"
-        );
-        (width, height) = found;
-    }
+        section(&woven)
+    });
+    let told = format!("{plain:?}: {sections:?}");
+    assert!(
+        sections.is_sorted_by(|a, b| a.0 < b.0 && a.1 > b.1),
+        "{told}"
+    );
+    let [.., far] = sections;
+    assert!(far.0 > plain.0 + 1.0 && far.1 < plain.1, "{told}");
 }

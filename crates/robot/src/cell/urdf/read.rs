@@ -61,7 +61,7 @@ impl Joint {
 
 fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
     let found = element.try_get_attribute(name).ok()??;
-    Some(String::from_utf8_lossy(&found.value).into_owned())
+    Some(found.value.into_owned())
 }
 
 fn three(joint: &str, what: &'static str, text: &str) -> Result<DVec3, UrdfError> {
@@ -91,12 +91,12 @@ fn joints(text: &str) -> Result<(String, Vec<Joint>), UrdfError> {
         let event = event.map_err(|e| UrdfError::Broken(e.to_string()))?;
         match &event {
             Event::Eof => break,
-            Event::End(e) if e.name().as_ref() == b"joint" => joints.extend(current.take()),
+            Event::End(e) if e.name().as_ref() == "joint" => joints.extend(current.take()),
             Event::Start(e) | Event::Empty(e) => {
                 let tag = e.name();
-                if tag.as_ref() == b"robot" {
+                if tag.as_ref() == "robot" {
                     name = attribute(e, "name");
-                } else if tag.as_ref() == b"joint" {
+                } else if tag.as_ref() == "joint" {
                     // joints of transmissions have no type: they only name one
                     current = attribute(e, "type").map(|kind| Joint {
                         name: attribute(e, "name").unwrap_or_default(),
@@ -117,10 +117,10 @@ fn joints(text: &str) -> Result<(String, Vec<Joint>), UrdfError> {
 }
 
 /// What stands within a joint.
-fn within(tag: &[u8], e: &BytesStart<'_>, joint: &mut Joint) -> Result<(), UrdfError> {
+fn within(tag: &str, e: &BytesStart<'_>, joint: &mut Joint) -> Result<(), UrdfError> {
     let number = |name: &str| attribute(e, name).and_then(|n| n.parse::<f64>().ok());
     match tag {
-        b"origin" => {
+        "origin" => {
             if let Some(xyz) = attribute(e, "xyz") {
                 joint.xyz = three(&joint.name, "xyz", &xyz)?;
             }
@@ -128,13 +128,13 @@ fn within(tag: &[u8], e: &BytesStart<'_>, joint: &mut Joint) -> Result<(), UrdfE
                 joint.rpy = three(&joint.name, "rpy", &rpy)?;
             }
         }
-        b"axis" => {
+        "axis" => {
             let xyz = attribute(e, "xyz").unwrap_or_default();
             joint.axis = Some(three(&joint.name, "axis", &xyz)?);
         }
-        b"parent" => joint.parent = attribute(e, "link").unwrap_or_default(),
-        b"child" => joint.child = attribute(e, "link").unwrap_or_default(),
-        b"limit" => {
+        "parent" => joint.parent = attribute(e, "link").unwrap_or_default(),
+        "child" => joint.child = attribute(e, "link").unwrap_or_default(),
+        "limit" => {
             joint.low = number("lower").unwrap_or(0.0);
             joint.high = number("upper").unwrap_or(0.0);
             joint.speed = number("velocity").unwrap_or(0.0);
