@@ -47,7 +47,7 @@ pub fn union_volume(mesh: &Mesh) -> UnionVolume {
     let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); COLUMNS * COLUMNS];
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);
-        let flat = [a, b, c].map(|p| p.truncate());
+        let flat = [a, b, c].map(glam::DVec3::truncate);
         let area = (flat[1] - flat[0]).perp_dot(flat[2] - flat[0]);
         if area == 0.0 {
             continue;

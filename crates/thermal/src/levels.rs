@@ -145,6 +145,10 @@ const NOWHERE: u32 = u32::MAX;
 
 /// A layer that is being drawn.
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the levels are what it is made of"
+)]
 pub struct Levels {
     setup: Setup,
     material: Material,

@@ -80,7 +80,7 @@ impl Levels {
                 if bend > EASE * most {
                     tree.want(n, at);
                 }
-                if bend > most && !finest && n + 1 <= self.finest_at(n + 1, at.map(|t| 2 * t)) {
+                if bend > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
                     tree.want(n + 1, at.map(|t| 2 * t));
                 }
             }

@@ -5,7 +5,6 @@ use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
-use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
 use super::histogram;
