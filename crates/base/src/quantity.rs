@@ -39,7 +39,10 @@ impl Unit {
     pub fn show(&self, internal: f64) -> String {
         let written = (internal - self.offset) * self.divisor / self.factor;
         let rounded: f64 = format!("{written:.9e}").parse().unwrap_or(written);
-        format!("{rounded} {}", self.symbol)
+        match self.symbol {
+            "1" => rounded.to_string(),
+            symbol => format!("{rounded} {symbol}"),
+        }
     }
 }
 

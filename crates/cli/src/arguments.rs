@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use clap_complete::Shell;
+use meltpath::job::PartUnit;
+use meltpath::list::Listing;
 use meltpath::reference::Subject;
+use meltpath_base::Length;
 
 /// Plan the path, simulate the machine, predict the metal.
 ///
@@ -23,6 +27,15 @@ pub(crate) struct Arguments {
     /// Number of threads; default all cores. Results do not depend on it.
     #[arg(long, global = true)]
     pub(crate) threads: Option<usize>,
+    /// Print one JSON object instead of words: the verdict, where the report is, the exit code.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Print only what answers: what fails or cannot be said, and the verdict.
+    #[arg(long, global = true, conflicts_with = "json")]
+    pub(crate) quiet: bool,
+    /// Open the report when it is written.
+    #[arg(long, global = true)]
+    pub(crate) open: bool,
 }
 
 /// The commands.
@@ -70,6 +83,28 @@ pub(crate) enum Command {
     Inspect {
         /// STEP, STL, 3MF, `.ls`, `.melt` file, or a robot: its `.toml` file, or the name of one that ships; a `.urdf` is told as a robot file.
         file: PathBuf,
+        /// Unit of a part file that carries none: mm, cm, m, in.
+        #[arg(long, default_value = "mm", value_parser = unit)]
+        unit: PartUnit,
+        /// Chord error of the mesh made of a STEP file.
+        #[arg(long, default_value = "0.02 mm", value_parser = chord)]
+        chord: Length,
+    },
+    /// List the names that a job may use, each with what it is and where it comes from.
+    List {
+        /// What: wires, gases, maps, pools, energies, cells, robots, materials, heads, recipes, guns, examples.
+        #[arg(value_parser = listing)]
+        of: Listing,
+    },
+    /// Print completions for a shell.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Write pages for `man`, one for each command.
+    Man {
+        /// The folder to write them into.
+        out: PathBuf,
     },
     /// Where on a robot's table a part can stand: a map of what the arm keeps from its limits, and the best place.
     Reach {
@@ -131,7 +166,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, cell, robot, material, head, motor, recipe, gun.
+        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun.
         #[arg(value_parser = subject)]
         of: Subject,
     },
@@ -193,6 +228,35 @@ fn subject(word: &str) -> Result<Subject, String> {
     })
 }
 
+/// What a word lists.
+fn listing(word: &str) -> Result<Listing, String> {
+    Listing::from_word(word).ok_or_else(|| {
+        let words = Listing::ALL.map(Listing::word);
+        format!("known are {}", words.join(", "))
+    })
+}
+
+/// The unit of a word.
+fn unit(word: &str) -> Result<PartUnit, String> {
+    PartUnit::from_word(word).ok_or_else(|| {
+        let words = PartUnit::ALL.map(PartUnit::word);
+        format!("known are {}", words.join(", "))
+    })
+}
+
+/// A chord error with its unit.
+fn chord(text: &str) -> Result<Length, String> {
+    let length = Length::parse(text).map_err(|e| e.to_string())?;
+    if (CHORDS.0..=CHORDS.1).contains(&length.0) {
+        Ok(length)
+    } else {
+        Err(format!("it must be {} to {} mm", CHORDS.0, CHORDS.1))
+    }
+}
+
+/// Least and greatest chord error, mm, as in jobs.
+const CHORDS: (f64, f64) = (1e-4, 10.0);
+
 /// The processes of `meltpath new`.
 #[derive(Debug, Subcommand)]
 pub(crate) enum NewProcess {
@@ -208,10 +272,100 @@ pub(crate) enum NewProcess {
         /// The part to start with.
         #[arg(long, default_value = "ring")]
         shape: String,
+        /// The wire, one with a process map; gas, mode and bead are those of its map. Default: that of the template.
+        #[arg(long)]
+        wire: Option<String>,
     },
     /// Electron beam over powder.
     Ebm {
         /// Name of the folder to make.
         name: PathBuf,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// The command that prints what a file says, where its messages name none.
+    const PRINTS: &[(&str, &str)] = &[("waam/foreign.rs", "simulate")];
+
+    fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                files(&path, found);
+            } else if path
+                .extension()
+                .is_some_and(|e| ["rs", "md", "toml"].iter().any(|known| e == *known))
+            {
+                found.push(path);
+            }
+        }
+    }
+
+    fn knows(command: &clap::Command, option: &str) -> bool {
+        let own = |c: &clap::Command| c.get_arguments().any(|a| a.get_long() == Some(option));
+        own(command) || command.get_subcommands().any(|c| knows(c, option))
+    }
+
+    /// Whether an option that follows a command's name, or stands where no command is named, is one of its own.
+    #[test]
+    fn commands_and_options_that_texts_name_exist() {
+        let mut all = Arguments::command();
+        all.build();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut paths = vec![root.join("README.md")];
+        files(&root.join("docs"), &mut paths);
+        for room in fs::read_dir(root.join("crates")).unwrap() {
+            files(&room.unwrap().path().join("src"), &mut paths);
+        }
+        let (mut commands, mut options) = (0, 0);
+        for path in paths {
+            let is_code = path.extension().is_some_and(|e| e == "rs");
+            let text = fs::read_to_string(&path).unwrap();
+            let text = text.split("#[cfg(test)]").next().unwrap();
+            let printed = PRINTS.iter().find(|(file, _)| path.ends_with(file));
+            let mut said = printed.map(|(_, by)| all.find_subcommand(by).unwrap());
+            let ours = |line: &&str| {
+                let other = is_code && line.trim_start().starts_with("//");
+                // another program's command line
+                !other
+                    && !["cargo ", "ci/", "python", "-- --"]
+                        .iter()
+                        .any(|o| line.contains(o))
+            };
+            for line in text.lines().filter(ours) {
+                let mut before = "";
+                for word in line.split(|c: char| !(c.is_ascii_lowercase() || "-:`/._".contains(c)))
+                {
+                    let told = || format!("{}: {word}: {line}", path.display());
+                    if let Some(option) = word.trim_matches(['`', '.']).strip_prefix("--")
+                        && option.starts_with(|c: char| c.is_ascii_lowercase())
+                        && !option.ends_with(':')
+                    {
+                        options += 1;
+                        assert!(said.is_some() || !is_code, "who prints it? {}", told());
+                        assert!(knows(said.unwrap_or(&all), option), "{}", told());
+                    }
+                    let name = word.trim_matches(['`', ':', '.']);
+                    if before.trim_start_matches('`') == "meltpath" {
+                        let found = all.find_subcommand(name);
+                        commands += usize::from(found.is_some());
+                        assert!(found.is_some() || !before.starts_with('`'), "{}", told());
+                        said = found.or(said);
+                    } else if let Some(inner) = said.and_then(|c| c.find_subcommand(name)) {
+                        said = Some(inner);
+                    }
+                    before = word;
+                }
+            }
+        }
+        assert!(commands > 30 && options > 20, "{commands} {options}");
+    }
 }

@@ -2,21 +2,36 @@
 
 use std::path::{Path, PathBuf};
 
-use meltpath::outcome::Outcome;
+use meltpath::job::PartUnit;
+use meltpath::list::Listing;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
-use meltpath_base::{Place, Reporter, Status, Verdict};
+use meltpath_base::{Length, Reporter};
+use serde_json::json;
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
-use crate::exit_code::{CANNOT_SAY, INPUT_WRONG, PART_FAILS};
+use crate::exit_code::INPUT_WRONG;
 use crate::failure::Failure;
+use crate::manual;
 use crate::progress::Progress;
-use crate::show::{line, line_to_stderr};
+use crate::show::{Reports, Voice, finish, line, line_to_stderr, speak, tell};
+use crate::verdict::{judged, show_report, show_timers, show_verdict, verdict_code};
 
 /// Executes the command and returns the exit code.
 pub(crate) fn execute(arguments: &Arguments) -> u8 {
+    let voice = match (arguments.json, arguments.quiet) {
+        (true, _) => Voice::Json,
+        (false, true) => Voice::Quiet,
+        (false, false) => Voice::Words,
+    };
+    let reports = if arguments.open {
+        Reports::Opened
+    } else {
+        Reports::Told
+    };
+    speak(voice, reports);
     if let Some(threads) = arguments.threads
         && rayon::ThreadPoolBuilder::new()
             .num_threads(threads.max(1))
@@ -32,11 +47,14 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
         Command::Simulate { program, job, out } => {
             simulate(program, job.as_deref(), out.as_deref())
         }
-        Command::Inspect { file } => inspect_file(file),
+        Command::Inspect { file, unit, chord } => inspect_file(file, *unit, *chord),
+        Command::List { of } => Ok(list(*of)),
+        Command::Completions { shell } => Ok(manual::completions(*shell)),
+        Command::Man { out } => manual::pages(out),
         Command::Reach { part, robot } => mapped(part, robot),
         Command::New {
-            process: NewProcess::Waam { name, shape },
-        } => made(start::waam(name, shape)),
+            process: NewProcess::Waam { name, shape, wire },
+        } => made(start::waam(name, shape, wire.as_deref())),
         Command::New {
             process: NewProcess::Lpbf { name },
         } => made(start::lpbf(name)),
@@ -65,7 +83,30 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
             identified(record, mapping, ramps)
         }
     };
-    outcome.unwrap_or_else(Failure::show)
+    let code = outcome.unwrap_or_else(Failure::show);
+    finish(code);
+    code
+}
+
+/// The names that a job may use, each with what it is and where it comes from.
+fn list(of: Listing) -> u8 {
+    let entries = of.entries(Path::new(""));
+    let longest = |f: fn(&meltpath::list::Entry) -> &String| {
+        entries
+            .iter()
+            .map(|e| f(e).chars().count())
+            .max()
+            .unwrap_or(0)
+    };
+    let (name, what) = (longest(|e| &e.name), longest(|e| &e.what));
+    for e in &entries {
+        line(&format!("{:name$}  {:what$}  {}", e.name, e.what, e.from));
+    }
+    let told = entries
+        .iter()
+        .map(|e| json!({"name": e.name, "what": e.what, "from": e.from}));
+    tell(of.word(), told.collect());
+    0
 }
 
 /// A name beside `file`: its stem and a suffix.
@@ -75,81 +116,6 @@ fn beside(file: &Path, suffix: &str) -> PathBuf {
         .map(|s| s.to_string_lossy().into_owned())
         .unwrap_or_default();
     file.with_file_name(format!("{stem}{suffix}"))
-}
-
-fn show_timers(progress: &Progress) {
-    progress.finish();
-    let timers = progress.timers();
-    let total: f64 = timers.iter().map(|(_, t)| t.as_secs_f64()).sum();
-    line_to_stderr("");
-    for (stage, time) in timers {
-        line_to_stderr(&format!("  {stage:28} {:8.2} s", time.as_secs_f64()));
-    }
-    line_to_stderr(&format!("  {:28} {total:8.2} s", "total"));
-}
-
-/// The verdict in words: what fails first, facts apart from checks.
-fn show_verdict(verdict: &Verdict) {
-    let placed = |place: &Option<Place>| {
-        let place = place.as_ref().map(ToString::to_string);
-        place
-            .filter(|p| !p.is_empty())
-            .map_or(String::new(), |p| format!(" ({p})"))
-    };
-    line("");
-    for check in verdict.in_reading_order() {
-        line(&format!(
-            "{:>12}  {}: {}{}",
-            check.status.words(),
-            check.title,
-            check.line(),
-            placed(&check.place)
-        ));
-        if let Some(remedy) = &check.remedy {
-            line(&format!("{:>12}  → {remedy}", ""));
-        }
-    }
-    for warning in &verdict.warnings {
-        line(&format!("{:>12}  {}", "note", warning.message));
-    }
-    for fact in &verdict.facts {
-        let said = fact.line();
-        line(&format!(
-            "{:>12}  {}: {said}{}",
-            "fact",
-            fact.title,
-            placed(&fact.place)
-        ));
-    }
-    line("");
-    line(&format!(
-        "verdict: {}. {}",
-        verdict.status().words(),
-        verdict.sentence()
-    ));
-}
-
-fn verdict_code(verdict: &Verdict) -> u8 {
-    match verdict.status() {
-        Status::Fail => PART_FAILS,
-        Status::CannotSay => CANNOT_SAY,
-        Status::Pass | Status::Warn | Status::NotChecked => 0,
-    }
-}
-
-/// Tells what was judged, and where the report is; the exit code that says it.
-fn judged(progress: &Progress, outcome: &Outcome) -> u8 {
-    show_timers(progress);
-    show_verdict(&outcome.verdict);
-    show_report(&outcome.folder);
-    verdict_code(&outcome.verdict)
-}
-
-fn show_report(folder: &Path) {
-    line(&format!(
-        "report:  {}",
-        folder.join("report.html").display()
-    ));
 }
 
 fn run(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
@@ -178,6 +144,7 @@ fn plan(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     show_timers(&progress);
     line(&summary);
     line(&format!("plan:    {}", path.display()));
+    tell("plan", json!(path));
     Ok(0)
 }
 
@@ -196,10 +163,14 @@ fn simulate(program: &Path, job: Option<&Path>, out: Option<&Path>) -> Result<u8
     Ok(judged(&progress, &outcome))
 }
 
-fn inspect_file(file: &Path) -> Result<u8, Failure> {
+fn inspect_file(file: &Path, unit: PartUnit, chord: Length) -> Result<u8, Failure> {
     let progress = Progress::new();
     let reporter = Reporter::new();
-    let findings = inspect::inspect(file, &reporter, &progress)?;
+    let how = inspect::How {
+        unit,
+        chord: chord.0,
+    };
+    let findings = inspect::inspect(file, how, &reporter, &progress)?;
     progress.finish();
     for finding in findings {
         line(&finding);
@@ -222,6 +193,7 @@ fn mapped(part: &Path, robot: &str) -> Result<u8, Failure> {
 
 fn made(job: Result<PathBuf, StartError>) -> Result<u8, Failure> {
     let job = job?;
+    tell("job", json!(job));
     line(&format!("made {}", job.display()));
     line(&format!("next: meltpath run {}", job.display()));
     Ok(0)
@@ -339,10 +311,7 @@ fn tested(arguments: &HealthArguments) -> Result<u8, Failure> {
         outcome.rating.words(),
         outcome.tests
     ));
-    line(&format!(
-        "report:  {}",
-        outcome.folder.join("report.html").display()
-    ));
+    show_report(&outcome.folder);
     Ok(verdict_code(&outcome.verdict))
 }
 
@@ -362,6 +331,7 @@ fn doctor(job: &Path) -> Result<u8, Failure> {
         line(finding);
     }
     let problems = diagnosis.problems();
+    tell("problems", json!(problems));
     line("");
     line(&match problems {
         0 => "no problem: `meltpath run` takes this job".to_owned(),
@@ -380,29 +350,4 @@ fn doctor(job: &Path) -> Result<u8, Failure> {
 fn print_schema(of: Subject) -> u8 {
     line(&format!("{:#}", schema(of)));
     0
-}
-
-#[cfg(test)]
-mod tests {
-    use meltpath_base::Check;
-
-    use super::*;
-
-    #[test]
-    fn what_fails_outweighs_what_cannot_be_said() {
-        let code = |statuses: &[Status]| {
-            let check = |status: &Status| Check {
-                status: *status,
-                ..Check::not_checked("a", "A", "")
-            };
-            verdict_code(&Verdict {
-                checks: statuses.iter().map(check).collect(),
-                ..Verdict::default()
-            })
-        };
-        assert_eq!(code(&[]), 0);
-        assert_eq!(code(&[Status::Pass, Status::Warn, Status::NotChecked]), 0);
-        assert_eq!(code(&[Status::CannotSay, Status::Warn]), 4);
-        assert_eq!(code(&[Status::CannotSay, Status::Fail]), 1);
-    }
 }

@@ -17,9 +17,10 @@ use meltpath::tune::TuneError;
 use meltpath::waam::WaamError;
 use meltpath_base::Cancelled;
 use miette::{LabeledSpan, MietteDiagnostic, NamedSource, Report};
+use serde_json::json;
 
 use crate::exit_code::{INPUT_WRONG, INTERRUPTED};
-use crate::show::line_to_stderr;
+use crate::show::{line_to_stderr, tell};
 
 /// Why a command ended without a result.
 pub(crate) enum Failure {
@@ -95,10 +96,14 @@ impl Failure {
     pub(crate) fn show(self) -> u8 {
         match self {
             Failure::Cancelled => {
+                tell("errors", json!(["cancelled"]));
                 line_to_stderr("cancelled: nothing was written");
                 return INTERRUPTED;
             }
-            Failure::Other(message) => line_to_stderr(&format!("error: {message}")),
+            Failure::Other(message) => {
+                line_to_stderr(&format!("error: {message}"));
+                tell("errors", json!([message]));
+            }
             Failure::Written(error) => show_written(error),
         }
         INPUT_WRONG
@@ -114,8 +119,11 @@ fn show_written(error: JobError) {
     } = error
     else {
         line_to_stderr(&format!("error: {error}"));
+        tell("errors", json!([error.to_string()]));
         return;
     };
+    let told: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    tell("errors", json!(told));
     let written = Arc::new(NamedSource::new(path.display().to_string(), text));
     for problem in problems {
         // a mistake in a file that the job names is shown there

@@ -7,8 +7,10 @@ mod arguments;
 mod commands;
 mod exit_code;
 mod failure;
+mod manual;
 mod progress;
 mod show;
+mod verdict;
 
 use std::process::ExitCode;
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use meltpath_base::Observer;
 
-use crate::show::line_to_stderr;
+use crate::show::{Voice, line_to_stderr, progress_line, voice};
 
 /// Watches the stages of a command.
 pub(crate) struct Progress {
@@ -42,7 +42,7 @@ impl Progress {
         Progress {
             cancelled,
             state: Mutex::new(state),
-            terminal: std::io::stderr().is_terminal(),
+            terminal: voice() == Voice::Words && std::io::stderr().is_terminal(),
         }
     }
 
@@ -103,7 +103,7 @@ impl Observer for Progress {
                 bar.enable_steady_tick(Duration::from_millis(200));
                 s.bar = Some(bar);
             } else {
-                line_to_stderr(&format!("{name} …"));
+                progress_line(&format!("{name} …"));
             }
         });
     }

@@ -25,7 +25,7 @@ fn said(output: &Output) -> String {
 
 /// A job folder with a small ring.
 fn job(folder: &Path) -> String {
-    start::waam(&folder.join("job"), "ring").unwrap();
+    start::waam(&folder.join("job"), "ring", None).unwrap();
     fs::read_to_string(folder.join("job/job.toml")).unwrap()
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use meltpath_base::settings::{Datum, Problem, Problems};
 use meltpath_base::{Density, Length, Speed, quantity, settings, table};
-use meltpath_data::{File, find, names, pools, wires};
+use meltpath_data::{File, find, names, wires};
 
 use crate::bead::{PoolModel, PursuitLength};
 
@@ -179,18 +179,23 @@ impl PoolRow {
     }
 }
 
-/// The measured pools of a configuration that comes with the program (`wire`-`mode`-`gas`).
-///
-/// # Errors
-/// [`DataError::Unknown`] listing the configurations there are.
-pub fn pools(id: &str) -> Result<Vec<PoolRow>, DataError> {
-    let text = lookup("pool", id, pools::ALL)?;
-    let file = settings::parse(text, |_: &PoolFile| Vec::new())?;
-    Ok(file.pool.value)
+impl PoolFile {
+    /// Reads a file of measured pools.
+    ///
+    /// # Errors
+    /// Everything wrong, with its place in the file.
+    pub fn parse(text: &str) -> Result<Self, Problems> {
+        settings::parse(text, |file: &Self| {
+            let none = || {
+                file.pool
+                    .problem("the file holds no pool: add a table [[pool]]")
+            };
+            file.pool.is_empty().then(none).into_iter().collect()
+        })
+    }
 }
 
-/// The measured pool nearest to given settings in the ratio of wire feed to travel speed; the first of a
-/// configuration that has none of its own is the only one there is, stated as such by the caller.
+/// The measured pool nearest to given settings in the ratio of wire feed to travel speed.
 pub fn nearest_pool(rows: &[PoolRow], wire_feed: f64, travel_speed: f64) -> Option<&PoolRow> {
     let wanted = wire_feed / travel_speed;
     let distance = |r: &&PoolRow| (r.wire_feed.0 / r.travel_speed.0 / wanted).ln().abs();
@@ -200,7 +205,7 @@ pub fn nearest_pool(rows: &[PoolRow], wire_feed: f64, travel_speed: f64) -> Opti
 
 #[cfg(test)]
 mod tests {
-    use meltpath_data::gases;
+    use meltpath_data::{gases, pools};
 
     use super::*;
 
@@ -213,7 +218,12 @@ mod tests {
             let gas = Gas::parse(file.text).unwrap();
             assert_eq!(*gas.id, file.name);
         }
-        let rows = pools("x90-ig-1.0-cmt-m14").unwrap();
+        for file in pools::ALL {
+            assert_eq!(*PoolFile::parse(file.text).unwrap().id, file.name);
+        }
+        let rows = PoolFile::parse(pools::X90_IG_1_0_CMT_M14.text)
+            .unwrap()
+            .pool;
         assert_eq!(rows.len(), 2);
         let near = nearest_pool(&rows, 9.0, 0.5).unwrap();
         assert!((near.half_width.0 - 4.14).abs() < 1e-12);
@@ -228,7 +238,7 @@ mod tests {
     /// All mistakes of a file at once, each with its place; what mends it does.
     #[test]
     fn a_wire_of_ones_own_is_answered_with_places_and_remedies() {
-        let good = wires::ALL[0].text;
+        let good = wires::X90_IG_1_0.text;
         let inch = good.replace("value = 1.0\nunit = \"mm\"", "value = 0.045\nunit = \"in\"");
         let wire = Wire::parse(&inch).unwrap();
         assert!((wire.diameter.0 - 1.143).abs() < 1e-12);
@@ -253,7 +263,7 @@ mod tests {
             told.contains("diameter is 12 mm: it must be 0.1 mm to 10 mm"),
             "{told}"
         );
-        let gas = gases::ALL[0].text.replace("96.0", "90.0");
+        let gas = gases::M14.text.replace("96.0", "90.0");
         assert!(
             Gas::parse(&gas)
                 .unwrap_err()

@@ -1,9 +1,7 @@
-//! Electric energy that the source spends per volume of deposit, by configuration (Rouchon 2022, table 2.5).
+//! Electric energy that the source spends per volume of deposit, by configuration.
 
 use meltpath_base::settings::{self, Json, Kind, Node, Place, Problems, Reader, Value};
 use meltpath_base::{choice, table};
-
-const TEXT: &str = meltpath_data::energy::ROUCHON_2022.text;
 
 /// Energy per volume of deposit, J/mm³.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,54 +79,62 @@ impl Value for Row {
     }
 }
 
-/// Energy per volume of a wire in this mode and gas; nothing for a wire or a mode that was not measured: what one wire takes says
-/// nothing of another.
-///
-/// ```
-/// use meltpath_deposition::energy::{EnergyBasis, energy_per_volume};
-/// let energy = energy_per_volume("x90-ig-1.0", "cmt", "m14").unwrap().unwrap();
-/// assert_eq!((energy.mean, energy.basis), (23.1, EnergyBasis::Configuration));
-/// ```
-///
-/// # Errors
-/// [`Problems`] when the table that comes with the program does not read.
-pub fn energy_per_volume(
-    wire: &str,
-    mode: &str,
-    gas: &str,
-) -> Result<Option<EnergyPerVolume>, Problems> {
-    let file = settings::parse(TEXT, |_: &EnergyFile| Vec::new())?;
-    let of_mode = || {
-        let rows = file.rows.iter();
-        rows.filter(|row| row.0 == wire && row.1 == mode)
-    };
-    let same: Vec<_> = of_mode().filter(|row| row.2 == gas).collect();
-    let (rows, basis) = if same.is_empty() {
-        (of_mode().collect(), EnergyBasis::OtherGases)
-    } else {
-        (same, EnergyBasis::Configuration)
-    };
-    if rows.is_empty() {
-        return Ok(None);
+impl EnergyFile {
+    /// Reads a file of energies per volume.
+    ///
+    /// # Errors
+    /// Everything wrong, with its place in the file.
+    pub fn parse(text: &str) -> Result<Self, Problems> {
+        settings::parse(text, |_: &Self| Vec::new())
     }
-    let mean = rows.iter().map(|row| row.3).sum::<f64>() / rows.len() as f64;
-    let least = rows.iter().map(|row| row.4).fold(f64::INFINITY, f64::min);
-    let greatest = rows.iter().map(|row| row.5).fold(0.0, f64::max);
-    Ok(Some(EnergyPerVolume {
-        mean,
-        sigma: (greatest - least) / 4.0,
-        basis,
-        source: file.source.value,
-    }))
+
+    /// Energy per volume of a wire in this mode and gas; nothing for a wire or a mode that was not measured: what one wire takes
+    /// says nothing of another.
+    ///
+    /// ```
+    /// use meltpath_deposition::energy::{EnergyBasis, EnergyFile};
+    /// let file = EnergyFile::parse(meltpath_data::energy::ROUCHON_2022.text).unwrap();
+    /// let energy = file.of("x90-ig-1.0", "cmt", "m14").unwrap();
+    /// assert_eq!((energy.mean, energy.basis), (23.1, EnergyBasis::Configuration));
+    /// ```
+    pub fn of(&self, wire: &str, mode: &str, gas: &str) -> Option<EnergyPerVolume> {
+        let of_mode = || {
+            let rows = self.rows.iter();
+            rows.filter(|row| row.0 == wire && row.1 == mode)
+        };
+        let same: Vec<_> = of_mode().filter(|row| row.2 == gas).collect();
+        let (rows, basis) = if same.is_empty() {
+            (of_mode().collect(), EnergyBasis::OtherGases)
+        } else {
+            (same, EnergyBasis::Configuration)
+        };
+        if rows.is_empty() {
+            return None;
+        }
+        let mean = rows.iter().map(|row| row.3).sum::<f64>() / rows.len() as f64;
+        let least = rows.iter().map(|row| row.4).fold(f64::INFINITY, f64::min);
+        let greatest = rows.iter().map(|row| row.5).fold(0.0, f64::max);
+        Some(EnergyPerVolume {
+            mean,
+            sigma: (greatest - least) / 4.0,
+            basis,
+            source: self.source.value.clone(),
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn file() -> EnergyFile {
+        EnergyFile::parse(meltpath_data::energy::ROUCHON_2022.text).unwrap()
+    }
+
     #[test]
     fn energies_count_for_the_wire_they_were_measured_on() {
-        let of = |wire, mode, gas| energy_per_volume(wire, mode, gas).unwrap();
+        let file = file();
+        let of = |wire, mode, gas| file.of(wire, mode, gas);
         let energy = of("x90-ig-1.2", "cmt", "argon").unwrap();
         assert_eq!(energy.basis, EnergyBasis::OtherGases);
         assert!((energy.mean - 0.5 * (25.7 + 24.6)).abs() < 1e-9);
@@ -146,8 +152,8 @@ mod tests {
             ("x90-ig-1.2", "speed"),
             ("x90-ig-1.2", "m14"),
         ] {
-            let cmt = energy_per_volume(wire, "cmt", gas).unwrap().unwrap();
-            let pulsed = energy_per_volume(wire, "pulsed", gas).unwrap().unwrap();
+            let cmt = file().of(wire, "cmt", gas).unwrap();
+            let pulsed = file().of(wire, "pulsed", gas).unwrap();
             assert!((20.0..=28.0).contains(&cmt.mean));
             assert!((28.0..=39.0).contains(&pulsed.mean));
         }

@@ -43,12 +43,12 @@ quantity!(
 table! {
     /// What the source feeds at other contact tube distances, as it was measured.
     pub struct MeasuredResponse {
-        /// Change of the wire feed per mm of distance.
-        slope: Datum<FeedSlope> where positive => required;
+        /// Change of the wire feed per mm of distance; 0 for a source that holds its feed.
+        slope: Datum<FeedSlope> where not_negative => required;
         /// Distance at which the feed factor of the process map holds.
         reference: Datum<Length> where positive => required;
         /// Setting of the penetration stabiliser: the greatest change to the programmed feed.
-        stabiliser: Datum<FeedBand> where positive => required;
+        stabiliser: Datum<FeedBand> where not_negative => required;
         /// Least distance that was measured.
         least: Datum<Length> where positive => required;
         /// Greatest distance that was measured.

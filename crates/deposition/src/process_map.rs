@@ -4,16 +4,19 @@
 //! Speeds are mm/s, lengths mm; files and laws are in m/min, as people write and fit them.
 
 mod data;
+mod file;
 mod grid;
 mod import;
 mod inverse;
-mod surface;
+mod kriging;
+mod measured;
 
-pub use data::{MapFile, Validity};
+pub use data::Validity;
+pub use file::{MapFile, MapKind};
 pub use grid::{Grid, GridPart};
-pub use import::{MeasuredBead, check_beads};
+pub use import::Oddity;
 pub use inverse::Target;
-pub use surface::Surface;
+pub use kriging::Fit;
 
 use meltpath_base::settings::{Datum, Problems};
 use meltpath_base::{Origin, Pure, Reporter, Resolved};
@@ -94,8 +97,26 @@ pub enum Law {
     },
     /// Width and height measured on a grid of settings, bilinear between its nodes.
     Grid(Grid),
-    /// Width and height as quadratic surfaces.
-    Surface(Surface),
+    /// Width and height by laws of one form through measured beads.
+    Fitted(Box<Fitted>),
+}
+
+/// Laws of one form through measured beads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Of the width, mm.
+    pub width: Fit,
+    /// Of the height, mm.
+    pub height: Fit,
+}
+
+/// A law that was tried on measured beads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tried {
+    /// Its form, in words.
+    pub form: &'static str,
+    /// Root mean square of the relative errors of beads left out: width and height.
+    pub left_out: [f64; 2],
 }
 
 /// Relative standard uncertainties of what a map predicts.
@@ -132,8 +153,12 @@ pub struct ProcessMap {
     pub validity: Validity,
     /// The law.
     pub law: Law,
-    /// How well it predicts.
+    /// How well it predicts; at least, where the law knows more.
     pub relative_sigma: RelativeSigma,
+    /// The laws that were tried on measured beads, the one that was taken first.
+    pub tried: Vec<Tried>,
+    /// What its source does not tell and was assumed.
+    pub assumed: Vec<String>,
 }
 
 /// Why a map cannot answer.
@@ -197,21 +222,29 @@ impl ProcessMap {
     /// ```
     pub fn bead(&self, wire_feed: f64, travel_speed: f64) -> Bead {
         let (vf, vr) = (wire_feed / M_PER_MIN, travel_speed / M_PER_MIN);
-        let area = self.efficiency.0 * self.feed_factor.0 * self.wire_section * vf / vr;
-        let (width, height) = self.size(vf, vr, area);
-        let sigma = &self.relative_sigma;
+        let (width, height) = self.sizes(vf, vr);
+        let least = &self.relative_sigma;
+        let sigma = |least: f64, fit: fn(&Fitted) -> &Fit| match &self.law {
+            Law::Fitted(fitted) => fit(fitted).relative_sigma(vf, vr).max(least),
+            Law::PowerLaw { .. } | Law::Grid(_) => least,
+        };
         Bead {
             wire_feed,
             travel_speed,
-            width: Estimate::relative(width, sigma.width),
-            height: Estimate::relative(height, sigma.height),
-            area: Estimate::relative(area, sigma.area),
+            width: Estimate::relative(width, sigma(least.width, |f| &f.width)),
+            height: Estimate::relative(height, sigma(least.height, |f| &f.height)),
+            area: Estimate::relative(self.area(vf, vr), least.area),
             valid: self.holds(vf, vr),
         }
     }
 
+    /// Metal per length at settings in m/min, mm².
+    fn area(&self, vf: f64, vr: f64) -> f64 {
+        self.efficiency.0 * self.feed_factor.0 * self.wire_section * vf / vr
+    }
+
     /// Width and height by the law, mm, at settings in m/min.
-    fn size(&self, vf: f64, vr: f64, area: f64) -> (f64, f64) {
+    fn sizes(&self, vf: f64, vr: f64) -> (f64, f64) {
         match &self.law {
             Law::PowerLaw {
                 coefficient,
@@ -219,10 +252,10 @@ impl ProcessMap {
                 travel_exponent,
             } => {
                 let width = coefficient * vf.powf(*feed_exponent) * vr.powf(*travel_exponent);
-                (width, Section::Parabola.height(width, area))
+                (width, Section::Parabola.height(width, self.area(vf, vr)))
             }
             Law::Grid(grid) => grid.at(vf, vr),
-            Law::Surface(surface) => (surface.width_at(vf, vr), surface.height_at(vf, vr)),
+            Law::Fitted(fitted) => (fitted.width.at(vf, vr), fitted.height.at(vf, vr)),
         }
     }
 
@@ -270,7 +303,7 @@ impl ProcessMap {
     fn holds(&self, vf: f64, vr: f64) -> bool {
         let in_law = match &self.law {
             Law::Grid(grid) => grid.covers(vf, vr),
-            Law::PowerLaw { .. } | Law::Surface(_) => true,
+            Law::PowerLaw { .. } | Law::Fitted(_) => true,
         };
         in_law && self.validity.contains(vf, vr)
     }
@@ -329,7 +362,8 @@ impl ProcessMap {
         let step = 0.02f64;
         let width = |f: f64| {
             let (wire_feed, travel_speed) = settings(f);
-            self.bead(wire_feed, travel_speed).width.value
+            self.sizes(wire_feed / M_PER_MIN, travel_speed / M_PER_MIN)
+                .0
         };
         let slope = (width(step.exp()) / width((-step).exp())).ln() / (2.0 * step);
         if slope.is_finite() { slope } else { 0.0 }

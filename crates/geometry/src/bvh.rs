@@ -1,6 +1,8 @@
 //! A bounding-volume hierarchy over triangles: a complete binary tree over leaves in Morton order
 //! (after Lauterbach et al. 2009), with single-precision boxes rounded outwards.
 
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 
 use crate::{Mesh, math::DVec3};
@@ -126,9 +128,14 @@ impl Bvh {
         &self.order[first..(first + LEAF).min(self.order.len())]
     }
 
-    /// Calls `visit` for every pair of triangles with meeting boxes of which the first is in `leaf`: each pair
-    /// once over all leaves.
-    pub(crate) fn pairs_from(&self, mesh: &Mesh, leaf: usize, mut visit: impl FnMut(u32, u32)) {
+    /// Calls `visit` for every pair of triangles with meeting boxes of which the first is in `leaf`, each pair once over all leaves;
+    /// until it breaks.
+    pub(crate) fn pairs_from(
+        &self,
+        mesh: &Mesh,
+        leaf: usize,
+        mut visit: impl FnMut(u32, u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let own = self.leaf(leaf);
         let own_bounds: Vec<Bounds> = own
             .iter()
@@ -137,7 +144,7 @@ impl Bvh {
         for (i, &a) in own.iter().enumerate() {
             for (j, &b) in own.iter().enumerate().skip(i + 1) {
                 if own_bounds[i].meets(&own_bounds[j]) {
-                    visit(a, b);
+                    visit(a, b)?;
                 }
             }
         }
@@ -159,11 +166,12 @@ impl Bvh {
                 let b_bounds = Bounds::of(mesh.corners(b as usize));
                 for (k, &a) in own.iter().enumerate() {
                     if own_bounds[k].meets(&b_bounds) {
-                        visit(a, b);
+                        visit(a, b)?;
                     }
                 }
             }
         }
+        ControlFlow::Continue(())
     }
 
     /// Calls `visit` for every triangle whose leaf the ray may meet ahead of `origin`.

@@ -1,9 +1,11 @@
 //! What is wrong with a mesh: counts and places of each kind of defect.
 
 mod intersect;
+mod measure;
 mod nesting;
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,6 +18,7 @@ use crate::{
     math::DVec3,
     topology::{HalfEdge, NO_SHELL, Shells, edges, half_edges, is_degenerate, rims, shells},
 };
+pub(crate) use measure::{majorities, measure};
 pub(crate) use nesting::parents;
 
 /// Places kept per kind of defect.
@@ -161,6 +164,8 @@ pub struct Diagnosis {
     pub shells: Vec<Shell>,
     /// Defects, in the order of [`Defect`]; none with a count of zero.
     pub findings: Vec<Finding>,
+    /// Places where too many triangles meet for all their pairs to be compared: intersections there may be more than were found.
+    pub crowded: u64,
 }
 
 impl Diagnosis {
@@ -208,6 +213,16 @@ impl Diagnosis {
                 ..Place::default()
             };
             reporter.warn_at(code, message, place, remedy);
+        }
+        if self.crowded > 0 {
+            reporter.warn(
+                "mesh-crowded",
+                format!(
+                    "at {} places more triangles meet than are compared with each other: some of their intersections may not be found",
+                    self.crowded
+                ),
+                "export the part again with fewer triangles that meet in a point",
+            );
         }
     }
 }
@@ -271,6 +286,7 @@ pub fn diagnose(
         volume: 0.0,
         shells: Vec::new(),
         findings: Vec::new(),
+        crowded: 0,
     };
     let mut wrong = Collector::new(Defect::NotFinite);
     for p in mesh.vertices.iter().filter(|p| !p.is_finite()) {
@@ -304,7 +320,9 @@ pub fn diagnose(
     let whole = mesh.bounds().map_or(0.0, |(lo, hi)| (hi - lo).length());
     shells_alone(&diagnosis.shells, options.stray * whole, &mut findings);
     if options.intersections == Intersections::Find {
-        intersections(mesh, &bvh, observer)?.into(&mut findings);
+        let (found, crowded) = intersections(mesh, &bvh, observer)?;
+        found.into(&mut findings);
+        diagnosis.crowded = crowded;
     }
     t_junctions(mesh, &open.loose, options.t_junction).into(&mut findings);
     diagnosis.findings = findings;
@@ -450,92 +468,59 @@ pub(crate) fn duplicates(mesh: &Mesh) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// For each shell, whether most of its triangles run against its first one.
-pub(crate) fn majorities(pieces: &Shells) -> Vec<bool> {
-    let mut votes = vec![0_i64; pieces.count];
-    for (&shell, &against) in pieces.shell.iter().zip(&pieces.against) {
-        if shell != NO_SHELL {
-            votes[shell as usize] += if against { 1 } else { -1 };
-        }
-    }
-    votes.into_iter().map(|v| v > 0).collect()
-}
+/// Pairs that are compared of the leaves between two reports of progress, and of one leaf at least and at most.
+const PAIRS: usize = 6_000_000;
+const PAIRS_OF_LEAF: (usize, usize) = (512, 32_768);
 
-/// Size, area and volume of each shell, its triangles taken in their majority's sense.
-pub(crate) fn measure(
+/// Pairs of triangles that intersect, and how many leaves had more pairs than are compared: where thousands of triangles meet in a
+/// point every pair of them is one.
+fn intersections(
     mesh: &Mesh,
-    pieces: &Shells,
-    majority: &[bool],
-    closed: &[bool],
-) -> Vec<Shell> {
-    let mut made: Vec<Shell> = closed
-        .iter()
-        .map(|&closed| Shell {
-            triangles: 0,
-            area: 0.0,
-            volume: 0.0,
-            closed,
-            lo: DVec3::INFINITY,
-            hi: DVec3::NEG_INFINITY,
-            inside: None,
-        })
-        .collect();
-    let origin = mesh
-        .bounds()
-        .map_or(DVec3::ZERO, |(lo, hi)| 0.5 * (lo + hi));
-    for t in 0..mesh.triangles.len() {
-        let Some(shell) = made.get_mut(pieces.shell[t] as usize) else {
-            continue;
-        };
-        let [a, b, c] = mesh.corners(t).map(|p| p - origin);
-        let volume = a.dot(b.cross(c)) / 6.0;
-        shell.triangles += 1;
-        shell.area += 0.5 * (b - a).cross(c - a).length();
-        shell.volume += if pieces.against[t] == majority[pieces.shell[t] as usize] {
-            volume
-        } else {
-            -volume
-        };
-        for p in mesh.corners(t) {
-            shell.lo = shell.lo.min(p);
-            shell.hi = shell.hi.max(p);
-        }
-    }
-    made
-}
-
-/// Pairs of triangles that intersect.
-fn intersections(mesh: &Mesh, bvh: &Bvh, observer: &dyn Observer) -> Result<Collector, Cancelled> {
+    bvh: &Bvh,
+    observer: &dyn Observer,
+) -> Result<(Collector, u64), Cancelled> {
     let leaves = bvh.filled_leaves();
     observer.stage("find intersections", leaves as u64);
     let mut all = Collector::new(Defect::Intersection);
     let chunks: Vec<usize> = (0..leaves).step_by(LEAVES_AT_ONCE).collect();
-    let found: Vec<Collector> = chunks
+    let found: Vec<(Collector, u64)> = chunks
         .into_par_iter()
         .map(|first| {
             observer.check()?;
-            let mut own = Collector::new(Defect::Intersection);
+            let (mut own, mut crowded) = (Collector::new(Defect::Intersection), 0);
             let past = (first + LEAVES_AT_ONCE).min(leaves);
+            let mut budget = PAIRS;
             for leaf in first..past {
-                bvh.pairs_from(mesh, leaf, |a, b| {
+                let most = budget.clamp(PAIRS_OF_LEAF.0, PAIRS_OF_LEAF.1);
+                let mut left = most;
+                let ended = bvh.pairs_from(mesh, leaf, |a, b| {
+                    if left == 0 {
+                        return ControlFlow::Break(());
+                    }
+                    left -= 1;
                     if intersect::triangles_intersect(mesh, a, b) {
                         let (ta, tb) = (mesh.corners(a as usize), mesh.corners(b as usize));
                         own.add((ta.iter().sum::<DVec3>() + tb.iter().sum::<DVec3>()) / 6.0);
                     }
+                    ControlFlow::Continue(())
                 });
+                crowded += u64::from(ended.is_break());
+                budget = budget.saturating_sub(most - left);
             }
             observer.advance((past - first) as u64);
-            Ok(own)
+            Ok((own, crowded))
         })
         .collect::<Result<_, Cancelled>>()?;
-    for own in found {
+    let mut crowded = 0;
+    for (own, more) in found {
+        crowded += more;
         all.finding.count += own.finding.count;
         let room = PLACES - all.finding.places.len();
         all.finding
             .places
             .extend(own.finding.places.into_iter().take(room));
     }
-    Ok(all)
+    Ok((all, crowded))
 }
 
 /// Vertices of loose edges that lie within another loose edge: a hint, not sought among more than

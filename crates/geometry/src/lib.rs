@@ -22,6 +22,7 @@ pub mod section;
 pub mod shapes;
 pub mod step;
 mod topology;
+pub mod union;
 pub mod weld;
 pub mod workpiece;
 

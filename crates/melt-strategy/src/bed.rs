@@ -6,17 +6,15 @@ use meltpath_geometry::math::DVec3;
 
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::material::Material;
 use meltpath_thermal::solver::run::draw;
 use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver, SolverError, State};
 
-/// Temperature of the heat shield above the build plane, K (Béraud 2016, section 3.2.2.1).
-const SHIELD: f64 = 300.0 + CELSIUS;
 /// Rows this close to the start temperature sleep, K.
 const TOLERANCE: f64 = 2.0;
 /// Planes are equal down to this depth, mm: twice what electrons reach, and deeper than pools of 300 W.
-const EVEN: f64 = 0.2;
+pub(crate) const EVEN: f64 = 0.2;
 /// Each plane below is at most so many times as high as the one above it.
 const GROWTH: f64 = 1.5;
 
@@ -73,7 +71,28 @@ pub struct Body<'a> {
     /// Where temperatures are read.
     pub reading: Reading,
     /// What lies under the first layer at a place of the build plane, mm.
-    pub ground: &'a dyn Fn([f64; 2]) -> State,
+    pub ground: &'a (dyn Fn([f64; 2]) -> State + Sync),
+    /// What the build plane sees.
+    pub surface: Surface,
+    /// What the ground does where it ends, below and beside.
+    pub beyond: Face,
+}
+
+/// Lowest and highest corner of where the beam is on along paths, mm.
+pub(crate) fn extent<'a>(paths: impl Iterator<Item = &'a BeamPath>) -> [[f64; 2]; 2] {
+    let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for w in paths
+        .flat_map(|p| p.points().windows(2))
+        .filter(|w| w[0].is_on())
+    {
+        for p in w {
+            for (a, x) in [p.x, p.y].into_iter().enumerate() {
+                corners[0][a] = corners[0][a].min(x);
+                corners[1][a] = corners[1][a].max(x);
+            }
+        }
+    }
+    corners
 }
 
 /// A solver that waits for the last layer's path.
@@ -133,18 +152,8 @@ impl Body<'_> {
         resolution: &Resolution,
         observer: &dyn Observer,
     ) -> Result<Bed, SolverError> {
-        let mut low = DVec3::new(f64::INFINITY, f64::INFINITY, 0.0);
-        let mut high = DVec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
         let paths = around.iter().copied().chain(lower);
-        for w in paths
-            .flat_map(|p| p.points().windows(2))
-            .filter(|w| w[0].is_on())
-        {
-            for p in w {
-                low = low.min(DVec3::new(p.x, p.y, 0.0));
-                high = high.max(DVec3::new(p.x, p.y, 0.0));
-            }
-        }
+        let [low, high] = extent(paths).map(|[x, y]| DVec3::new(x, y, 0.0));
         let Domain { below, beside } = resolution.domain;
         let margin = DVec3::new(beside, beside, 0.0);
         let height = self.layer / f64::from(resolution.planes.max(1));
@@ -153,13 +162,10 @@ impl Body<'_> {
         let edge = DVec3::new(resolution.cell, resolution.cell, height);
         let mut grid = Grid::covering((low - margin).with_z(-depth), high + margin, edge)?;
         grid.heights = planes(self.layer, height, depth);
-        let start = self.material.start;
         let faces = Faces {
-            top: Surface::Radiating {
-                surroundings: SHIELD,
-            },
-            sides: Face::Imposed(start),
-            bottom: Face::Imposed(start),
+            top: self.surface,
+            sides: self.beyond,
+            bottom: self.beyond,
         };
         let mut solver = Solver::<f32>::new(grid, self.material.clone(), faces)?;
         solver.set_state(|c| {

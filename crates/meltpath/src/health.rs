@@ -6,10 +6,11 @@ pub(crate) mod history;
 
 use std::path::{Path, PathBuf};
 
+use crate::data::DataText;
 use crate::views;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
-use meltpath_data::{find, names, scan_heads};
+use meltpath_data::scan_heads;
 use meltpath_perception::{Mapping, RecordError, read};
 use meltpath_scan_head::axis::chain::{Axis, AxisRecord};
 use meltpath_scan_head::axis::error::AxisError;
@@ -79,7 +80,10 @@ pub enum HealthError {
     First(#[from] IdentificationError),
     /// The second stage.
     #[error("second stage: {0}")]
-    Second(#[from] AxisError),
+    Second(IdentificationError),
+    /// The simulated axis, or its signal.
+    #[error(transparent)]
+    Bench(#[from] AxisError),
     /// The history.
     #[error(transparent)]
     History(#[from] HistoryError),
@@ -113,17 +117,9 @@ impl Subject {
             name: head.to_owned(),
             message,
         };
-        let text = match find(scan_heads::ALL, head) {
-            Some(shipped) => shipped.text.to_owned(),
-            None => std::fs::read_to_string(head).map_err(|e| {
-                wrong(format!(
-                    "it is neither one of {} nor a file that opens: {e}",
-                    names(scan_heads::ALL)
-                ))
-            })?,
-        };
-        let scan_head = files::parse_head(&text)
-            .map_err(|problems| wrong(problems.of_file(head, &text).to_string()))?
+        let scan_head = DataText::load("scan head", head, scan_heads::ALL, Path::new(""))
+            .and_then(|text| text.read(files::parse_head))
+            .map_err(|e| wrong(e.to_string()))?
             .head;
         let [x, y] = &scan_head.mirrors;
         let z = scan_head.focus.as_ref().map(|(z, _)| z);
@@ -265,7 +261,8 @@ pub fn test(
             )
         }
     };
-    let stage2 = signal.analyse(&response, first.motor.torque_constant)?;
+    let stage2 = signal.analyse(&response, first.motor.torque_constant);
+    let stage2 = stage2.map_err(HealthError::Second)?;
     let record = Km0Record {
         axis: subject.name(),
         time: circumstances.time.clone(),

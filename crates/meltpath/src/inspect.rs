@@ -16,8 +16,14 @@ use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
 use crate::waam::{WaamError, read_toolpath};
 
-/// Chord error of the mesh made of a STEP file for inspection, mm.
-const CHORD_ERROR: f64 = 0.02;
+/// How a part file is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct How {
+    /// Unit of a file that carries none.
+    pub unit: PartUnit,
+    /// Chord error of the mesh made of a STEP file, mm.
+    pub chord: f64,
+}
 
 /// Why a file cannot be looked into.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +60,7 @@ cancellable!(InspectError:
 /// [`InspectError`] where the file cannot be read or is of no known kind.
 pub fn inspect(
     path: &Path,
+    how: How,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
@@ -67,23 +74,17 @@ pub fn inspect(
         "toml" => robot(path),
         "urdf" | "xacro" => urdf(path),
         "" if is_shipped_robot(path) => robot(path),
-        _ => inspect_part(path, reporter, observer),
+        _ => inspect_part(path, how, reporter, observer),
     }
 }
 
 fn inspect_part(
     path: &Path,
+    how: How,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
-    let part = part::load(
-        path,
-        PartUnit::Millimetre,
-        DVec3::Z,
-        CHORD_ERROR,
-        reporter,
-        observer,
-    )?;
+    let part = part::load(path, how.unit, DVec3::Z, how.chord, reporter, observer)?;
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     let mut lines = vec![format!(
         "{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³",

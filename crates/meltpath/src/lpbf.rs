@@ -7,6 +7,7 @@ pub mod file_layers;
 pub mod heat;
 mod motion;
 pub(crate) mod optimise;
+pub mod plan;
 mod refuse;
 pub(crate) mod result;
 pub mod run;

@@ -6,7 +6,8 @@ use meltpath_base::settings::{self, Json, Kind, Table, Value};
 use serde_json::json;
 
 use meltpath_base::choice;
-use meltpath_deposition::consumable::{Gas, Wire};
+use meltpath_deposition::consumable::{Gas, PoolFile, Wire};
+use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
 use meltpath_robot::cell::CellFile;
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
@@ -30,6 +31,10 @@ choice! {
         Gas = "gas",
         /// A process map: bead sizes against settings.
         Map = "map",
+        /// Weld pools.
+        Pool = "pool",
+        /// Electric energies per volume of deposit.
+        Energy = "energy",
         /// A robot cell's controller and programs.
         Cell = "cell",
         /// A robot with what stands around it.
@@ -48,7 +53,7 @@ choice! {
 }
 
 /// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
-const DATA: [(Subject, &str); 10] = [
+const DATA: [(Subject, &str); 12] = [
     (
         Subject::Wire,
         "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
@@ -60,6 +65,14 @@ const DATA: [(Subject, &str); 10] = [
     (
         Subject::Map,
         "`map = \"my-map.toml\"` in `[waam]`; `data/process-maps`",
+    ),
+    (
+        Subject::Pool,
+        "`pool = \"my-pool.toml\"` in `[waam]`; `data/pools`",
+    ),
+    (
+        Subject::Energy,
+        "`energy = \"my-energy.toml\"` in `[waam]`; `data/energy`",
     ),
     (
         Subject::Cell,
@@ -100,6 +113,8 @@ impl Subject {
             Subject::Wire => Wire::KIND,
             Subject::Gas => Gas::KIND,
             Subject::Map => MapFile::KIND,
+            Subject::Pool => PoolFile::KIND,
+            Subject::Energy => EnergyFile::KIND,
             Subject::Cell => Cell::KIND,
             Subject::Robot => CellFile::KIND,
             Subject::Material => MaterialFile::KIND,
@@ -168,9 +183,20 @@ const DATA_HEAD: &str = "# Data files
 
 <!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
 
-Wires, gases, process maps, cells, robots, materials, heads, motors, recipes and guns are TOML files. Jobs name those that ship by their
-name, and one of your own by its file, relative to the job. The quickest way to one of your own: copy the one that ships
-(`crates/data` of the source), and change its numbers.
+Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes and guns are TOML files. The quickest way
+to one of your own: copy the one that ships (`crates/data` of the source), and change its numbers.
+
+A job names a file in one of two ways:
+
+- by its path, relative to the job: `wire = \"my-wire.toml\"`;
+- by a name without `.toml`: `wire = \"my-wire\"`. It is looked for, in this order, in `data/wires` beside the job, in `wires` of your
+  own folder, and among those that ship. The first one found wins. Where it hides one that ships, a warning says so.
+
+Your own folder is `~/.config/meltpath` (`$XDG_CONFIG_HOME/meltpath`; on Windows `%APPDATA%\\meltpath`), or the one that the environment
+variable `MELTPATH_DATA` names. Its subfolders are called as in `crates/data`: `wires`, `gases`, `process-maps`, `pools`, `energy`,
+`cells`, `robots`, `materials`, `scan-heads`, `recipes`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
+
+A run copies the files of your own that it used into its folder.
 
 Every number says where it comes from. There are two forms:
 

@@ -2,11 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::Reporter;
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_base::settings::peek;
+use meltpath_data::{process_maps, wires};
+use meltpath_deposition::consumable::Wire;
+use meltpath_deposition::process_map::ProcessMap;
 use meltpath_geometry::Mesh;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::shapes;
 
+use crate::data::{DataFileError, DataText, known};
 use crate::reference::{Subject, schema};
 
 /// The commented job file of `meltpath new waam`.
@@ -28,6 +34,27 @@ pub enum StartError {
         name: String,
         /// What there is.
         known: String,
+    },
+    /// The wire is not known.
+    #[error(transparent)]
+    Wire(#[from] DataFileError),
+    /// No process map of a wire.
+    #[error(
+        "no process map is for the wire \"{wire}\": measure one, and put it into the folder `process-maps` of your data; wires with a map are {known}"
+    )]
+    Map {
+        /// The wire.
+        wire: String,
+        /// The wires that have one.
+        known: String,
+    },
+    /// Its process map cannot be used.
+    #[error("the process map {name}: {message}")]
+    MapContent {
+        /// Which.
+        name: String,
+        /// What is wrong.
+        message: String,
     },
     /// The folder could not be written.
     #[error(transparent)]
@@ -91,11 +118,12 @@ pub fn shape_names() -> Vec<&'static str> {
     SHAPES.iter().map(|(name, _)| *name).collect()
 }
 
-/// Makes the folder `path` with `job.toml` and the generated part `shape`. Returns the job file's path.
+/// Makes the folder `path` with `job.toml` and the generated part `shape`, for `wire`, or for the wire of the template. Returns the job
+/// file's path.
 ///
 /// # Errors
-/// [`StartError`] when the shape is unknown, the folder exists or cannot be written.
-pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
+/// [`StartError`] when the shape is unknown or the wire has no process map, the folder exists or cannot be written.
+pub fn waam(path: &Path, shape: &str, wire: Option<&str>) -> Result<PathBuf, StartError> {
     let (name, generate) = SHAPES
         .iter()
         .find(|(name, _)| *name == shape)
@@ -103,11 +131,79 @@ pub fn waam(path: &Path, shape: &str) -> Result<PathBuf, StartError> {
             name: shape.to_owned(),
             known: shape_names().join(", "),
         })?;
+    let job = match wire {
+        Some(wire) => template_of(wire)?,
+        None => WAAM_TEMPLATE.to_owned(),
+    };
     let mesh = generate();
     let folder = OutputFolder::create(path)?;
     let file = format!("{name}.stl");
     folder.write(&file, |mut w| write_stl(&mesh, name, &mut w))?;
-    write_job(folder, &WAAM_TEMPLATE.replace("PART", &file))
+    write_job(folder, &job.replace("PART", &file))
+}
+
+/// The wire that a process map says it is for.
+fn wire_of(map: &DataText) -> Option<String> {
+    peek(&map.text, &["wire"]).ok().flatten()
+}
+
+/// The wires for which a process map is known, each once.
+pub fn wires_with_maps() -> Vec<String> {
+    let maps = known(process_maps::ALL, Path::new(""));
+    let mut wires: Vec<String> = maps.iter().filter_map(wire_of).collect();
+    wires.sort();
+    wires.dedup();
+    wires
+}
+
+/// The template for `wire`: gas and mode are those of its first process map, the bead is the one in the middle of that.
+fn template_of(wire: &str) -> Result<String, StartError> {
+    let here = Path::new("");
+    let text = DataText::load("wire", wire, wires::ALL, here)?;
+    let data = text.read(Wire::parse)?;
+    let maps = known(process_maps::ALL, here);
+    let of_wire = |map: &&DataText| wire_of(map).is_some_and(|id| id == *data.id);
+    let Some(found) = maps.iter().find(of_wire) else {
+        return Err(StartError::Map {
+            wire: wire.to_owned(),
+            known: wires_with_maps().join(", "),
+        });
+    };
+    let map =
+        ProcessMap::parse(&found.name, &found.text, &data, &Reporter::new()).map_err(|e| {
+            StartError::MapContent {
+                name: found.name.clone(),
+                message: e.to_string(),
+            }
+        })?;
+    let middle = |(low, high): (f64, f64)| format!("{:.2} m/min", 0.5 * (low + high));
+    let mut values = vec![
+        ("wire", wire.to_owned()),
+        ("gas", map.gas.clone()),
+        ("mode", map.mode.clone()),
+        ("wire_feed", middle(map.validity.wire_feed)),
+        ("travel_speed", middle(map.validity.travel_speed)),
+    ];
+    if found.name != format!("{}-{}-{}", map.wire, map.mode, map.gas) {
+        values.push(("# map", found.name.clone()));
+    }
+    let line = |line: &str| {
+        let set = values
+            .iter()
+            .find(|(key, _)| line.starts_with(&format!("{key} = \"")));
+        let comment = line
+            .split_once('#')
+            .filter(|(before, _)| !before.is_empty());
+        match set {
+            Some((key, value)) => {
+                let set = format!("{} = \"{value}\"", key.trim_start_matches("# "));
+                let comment = comment.map_or(String::new(), |(_, text)| format!("#{text}"));
+                format!("{set:<30}{comment}\n")
+            }
+            None => format!("{line}\n"),
+        }
+    };
+    Ok(WAAM_TEMPLATE.lines().map(line).collect())
 }
 
 /// Writes a job and the schema that its first line names, with which editors check and complete it.
@@ -200,11 +296,34 @@ mod tests {
         load(&every).unwrap();
     }
 
+    /// Every wire with a map has a template that says what the map is for, and nothing else but that differs.
+    #[test]
+    fn every_wire_with_a_map_has_a_template() {
+        let wires = wires_with_maps();
+        assert!(wires.len() >= 4, "{wires:?}");
+        for wire in wires {
+            let text = template_of(&wire).unwrap();
+            assert!(text.contains(&format!("wire = \"{wire}\"")), "{text}");
+            let differing = text
+                .lines()
+                .zip(WAAM_TEMPLATE.lines())
+                .filter(|(a, b)| a != b);
+            assert!(differing.count() <= 5);
+            let Job::Waam(job) = parse(&text).unwrap() else {
+                panic!("a wire-arc job")
+            };
+            assert_eq!(*job.waam.wire, wire);
+        }
+        let unmapped = template_of("g3si-1.2").unwrap_err().to_string();
+        assert!(unmapped.contains("er4043-1.2"), "{unmapped}");
+        assert!(matches!(template_of("lead"), Err(StartError::Wire(_))));
+    }
+
     #[test]
     fn every_new_job_reads_and_its_part_is_closed() {
         let dir = tempfile::tempdir().unwrap();
         for name in shape_names() {
-            let job = waam(&dir.path().join(name), name).unwrap();
+            let job = waam(&dir.path().join(name), name, None).unwrap();
             let (Job::Waam(job), _) = load(&job).unwrap() else {
                 panic!("a wire-arc job")
             };
@@ -215,11 +334,11 @@ mod tests {
             assert!(mesh.volume() > 1000.0, "{name}: {}", mesh.volume());
         }
         assert!(matches!(
-            waam(&dir.path().join("x"), "teapot"),
+            waam(&dir.path().join("x"), "teapot", None),
             Err(StartError::Shape { .. })
         ));
         assert!(matches!(
-            waam(&dir.path().join("ring"), "ring"),
+            waam(&dir.path().join("ring"), "ring", None),
             Err(StartError::Output(_))
         ));
     }

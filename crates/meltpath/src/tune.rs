@@ -21,7 +21,7 @@ use crate::outcome::Outcome;
 use crate::views;
 use design::AxisResult;
 pub use error::{StepError, TuneError};
-use file::TuneFile;
+use file::{Choice, TuneFile};
 use settings::Settings;
 
 /// Tunes the axes that a file names: a new folder `out`, else the next free number in `runs`.
@@ -92,6 +92,21 @@ fn title(path: &Path) -> String {
         .unwrap_or_else(|| "axis tuning".to_owned())
 }
 
+/// What makes the exported controller bear more: the one for motors that differ, where it was found and is not the one, and less
+/// bandwidth.
+fn sturdier(result: &AxisResult) -> &'static str {
+    match (result.choice, &result.robust) {
+        (Choice::Robust, _) | (Choice::HInfinity, None) => "a lower h-infinity.bandwidth",
+        (Choice::HInfinity, Some(_)) => {
+            "export.controller = \"robust\", or a lower h-infinity.bandwidth"
+        }
+        (Choice::Cascade, Some(_)) => {
+            "export.controller = \"robust\", or slower loops (cascade.first_maximum)"
+        }
+        (Choice::Cascade, None) => "slower loops (cascade.first_maximum)",
+    }
+}
+
 fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
     let letter = result.task.name.letter();
     let upper = letter.to_ascii_uppercase();
@@ -106,7 +121,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 // the bisection ends a hair on either side
                 Limit::AtLeast(wanted - 0.01),
             )
-            .remedy("a slower position loop, or a faster speed loop"),
+            .remedy("a slower position loop, or a faster speed loop (cascade.first_maximum)"),
         );
     }
     let chosen = result.chosen();
@@ -123,7 +138,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 Measure::exact(least, ""),
                 Limit::AtLeast(0.99 * spread.modulus_margin),
             )
-            .remedy("export.controller = \"robust\", a lower bandwidth, or a smaller robust.mode_shift"),
+            .remedy(format!("{}, or a smaller robust.mode_shift", sturdier(result))),
         );
     }
     if settings.draws > 0 {
@@ -137,7 +152,7 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
                 Measure::exact(chosen.lost() as f64, ""),
                 Limit::AtMost(0.0),
             )
-            .remedy("export.controller = \"robust\", or a lower bandwidth"),
+            .remedy(sturdier(result)),
         );
     }
     if let Some(exported) = &result.as_exported {

@@ -158,6 +158,34 @@ mod tests {
     }
 
     #[test]
+    fn roughness_is_the_power_of_the_steps_over_that_of_the_signal() {
+        // about its mean of 102 the ramp has 4 + 1 + 0 + 1 + 4, its steps 4
+        let ramp = [100.0, 101.0, 102.0, 103.0, 104.0];
+        assert!((roughness(&ramp) - 0.4).abs() < 1e-15);
+        // alternating samples: each of the three steps has four times the power of a sample
+        assert!((roughness(&[1.0, -1.0, 1.0, -1.0]) - 3.0).abs() < 1e-15);
+        assert_eq!((roughness(&[7.0; 5]), roughness(&[7.0])), (0.0, 0.0));
+    }
+
+    #[test]
+    fn how_long_and_from_when_a_channel_saturates() {
+        let mut samples: Vec<f64> = (0..200).map(|i| (0.37 * f64::from(i)).sin()).collect();
+        // too short to count, then five and seven samples on the greatest value
+        samples[20..23].fill(2.0);
+        samples[50..55].fill(2.0);
+        samples[120..127].fill(2.0);
+        let reporter = Reporter::new();
+        examine(&record(&[("current", "A", samples)]), &reporter);
+        let warnings = reporter.warnings();
+        assert_eq!(warnings.len(), 1);
+        let message = &warnings[0].message;
+        assert!(
+            message.contains("extreme 2 A for 6.0 % of the record, first at 0.0050 s"),
+            "{message}"
+        );
+    }
+
+    #[test]
     fn what_is_wrong_is_named_and_what_is_right_is_not() {
         let wave = |f: f64, limit: f64| -> Vec<f64> {
             (0..2000)

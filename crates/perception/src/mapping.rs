@@ -239,6 +239,8 @@ mod tests {
         let good = "sample_time = \"50 us\"\n[channels.u]\ncolumn = 1\nunit = \"V\"\n";
         let mapping = Mapping::parse("m", good).unwrap();
         assert!((mapping.sample_time.unwrap().0 - 5e-5).abs() < 1e-18);
+        let source = &mapping.channels["u"];
+        assert_eq!((source.scale, source.offset), (1.0, 0.0));
         for (text, word) in [
             ("[channels.u]\ncolumn = 1\nunit = \"V\"\n", "sample_time"),
             ("sample_time = \"50 us\"\n[channels]\n", "no channels"),

@@ -237,4 +237,19 @@ mod tests {
         .unwrap_err();
         assert!(matches!(error, RecordError::Sampling { .. }), "{error}");
     }
+
+    /// A step is held to the middle one; one half as long again is a gap.
+    #[test]
+    fn a_gap_is_told_with_its_step_and_the_usual_one() {
+        let period = regular("r", &[0.0, 1.0, 2.0, 4.0, 6.0, 8.0], 0).unwrap();
+        assert!((period - 1.6).abs() < 1e-15);
+        let error = regular("r", &[1.0, 2.0, 3.0, 4.5, 5.5, 6.5], 10).unwrap_err();
+        let RecordError::Gap {
+            row, step, usual, ..
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!((row, step, usual), (13, 1.5, 1.0));
+    }
 }

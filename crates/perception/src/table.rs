@@ -178,7 +178,7 @@ fn append<T: DataType>(
         if rows == 0 {
             return Ok(());
         }
-        if levels.is_empty() || found == rows {
+        if found == rows {
             to.extend(values.into_iter().map(&number));
         } else {
             let most = levels.iter().copied().max().unwrap_or(0);
@@ -213,7 +213,7 @@ fn mat(bytes: &[u8]) -> Result<Table, String> {
             [rows, columns] => (*rows, *columns),
             _ => continue,
         };
-        if rows == 0 || wide == 0 || Some(values.len()) != rows.checked_mul(wide) {
+        if rows == 0 || Some(values.len()) != rows.checked_mul(wide) {
             continue;
         }
         // a matrix is a set of columns: x:1, x:2, …
@@ -243,5 +243,17 @@ fn numbers(data: &NumericData) -> Vec<f64> {
         NumericData::UInt64 { real, .. } => all(real, |v| v as f64),
         NumericData::Single { real, .. } => all(real, f64::from),
         NumericData::Double { real, .. } => real.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_of_a_matrix_become_numbers() {
+        let real = vec![-2, 7, 300];
+        let whole = NumericData::Int16 { real, imag: None };
+        assert_eq!(numbers(&whole), [-2.0, 7.0, 300.0]);
     }
 }

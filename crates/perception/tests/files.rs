@@ -116,6 +116,21 @@ fn one_record_in_three_kinds_of_file() {
 }
 
 #[test]
+fn columns_without_names_are_numbered_and_empty_variables_left_out() {
+    let table = table::csv("0;1,5;2\n1;-1,5;3\n").unwrap();
+    let columns = [("1", [0.0, 1.0]), ("2", [1.5, -1.5]), ("3", [2.0, 3.0])];
+    assert_eq!(
+        table.columns,
+        columns.map(|(n, v)| (n.to_owned(), v.to_vec()))
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.mat");
+    fs::write(&path, mat(&[("none", &[]), ("u", &[1.0, 2.0])])).unwrap();
+    let found = table::read(&path).unwrap();
+    assert_eq!(found.columns, [("u".to_owned(), vec![1.0, 2.0])]);
+}
+
+#[test]
 fn files_that_are_no_records_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     write_all(folder.path());

@@ -30,12 +30,12 @@ fn job() -> ScanJob {
     let one = SquarePlate {
         columns: 1,
         rows: 1,
-        column_pitch: stated.column_pitch,
-        row_pitch: stated.row_pitch,
-        side: stated.side,
-        contour_distance: stated.contour_distance,
-        hatch: stated.hatch,
-        inset: stated.inset,
+        column_pitch: stated.column_pitch.0,
+        row_pitch: stated.row_pitch.0,
+        side: stated.side.0,
+        contour_distance: stated.contour_distance.0,
+        hatch: stated.hatch.0,
+        inset: stated.inset.0,
     };
     let path = one.toolpath().expect("the plate is sound");
     prepare(&path.layers, &recipe).expect("the job is sound")

@@ -9,6 +9,6 @@ mod head;
 mod motor;
 mod recipe;
 
-pub use head::{HeadData, HeadFile, Plate, parse_head};
+pub use head::{HeadData, HeadFile, PlateTable, parse_head};
 pub use motor::{MotorFile, parse_motor};
 pub use recipe::{RecipeFile, parse_recipe};

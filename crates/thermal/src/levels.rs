@@ -60,7 +60,7 @@ pub struct Setup {
     pub beyond: Face,
     /// Longest step of the finest level, s.
     pub step: f64,
-    /// Two corners of where the finest cells are worth their cost, mm; elsewhere the beam is drawn on cells twice as large.
+    /// Two corners of where the finest cells are worth their cost, mm; elsewhere the beam is drawn on cells of at most 0.13 mm.
     pub focus: Option<[[f64; 2]; 2]>,
     /// How `θ` may bend, see [`BEND`].
     pub bend: f64,
@@ -145,6 +145,10 @@ const NOWHERE: u32 = u32::MAX;
 
 /// A layer that is being drawn.
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "the levels are what it is made of"
+)]
 pub struct Levels {
     setup: Setup,
     material: Material,

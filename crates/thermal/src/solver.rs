@@ -1,10 +1,9 @@
-//! The reference solver: transient heat with phase change on a uniform grid, by enthalpy, explicit or implicit in time.
+//! The reference solver: transient heat with phase change on a uniform grid, by enthalpy, explicit in time.
 //!
 //! Finite volumes in `g` and `θ` (see [`crate::material::enthalpy`]), harmonic shares of conductivity between cells, heat source
 //! integrated exactly over cells. Second order in space, first order in time; every joule is in the [`Ledger`].
 
 mod block;
-mod implicit;
 pub(crate) mod kernel;
 pub mod run;
 pub mod source;
@@ -132,20 +131,6 @@ pub enum SolverError {
         thickness: f64,
         /// Height of the top plane, mm.
         plane: f64,
-    },
-    /// The implicit iteration did not converge.
-    #[error(
-        "the implicit step of {step:.3e} s at {time:.6} s did not converge after {iterations} iterations (residual {residual:.1e}): use a shorter step"
-    )]
-    Convergence {
-        /// The step, s.
-        step: f64,
-        /// When, s.
-        time: f64,
-        /// Newton iterations.
-        iterations: usize,
-        /// Relative residual left.
-        residual: f64,
     },
     /// A value that is not finite or not above zero.
     #[error("{what} is {value}: it must be finite and above zero")]

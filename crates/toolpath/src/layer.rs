@@ -292,6 +292,19 @@ mod tests {
         layer
     }
 
+    #[test]
+    fn a_pass_has_its_own_arcs_and_spots_only() {
+        let mut layer = Layer::new(1, 0.0);
+        for id in 0..3 {
+            let mut pass = layer.begin(head(id, Role::Contour), DVec3::ZERO);
+            pass.arc_to(DVec3::new(1.0, 1.0, 0.0), DVec3::Y * f64::from(2 + id));
+            pass.go(Move::Spot { time: 0.5 }, DVec3::X);
+        }
+        for pass in layer.passes() {
+            assert_eq!((pass.arcs.len(), pass.spots.len()), (1, 1));
+        }
+    }
+
     fn sound(mut layer: Layer) -> Layer {
         // the hatches are 1 mm long
         layer.neighbours.retain(|n| n.0 == 0);

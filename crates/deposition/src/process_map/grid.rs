@@ -69,8 +69,8 @@ impl Grid {
         })
     }
 
-    /// The beads that were measured.
-    pub(crate) fn beads(&self) -> Vec<MeasuredBead> {
+    /// The beads that were measured, with `factor` times the programmed wire fed.
+    pub(super) fn beads(&self, factor: f64) -> Vec<MeasuredBead> {
         let nodes = self
             .wire_feed
             .iter()
@@ -81,12 +81,45 @@ impl Grid {
             .map(
                 |((wire_feed, travel_speed), (width, height))| MeasuredBead {
                     wire_feed,
+                    fed: factor * wire_feed,
                     travel_speed,
                     width: *width,
                     height: *height,
                 },
             )
             .collect()
+    }
+
+    /// Root mean square of the relative errors of width and height at nodes that are left out and read between their neighbours on
+    /// either side; `None` where no node has such neighbours.
+    pub(crate) fn left_out(&self) -> Option<[f64; 2]> {
+        let (rows, columns) = (self.wire_feed.len(), self.travel_speed.len());
+        let mut errors = [Vec::new(), Vec::new()];
+        for (sizes, errors) in [&self.width, &self.height].into_iter().zip(&mut errors) {
+            let at = |i: usize, j: usize| sizes[i * columns + j];
+            let mut left_out = |x: [f64; 3], y: [f64; 3]| {
+                let between = y[0] + (y[2] - y[0]) * (x[1] - x[0]) / (x[2] - x[0]);
+                let error = (between / y[1]).ln();
+                if error.is_finite() {
+                    errors.push(error);
+                }
+            };
+            for i in 0..rows {
+                for j in 1..columns - 1 {
+                    let x = [j - 1, j, j + 1].map(|j| self.travel_speed[j]);
+                    left_out(x, [at(i, j - 1), at(i, j), at(i, j + 1)]);
+                }
+            }
+            for j in 0..columns {
+                for i in 1..rows - 1 {
+                    let x = [i - 1, i, i + 1].map(|i| self.wire_feed[i]);
+                    left_out(x, [at(i - 1, j), at(i, j), at(i + 1, j)]);
+                }
+            }
+        }
+        let rms = |e: &Vec<f64>| (e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64).sqrt();
+        let found = errors.each_ref().map(rms);
+        found.iter().all(|e| e.is_finite()).then_some(found)
     }
 
     /// Wire feeds of the nodes, m/min.

@@ -48,10 +48,10 @@ impl ProcessMap {
             (Some(vf), Some(vr), None, None) => {
                 return Ok(vec![self.bead(vf * M_PER_MIN, vr * M_PER_MIN)]);
             }
-            (Some(vf), None, Some(w), None) => self.along(1, vf, |b| b.width.value - w),
-            (Some(vf), None, None, Some(h)) => self.along(1, vf, |b| b.height.value - h),
-            (None, Some(vr), Some(w), None) => self.along(0, vr, |b| b.width.value - w),
-            (None, Some(vr), None, Some(h)) => self.along(0, vr, |b| b.height.value - h),
+            (Some(vf), None, Some(w), None) => self.along(1, vf, |s| s.0 - w),
+            (Some(vf), None, None, Some(h)) => self.along(1, vf, |s| s.1 - h),
+            (None, Some(vr), Some(w), None) => self.along(0, vr, |s| s.0 - w),
+            (None, Some(vr), None, Some(h)) => self.along(0, vr, |s| s.1 - h),
             (None, None, Some(w), Some(h)) => self.both(w, h),
             (None, None, None, Some(h)) => self.fastest(h),
             _ => {
@@ -68,10 +68,6 @@ impl ProcessMap {
             .into_iter()
             .map(|p| self.bead(p[0] * M_PER_MIN, p[1] * M_PER_MIN))
             .collect())
-    }
-
-    fn at(&self, p: Point) -> Bead {
-        self.bead(p[0] * M_PER_MIN, p[1] * M_PER_MIN)
     }
 
     /// Lines between which the law is smooth, m/min: the nodes of a table, else an even division of the region.
@@ -100,9 +96,9 @@ impl ProcessMap {
     }
 
     /// Zeros of `f` along axis `axis` with the other speed held at `held`, m/min.
-    fn along(&self, axis: usize, held: f64, f: impl Fn(&Bead) -> f64) -> Vec<Point> {
+    fn along(&self, axis: usize, held: f64, f: impl Fn((f64, f64)) -> f64) -> Vec<Point> {
         let point = |x: f64| if axis == 0 { [x, held] } else { [held, x] };
-        let value = |x: f64| f(&self.at(point(x)));
+        let value = |x: f64| f(self.sizes(point(x)[0], point(x)[1]));
         let mut zeros: Vec<Point> = Vec::new();
         let within = |p: Point| self.holds(p[0], p[1]);
         let mut keep = |x: f64| {
@@ -180,8 +176,8 @@ impl ProcessMap {
         height: f64,
     ) -> Option<Point> {
         let residual = |p: Point| {
-            let b = self.at(p);
-            [b.width.value / width - 1.0, b.height.value / height - 1.0]
+            let (w, h) = self.sizes(p[0], p[1]);
+            [w / width - 1.0, h / height - 1.0]
         };
         let inside = |p: Point, slack: f64| {
             (0..2).all(|i| {
@@ -231,7 +227,7 @@ impl ProcessMap {
 
     /// The settings of highest wire feed that make a height.
     fn fastest(&self, height: f64) -> Vec<Point> {
-        let at_feed = |vf: f64| self.along(1, vf, |b| b.height.value - height);
+        let at_feed = |vf: f64| self.along(1, vf, |s| s.1 - height);
         let mut knots = self.knots(0);
         if let Law::Grid(_) = &self.law {
             // a table has few nodes: look between them as well
@@ -270,12 +266,10 @@ impl ProcessMap {
 
     /// The error that tells the closest bead and the limits.
     fn unreachable(&self, target: &Target, vf: Option<f64>, vr: Option<f64>) -> ProcessMapError {
-        let miss = |b: &Bead| {
-            let part = |wanted: Option<f64>, value: f64, sigma: f64| {
-                wanted.map_or(0.0, |w| ((value / w - 1.0) / sigma).powi(2))
-            };
-            part(target.width, b.width.value, self.relative_sigma.width)
-                + part(target.height, b.height.value, self.relative_sigma.height)
+        let miss = |(width, height): (f64, f64)| {
+            let part =
+                |wanted: Option<f64>, value: f64| wanted.map_or(0.0, |w| (value / w).ln().powi(2));
+            part(target.width, width) + part(target.height, height)
         };
         // the knots end where the table or the validity does
         let ends = |axis: usize| {
@@ -289,7 +283,7 @@ impl ProcessMap {
         let (mut feeds, mut travels) = (range(vf, limits.0), range(vr, limits.1));
         let mut width = (f64::INFINITY, f64::NEG_INFINITY);
         let mut height = width;
-        let mut closest: Option<(f64, Bead)> = None;
+        let mut closest: Option<(f64, Point)> = None;
         // three rounds of an ever finer search
         for round in 0..3 {
             for i in 0..=60 {
@@ -298,34 +292,34 @@ impl ProcessMap {
                         feeds.0 + (feeds.1 - feeds.0) * f64::from(i) / 60.0,
                         travels.0 + (travels.1 - travels.0) * f64::from(j) / 60.0,
                     ];
-                    let b = self.at(p);
-                    if !b.valid || !b.width.value.is_finite() {
+                    let (w, h) = self.sizes(p[0], p[1]);
+                    if !self.holds(p[0], p[1]) || !w.is_finite() {
                         continue;
                     }
                     if round == 0 {
-                        width = (width.0.min(b.width.value), width.1.max(b.width.value));
-                        height = (height.0.min(b.height.value), height.1.max(b.height.value));
+                        width = (width.0.min(w), width.1.max(w));
+                        height = (height.0.min(h), height.1.max(h));
                     }
-                    let m = miss(&b);
-                    if closest.as_ref().is_none_or(|(best, _)| m < *best) {
-                        closest = Some((m, b));
+                    let m = miss((w, h));
+                    if closest.is_none_or(|(best, _)| m < best) {
+                        closest = Some((m, p));
                     }
                 }
             }
-            if let Some((_, b)) = &closest {
+            if let Some((_, p)) = &closest {
                 let near = |x: f64, (lo, hi): (f64, f64)| {
                     let half = (hi - lo) / 30.0;
                     ((x - half).max(lo), (x + half).min(hi))
                 };
-                feeds = near(b.wire_feed / M_PER_MIN, feeds);
-                travels = near(b.travel_speed / M_PER_MIN, travels);
+                feeds = near(p[0], feeds);
+                travels = near(p[1], travels);
             }
         }
-        let fallback = || self.at([limits.0.0, limits.1.0]);
+        let closest = closest.map_or([limits.0.0, limits.1.0], |(_, p)| p);
         ProcessMapError::Unreachable {
             map: self.id.clone(),
             asked: given(target),
-            closest: Box::new(closest.map_or_else(fallback, |(_, b)| b)),
+            closest: Box::new(self.bead(closest[0] * M_PER_MIN, closest[1] * M_PER_MIN)),
             width,
             height,
             with_the_value_given: vf.is_some() || vr.is_some(),

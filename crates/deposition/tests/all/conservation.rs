@@ -145,6 +145,30 @@ fn a_straight_bead_on_a_plate_is_the_bead_of_the_map() {
 }
 
 #[test]
+fn records_tell_how_long_beads_are_and_how_long_they_took() {
+    let paths = [
+        vec![xyz(-20.0, 0.0, 0.0), xyz(25.0, 0.0, 0.0)],
+        vec![xyz(-20.0, 30.0, 0.0), xyz(10.0, 30.0, 0.0)],
+    ];
+    let (model, mut records) = (seed_bead(), Vec::new());
+    let pool = PoolModel::for_bead(&POOL, &model);
+    let map = HeightMap::new(DVec2::splat(-60.0), DVec2::splat(60.0), 0.5, 0.0).unwrap();
+    let mut d = Deposition::new(map, model, pool, Settings::default())
+        .unwrap()
+        .on_layer(|r, _| records.push((r.beads, r.length, r.arc_time)));
+    let mut clock = 0.0;
+    for path in &paths {
+        bead(&mut d, path, 1, &mut clock, model.area);
+    }
+    d.finish();
+    let [(2, length, time)] = records[..] else {
+        panic!("{records:?}");
+    };
+    assert!((length - 75.0).abs() < 1e-9, "{length}");
+    assert!((time - 75.0 / SPEED).abs() < 1e-9, "{time}");
+}
+
+#[test]
 fn a_wall_does_not_depend_on_its_direction_or_its_place_on_the_grid() {
     let heights: Vec<f64> = [
         (0.0, 0.0),

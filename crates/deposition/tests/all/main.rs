@@ -12,4 +12,5 @@ mod plain;
 mod process_map;
 mod shapes;
 mod support;
+mod uncertainty;
 mod walls;

@@ -143,6 +143,43 @@ fn the_height_alone_takes_the_fastest_wire() {
     };
     let possible = seed().solve(&faster);
     assert!(found[0].wire_feed / M_PER_MIN > 11.99 || possible.is_err());
+    // a table may make it between its nodes only: above all of the first row, below all of the second
+    let falling = TWO_POINTS
+        .replace("[1.8, 1.6, 1.4]", "[2.0, 1.9, 1.8]")
+        .replace("[2.3, 1.95, 1.6]", "[1.5, 1.45, 1.4]")
+        .replace("[2.5, 2.1, 1.8]", "[1.2, 1.15, 1.1]");
+    let wire = Wire::builtin("g3si-1.2").unwrap();
+    let map = ProcessMap::parse("table", &falling, &wire, &Reporter::new()).unwrap();
+    let between = Target {
+        height: Some(1.65),
+        ..Target::default()
+    };
+    let found = map.solve(&between).unwrap();
+    assert!((found[0].wire_feed / M_PER_MIN - 5.87).abs() < 1e-6);
+    assert!((found[0].travel_speed / M_PER_MIN - 0.67).abs() < 1e-6);
+}
+
+#[test]
+fn where_a_table_is_plane_the_settings_are_those_it_was_made_from() {
+    // width = 4 + 0.5 V_f - 2 V_r, height = 1.5 + 0.1 V_f - V_r
+    let plane = TWO_POINTS
+        .replace("[6.0, 5.1, 4.4]", "[4.86, 4.3, 3.8]")
+        .replace("[7.5, 6.4, 5.3]", "[5.91, 5.35, 4.85]")
+        .replace("[9.0, 7.2, 6.0]", "[6.91, 6.35, 5.85]")
+        .replace("[1.8, 1.6, 1.4]", "[1.27, 0.99, 0.74]")
+        .replace("[2.3, 1.95, 1.6]", "[1.48, 1.2, 0.95]")
+        .replace("[2.5, 2.1, 1.8]", "[1.68, 1.4, 1.15]");
+    let wire = Wire::builtin("g3si-1.2").unwrap();
+    let map = ProcessMap::parse("table", &plane, &wire, &Reporter::new()).unwrap();
+    let target = Target {
+        width: Some(5.5),
+        height: Some(1.2),
+        ..Target::default()
+    };
+    let found = map.solve(&target).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!((found[0].wire_feed / M_PER_MIN - 7.0).abs() < 1e-6);
+    assert!((found[0].travel_speed / M_PER_MIN - 1.0).abs() < 1e-6);
 }
 
 #[test]
@@ -232,6 +269,7 @@ fn a_quadratic_map_reads_and_turns_round() {
         .next()
         .unwrap()
         .replace("\"grid\"", "\"surface\"");
+    let head = head.replace("kind =", "accept = [\"taller-than-wide\"]\nkind =");
     let text = format!("{head}[beads]\nsource = \"test\"\npage = \"-\"\nrows = [{rows}]\n");
     let wire = Wire::builtin("g3si-1.2").unwrap();
     let map = ProcessMap::parse("s", &text, &wire, &Reporter::new()).unwrap();

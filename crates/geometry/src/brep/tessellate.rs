@@ -65,7 +65,7 @@ pub fn tessellate(
         let key = std::sync::Arc::as_ptr(&placed.solid);
         let own = match done.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(slot) => slot.insert(tessellate_solid(
+            Entry::Vacant(slot) => slot.insert(at_some_chord(
                 &placed.solid,
                 &placed.name,
                 tolerance,
@@ -82,6 +82,47 @@ pub fn tessellate(
         observer.advance(placed.solid.faces.len() as u64);
     }
     Ok(mesh)
+}
+
+/// Other chord errors at which a solid is tried whose faces fail at the one asked for, as parts of it: edges of kernels lie some µm
+/// off their surfaces, and what crosses at one chord does not at another.
+const OTHER_CHORDS: [f64; 4] = [0.25, 4.0, 0.0625, 16.0];
+
+/// The mesh of one solid at the chord error asked for, else at another one; a coarser one is told.
+fn at_some_chord(
+    solid: &Solid,
+    name: &str,
+    tolerance: &Tolerance,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, TessellateError> {
+    let asked = tessellate_solid(solid, name, tolerance, reporter, observer);
+    let Err(TessellateError::Face { .. }) = &asked else {
+        return asked;
+    };
+    for part in OTHER_CHORDS {
+        let other = Tolerance {
+            chord: part * tolerance.chord,
+            ..*tolerance
+        };
+        match tessellate_solid(solid, name, &other, reporter, observer) {
+            Ok(mesh) if part > 1.0 => {
+                reporter.warn(
+                    "brep-coarser",
+                    format!(
+                        "`{name}` has no mesh with a chord error of {} mm: it has one with {} mm, which is taken",
+                        tolerance.chord, other.chord
+                    ),
+                    "ask for that chord error, or heal the solid in the program that wrote it",
+                );
+                return Ok(mesh);
+            }
+            Ok(mesh) => return Ok(mesh),
+            Err(TessellateError::Cancelled(c)) => return Err(c.into()),
+            Err(_) => {}
+        }
+    }
+    asked
 }
 
 /// The mesh of one solid in its own frame; `name` is for messages.

@@ -50,6 +50,16 @@ pub enum StlError {
         /// Bytes in the file.
         end: u64,
     },
+    /// The binary file goes on after the triangles that it announces: its count was cut, or the file was written twice.
+    #[error(
+        "the binary STL announces {announced} triangles, and {more} more follow: its count is wrong, export the file again"
+    )]
+    Count {
+        /// Triangles that the header announces.
+        announced: u32,
+        /// Whole triangles that follow.
+        more: u64,
+    },
     /// A corner is not a finite number.
     #[error(
         "triangle {triangle} (counted from 1) has a corner that is not a finite number, at byte {offset}"
@@ -239,7 +249,7 @@ fn read_binary(
             break;
         }
     }
-    if done < limit && !uncounted {
+    if spare > 0 || (done < limit && !uncounted) {
         return Err(StlError::Truncated {
             announced,
             triangle: done + 1,
@@ -258,7 +268,14 @@ fn read_binary(
             "",
         );
     }
-    let trailing = spare as u64 + io::copy(reader, &mut io::sink())?;
+    let trailing = io::copy(reader, &mut io::sink())?;
+    // whole triangles, not somebody's notes
+    if trailing > 0 && trailing.is_multiple_of(RECORD as u64) {
+        return Err(StlError::Count {
+            announced,
+            more: trailing / RECORD as u64,
+        });
+    }
     if trailing > 0 {
         reporter.warn(
             "stl-trailing-bytes",

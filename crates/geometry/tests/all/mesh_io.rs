@@ -242,6 +242,17 @@ fn harmless_oddities_of_stl_files_are_warnings() {
         part.triangles.len()
     );
     assert_eq!(warnings, ["stl-trailing-bytes"]);
+    // a count that was cut leaves whole triangles behind it
+    let mut bytes = binary(&part);
+    let count = part.triangles.len() as u32 - 7;
+    bytes[80..84].copy_from_slice(&count.to_le_bytes());
+    assert!(matches!(stl_error(&bytes), StlError::Count { more: 7, .. }));
+    for count in [0, u32::MAX] {
+        let mut bytes = binary(&part);
+        bytes[80..84].copy_from_slice(&count.to_le_bytes());
+        bytes.truncate(bytes.len() - 20);
+        assert!(matches!(stl_error(&bytes), StlError::Truncated { .. }));
+    }
     for count in [0, u32::MAX] {
         let mut bytes = binary(&part);
         bytes[80..84].copy_from_slice(&count.to_le_bytes());

@@ -392,3 +392,33 @@ proptest! {
         prop_assert_eq!(found.count(Defect::Degenerate) + found.count(Defect::Duplicate), 0);
     }
 }
+
+/// Twenty thousand triangles that meet in a point, two hundred million pairs: bounded, and said so. A cap of two thousand is not crowded.
+#[test]
+fn thousands_of_triangles_in_a_point_are_examined_in_bounded_time() {
+    let fan = |count: u32| {
+        let mut mesh = Mesh::default();
+        for k in 0..count {
+            let turn = |by: f64| std::f64::consts::TAU * (f64::from(k) + by) / f64::from(count);
+            let (a, b) = (turn(0.0), turn(0.4));
+            let first = mesh.vertices.len() as u32;
+            // through the origin, each tilted a little more
+            let tilt = 5.0 * (7.0 * a).sin();
+            mesh.vertices.extend([
+                DVec3::new(30.0 * a.cos(), 30.0 * a.sin(), tilt),
+                DVec3::new(30.0 * b.cos(), 30.0 * b.sin(), -tilt),
+                DVec3::new(-15.0 * a.cos(), -15.0 * a.sin(), 0.0),
+            ]);
+            mesh.triangles.push([first, first + 1, first + 2]);
+        }
+        mesh
+    };
+    let found = examine(&fan(20_000));
+    assert!(found.crowded > 0);
+    let count = found.count(Defect::Intersection);
+    assert!((1_000..6_000_000 + 2_500 * 512).contains(&count), "{count}");
+    let reporter = Reporter::new();
+    found.warn(&reporter);
+    assert!(reporter.warnings().iter().any(|w| w.code == "mesh-crowded"));
+    assert_eq!(examine(&fan(2_000)).crowded, 0);
+}

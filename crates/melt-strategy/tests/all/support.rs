@@ -18,5 +18,7 @@ pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
         layer: 0.05,
         reading: Reading::LayerMean,
         ground: &|_| State::Dense,
+        surface: faces(material).top,
+        beyond: faces(material).bottom,
     }
 }

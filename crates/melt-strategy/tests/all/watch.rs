@@ -22,7 +22,7 @@ fn drawn(corners: &[[f64; 2]], places: Vec<[f64; 3]>) -> Drawn {
         places,
         every: 1e-5,
     };
-    watched(&body, &[], &path, &resolution, Some(&watch), &Silent).unwrap()
+    watched(&body, &[], &path, &resolution, (None, &watch), &Silent).unwrap()
 }
 
 const LINES: [[f64; 2]; 4] = [[0.0, 0.0], [2.5, 0.0], [2.5, 0.3], [0.0, 0.3]];
@@ -35,7 +35,7 @@ fn crossings_are_those_of_the_temperatures_in_time() {
     let place = drawn(&LINES, Vec::new()).highest.grid.centre(15, 6, 0);
     let (x, y) = (place.x, place.y);
     let seen = drawn(&LINES, vec![[x, y, 0.0], [9.0, 0.0, 0.0]]);
-    let watched = seen.watched.unwrap();
+    let watched = seen.watched;
     assert_eq!(watched.outside, [[9.0, 0.0, 0.0]]);
     let top = seen.highest.grid.planes() - 1;
     let samples = &watched.samples;
@@ -67,7 +67,7 @@ fn a_path_along_y_is_seen_where_it_lies() {
         let [x, y] = turn([place[0], place[1]]);
         drawn(&LINES.map(turn), vec![[x, y, place[2]]])
     });
-    let (a, b) = (along_x.watched.unwrap(), along_y.watched.unwrap());
+    let (a, b) = (along_x.watched, along_y.watched);
     assert_eq!(a.samples.len(), b.samples.len());
     for (a, b) in a.samples.iter().zip(&b.samples) {
         let [x, y, z] = b.place;

@@ -14,7 +14,6 @@ use super::quantity::Quantity;
 use super::samples::{self, Layers, Row, SamplesError, Told};
 use crate::ebm::charts::beam_settings;
 use crate::ebm::plan::{Plan, planned};
-use crate::ebm::run::{MATERIAL_COPY, part_copy};
 use crate::ebm::settings::Settings;
 use crate::ebm::{path_file, simulate};
 use crate::job::{self, Job, JobError};
@@ -138,12 +137,6 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError>
     let tables = &mut job.tables;
     if let Some(path) = &mut tables.path.value {
         "path.csv".clone_into(&mut path.0);
-    }
-    if let Some(part) = &mut tables.part.value {
-        part.0 = part_copy(Path::new(&**part));
-    }
-    if crate::data::is_file(&tables.ebm.material) {
-        MATERIAL_COPY.clone_into(&mut tables.ebm.value.material.value);
     }
     tables.charts.value.files.value = charts;
     // the field alone is drawn again

@@ -8,7 +8,7 @@ use meltpath_thermal::charts::simulation::Memory;
 use super::charts::{Source, sources};
 use super::error::EbmError;
 use super::plan::Plan;
-use super::settings::Settings;
+use super::settings::{Judge, Settings};
 
 /// Bytes of memory for each voxel, results included; measured on sections of 1 260 and 12 600 mm².
 const PER_VOXEL: f64 = 54.0;
@@ -25,6 +25,13 @@ const MOST: f64 = 64e9;
 /// Time of computing the charts of one setting at 25 µm, s of one core; measured, 1.2 s at 270 W and 2.6 s at 108 W.
 const CHARTS: f64 = 3.0;
 
+/// Time of computing of the judge's finest run for a second of the path, s of one core, on cells of `JUDGED_CELL` mm; measured.
+const JUDGED: f64 = 60.0;
+/// See `JUDGED`.
+const JUDGED_CELL: f64 = 0.031_25;
+/// What all other runs of the judge take beside the finest one; measured.
+const OTHERS: f64 = 1.2;
+
 /// Lowest and highest corner of the voxels round paths, mm.
 pub(super) fn extent<'a>(
     settings: &Settings,
@@ -39,6 +46,14 @@ pub(super) fn extent<'a>(
     let margin = DVec3::new(settings.margin, settings.margin, 0.0);
     let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
     [low - margin - depth, high + margin]
+}
+
+fn time(seconds: f64) -> String {
+    if seconds < 90.0 {
+        format!("{:.0} s", seconds.max(1.0))
+    } else {
+        format!("{:.0} min", seconds / 60.0)
+    }
 }
 
 /// What drawing with charts will cost.
@@ -109,11 +124,7 @@ impl Cost {
         } else {
             format!("{:.1} GB", 1e-9 * self.bytes)
         };
-        let time = if self.seconds < 90.0 {
-            format!("{:.0} s", self.seconds.max(1.0))
-        } else {
-            format!("{:.0} min", self.seconds / 60.0)
-        };
+        let time = time(self.seconds);
         format!(
             "{:.2} million voxels over {width:.1} x {depth:.1} mm: about {memory} of memory and {time} of one core to draw them once",
             1e-6 * self.voxels
@@ -157,5 +168,25 @@ pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, Ebm
         ));
     }
     lines.push(format!("cost: {}", cost.words()));
+    if let Some(judge) = &settings.judge {
+        let seconds = judged(plan, judge);
+        lines.push(format!(
+            "cost of the judge: about {} of one core",
+            time(seconds)
+        ));
+    }
     Ok(lines)
+}
+
+/// Seconds of one core that the judge takes: as asked, and with all that moves it, for the path and the good body.
+fn judged(plan: &Plan, judge: &Judge) -> f64 {
+    let drawn: f64 = plan.drawn().iter().map(|p| p.end() - p.begin()).sum();
+    let resolution = &judge.resolution;
+    let finer = (JUDGED_CELL / resolution.cell).powi(4) * f64::from(resolution.planes).powi(2);
+    // a path that gives way to a better one is drawn once as asked, too
+    let given = match plan.settings.optimise {
+        Some(_) => plan.path.end() - plan.path.begin(),
+        None => 0.0,
+    };
+    JUDGED * finer * (drawn * (1.0 + OTHERS) + given)
 }

@@ -8,6 +8,7 @@ use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
+use meltpath_thermal::levels::LevelsError;
 use meltpath_thermal::solver::SolverError;
 
 use crate::cancel::cancellable;
@@ -48,8 +49,11 @@ pub enum EbmError {
     #[error(transparent)]
     Focus(#[from] FocusError),
     /// The reference solver.
-    #[error("the judge: {0}")]
+    #[error("the reference solver: {0}")]
     Reference(SolverError),
+    /// The judge.
+    #[error("the judge: {0}")]
+    Judge(LevelsError),
     /// A part to judge that the beam does not enter.
     #[error(
         "the beam is never on in the part to be judged, {low:?} to {high:?} mm: change judge.part, or leave it out to judge the whole path"
@@ -104,4 +108,5 @@ cancellable!(EbmError:
     ChartSimulationError => Simulation, ChartSimulationError::Cancelled(c) => c;
     StrategyError => Strategy, StrategyError::Simulation(ChartSimulationError::Cancelled(c)) => c;
     SolverError => Reference, SolverError::Cancelled(c) => c;
+    LevelsError => Judge, LevelsError::Cancelled(c) => c;
 );

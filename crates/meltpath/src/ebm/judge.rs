@@ -1,22 +1,24 @@
-//! The paths of a job on the reference solver: what becomes of every point of the section, with what moves the figures.
+//! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
-use meltpath_base::{Observer, Reporter};
-use meltpath_melt_strategy::bed::{Body, Reading, Resolution};
+use meltpath_base::{Observer, Quiet, Reporter};
+use meltpath_melt_strategy::bed::{Body, Domain, Reading, Resolution};
 use meltpath_melt_strategy::error::StrategyError;
-use meltpath_melt_strategy::judgement::{Share, Variant, judge, watched};
+use meltpath_melt_strategy::judgement::{Drawn as Reference, Share, Variant, watched};
 use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
-use meltpath_thermal::solver::State;
 use meltpath_thermal::solver::watch::{Watch, Watched};
+use meltpath_thermal::solver::{Face, State};
 
 use super::drawn::Drawn;
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
 use super::settings::{Judge, Settings};
+use crate::job::ebm::JudgeGround;
+use rayon::prelude::*;
 
 /// One run of the judge.
 #[derive(Debug, Clone)]
@@ -34,6 +36,10 @@ pub struct Run {
     pub classes: Classes,
     /// The share of the section in the window of the run as asked, which a change between the good body and this one would hit.
     pub as_it_was: f64,
+    /// Share of what lies over metal that does not melt down to it.
+    pub unfused: f64,
+    /// Share of the beam's heat, and heat in J, that vapour carried away.
+    pub vapour: [f64; 2],
     /// What the solver lost of the heat.
     pub residual: f64,
     /// Updates of cells.
@@ -65,12 +71,14 @@ pub struct JudgedPath {
 impl JudgedPath {
     /// A figure of the run as asked, and what changes of it with each of the others.
     pub fn moved(&self, figure: impl Fn(&Run) -> f64) -> Share {
-        let value = figure(&self.runs[0]);
         Share {
-            value,
+            value: figure(&self.runs[0]),
             changes: self.runs[1..]
                 .iter()
-                .map(|run| (run.variant, figure(run) - value))
+                .map(|run| {
+                    let other = &self.runs[run.variant.compared()];
+                    (run.variant, figure(run) - figure(other))
+                })
                 .collect(),
         }
     }
@@ -99,6 +107,10 @@ pub struct Judged {
 
 /// Half the width of the square in the middle of a good body that its temperature is read from, mm.
 const MIDDLE: f64 = 0.6;
+/// How long after the beam has left it the middle of a good body may grow hotter, s.
+const FROZEN: f64 = 5e-3;
+/// A half space ends so many times `√(αt)` below and beside: what its end sends back is some 4e-4 of what arrives there.
+const REACH: f64 = 2.5;
 
 /// The hull of a good body's path, and the square in its middle.
 pub(super) fn middle(path: &BeamPath) -> (Contour, Rectangle) {
@@ -183,21 +195,49 @@ fn outside(
 }
 
 /// What the region is drawn on, with `ground` from [`ground`].
-pub(super) fn body<'a>(settings: &'a Settings, ground: &'a dyn Fn([f64; 2]) -> State) -> Body<'a> {
+pub(super) fn body<'a>(
+    settings: &'a Settings,
+    ground: &'a (dyn Fn([f64; 2]) -> State + Sync),
+) -> Body<'a> {
+    let start = settings.material.start;
+    let judging = settings.judge.as_ref();
     Body {
         material: &settings.material,
         beam: &settings.beam,
         layer: settings.layer,
-        reading: settings
-            .judge
-            .as_ref()
-            .map_or(Reading::LayerMean, |j| Reading::Depth(j.depth)),
+        reading: judging.map_or(Reading::LayerMean, |j| Reading::Depth(j.depth)),
         ground,
+        surface: settings.surface,
+        beyond: match judging.map(|j| j.ground) {
+            Some(JudgeGround::Plate) => Face::Insulated,
+            _ => Face::Imposed(start),
+        },
+    }
+}
+
+/// How far the ground reaches that is drawn on, for the longest of the paths that are judged.
+fn domain(plan: &Plan, judging: &Judge) -> Domain {
+    let material = &plan.settings.material;
+    let longest = plan.drawn().into_iter().map(|p| p.end() - p.begin());
+    let longest = longest.fold(0.0, f64::max);
+    let diffusivity =
+        material.conductivity(material.solidus) / material.heat_capacity(material.solidus - 1.0);
+    let reach = (REACH * (diffusivity * longest).sqrt()).max(Domain::THESIS.below);
+    match judging.ground {
+        JudgeGround::HalfSpace => Domain {
+            below: reach,
+            beside: reach,
+        },
+        JudgeGround::Plate => Domain {
+            below: judging.plate + plan.lower.len() as f64 * plan.settings.layer,
+            beside: reach,
+        },
+        JudgeGround::ThesisBox => Domain::THESIS,
     }
 }
 
 /// What lies under the first layer at a place of the region.
-pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State {
+pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State + Sync {
     move |point| {
         if below.is_metal(point) {
             State::Dense
@@ -207,46 +247,75 @@ pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State {
     }
 }
 
-fn cut(path: &BeamPath, rectangle: &Rectangle) -> Result<BeamPath, EbmError> {
-    let part = within(path, rectangle).map_err(StrategyError::from)?;
-    part.ok_or(EbmError::EmptyPart {
-        low: rectangle.low,
-        high: rectangle.high,
-    })
+/// Draws with the first `count` variants, as many at once as there are threads; what the others halve is the step that the second
+/// one took.
+fn variants(
+    resolution: &Resolution,
+    count: usize,
+    draw: &(dyn Fn(&Resolution, Variant) -> Result<Reference, EbmError> + Sync),
+) -> Result<Vec<(Resolution, Reference)>, EbmError> {
+    let some = |variants: &[Variant], step: f64| {
+        let one = |variant: &Variant| {
+            let wanted = resolution.of(*variant, step);
+            draw(&wanted, *variant).map(|drawn| (wanted, drawn))
+        };
+        variants.par_iter().map(one).collect::<Result<Vec<_>, _>>()
+    };
+    let (first, rest) = Variant::ALL[..count].split_at(count.min(2));
+    let mut found = some(first, resolution.step)?;
+    if let Some((_, twice)) = found.get(1) {
+        let step = twice.step;
+        found.extend(some(rest, step)?);
+    }
+    Ok(found)
 }
 
-/// The window on the scale of the reference solver with these cells, steps and power.
-fn classes(
+/// The windows on the scale of the solver, with the cells, steps, ground and power of each variant.
+fn windows(
     plan: &Plan,
     judging: &Judge,
     resolution: &Resolution,
     observer: &dyn Observer,
-) -> Result<Classes, EbmError> {
+) -> Result<Vec<Classes>, EbmError> {
     let settings = &plan.settings;
     let melting = settings.material.liquidus;
-    match &plan.window {
-        Window::Fixed(window) => Ok(Classes {
-            melting,
-            window: *window,
-        }),
-        Window::Good { path, width } => {
-            let (hull, square) = middle(path);
-            let part = cut(path, &square.grown(judging.beyond.max(MIDDLE)))?;
-            // as many layers of the good body as of the job
-            let lower = vec![part.clone(); plan.lower.len()];
-            let below = plan.below_good();
-            let ground = ground(&below);
-            let drawn = judge(
-                &body(settings, &ground),
-                &lower,
-                &part,
-                resolution,
-                observer,
-            )?;
-            let centre = centre(&drawn.highest, melting, &hull, &square)?;
-            Ok(Classes::calibrated(melting, centre, *width))
+    let (path, width) = match &plan.window {
+        Window::Fixed(window) => {
+            let classes = Classes {
+                melting,
+                window: *window,
+            };
+            return Ok(vec![classes; Variant::ALL.len()]);
         }
-    }
+        Window::Good { path, width } => (path, *width),
+    };
+    let (hull, square) = middle(path);
+    let focus = square.grown(judging.beyond.max(MIDDLE));
+    // as many layers of the good body as of the job; of the last one what comes after the middle has frozen warms it no more
+    let lower = vec![path.as_ref().clone(); plan.lower.len()];
+    let path = match within(path, &focus).map_err(StrategyError::from)? {
+        Some(part) => &path.between(path.begin(), part.end() + FROZEN),
+        None => path.as_ref(),
+    };
+    let below = plan.below_good();
+    let ground = ground(&below);
+    let nothing = Watch {
+        places: Vec::new(),
+        every: f64::INFINITY,
+    };
+    observer.stage("draw the good body", Variant::ALL.len() as u64);
+    let drawn = variants(resolution, Variant::ALL.len(), &|wanted, _| {
+        let body = body(settings, &ground);
+        let seen = (Some(&focus), &nothing);
+        let drawn = watched(&body, &lower, path, wanted, seen, &Quiet(observer))?;
+        observer.advance(1);
+        Ok(drawn)
+    })?;
+    let classes = |(_, drawn): &(Resolution, Reference)| -> Result<Classes, EbmError> {
+        let centre = centre(&drawn.highest, melting, &hull, &square)?;
+        Ok(Classes::calibrated(melting, centre, width))
+    };
+    drawn.iter().map(classes).collect()
 }
 
 /// What is looked at in the run as asked: the places of the job, or the hottest one on the charts.
@@ -261,103 +330,108 @@ fn watch(plan: &Plan, judging: &Judge, hottest: Option<[f64; 3]>) -> Watch {
     }
 }
 
-/// The windows of the variants, found when first needed.
-struct Windows<'a> {
+/// What the paths of a job are judged with.
+struct Court<'a> {
     plan: &'a Plan,
     judging: &'a Judge,
-    found: Vec<Classes>,
+    resolution: Resolution,
+    windows: Vec<Classes>,
+    on_charts: &'a Classes,
 }
 
-impl Windows<'_> {
-    fn of(
-        &mut self,
-        variant: usize,
-        resolution: &Resolution,
-        observer: &dyn Observer,
-    ) -> Result<Classes, EbmError> {
-        if let Some(found) = self.found.get(variant) {
-            return Ok(*found);
-        }
-        let found = classes(self.plan, self.judging, resolution, observer)?;
-        self.found.push(found);
-        Ok(found)
+impl Court<'_> {
+    fn tally(&self, highest: &Field, classes: &Classes) -> Tally {
+        let part = self.judging.part.as_ref().map(|p| (p, 0.0));
+        tally(highest, classes, &self.plan.contour, 0.0, part)
     }
-}
 
-fn judged(
-    windows: &mut Windows<'_>,
-    on_charts: &Classes,
-    path: &BeamPath,
-    charts: Option<&Field>,
-    variants: &[Variant],
-    observer: &dyn Observer,
-) -> Result<JudgedPath, EbmError> {
-    let (plan, judging) = (windows.plan, windows.judging);
-    let settings = &plan.settings;
-    let wanted = |path: &BeamPath| match &judging.part {
-        Some(part) => cut(path, &part.grown(judging.beyond)),
-        None => Ok(path.clone()),
-    };
-    let lower = plan.lower.iter().map(wanted);
-    let lower = lower.collect::<Result<Vec<BeamPath>, _>>()?;
-    let whole_begin = path.begin();
-    let path = wanted(path)?;
-    let part = judging.part.as_ref();
-    let of = |highest: &Field, classes: &Classes| {
-        tally(highest, classes, &plan.contour, 0.0, part.map(|p| (p, 0.0)))
-    };
-    let ground = ground(&plan.below);
-    let body = body(settings, &ground);
-    let charts_tally = charts.map(|highest| (of(highest, on_charts), &highest.grid));
-    let hottest = charts_tally.as_ref().map(|(tally, grid)| {
-        let [i, j, k] = tally.hottest.1;
-        grid.centre(i, j, k).to_array()
-    });
-    let watch = watch(plan, judging, hottest);
-    let mut runs: Vec<Run> = Vec::new();
-    let mut first: Option<(Field, Classes, f64)> = None;
-    let mut seen: Option<Watched> = None;
-    for (n, variant) in variants.iter().copied().enumerate() {
-        let taken = first.as_ref().map_or(judging.resolution.step, |f| f.2);
-        let wanted = judging.resolution.of(variant, taken);
-        let watch = (n == 0).then_some(&watch);
-        let drawn = watched(&body, &lower, &path, &wanted, watch, observer)?;
-        seen = seen.or(drawn.watched);
-        let classes = windows.of(n, &wanted, observer)?;
-        let window = first.as_ref().map_or(classes, |f| f.1);
-        let section = of(&drawn.highest, &classes);
-        runs.push(Run {
+    /// Share of the section over metal whose foot stays solid.
+    fn unfused(&self, foot: &Field) -> f64 {
+        let grid = &foot.grid;
+        let top = grid.planes() - 1;
+        let (mut cells, mut solid) = (0_u32, 0_u32);
+        for j in 0..grid.cells[1] {
+            for i in 0..grid.cells[0] {
+                let c = grid.centre(i, j, top);
+                let point = [c.x, c.y];
+                let judged = self
+                    .judging
+                    .part
+                    .as_ref()
+                    .is_none_or(|p| p.depth(point) > 0.0);
+                let metal = !self.plan.lower.is_empty() || self.plan.below.is_metal(point);
+                if judged && metal && self.plan.contour.depth(point) > 0.0 {
+                    cells += 1;
+                    solid += u32::from(foot.at(i, j, top) < self.windows[0].melting);
+                }
+            }
+        }
+        f64::from(solid) / f64::from(cells.max(1))
+    }
+
+    fn run(&self, n: usize, wanted: Resolution, drawn: &Reference) -> Run {
+        let (plan, classes) = (self.plan, self.windows[n]);
+        let tally = self.tally(&drawn.highest, &classes);
+        Run {
             outside: outside(
                 &drawn.highest,
                 classes.melting,
                 &plan.contour,
-                settings.checks.rim,
-                part,
-                &section,
+                plan.settings.checks.rim,
+                self.judging.part.as_ref(),
+                &tally,
             ),
-            variant,
+            variant: Variant::ALL[n],
             resolution: Resolution {
                 step: drawn.step,
                 ..wanted
             },
-            tally: section,
-            as_it_was: of_all(&of(&drawn.highest, &window), Class::Good),
+            as_it_was: of_all(&self.tally(&drawn.highest, &self.windows[0]), Class::Good),
+            unfused: self.unfused(&drawn.foot),
+            vapour: [drawn.vapour, drawn.evaporated],
+            tally,
             classes,
             residual: drawn.residual,
             updates: drawn.updates,
-        });
-        first.get_or_insert((drawn.highest, classes, drawn.step));
+        }
     }
-    let (Some((highest, _, _)), Some(mut watched)) = (first, seen) else {
-        return Err(EbmError::GoodBody);
-    };
-    watched.count_from(path.begin() - whole_begin);
-    Ok(JudgedPath {
-        runs,
-        on_charts: charts_tally.map(|(tally, _)| tally),
-        highest,
-        watched,
-    })
+
+    fn judged(
+        &self,
+        path: &BeamPath,
+        charts: Option<&Field>,
+        count: usize,
+        observer: &dyn Observer,
+    ) -> Result<JudgedPath, EbmError> {
+        let (plan, judging) = (self.plan, self.judging);
+        let ground = ground(&plan.below);
+        let on_charts = charts.map(|highest| (self.tally(highest, self.on_charts), &highest.grid));
+        let hottest = on_charts.as_ref().map(|(tally, grid)| {
+            let [i, j, k] = tally.hottest.1;
+            grid.centre(i, j, k).to_array()
+        });
+        let watch = watch(plan, judging, hottest);
+        let focus = judging.part.map(|p| p.grown(judging.beyond));
+        observer.stage("judge the path", count as u64);
+        let drawn = variants(&self.resolution, count, &|wanted, _| {
+            let body = body(&plan.settings, &ground);
+            let seen = (focus.as_ref(), &watch);
+            let drawn = watched(&body, &plan.lower, path, wanted, seen, &Quiet(observer))?;
+            observer.advance(1);
+            Ok(drawn)
+        })?;
+        let runs = drawn.iter().enumerate();
+        let runs = runs
+            .map(|(n, (wanted, drawn))| self.run(n, *wanted, drawn))
+            .collect();
+        let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
+        Ok(JudgedPath {
+            runs,
+            on_charts: on_charts.map(|(tally, _)| tally),
+            highest: first.highest,
+            watched: first.watched,
+        })
+    }
 }
 
 /// Judges the path as given and the better one: its path, and what charts say of it where they can.
@@ -372,26 +446,35 @@ pub fn judge_paths(
     better: Option<(&BeamPath, Option<&Drawn>)>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
-    let mut windows = Windows {
+    let resolution = Resolution {
+        domain: domain(plan, judging),
+        ..judging.resolution
+    };
+    if let Some(part) = judging.part
+        && within(&plan.path, &part.grown(judging.beyond))
+            .map_err(StrategyError::from)?
+            .is_none()
+    {
+        let Rectangle { low, high } = part.grown(judging.beyond);
+        return Err(EbmError::EmptyPart { low, high });
+    }
+    let court = Court {
         plan,
         judging,
-        found: Vec::new(),
+        resolution,
+        windows: windows(plan, judging, &resolution, observer)?,
+        on_charts,
     };
-    let mut one = |path: &BeamPath, drawn: Option<&Drawn>, variants: &[Variant]| {
-        let highest = drawn.map(|d| &d.highest);
-        judged(&mut windows, on_charts, path, highest, variants, observer)
-    };
+    let all = Variant::ALL.len();
     // of a path that gives way to a better one nothing is claimed
-    let variants: &[Variant] = match better {
-        Some(_) => &[Variant::Base],
-        None => &Variant::ALL,
-    };
-    let given = one(&given.path, Some(given), variants)?;
+    let count = if better.is_some() { 1 } else { all };
+    let highest = Some(&given.highest);
+    let given = court.judged(&given.path, highest, count, observer)?;
     let better = better
-        .map(|(path, drawn)| one(path, drawn, &Variant::ALL))
+        .map(|(path, drawn)| court.judged(path, drawn.map(|d| &d.highest), all, observer))
         .transpose()?;
     Ok(Judged {
-        classes: given.runs[0].classes,
+        classes: court.windows[0],
         given,
         better,
     })

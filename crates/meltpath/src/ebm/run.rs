@@ -1,6 +1,5 @@
 //! From an electron-beam job to a folder of results.
 
-use std::fs::File;
 use std::path::Path;
 
 use meltpath_base::{Cancelled, Observer, Reporter, Verdict};
@@ -59,7 +58,7 @@ pub fn run(
     if outcome.judged.is_some() {
         provenance.model(
             "judge",
-            "reference solver: finite volumes in enthalpy, explicit; laws and domain of Béraud 2016, section 3.2.2.1",
+            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour by Hertz, Knudsen and Clausius-Clapeyron",
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
@@ -78,17 +77,7 @@ pub fn run(
     );
     let report = views::ebm::report(&title, &plan, &outcome, &verdict, &provenance);
     outcome::tell(&folder, &report)?;
-    folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
-    if let Some(part) = plan.part.as_ref().map(|p| &p.file) {
-        folder.write(&part_copy(part), |w| {
-            std::io::copy(&mut File::open(part)?, w).map(drop)
-        })?;
-    }
-    if let Some(file) = &settings.material_file {
-        folder.write(MATERIAL_COPY, |w| {
-            std::io::copy(&mut File::open(file)?, w).map(drop)
-        })?;
-    }
+    crate::inputs::write(&folder, job_file, text, &[])?;
     views::ebm::write_files(&folder, &plan, &outcome)?;
     for (n, set) in outcome.charts.iter().enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
@@ -99,15 +88,6 @@ pub fn run(
         folder: folder.commit()?,
         verdict,
     })
-}
-
-/// The name of the user's own material in the folder of a run.
-pub(crate) const MATERIAL_COPY: &str = "material.toml";
-
-/// The name of a part in the folder of a run, so that the run can be drawn again without anything outside.
-pub(crate) fn part_copy(file: &Path) -> String {
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    format!("part.{}", extension.to_lowercase())
 }
 
 /// What is resolved in a job, what it costs, and what it warns of.

@@ -14,12 +14,15 @@ use meltpath_thermal::material::Material;
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::solver::source::Depth;
+use meltpath_thermal::solver::surface::Surface;
 
 use super::focus;
 use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
-use crate::job::ebm::{ChartMemory, EbmJob, Ground, HatchStrategy, JudgeTable, Point, Ring};
+use crate::job::ebm::{
+    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeTable, Point, Ring, Vapour,
+};
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
 use crate::stages::section::Cut;
@@ -121,6 +124,8 @@ pub struct Checks {
     pub in_window: f64,
     /// Greatest share that stays powder.
     pub unmelted: f64,
+    /// Greatest share over metal that does not melt down to it.
+    pub unfused: f64,
     /// How far beyond the contour what melts is not counted, mm.
     pub rim: f64,
     /// Greatest area molten beyond the rim, as a share of the section's.
@@ -136,8 +141,12 @@ pub struct Judge {
     pub part: Option<Rectangle>,
     /// How far beyond it the path is drawn, mm.
     pub beyond: f64,
-    /// Cells, steps and ground.
+    /// Cells and steps; the ground's extent follows from [`Judge::ground`].
     pub resolution: Resolution,
+    /// What the ground is.
+    pub ground: JudgeGround,
+    /// Thickness of the start plate, mm.
+    pub plate: f64,
     /// How deep below the build plane temperatures are read, mm.
     pub depth: f64,
     /// Places whose temperature is kept in time, mm; without z on the build plane.
@@ -195,6 +204,8 @@ pub struct Settings {
     pub judge: Option<Judge>,
     /// Limits of the verdict.
     pub checks: Checks,
+    /// What the build plane sees, on the solver.
+    pub surface: Surface,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -258,10 +269,12 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         checks: Checks {
             in_window: job.checks.in_window.0,
             unmelted: job.checks.unmelted.0,
+            unfused: job.checks.unfused.0,
             rim: job.checks.rim.0,
             outside: job.checks.outside.0,
             farthest: job.checks.farthest.0,
         },
+        surface: surface(job, &material),
         material,
         material_file: loaded.file,
         beam: Beam {
@@ -394,6 +407,18 @@ fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &R
     }
 }
 
+/// What the build plane sees.
+fn surface(job: &EbmJob, material: &Material) -> Surface {
+    let surroundings = job.ebm.shield.0;
+    match (*job.ebm.evaporation, material.evaporation) {
+        (Vapour::Free, Some(evaporation)) => Surface::Evaporating {
+            surroundings,
+            evaporation,
+        },
+        _ => Surface::Radiating { surroundings },
+    }
+}
+
 fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
     let place = |p: &Point| ([p[0].0, p[1].0], p.get(2).map(|z| z.0));
     Judge {
@@ -409,12 +434,11 @@ fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
             cell: table.cell.0,
             planes: *table.planes,
             step: table.step.0,
-            domain: Domain {
-                below: table.ground.0,
-                beside: table.ground.0,
-            },
+            domain: Domain::THESIS,
             power: 1.0,
         },
+        ground: *table.ground,
+        plate: table.plate.0,
     }
 }
 

@@ -2,13 +2,13 @@
 //! figures are not converged it cannot say either.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
-use meltpath_melt_strategy::judgement::{CONVERGED, Share, Variant};
+use meltpath_melt_strategy::judgement::{CONVERGED, Share};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::material::{CELSIUS, Material};
 
 use super::judge::{JudgedPath, Run, of_all};
-use super::settings::{Judge, Settings};
+use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
 
 const IN_WINDOW: [&str; 2] = [
@@ -16,6 +16,10 @@ const IN_WINDOW: [&str; 2] = [
     "section whose highest temperature lies in the window",
 ];
 const UNMELTED: [&str; 2] = ["unmelted", "section that stays powder"];
+const UNFUSED: [&str; 2] = [
+    "unfused",
+    "section over metal that does not melt down to it",
+];
 const OUTSIDE: [&str; 2] = [
     "molten-outside",
     "area molten outside the contour, of the section's",
@@ -32,9 +36,17 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         let drawn = Shown::of(outcome);
+        let remedy = match drawn.tally.counts[Class::Good as usize] {
+            0 => format!(
+                "the preview has nothing in the window: {}; then {JUDGE}",
+                into_window(settings, drawn.tally)
+            ),
+            _ => JUDGE.to_owned(),
+        };
         return vec![
-            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn),
-            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn),
+            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn).remedy(remedy),
+            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn).remedy(JUDGE),
+            Check::not_checked(UNFUSED[0], UNFUSED[1], "only [judge] tells"),
             Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only [judge] tells"),
             Check::not_checked(FARTHEST[0], FARTHEST[1], "only [judge] tells"),
         ];
@@ -43,6 +55,8 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let section = Section {
         judging,
         tally: &path.runs[0].tally,
+        hottest: path.highest.largest().0,
+        material: &settings.material,
     };
     // a cell more or less is what an outline on cells is known to
     let cell = path.runs[0].resolution.cell;
@@ -56,9 +70,7 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
                 Limit::AtLeast(100.0 * limits.in_window),
             )
             .because(&words)
-            .remedy(
-                "change speed, power, distance or order of lines; or let [optimise] change the speeds",
-            ),
+            .remedy(into_window(settings, section.tally)),
         section
             .check(
                 UNMELTED,
@@ -66,6 +78,13 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
                 Limit::AtMost(100.0 * limits.unmelted),
             )
             .remedy("more power, slower lines, or lines closer together"),
+        section
+            .check(
+                UNFUSED,
+                Figure::share(path.moved(|run| run.unfused)),
+                Limit::AtMost(100.0 * limits.unfused),
+            )
+            .remedy("more power, slower lines, lines closer together, or thinner layers"),
         section
             .check(
                 OUTSIDE,
@@ -103,7 +122,26 @@ fn preview([id, title]: [&str; 2], limit: Limit, drawn: &Shown<'_>) -> Check {
             ),
         )
     }
-    .remedy(JUDGE)
+}
+
+/// What brings more of the section into the window: by where most of it lies, and by what the job says already.
+fn into_window(settings: &Settings, tally: &Tally) -> String {
+    let [unmelted, porous, _, overheated] = tally.counts;
+    let mut remedy = if overheated > porous + unmelted {
+        "less power, faster lines, or lines further apart"
+    } else {
+        "more power, slower lines, or lines closer together"
+    }
+    .to_owned();
+    if settings.optimise.is_none() {
+        remedy.push_str("; or let [optimise] change the speeds");
+    }
+    if matches!(settings.window, Good::Limits(_)) {
+        remedy.push_str(
+            "; or, where the beam is one that builds well, centre the window on what it reaches (window.body)",
+        );
+    }
+    remedy
 }
 
 /// A figure of the judge with what moves it.
@@ -131,6 +169,9 @@ impl Figure {
 struct Section<'a> {
     judging: &'a Judge,
     tally: &'a Tally,
+    /// Anywhere at the depth that is judged, K.
+    hottest: f64,
+    material: &'a Material,
 }
 
 impl Section<'_> {
@@ -170,7 +211,7 @@ impl Section<'_> {
             let by: Vec<String> = share
                 .changes
                 .iter()
-                .filter(|(_, change)| change.abs() > converged)
+                .filter(|(_, change)| change.is_nan() || change.abs() > converged)
                 .map(|(variant, _)| variant.words().to_owned())
                 .collect();
             unsure(
@@ -182,6 +223,18 @@ impl Section<'_> {
                     by.join(", ")
                 ),
             )
+        };
+        let [_, most] = self.material.range;
+        let check = if self.hottest > most {
+            let reason = format!(
+                "the hottest place reaches {:.0} °C, where the laws of {} end at {:.0} °C",
+                self.hottest - CELSIUS,
+                self.material.name,
+                most - CELSIUS
+            );
+            unsure(check, &reason)
+        } else {
+            check
         };
         match self.judging.part {
             Some(_) => unsure(check, "only judge.part was judged, not the whole section"),
@@ -200,14 +253,11 @@ fn in_words(path: &JudgedPath, share: &Share, window: [f64; 2]) -> String {
         .zip(&share.changes)
         .map(|(run, (v, c))| {
             let told = format!("{:+.1} at {}", 100.0 * c, v.words());
-            match v {
-                Variant::LessPower | Variant::MorePower => {
-                    format!(
-                        "{told}, {:.1} % in the window as it was",
-                        100.0 * run.as_it_was
-                    )
-                }
-                _ => told,
+            if v.is_of_power() {
+                let left = 100.0 * run.as_it_was;
+                format!("{told}, {left:.1} % in the window as it was")
+            } else {
+                told
             }
         })
         .collect();
@@ -304,7 +354,11 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         )
         .at(place),
     ];
-    if outcome.judged.is_some() {
+    if let Some(judged) = &outcome.judged {
+        let path = judged.better.as_ref().unwrap_or(&judged.given);
+        let share = Measure::exact(100.0 * path.runs[0].vapour[0], "%");
+        let vapour = "heat of the beam that vapour carries away";
+        facts.push(Fact::new("vapour", vapour, share, shown.words));
         for (id, title, class) in [
             (
                 "below-window",

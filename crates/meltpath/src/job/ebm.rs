@@ -15,6 +15,12 @@ pub type Ring = Many<[Length; 2], 3>;
 /// A place: x, y, and z where it is not the build plane.
 pub type Point = Many<Length, 2, 3>;
 
+/// Fastest beam that any gun draws, mm/s: 100 km/s.
+const FASTEST: f64 = 1e8;
+
+/// Longest dwell, s.
+const DAY: f64 = 86_400.0;
+
 table! {
     /// Electron beam over powder: a beam path, or a region or part that is hatched, and the temperatures wanted.
     pub struct EbmJob {
@@ -75,7 +81,7 @@ table! {
         /// Beam diameter whatever the focus, in place of a calibration.
         diameter: Length where positive => none("that of the focus calibration");
         /// Share of the beam power that becomes heat.
-        efficiency: Ratio where positive => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
+        efficiency: Ratio where up_to(1.0) => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
         /// How deep the beam enters.
         penetration: Length where positive => default("0.1 mm", "Béraud 2016, eq. 3.2.2");
         /// Thickness of a layer.
@@ -84,6 +90,10 @@ table! {
         layers: u32 where within(1.0, 1e6) => default(1, "the path is drawn once");
         /// What lies under the first layer; a part says it itself.
         ground: Ground => default("metal", "dense metal everywhere");
+        /// What leaves the build plane as vapour, on the solver; charts know of none.
+        evaporation: Vapour => default("free", "process vacuum, some 0.2 Pa of helium");
+        /// Temperature of the heat shield above the build plane.
+        shield: Temperature => default("300 °C", "measured by Neira Arce, quoted in Béraud 2016, section 3.2.2.1");
     }
 
     /// Temperature histories under a beam at rest.
@@ -91,9 +101,9 @@ table! {
         /// Chart files to use; settings they do not serve are computed.
         files: Vec<File> => default([], "all are computed");
         /// Heating stops here; above it temperatures are told apart badly.
-        stop: Temperature => default("2800 °C", "Béraud 2016, section 3.2.2.3");
+        stop: Temperature where within(0.0, 1e5) => default("2800 °C", "Béraud 2016, section 3.2.2.3");
         /// Cooling starts from the pool whose hottest point has this temperature.
-        cooling_from: Temperature => default("2800 °C", "Béraud 2016, section 3.2.2.3");
+        cooling_from: Temperature where within(0.0, 1e5) => default("2800 °C", "Béraud 2016, section 3.2.2.3");
         /// Spacing of the charts.
         spacing: Length where positive => default("0.025 mm", "converged within 2 °C of mean error");
         /// What the ground keeps of earlier lines.
@@ -144,15 +154,15 @@ table! {
         /// Edge of an island.
         island: Length where positive => default("2 mm", "of the order of what stays hot behind the beam");
         /// Speed of the beam.
-        speed: Speed where positive => default("980 mm/s", "Béraud 2016, table 3.3.2");
+        speed: Speed where up_to(FASTEST) => default("980 mm/s", "Béraud 2016, table 3.3.2");
         /// Time on a spot.
-        dwell: Time where positive => computed("what a line at that speed spends on the spacing");
+        dwell: Time where up_to(DAY) => computed("what a line at that speed spends on the spacing");
         /// Speed from the end of a line to the start of the next, beam off.
-        jump: Speed where positive => none("no time at all");
+        jump: Speed where up_to(FASTEST) => none("no time at all");
         /// Accelerating voltage.
-        voltage: Voltage where positive => default("60 kV", "Béraud 2016, table 3.3.2");
+        voltage: Voltage where up_to(1e6) => default("60 kV", "Béraud 2016, table 3.3.2");
         /// Beam current.
-        current: Current where positive => default("5 mA", "Béraud 2016, table 3.3.2");
+        current: Current where up_to(10.0) => default("5 mA", "Béraud 2016, table 3.3.2");
         /// Current of the focus coil.
         focus: Current => default("4 mA", "Béraud 2016, table 3.3.2");
     }
@@ -172,9 +182,9 @@ table! {
     /// Highest temperatures that are wanted: two limits, or a width about the middle of a body known to be good.
     pub struct WindowTable {
         /// Lower limit.
-        low: Temperature => default("2700 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
+        low: Temperature where within(0.0, 1e5) => default("2700 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
         /// Upper limit.
-        high: Temperature => default("2760 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
+        high: Temperature where within(0.0, 1e5) => default("2760 °C", "Béraud 2016, section 3.3.2.1, on the scale of the thesis' simulator");
         /// Path of a body known to be good, simulated alike; the window is centred on its middle.
         good: File => none("`low` and `high`, or `body`");
         /// Width and height of a rectangle that `[hatch]` makes well: the body known to be good in place of a path.
@@ -218,18 +228,20 @@ table! {
         solver: JudgeSolver => required;
         /// Two corners of the rectangle that is judged, the lower left one first.
         part: [[Length; 2]; 2] => none("the whole path");
-        /// How far beyond that rectangle the path is drawn too, so that its rim is as warm as in the whole.
-        beyond: Length where not_negative => default("0.75 mm", "six lines of the thesis; heat laid further away has left through the ground");
-        /// Edge of a cell in the plane.
-        cell: Length where positive => default("0.0625 mm", "half the thesis' distance of lines");
+        /// How far beyond that rectangle the finest cells reach; elsewhere the path is drawn on cells of at most 0.13 mm.
+        beyond: Length where not_negative => default("0.75 mm", "six lines of the thesis");
+        /// Edge of the finest cells in the plane.
+        cell: Length where positive => default("0.03125 mm", "a quarter of the thesis' distance of lines");
         /// Planes of cells in a layer.
         planes: u32 where within(1.0, 16.0) => default(1, "a plane a layer; the judge tells what twice as many change");
         /// Longest time step; shorter where stability needs it.
-        step: Time where positive => default("4e-6 s", "a twelfth of a cell at 980 mm/s");
+        step: Time where positive => default("2e-5 s", "as long as is stable; the judge tells what half of it changes");
         /// How deep below the build plane temperatures are read.
         depth: Length where not_negative => computed("half the layer: neither the surface nor the layer below");
-        /// How far below and beside the path the ground is drawn, which is at the start temperature beyond.
-        ground: Length where positive => default("0.5 mm", "the domain of Béraud 2016, section 3.2.2.1; the judge tells what twice as much changes");
+        /// What the ground is.
+        ground: JudgeGround => default("half-space", "metal or powder as far as heat goes while the layer is drawn");
+        /// Thickness of the start plate, where the ground is one.
+        plate: Length where positive => default("10 mm", "a usual start plate");
         /// Places whose temperature is kept in time: x, y, and z where it is not the build plane.
         places: Vec<Point> => default([], "the charts' hottest");
         /// Time between two of these temperatures.
@@ -242,6 +254,8 @@ table! {
         in_window: Ratio where not_negative => default("50 %", "half of the metal");
         /// Greatest share of the section that stays powder.
         unmelted: Ratio where not_negative => default("1 %", "powder left inside is a hole");
+        /// Greatest share of the section over metal that does not melt down to the layer below.
+        unfused: Ratio where not_negative => default("1 %", "a layer that does not melt into the one below is a crack");
         /// How far beyond the contour metal may melt and not be counted.
         rim: Length where not_negative => default("0.1 mm", "a few grains: what sticks to faces anyway");
         /// Greatest area molten beyond that rim, as a share of the section's.
@@ -258,6 +272,24 @@ choice! {
         Metal = "metal",
         /// Powder: the region hangs over.
         Powder = "powder",
+    }
+
+    /// What leaves the build plane as vapour.
+    pub enum Vapour {
+        /// As much as into a vacuum, by the material's law.
+        Free = "free",
+        /// Nothing.
+        None = "none",
+    }
+
+    /// What the ground is that the solver draws on; it is at the start temperature before the layer.
+    pub enum JudgeGround {
+        /// So deep and wide that nothing is felt of its end.
+        HalfSpace = "half-space",
+        /// The layers on a plate from which nothing flows: loose powder lies below.
+        Plate = "plate",
+        /// Held at the start temperature 0.5 mm below, and beside by as much or a little more (Béraud 2016, section 3.2.2.1).
+        ThesisBox = "thesis-box",
     }
 
     /// What the ground under a chart simulation keeps of earlier beam positions.

@@ -55,7 +55,11 @@ table! {
         /// Transfer mode, such as `cmt`; wire, gas and mode together select the process map.
         mode: String => required;
         /// Process map: a name in `data/process-maps`, or a TOML file of your own.
-        map: String => computed("the one that ships for wire, mode and gas");
+        map: String => computed("the one for wire, mode and gas: `WIRE-MODE-GAS`");
+        /// Weld pool: a name in `data/pools`, or a TOML file of your own.
+        pool: String => computed("the one for wire, mode and gas; else the nearest that was measured, told");
+        /// Electric energy per volume: a name in `data/energy`, or a TOML file of your own.
+        energy: String => computed("the first that knows wire and mode; else it cannot be said");
         /// Deposited metal over fed metal.
         efficiency: Ratio where up_to(1.0) => computed("the process map's: 100 % with the seed map, 95 % otherwise");
         /// How the welding source is set and what it was seen to feed.

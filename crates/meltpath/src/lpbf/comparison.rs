@@ -5,8 +5,8 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
 
+use super::plan::Plan;
 use super::result::{MODES, RecipeResult};
-use super::settings::Settings;
 use super::work::Work;
 
 /// One quantity, of each recipe.
@@ -17,15 +17,15 @@ struct Line {
 
 /// The recipes compared.
 pub(crate) struct Comparison<'a> {
-    settings: &'a Settings,
+    plan: &'a Plan,
     results: &'a [RecipeResult<'a>],
     lines: Vec<Line>,
 }
 
 impl<'a> Comparison<'a> {
-    pub(crate) fn new(settings: &'a Settings, results: &'a [RecipeResult<'a>]) -> Self {
+    pub(crate) fn new(plan: &'a Plan, results: &'a [RecipeResult<'a>]) -> Self {
         let mut found = Comparison {
-            settings,
+            plan,
             results,
             lines: Vec::new(),
         };
@@ -45,7 +45,7 @@ impl<'a> Comparison<'a> {
 
     fn times(&mut self) {
         self.add("time, s", &|r| Cell::Fixed(r.duration, 3));
-        if let Work::Plate(plate) = &self.settings.work {
+        if let Work::Plate(plate) = &self.plan.work {
             let squares = f64::from(plate.squares());
             self.add("time a square, s", &|r| {
                 Cell::Fixed(r.duration / squares, 3)
@@ -63,7 +63,7 @@ impl<'a> Comparison<'a> {
     }
 
     fn contours(&mut self) {
-        let limits: &[f64] = if self.settings.data.head.focus.is_some() {
+        let limits: &[f64] = if self.plan.settings.data.head.focus.is_some() {
             &[10.0, 20.0, 30.0, 100.0]
         } else {
             &[10.0, 30.0, 100.0, 200.0, 300.0]

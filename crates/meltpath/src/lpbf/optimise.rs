@@ -21,8 +21,8 @@ use meltpath_scan_head::measures::fill_rate::FillRate;
 use meltpath_scan_head::measures::hatch::HatchDistance;
 use meltpath_scan_head::search::{Bounds, Candidate, Found, Problem, search};
 
+use super::plan::Plan;
 use super::result::MODES;
-use super::settings::Settings;
 use super::work::Work;
 
 /// Side of the squares that are simulated, at most, mm.
@@ -45,16 +45,17 @@ fn small(work: &Work) -> Work {
 
 /// Searches within the job's bounds, beginning with its first recipe.
 pub(crate) fn run(
-    settings: &Settings,
+    plan: &Plan,
     bounds: &Bounds,
     observer: &dyn Observer,
 ) -> Result<Found, HeadError> {
-    let work = small(&settings.work);
+    let settings = &plan.settings;
+    let work = small(&plan.work);
     let spot = 2.0 * settings.data.head.beam.waist;
     let judged = &MODES[2..];
     let job = |recipe: &Recipe| work.tuning_job(recipe);
     let samples = |recipe: &Recipe, period: f64| {
-        let layers = settings.work.layers(recipe)?;
+        let layers = plan.work.layers(recipe)?;
         sample_count(layers, period)
     };
     let surface = |job: &ScanJob| match &work {

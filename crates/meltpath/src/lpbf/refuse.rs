@@ -9,7 +9,7 @@ use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::optics::correction::CorrectionError;
 use meltpath_scan_head::optics::geometry::GeometryError;
 
-use super::settings::Settings;
+use super::plan::Plan;
 use super::work::{Source, Work};
 use crate::job::lpbf::LpbfJob;
 use crate::tune::choose::ready_for;
@@ -18,34 +18,34 @@ use crate::tune::choose::ready_for;
 ///
 /// # Errors
 /// [`Problem`] with the place in the job and what to change.
-pub(super) fn check(job: &LpbfJob, settings: &Settings) -> Result<Vec<Survey>, Problem> {
+pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> {
     let name = &job.lpbf.head;
-    let head = settings.data.head.ready().map_err(|e| {
+    let head = plan.settings.data.head.ready().map_err(|e| {
         let message = format!("\"{}\" is not sound: {e}", **name);
         name.problem(message).help(head_help(&e))
     })?;
-    let mut surveys = Vec::with_capacity(settings.recipes.len());
-    for (recipe, name) in settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
+    let mut surveys = Vec::with_capacity(plan.settings.recipes.len());
+    for (recipe, name) in plan.settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
         let refused = |what: &str, e: &HeadError| {
             Problem::new(format!("\"{}\" cannot run{what}: {e}", name.get_ref())).at(name.span())
         };
-        let layers = || settings.work.layers(recipe);
+        let layers = || plan.work.layers(recipe);
         let survey = layers().and_then(|layers| head.survey(layers));
         surveys.push(survey.map_err(|e| match &e {
-            HeadError::Field { .. } => outside(job, settings, recipe, &e),
-            HeadError::Job(_) | HeadError::Layer(_) => unsound(job, settings, &e),
+            HeadError::Field { .. } => outside(job, plan, recipe, &e),
+            HeadError::Job(_) | HeadError::Layer(_) => unsound(job, plan, &e),
             _ => refused("", &e),
         })?);
         layers()
-            .and_then(|layers| ready_for(&head, settings.path, layers))
+            .and_then(|layers| ready_for(&head, plan.settings.path, layers))
             .map_err(|e| refused(" with lpbf.path", &e))?;
     }
     Ok(surveys)
 }
 
 /// Squares or layers that are no job.
-fn unsound(job: &LpbfJob, settings: &Settings, error: &HeadError) -> Problem {
-    match &settings.work {
+fn unsound(job: &LpbfJob, plan: &Plan, error: &HeadError) -> Problem {
+    match &plan.work {
         Work::Plate(_) => job
             .plate
             .problem(error.to_string())
@@ -78,20 +78,20 @@ fn head_help(error: &HeadError) -> &'static str {
 }
 
 /// Work beyond the field: where it lies, and what moves it.
-fn outside(job: &LpbfJob, settings: &Settings, recipe: &Recipe, error: &HeadError) -> Problem {
+fn outside(job: &LpbfJob, plan: &Plan, recipe: &Recipe, error: &HeadError) -> Problem {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for layer in settings.work.layers(recipe).into_iter().flatten().flatten() {
+    for layer in plan.work.layers(recipe).into_iter().flatten().flatten() {
         let ends = layer.job.vectors.iter().map(|v| v.end);
         for p in ends.chain([layer.job.start]).map(DVec3::truncate) {
             (low, high) = (low.min(p), high.max(p));
         }
     }
-    let half = settings.data.head.half_field;
+    let half = plan.settings.data.head.half_field;
     let lies = format!(
         "it lies from ({:.1}, {:.1}) to ({:.1}, {:.1}) mm, the field reaches ±{half:.1} mm",
         low.x, low.y, high.x, high.y
     );
-    let set = match &settings.work {
+    let set = match &plan.work {
         Work::Plate(_) => {
             let message = format!("the plate leaves the head's field: {error}");
             return job.plate.problem(message).help(format!(

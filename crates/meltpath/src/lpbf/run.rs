@@ -4,6 +4,8 @@ use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
+use meltpath_scan_head::axis::chain::Axis;
+use meltpath_scan_head::axis::control::Controller;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::gate::Darkness;
@@ -21,10 +23,12 @@ use meltpath_toolpath::MotionSink;
 
 use super::error::LpbfError;
 use super::heat::{self, BeamRecord};
+use super::plan::{Plan, plan};
 use super::result::{MODES, Path2d, RecipeResult};
 use super::settings::{self, Settings};
 use super::work::Work;
 use super::{motion, optimise, refuse};
+use crate::job::lpbf::{DelayChoice, PathChoice};
 use crate::job::{JobError, LpbfJob, Written};
 use crate::outcome::{Examined, Outcome};
 use crate::tune::choose::ready_for;
@@ -62,9 +66,10 @@ pub fn run(
 ) -> Result<Outcome, LpbfError> {
     let reporter = Reporter::new();
     let here = path.parent().unwrap_or(Path::new(""));
-    let (settings, mut surveys) = resolved(path, job, text, observer)?;
+    let (plan, mut surveys) = resolved(path, job, text, observer)?;
+    let settings = &plan.settings;
     let folder = crate::outcome::folder(out, runs)?;
-    let said = settings.warnings.iter();
+    let said = plan.warnings.iter();
     said.for_each(|w| reporter.push(w.clone()));
     for letter in &settings.foreign {
         reporter.warn(
@@ -78,7 +83,7 @@ pub fn run(
     }
     let head = settings.data.head.ready()?;
     let found = match &settings.search {
-        Some(bounds) => Some(optimise::run(&settings, bounds, observer)?),
+        Some(bounds) => Some(optimise::run(&plan, bounds, observer)?),
         None => None,
     };
     // the first recipe itself is run anyway
@@ -96,9 +101,9 @@ pub fn run(
         let optimised = k == settings.recipes.len();
         let plain = other_head.as_ref().filter(|_| optimised).unwrap_or(&head);
         if optimised {
-            surveys.push(plain.survey(settings.work.layers(recipe)?)?);
+            surveys.push(plain.survey(plan.work.layers(recipe)?)?);
         }
-        let layers = settings.work.layers(recipe)?;
+        let layers = plan.work.layers(recipe)?;
         heads.push(ready_for(plain, settings.path, layers)?);
     }
     let mut results = Vec::with_capacity(recipes.len());
@@ -106,7 +111,7 @@ pub fn run(
     {
         let run = Run {
             head,
-            settings: &settings,
+            plan: &plan,
             recipe,
             survey,
             reporter: &reporter,
@@ -120,8 +125,8 @@ pub fn run(
             }
         });
     }
-    let mut checks = checks(&settings, &results, &reporter);
-    let mut facts = views::lpbf::facts(&settings, &results);
+    let mut checks = checks(settings, &results, &reporter);
+    let mut facts = views::lpbf::facts(&plan, &results);
     if let Some(found) = &found {
         optimise::tell(found, &mut checks, &mut facts);
     }
@@ -139,12 +144,12 @@ pub fn run(
     observer.stage("write results", 0);
     let title = views::lpbf::title(path);
     let told = views::lpbf::Told {
-        settings: &settings,
+        plan: &plan,
         results: &results,
         found: found.as_ref(),
     };
     views::lpbf::write(&folder, &title, &told, &verdict, &provenance)?;
-    folder.write("job.toml", |w| w.write_all(text.as_bytes()))?;
+    crate::inputs::write(&folder, path, text, &[])?;
     observer.check()?;
     Ok(Outcome {
         folder: commit(folder)?,
@@ -159,7 +164,7 @@ fn commit(folder: OutputFolder) -> Result<std::path::PathBuf, OutputError> {
 /// One recipe to be executed.
 struct Run<'a> {
     head: &'a ReadyHead,
-    settings: &'a Settings,
+    plan: &'a Plan,
     recipe: &'a Recipe,
     survey: &'a Survey,
     reporter: &'a Reporter,
@@ -169,12 +174,12 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     /// Tunes the delays where the job asks for it; `None` else.
     fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, LpbfError> {
-        if self.settings.delays == crate::job::lpbf::DelayChoice::Recipe {
+        if self.plan.settings.delays == DelayChoice::Recipe {
             return Ok(None);
         }
         let (head, recipe) = (self.head, self.recipe);
         let period = head.head().period;
-        let job = self.settings.work.tuning_job(recipe)?;
+        let job = self.plan.work.tuning_job(recipe)?;
         let mut record = HitRecord::default();
         head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
         let radius = head.head().beam.waist;
@@ -229,17 +234,17 @@ impl<'a> Run<'a> {
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
         self.judge_delays(delays)?;
         let law = self.recipe.power_law;
-        let hatch = match &self.settings.work {
+        let hatch = match &self.plan.work {
             Work::Plate(plate) => plate.hatch,
             Work::Layers(set) => set.hatch.or(self.survey.hatch).unwrap_or(spot),
         };
-        let fill = match &self.settings.work {
+        let fill = match &self.plan.work {
             Work::Plate(plate) => FillRate::of_rectangles(plate.fill_areas(), spot, &MODES),
             Work::Layers(_) => FillRate::of_layers(hatch, spot, &MODES),
         };
-        let first = self.settings.work.shown(&self.survey.first);
+        let first = self.plan.work.shown(&self.survey.first);
         let last = first.vectors.len().saturating_sub(1) as u32;
-        let heat = self.settings.heat.as_ref();
+        let heat = self.plan.settings.heat.as_ref();
         let mut record = heat.map(|h| BeamRecord::new(last, h.marks, h.spot));
         let wanted = motion.is_some() || record.is_some();
         let mut motion = (motion, record.as_mut());
@@ -259,7 +264,7 @@ impl<'a> Run<'a> {
                 wanted.then(|| AsMotion::new(law, &mut motion)),
             ),
         );
-        let layers = self.settings.work.layers(self.recipe)?;
+        let layers = self.plan.work.layers(self.recipe)?;
         let how = (delays, self.survey.samples);
         let RunSummary { duration, .. } =
             self.head
@@ -295,7 +300,7 @@ impl<'a> Run<'a> {
 
     /// Tells delays that leave marks dark or keep the light on between them.
     fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
-        let layers = self.settings.work.layers(self.recipe)?;
+        let layers = self.plan.work.layers(self.recipe)?;
         let darkness = Darkness::of(layers, delays, self.head.head().period)?;
         if darkness.dark == darkness.chains {
             return Err(HeadError::Dark {
@@ -355,6 +360,22 @@ impl<'a> Run<'a> {
     }
 }
 
+/// What keeps the spot nearer to contours. Slower ones do not: there friction weighs more.
+fn contour_remedy(settings: &Settings) -> String {
+    let cascade = |axis: &Axis| matches!(axis.controller, Controller::Cascade(_));
+    let controller = if settings.data.head.mirrors.iter().any(cascade) {
+        "lpbf.controller = \"h-infinity\", which rejects friction"
+    } else {
+        "a controller tuned on this head (`meltpath tune`)"
+    };
+    match settings.path {
+        PathChoice::Preview => controller.to_owned(),
+        PathChoice::AsCommanded | PathChoice::Synchronised => {
+            format!("{controller}, or lpbf.path = \"preview\"")
+        }
+    }
+}
+
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
@@ -381,7 +402,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             .at(meltpath_base::Place::at(
                 r.errors.worst.extend(0.0).to_array(),
             ))
-            .remedy("slower contours, a shorter pre-filter, or a controller that rejects friction")
+            .remedy(contour_remedy(settings))
         });
         checks.extend(settings.fill_rate.map(|limit| {
             let (id, title) = (format!("fill-{number}"), r.fill_title());
@@ -389,8 +410,12 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
                 return Check::not_checked(&id, &title, "no line of a fill was marked");
             }
             let found = Measure::exact(100.0 * r.fill[2], "%");
-            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit))
-                .remedy("a closer hatch, or other laser delays")
+            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit)).remedy(
+                match settings.delays {
+                    DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
+                    DelayChoice::Tuned => "a closer hatch",
+                },
+            )
         }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {
@@ -419,25 +444,26 @@ pub fn examine(
     text: &str,
     observer: &dyn Observer,
 ) -> Result<Examined, LpbfError> {
-    let (settings, _) = resolved(job_file, job, text, observer)?;
+    let (plan, _) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
-        provenance: settings.provenance,
+        provenance: plan.settings.provenance,
         notes: Vec::new(),
-        warnings: settings.warnings,
+        warnings: plan.warnings,
     })
 }
 
-/// The settings, and what the job of each recipe is.
+/// The plan, and what the job of each recipe is.
 fn resolved(
     job_file: &Path,
     job: &Written<LpbfJob>,
     text: &str,
     observer: &dyn Observer,
-) -> Result<(Settings, Vec<Survey>), LpbfError> {
+) -> Result<(Plan, Vec<Survey>), LpbfError> {
     let here = job_file.parent().unwrap_or(Path::new(""));
-    let found = settings::resolve(job, here, observer).and_then(|settings| {
-        let surveys = refuse::check(job, &settings)?;
-        Ok((settings, surveys))
+    let found = settings::resolve(job, here).and_then(|settings| {
+        let plan = plan(settings, job, here, observer)?;
+        let surveys = refuse::check(job, &plan)?;
+        Ok((plan, surveys))
     });
     found.map_err(|problems| match observer.check() {
         // whatever reading the part says of it, the job is not to blame

@@ -3,25 +3,16 @@
 use std::path::Path;
 
 use meltpath_base::settings::{Many, Problem, Setting, Value};
-use meltpath_base::{
-    Length, Observer, Origin, Provenance, Ratio, Reporter, Resolved, Speed, Time, Warning,
-};
+use meltpath_base::{Origin, Provenance, Ratio, Resolved, Speed, Time};
 use meltpath_data::scan_heads;
-use meltpath_planning::powder::plate::SquarePlate;
-use meltpath_scan_head::files::{self, HeadData, Plate};
+use meltpath_scan_head::files::{self, HeadData};
 use meltpath_scan_head::head::power::PowerLaw;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::search::Bounds;
 
-use super::file_layers::FileLayers;
 use super::heat::{self, HeatSettings};
-use super::section::Section;
-use super::work::{LayerSet, Source, Work};
 use crate::data::{DataFileError, DataText};
-use crate::job::lpbf::{
-    ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice, PlateExtent,
-    PlateTable,
-};
+use crate::job::lpbf::{ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice};
 use crate::job::{Problems, Written};
 use crate::tune::choose;
 
@@ -30,8 +21,6 @@ use crate::tune::choose;
 pub struct Settings {
     /// The head, and the reference plate it comes with.
     pub data: HeadData,
-    /// What is run.
-    pub work: Work,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
     /// Which delays.
@@ -52,8 +41,6 @@ pub struct Settings {
     pub motion: Option<MotionForm>,
     /// What the heat engine is told, where the job asks for it.
     pub heat: Option<HeatSettings>,
-    /// What was said of the part.
-    pub warnings: Vec<Warning>,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -88,15 +75,11 @@ pub(crate) fn head_data(head: &Setting<String>, folder: &Path) -> Result<HeadDat
         .map_err(|e| e.at(head))
 }
 
-/// Resolves a job written in `folder`.
+/// Resolves a job written in `folder`: plain values; what is executed is planned from them.
 ///
 /// # Errors
 /// Everything wrong, with its place in the job.
-pub fn resolve(
-    job: &Written<LpbfJob>,
-    folder: &Path,
-    observer: &dyn Observer,
-) -> Result<Settings, Problems> {
+pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let head = &job.lpbf.head;
     let data = head_data(head, folder);
@@ -120,8 +103,6 @@ pub fn resolve(
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
     );
-    let reporter = Reporter::new();
-    let work = work(job, folder, data.plate, (&reporter, observer), &mut r)?;
     for recipe in &recipes {
         tell(recipe, &mut r);
     }
@@ -148,7 +129,6 @@ pub fn resolve(
         heat,
         search,
         data,
-        work,
         recipes,
         delays: *job.lpbf.delays,
         contour_error: job.checks.contour_error.0,
@@ -157,55 +137,8 @@ pub fn resolve(
         foreign,
         path: *job.lpbf.path,
         motion: *job.output.motion,
-        warnings: reporter.warnings(),
         provenance: r,
     })
-}
-
-/// What is executed; what the job says of other work is not recorded.
-fn work(
-    job: &LpbfJob,
-    folder: &Path,
-    stated: Plate,
-    (reporter, observer): (&Reporter, &dyn Observer),
-    r: &mut Provenance,
-) -> Result<Work, Problem> {
-    let mut others = vec![
-        "plate.",
-        "layers.",
-        "section.",
-        "hatch.",
-        "part_unit",
-        "build_direction",
-    ];
-    let (file, layers) = (&*job.part, &*job.lpbf.layers);
-    others.retain(|other| match *other {
-        "plate." => file.is_some() || layers.is_some(),
-        "layers." => layers.is_none(),
-        _ => file.is_none(),
-    });
-    r.parameters
-        .retain(|key, _| !others.iter().any(|other| key.starts_with(other)));
-    if let Some(file) = file {
-        let whole = (folder.join(&**file), stated.hatch);
-        let section = Section::of(job, (&whole.0, whole.1), (reporter, observer), r)?;
-        return Ok(Work::Layers(Box::new(LayerSet {
-            file: file.to_string(),
-            hatch: Some(section.spacing()),
-            source: Source::Part(section),
-        })));
-    }
-    let Some(file) = layers else {
-        return Ok(Work::Plate(plate(&job.plate, stated, r)));
-    };
-    let found = FileLayers::choose(&folder.join(&**file), file, &job.layers)
-        .map_err(|message| job.lpbf.layers.problem(message))?;
-    job.layers.range.or_computed(r, found.numbers);
-    Ok(Work::Layers(Box::new(LayerSet {
-        file: file.to_string(),
-        source: Source::File(found),
-        hatch: job.layers.hatch.map(|h| h.0),
-    })))
 }
 
 /// Notes what a recipe says.
@@ -274,24 +207,5 @@ fn bounds(
             .fill_rate
             .or(*checks.fill_rate)
             .map_or(f64::NAN, |r| r.0),
-    }
-}
-
-/// The squares that the job asks for, on the plate that the head's file states.
-fn plate(table: &PlateTable, stated: Plate, r: &mut Provenance) -> SquarePlate {
-    let block = match *table.extent {
-        PlateExtent::Block => [2, 2],
-        PlateExtent::Whole => [stated.columns, stated.rows],
-    };
-    let [columns, rows] = table.block.or_computed(r, block);
-    SquarePlate {
-        columns,
-        rows,
-        column_pitch: stated.column_pitch,
-        row_pitch: stated.row_pitch,
-        side: table.side.or_computed(r, Length(stated.side)).0,
-        contour_distance: stated.contour_distance,
-        hatch: table.hatch.or_computed(r, Length(stated.hatch)).0,
-        inset: stated.inset,
     }
 }

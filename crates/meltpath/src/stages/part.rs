@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::brep::{TessellateError, Tolerance, tessellate};
-use meltpath_geometry::diagnosis::{DiagnosisOptions, diagnose};
+use meltpath_geometry::diagnosis::{Defect, DiagnosisOptions, diagnose};
 use meltpath_geometry::io::read_mesh;
 use meltpath_geometry::math::{DQuat, DVec3};
 use meltpath_geometry::repair::{RepairOptions, repair as repair_mesh};
 use meltpath_geometry::step;
+use meltpath_geometry::union::union_volume;
 
 use crate::job::PartUnit;
 
@@ -118,10 +119,9 @@ pub fn load(
         "step" | "stp" => read_step(path, chord_error, reporter, observer)?,
         _ => return Err(PartError::Format(path.to_path_buf())),
     };
-    let findings = repair(&mut mesh, reporter, observer)?;
+    let (findings, volume) = repair(&mut mesh, reporter, observer)?;
     place(&mut mesh, up);
     let size = mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
-    let volume = mesh.volume();
     if volume <= 0.0 || volume.is_nan() {
         return Err(PartError::Empty {
             path: path.to_path_buf(),
@@ -203,12 +203,12 @@ fn read_step(
     })
 }
 
-/// Repairs the mesh, looks at what is left, and says both in words.
+/// Repairs the mesh, looks at what is left, and says both in words; with the volume of what is left, mm³.
 fn repair(
     mesh: &mut Mesh,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Vec<String>, PartError> {
+) -> Result<(Vec<String>, f64), PartError> {
     let actions = repair_mesh(mesh, &RepairOptions::default(), reporter, observer)?;
     let diagnosis = diagnose(mesh, &DiagnosisOptions::default(), observer)?;
     diagnosis.warn(reporter);
@@ -226,8 +226,23 @@ fn repair(
             .iter()
             .map(|f| format!("found: {} {}", f.count, f.defect)),
     );
-    Ok(findings)
+    let mut volume = diagnosis.volume;
+    if diagnosis.shells.len() > 1 || diagnosis.count(Defect::Intersection) > 0 {
+        let union = union_volume(mesh);
+        // what the columns cannot tell from the sum of the shells is that sum
+        if (union.volume - volume).abs() > SURE * union.sigma {
+            findings.push(format!(
+                "shells overlap: what several cover counts once, volume {:.1} ± {:.1} mm³",
+                union.volume, union.sigma
+            ));
+            volume = union.volume;
+        }
+    }
+    Ok((findings, volume))
 }
+
+/// Beyond so many standard uncertainties the volume of a union is another than the sum of its shells.
+const SURE: f64 = 4.0;
 
 /// Turns `up` to +Z and sets the lowest point on z = 0.
 fn place(mesh: &mut Mesh, up: DVec3) {
@@ -293,6 +308,22 @@ mod tests {
                 .to_string()
                 .contains("absent.stl")
         );
+    }
+
+    /// Two walls that cross: the part is as large as what they cover together.
+    #[test]
+    fn shells_that_overlap_count_once() {
+        let mut mesh = shapes::thin_wall(60.0, 10.0, 20.0);
+        let count = mesh.vertices.len() as u32;
+        let across = shapes::thin_wall(10.0, 60.0, 20.0);
+        mesh.vertices.extend(&across.vertices);
+        mesh.triangles
+            .extend(across.triangles.iter().map(|t| t.map(|v| v + count)));
+        let (_dir, path) = stl(&mesh);
+        let part = read(&path, PartUnit::Millimetre, DVec3::Z).unwrap();
+        assert!((part.volume - 22_000.0).abs() < 100.0, "{}", part.volume);
+        let told = part.findings.iter().any(|f| f.contains("counts once"));
+        assert!(told, "{:?}", part.findings);
     }
 
     #[test]

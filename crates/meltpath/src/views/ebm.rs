@@ -4,6 +4,7 @@ mod found;
 mod histogram;
 mod part;
 mod sections;
+mod shares;
 pub(crate) mod voxels;
 
 use std::io;
@@ -23,6 +24,7 @@ use meltpath_report::vtk::{
 use meltpath_thermal::criteria::Class;
 use meltpath_thermal::material::CELSIUS;
 
+use self::shares::Shares;
 use crate::ebm::drawn::Drawn;
 use crate::ebm::judge::of_all;
 use crate::ebm::path_file::write_parquet;
@@ -88,39 +90,16 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
 }
 
 fn share_table(outcome: &Outcome) -> Table {
-    let mut table = Table::new(
-        "Voxels of the region",
-        &[
-            "path",
-            "time",
-            "molten",
-            "unmelted (%)",
-            "below the window (%)",
-            "in the window (%)",
-            "above the window (%)",
-            "mean (°C)",
-            "standard deviation (K)",
-        ],
-    );
-    let row = |name: &str, drawn: &Drawn| {
-        let t = &drawn.tally;
-        let of_all = 100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0);
-        vec![
-            Cell::text(name),
-            Cell::Duration(drawn.path.end() - drawn.path.begin()),
-            Cell::Fixed(t.molten() as f64, 0),
-            Cell::Fixed(of_all, 2),
-            Cell::Fixed(100.0 * t.share(Class::Porous), 1),
-            Cell::Fixed(100.0 * t.share(Class::Good), 1),
-            Cell::Fixed(100.0 * t.share(Class::Overheated), 1),
-            Cell::Fixed(t.mean - CELSIUS, 0),
-            Cell::Fixed(t.deviation, 0),
-        ]
-    };
-    table.rows.push(row("as given", &outcome.given));
-    if let Some(better) = &outcome.better {
-        table.rows.push(row("better path", better));
+    fn row<'a>(name: &'static str, drawn: &'a Drawn) -> Shares<'a> {
+        Shares {
+            name,
+            time: drawn.path.end() - drawn.path.begin(),
+            tally: &drawn.tally,
+        }
     }
+    let better = outcome.better.as_ref().map(|d| row("better path", d));
+    let rows = std::iter::once(row("as given", &outcome.given)).chain(better);
+    let mut table = Shares::table("Voxels of the region", rows);
     let grid = outcome.given.simulation.grid();
     table.note = format!(
         "Chart simulation; voxels of {:.0} x {:.0} x {:.0} µm, steps of {:.2} µs. Shares of the molten voxels, unmelted of all.",
@@ -146,12 +125,14 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             "below the window (%)",
             "in window (%)",
             "above it (%)",
+            "not fused to the metal below (%)",
             "molten outside (%)",
             "farthest (mm)",
             "change (points)",
             "in the window as it was (%)",
             "mean (°C)",
-            "heat lost (%)",
+            "vapour (% of the heat)",
+            "error of the heat (%)",
         ],
     );
     let height = outcome.given.simulation.grid().heights[0];
@@ -185,11 +166,13 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 of(Class::Porous),
                 of(Class::Good),
                 of(Class::Overheated),
+                Cell::Fixed(100.0 * run.unfused, 1),
                 Cell::Fixed(100.0 * run.outside.share, 1),
                 Cell::Fixed(run.outside.farthest, 2),
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
+                Cell::Fixed(100.0 * run.vapour[0], 1),
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
         }
@@ -209,12 +192,13 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             Cell::Empty,
             Cell::Empty,
             Cell::Empty,
+            Cell::Empty,
             Cell::Fixed(t.mean - CELSIUS, 0),
         ]);
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Reference solver: finite volumes in enthalpy, explicit, 32-bit fields; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
+        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }

@@ -18,8 +18,8 @@ use meltpath_scan_head::search::Found;
 
 use crate::lpbf::comparison::Comparison;
 use crate::lpbf::optimise;
+use crate::lpbf::plan::Plan;
 use crate::lpbf::result::{MODES, RecipeResult};
-use crate::lpbf::settings::Settings;
 use crate::lpbf::work::Work;
 
 /// Side of the corner that is drawn, mm.
@@ -42,7 +42,7 @@ pub(crate) fn title(job: &Path) -> String {
 
 /// What is told.
 pub(crate) struct Told<'a> {
-    pub(crate) settings: &'a Settings,
+    pub(crate) plan: &'a Plan,
     pub(crate) results: &'a [RecipeResult<'a>],
     pub(crate) found: Option<&'a Found>,
 }
@@ -55,14 +55,15 @@ pub(crate) fn write(
     verdict: &Verdict,
     provenance: &Provenance,
 ) -> Result<(), OutputError> {
-    let (settings, results) = (told.settings, told.results);
+    let (plan, results) = (told.plan, told.results);
+    let settings = &plan.settings;
     let report = Report {
         title: title.to_owned(),
-        subtitle: format!("{} · {}", settings.data.head.name, settings.work.words()),
+        subtitle: format!("{} · {}", settings.data.head.name, plan.work.words()),
         verdict: verdict.clone(),
         scene: (!results.is_empty()).then(|| scene(results)),
         sections: {
-            let mut all = sections(settings, results);
+            let mut all = sections(plan, results);
             if let Some(heat) = &settings.heat {
                 all.insert(2, heat::section(heat, results));
             }
@@ -75,7 +76,7 @@ pub(crate) fn write(
         provenance: provenance.clone(),
     };
     crate::outcome::tell(folder, &report)?;
-    Comparison::new(settings, results).write(folder)?;
+    Comparison::new(plan, results).write(folder)?;
     if let Some(found) = told.found {
         optimise::write(folder, found)?;
     }
@@ -106,7 +107,7 @@ pub(crate) fn write(
 }
 
 /// What is told of the recipes beside the checks: their times, and the fill rates where the job sets no limit.
-pub(crate) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fact> {
+pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
     let mut facts = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
@@ -116,7 +117,7 @@ pub(crate) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fa
             Measure::exact(r.duration, "s"),
             "",
         ));
-        if settings.fill_rate.is_none() && r.fills() {
+        if plan.settings.fill_rate.is_none() && r.fills() {
             facts.push(Fact::new(
                 &format!("fill-{number}"),
                 &r.fill_title(),
@@ -137,14 +138,14 @@ pub(crate) fn facts(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Fa
     facts
 }
 
-fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
+fn sections(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Section> {
     vec![
         Section {
             title: "Recipes compared".to_owned(),
             intro: "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached; \
                     cells are as wide as the spot. What a figure of the head rests on stands in its file."
                 .to_owned(),
-            tables: tables(settings, results),
+            tables: tables(plan, results),
             plots: vec![
                 shares("Contour errors of contours", results, |r| &r.errors.contour),
                 shares("Contour errors of fills", results, |r| &r.errors.fill),
@@ -157,7 +158,7 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
             title: "Where the laser goes".to_owned(),
             intro: "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks (dashed), and the path with the laser on (where the solid line ends, the laser is off). \
                     The view in space shows the first recipe; the others are in its list.".to_owned(),
-            plots: results.iter().map(|r| corner(settings, r)).collect(),
+            plots: results.iter().map(|r| corner(plan, r)).collect(),
             tables: Vec::new(),
         },
         Section {
@@ -173,9 +174,9 @@ fn sections(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Section> {
     ]
 }
 
-fn tables(settings: &Settings, results: &[RecipeResult<'_>]) -> Vec<Table> {
-    let compared = Comparison::new(settings, results).table();
-    match &settings.work {
+fn tables(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Table> {
+    let compared = Comparison::new(plan, results).table();
+    match &plan.work {
         Work::Plate(_) => vec![compared],
         Work::Layers(_) => std::iter::once(compared)
             .chain(results.iter().map(layer_table))
@@ -291,8 +292,8 @@ fn steps(
 }
 
 /// Where the picture of a recipe is taken, and the last vector of the area that it shows.
-fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
-    match &settings.work {
+fn pictured(plan: &Plan, r: &RecipeResult<'_>) -> (DVec2, usize) {
+    match &plan.work {
         Work::Plate(plate) => {
             let corner = plate.centre(0) + DVec2::new(0.5, -0.5) * plate.side;
             let last = r.first.vectors.len();
@@ -323,8 +324,8 @@ fn pictured(settings: &Settings, r: &RecipeResult<'_>) -> (DVec2, usize) {
     }
 }
 
-fn corner(settings: &Settings, r: &RecipeResult<'_>) -> Plot {
-    let (middle, last) = pictured(settings, r);
+fn corner(plan: &Plan, r: &RecipeResult<'_>) -> Plot {
+    let (middle, last) = pictured(plan, r);
     let window = |p: DVec2| (p - middle).abs().max_element() < 0.6 * CORNER;
     let gap = DVec2::splat(f64::NAN);
     let mut asked = Vec::new();
@@ -468,6 +469,16 @@ fn scene(results: &[RecipeResult<'_>]) -> Scene {
     }
 }
 
+/// A polyline of one point is none.
+fn drop_single(lines: &mut LineSet, scalars: &mut Vec<f32>) {
+    let single = |p: &Polyline| p.first + 1 == lines.points.len();
+    if lines.polylines.last().is_some_and(single) {
+        lines.points.pop();
+        scalars.pop();
+        lines.polylines.pop();
+    }
+}
+
 fn marked(r: &RecipeResult<'_>) -> LineSet {
     let mut lit = LineSet {
         name: format!("marked, {}", r.recipe.name),
@@ -485,16 +496,7 @@ fn marked(r: &RecipeResult<'_>) -> LineSet {
             continue;
         }
         if !open {
-            // a polyline of one point is none
-            if lit
-                .polylines
-                .last()
-                .is_some_and(|p| p.first + 1 == lit.points.len())
-            {
-                lit.points.pop();
-                errors.pop();
-                lit.polylines.pop();
-            }
+            drop_single(&mut lit, &mut errors);
             lit.polylines.push(Polyline {
                 first: lit.points.len(),
                 layer: 1,
@@ -519,15 +521,7 @@ fn marked(r: &RecipeResult<'_>) -> LineSet {
             f32::NAN
         });
     }
-    if lit
-        .polylines
-        .last()
-        .is_some_and(|p| p.first + 1 == lit.points.len())
-    {
-        lit.points.pop();
-        errors.pop();
-        lit.polylines.pop();
-    }
+    drop_single(&mut lit, &mut errors);
     lit.scalars.push(Scalar::new("contour error", "µm", errors));
     lit
 }

@@ -1,18 +1,12 @@
-//! The bead that a wire-arc job asks for: its process map, its settings, the pool that lays it, what the source feeds.
-
-use std::path::Path;
+//! The bead that a wire-arc job asks for: its settings, its layers, what the source feeds.
 
 use meltpath_base::quantity::{Auto, Quantity};
-use meltpath_base::settings::{Datum, Problem, Problems, Setting};
+use meltpath_base::settings::{Datum, Problem, Setting};
 use meltpath_base::{Length, Origin, Provenance, Reporter, Resolved, Speed};
-use meltpath_data::process_maps;
-use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
-use meltpath_deposition::consumable::{Gas, Wire, nearest_pool, pools};
 use meltpath_deposition::feed_response::FeedResponse;
-use meltpath_deposition::process_map::{Bead, ProcessMap, ProcessMapError, Target};
+use meltpath_deposition::process_map::{Bead, ProcessMap, Target};
 
-use crate::data::DataText;
-use crate::job::waam::{BeadTable, FeedResponseChoice, LayerHeights, SourceTable, WaamTable};
+use crate::job::waam::{BeadTable, FeedResponseChoice, LayerHeights, SourceTable};
 
 /// m/min per mm/s.
 pub(super) const PER_MINUTE: f64 = 0.06;
@@ -35,53 +29,6 @@ pub(super) fn datum<Q: Quantity, T>(d: &Datum<Q>, unit: impl Fn(f64) -> T) -> Re
         value: unit(d.number()),
         origin: Origin::Data(format!("{}, {}{note}", d.source, d.page)),
         sigma: d.uncertainty.map(unit),
-    }
-}
-
-/// The process map that the job names, or the one that ships for its wire, mode and gas.
-pub(super) fn process_map(
-    waam: &WaamTable,
-    folder: &Path,
-    wire: &Wire,
-    gas: &Gas,
-    reporter: &Reporter,
-) -> Result<ProcessMap, Vec<Problem>> {
-    let Some(name) = &*waam.map else {
-        let id = format!("{}-{}-{}", *wire.id, *waam.mode, *gas.id);
-        return ProcessMap::builtin(&id).map_err(|e| {
-            vec![waam.mode.problem(e.to_string()).help(
-                "measure a map for this wire, mode and gas, and name it: map = \"my-map.toml\"",
-            )]
-        });
-    };
-    let text = DataText::load("process map", name, process_maps::ALL, folder)
-        .map_err(|e| e.at(&waam.map))?;
-    let map = text
-        .read(|text| {
-            ProcessMap::parse(name, text, wire, reporter).map_err(|e| match e {
-                ProcessMapError::Content(problems) => problems,
-                other => Problems::from(Problem::new(other.to_string())),
-            })
-        })
-        .map_err(|e| e.at(&waam.map))?;
-    let mut problems = Vec::new();
-    for (what, of_map, of_job) in [
-        ("wire", &map.wire, &wire.id.value),
-        ("gas", &map.gas, &gas.id.value),
-        ("mode", &map.mode, &waam.mode.value),
-    ] {
-        if of_map != of_job {
-            let message =
-                format!("the process map is for {what} \"{of_map}\", the job for \"{of_job}\"");
-            problems.push(waam.map.problem(message).help(
-                "name a map measured with what the job uses, or use what the map was measured with",
-            ));
-        }
-    }
-    if problems.is_empty() {
-        Ok(map)
-    } else {
-        Err(problems)
     }
 }
 
@@ -190,33 +137,5 @@ pub(super) fn check_heights(
                 .problem(message)
                 .help("write height = \"auto\", or choose another bead"))
         }
-    }
-}
-
-/// The pool measured for this configuration, or the only one there is, said so; scaled to the bead.
-pub(super) fn pool_of(
-    wire: &str,
-    mode: &str,
-    gas: &str,
-    bead: &Bead,
-    model: &BeadModel,
-    reporter: &Reporter,
-) -> PoolModel {
-    const MEASURED: &str = "x90-ig-1.0-cmt-m14";
-    let own = pools(&format!("{wire}-{mode}-{gas}"));
-    if own.is_err() {
-        reporter.warn("pool-borrowed", format!("no weld pool was measured for {wire}, {mode}, {gas}: that of {MEASURED} is scaled to the bead"), "");
-    }
-    let rows = own.or_else(|_| pools(MEASURED)).unwrap_or_default();
-    match nearest_pool(&rows, bead.wire_feed, bead.travel_speed) {
-        Some(row) => PoolModel::for_bead(&row.model(PursuitLength::ByCorner), model),
-        // without any measured pool: round, centred under the wire
-        None => PoolModel {
-            front: 0.5 * model.width,
-            rear: 0.5 * model.width,
-            half_width: 0.5 * model.width,
-            offset: 0.0,
-            pursuit: PursuitLength::ByCorner,
-        },
     }
 }

@@ -44,6 +44,21 @@ pub(crate) fn overhang_check(plan: &Plan, settings: &Settings) -> Check {
     overhang
 }
 
+/// What is known of the bead from another wire alone: nothing can be said of metal that it lays.
+pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
+    let from = settings.borrowed.as_ref()?;
+    let why = format!(
+        "the weld pool of {} was not measured: that of {from}, another wire, stands in for it",
+        *settings.wire.name
+    );
+    let title = "properties of the bead taken from another wire";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("borrowed", title, &why)
+    };
+    Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
+}
+
 /// What the plan tells: area without a bead, growth by a second opinion.
 pub(crate) fn plan_facts(plan: &Plan, settings: &Settings) -> Vec<Fact> {
     vec![coverage(plan), assembly(plan, settings)]

@@ -6,7 +6,7 @@ use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_robot::command::{Command, Source};
 
-use super::checks::build_facts;
+use super::checks::{borrowed_check, build_facts};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
@@ -90,6 +90,7 @@ pub fn simulate_program(
         &settings.remedies,
     ));
     checks.extend(tube::checks(&simulation, &growth, settings));
+    checks.extend(borrowed_check(settings));
     let doubts = doubts(job, &commands, settings);
     doubt::undecided(&mut checks, &doubts);
     checks.push(doubt::lines_check(&commands.gaps, &reporter));

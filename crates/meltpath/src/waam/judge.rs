@@ -7,6 +7,7 @@ use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::DVec3;
 
 use super::target::Comparison;
+use crate::job::waam::Starts;
 
 /// The standard uncertainty of growth, and what becomes of it as the build grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,37 +120,42 @@ pub struct TargetOutcome {
 pub struct Remedies {
     /// Layers higher or lower than planned.
     pub height: &'static str,
+    /// Metal in heaps.
+    pub accumulation: &'static str,
+    /// Metal missing in the part.
+    pub lack: &'static str,
     /// Too much metal.
     pub excess: &'static str,
 }
 
 impl Remedies {
-    /// For a job's layer heights and stepover.
-    pub fn of<H, S>(heights: &Auto<H>, stepover: &Auto<S>) -> Self {
-        let excess = match (heights, stepover) {
-            (Auto::Auto, Auto::Auto) => "raise target.allowance, or allow more in checks.excess",
-            (Auto::Value(_), Auto::Auto) => {
-                "leave layers.height to \"auto\", or allow more in checks.excess"
-            }
-            (Auto::Auto, Auto::Value(_)) => {
-                "leave fill.stepover to \"auto\", or allow more in checks.excess"
-            }
-            (Auto::Value(_), Auto::Value(_)) => {
-                "leave layers.height and fill.stepover to \"auto\", or allow more in checks.excess"
+    /// For a job's layer heights and starts of beads.
+    pub fn of<H>(heights: &Auto<H>, starts: Starts) -> Self {
+        let accumulation = match starts {
+            Starts::Spread => "more machine.smoothing, or a fill.strategy with fewer sharp corners",
+            Starts::Aligned => {
+                "fill.starts = \"spread\", more machine.smoothing, or a fill.strategy with fewer sharp corners"
             }
         };
         match heights {
             Auto::Auto => Remedies {
-                height: "correct the height at the machine every few layers, or measure beads for a process map of your own",
-                excess,
+                accumulation,
+                height: "more machine.smoothing where the torch waits at corners, height corrected at the machine every few layers, or a process map of beads of your own",
+                lack: "raise target.allowance; see the place in the 3D view",
+                excess: "more machine.smoothing where the torch waits at corners, another fill.strategy, or allow more in checks.excess",
             },
             Auto::Value(_) => Remedies {
-                height: "leave layers.height to \"auto\", or correct the height at the machine every few layers",
-                excess,
+                accumulation,
+                height: "write layers.height = \"auto\", or correct the height at the machine every few layers",
+                lack: "write layers.height = \"auto\", or raise target.allowance; see the place in the 3D view",
+                excess: "write layers.height = \"auto\", or allow more in checks.excess",
             },
         }
     }
 }
+
+/// From here on a unit normal looks up more than sideways.
+const UPWARD: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Checks that compare the metal with the finished part.
 pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedies) -> Vec<Check> {
@@ -172,7 +178,7 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedi
             ),
             e.lack_at,
         )
-        .remedy("raise target.allowance or lower layers.height; see the place in the 3D view"),
+        .remedy(remedies.lack),
         placed(
             Check::judge(
                 "excess",
@@ -192,8 +198,12 @@ pub fn target_checks(outcome: &TargetOutcome, limits: &Limits, remedies: &Remedi
                 Measure::new(stock, spread(low, high), "mm"),
                 Limit::AtLeast(limits.stock_min),
             )
-            .at(Place::at(at.to_array()))
-            .remedy("raise target.allowance (target.allowance_top for faces that look up)"),
+            .at(Place::at(at.position.to_array()))
+            .remedy(if at.normal.z > UPWARD {
+                "raise target.allowance_top"
+            } else {
+                "raise target.allowance"
+            }),
         );
     }
     checks
@@ -239,16 +249,25 @@ pub fn layer_checks(
         checks.push(
             Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth.share * flatness, "mm"), Limit::AtMost(limits.flatness))
                 .at(Place::layer(layer.layer))
-                .remedy("a smaller fill.stepover, or another strategy: see the accumulations in the 3D view"),
+                .remedy("a smaller fill.stepover, more machine.smoothing, or another fill.strategy: see the accumulations in the 3D view"),
         );
     }
     if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {
         let position = layer.accumulation.map(|(_, p)| p.to_array());
         let found = Measure::new(100.0 * over, 100.0 * growth.share * over, "%");
         checks.push(
-            Check::judge("accumulation", "accumulation: local thickness beyond the mean of its layer", found, Limit::AtMost(100.0 * limits.accumulation))
-                .at(Place { position, layer: Some(layer.layer), ..Place::default() })
-                .remedy("more smoothing (machine.smoothing), fewer sharp corners (fill.strategy), spread starts (fill.starts)"),
+            Check::judge(
+                "accumulation",
+                "accumulation: local thickness beyond the mean of its layer",
+                found,
+                Limit::AtMost(100.0 * limits.accumulation),
+            )
+            .at(Place {
+                position,
+                layer: Some(layer.layer),
+                ..Place::default()
+            })
+            .remedy(remedies.accumulation),
         );
     }
     checks
@@ -258,10 +277,13 @@ pub fn layer_checks(
 mod tests {
     use meltpath_base::Status;
 
+    use super::super::target::SurfacePoint;
     use super::*;
 
     const REMEDIES: Remedies = Remedies {
         height: "height",
+        accumulation: "accumulation",
+        lack: "lack",
         excess: "excess",
     };
     const LIMITS: Limits = Limits {
@@ -338,20 +360,33 @@ mod tests {
         assert!((checks[0].value.as_ref().unwrap().sigma.unwrap() - 1.5).abs() < 1e-12);
     }
 
-    /// Nobody is told to leave to "auto" what is "auto".
     #[test]
-    fn remedies_differ_from_what_the_job_says() {
-        let says = |heights: &Auto<f64>, stepover: &Auto<f64>| {
-            let r = Remedies::of(heights, stepover);
-            [r.height, r.excess].map(|words| {
-                ["layers.height", "fill.stepover"]
-                    .map(|key| words.contains("auto") && words.contains(key))
-            })
-        };
-        let (auto, own) = (Auto::Auto, Auto::Value(1.0));
-        assert_eq!(says(&auto, &auto), [[false; 2]; 2]);
-        assert_eq!(says(&own, &auto), [[true, false]; 2]);
-        assert_eq!(says(&auto, &own), [[false; 2], [false, true]]);
-        assert_eq!(says(&own, &own), [[true, false], [true; 2]]);
+    fn stock_is_raised_over_the_face_that_lacks_it() {
+        for (normal, key) in [
+            (DVec3::X, "target.allowance"),
+            (DVec3::Z, "target.allowance_top"),
+        ] {
+            let point = SurfacePoint {
+                position: DVec3::ZERO,
+                normal,
+            };
+            let bare = Comparison {
+                stock: Some((0.0, point)),
+                ..Comparison::default()
+            };
+            let outcome = TargetOutcome {
+                volume: 1000.0,
+                expected: bare.clone(),
+                low: bare.clone(),
+                high: bare,
+            };
+            let checks = target_checks(&outcome, &LIMITS, &REMEDIES);
+            let stock = checks.iter().find(|c| c.id == "stock").unwrap();
+            assert_eq!(stock.status, Status::Fail);
+            assert_eq!(
+                stock.remedy.as_deref(),
+                Some(format!("raise {key}").as_str())
+            );
+        }
     }
 }

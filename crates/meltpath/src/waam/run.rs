@@ -12,17 +12,20 @@ use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{build_facts, overhang_check, plan_facts, plate_check, program_check};
+use super::checks::{
+    borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check,
+};
 use super::doubt;
 use super::error::WaamError;
 use super::judge::{GrowthError, TargetOutcome, layer_checks, target_checks};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands};
 use super::reach;
-use super::settings::{Settings, resolve};
+use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use super::target::{Allowance, Target, compare};
 use super::tube;
+use crate::inputs;
 use crate::job::common::SubstrateTable;
 use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
@@ -179,6 +182,7 @@ pub fn run(
     if let Some(lean) = &plan.lean {
         doubt::undecided(&mut checks, &[doubt::of_lean(lean)]);
     }
+    checks.extend(borrowed_check(settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
     checks.push(program_check(&programs, &plan.toolpath, &commands));
@@ -195,6 +199,9 @@ pub fn run(
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
     record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
+    for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
+        record_inputs(&mut provenance, &[file])?;
+    }
     let written: &[_] = if settings.programs.contains(&Dialect::FanucLs) {
         &programs.files
     } else {
@@ -215,7 +222,7 @@ pub fn run(
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
     views::waam::write_passes(&folder, &plan.toolpath)?;
-    folder.write("job.toml", |w| w.write_all(loaded.text.as_bytes()))?;
+    inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
     for file in written {
         folder.write(&format!("program/{}", file.name), |w| {
@@ -409,9 +416,16 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     load_part(&loaded, &reporter, observer)?;
+    let map = &loaded.settings.map;
+    let laws = laws_tried(map).map(|laws| {
+        format!(
+            "process map {}, laws by their errors on beads left out: {laws}; the first is taken",
+            map.id
+        )
+    });
     Ok(Examined {
+        notes: laws.into_iter().collect(),
         provenance: loaded.settings.provenance,
-        notes: Vec::new(),
         warnings: reporter.warnings(),
     })
 }

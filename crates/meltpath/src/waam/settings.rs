@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Angle, Length, Origin, Provenance, Pure, Ratio, Reporter, Resolved, Speed};
-use meltpath_data::{gases, robots, wires};
+use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
-use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume, energy_per_volume};
+use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
 use meltpath_deposition::feed_response::MeasuredResponse;
-use meltpath_deposition::process_map::{Bead, ProcessMap};
+use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
@@ -19,12 +18,14 @@ use meltpath_planning::{
 };
 use meltpath_robot::cell as robot;
 
-use super::bead::{check_heights, datum, feed_response, pool_of, process_map, solve_bead};
+use super::bead::{check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
+use super::machine::{self, Machine, nominal_distance};
+use super::process::{self, Process};
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights,
-    MachineTable, Spacing, Speeds, Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing,
+    Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -53,6 +54,10 @@ pub struct Settings {
     pub bead_model: BeadModel,
     /// The pool that lays it.
     pub pool: PoolModel,
+    /// The weld pool of another wire that stands in for that of this one: its name.
+    pub borrowed: Option<String>,
+    /// Data files of the user's own.
+    pub own: Vec<DataText>,
     /// How metal is laid.
     pub deposit: deposit::Settings,
     /// Stepover asked for, mm.
@@ -110,34 +115,34 @@ pub fn resolve(
 ) -> Result<Settings, Problems> {
     let mut r = job.provenance.clone();
     let (waam, machine) = (&job.waam, &job.machine);
-    let cell = Cell::load(&machine.cell, folder).map_err(|e| e.at(&machine.cell));
-    let robot = robot_of(machine, folder);
-    let ((wire, gas, map), cell, robot) = match (process(job, folder, reporter), cell, robot) {
-        (Ok(process), Ok(cell), Ok(robot)) => (process, cell, robot),
-        (process, cell, robot) => {
+    let process = process::load(waam, folder, reporter);
+    let moved = machine::load(machine, folder, reporter, &mut r);
+    let (mut process, Machine { cell, robot, own }) = match (process, moved) {
+        (Ok(process), Ok(moved)) => (process, moved),
+        (process, moved) => {
             let mut found = process.err().unwrap_or_default();
-            found.extend(cell.err().unwrap_or_default());
-            found.extend(robot.err().unwrap_or_default());
+            found.extend(moved.err().unwrap_or_default());
             return Err(found.into());
         }
     };
-    if let Some(robot) = &robot {
-        wire_length(robot, nominal_distance(&cell), reporter);
-        r.model(
-            "robot arm",
-            "closed forms after Brandstötter, Angerer, Hofbaur 2014 (spherical wrists) and of our own (offset wrists); CONFIG as FANUC's off-line controller shows it",
-        );
-    }
-    tell_process(waam, &wire, &map, &mut r);
-    let energy =
-        energy_of(&mut r, &wire, &waam.mode, &gas).map_err(|e| waam.mode.problem(e.to_string()))?;
+    process.own.extend(own);
+    tell_process(waam, &process, &mut r);
+    let Process {
+        wire,
+        gas,
+        map,
+        energy,
+        pools,
+        borrowed,
+        own,
+    } = process;
     let bead = solve_bead(&waam.bead, &map)?;
     map.warn_about(&bead, reporter);
     check_heights(&job.layers.height, &bead)?;
     tell_bead(&waam.bead, &bead, &map.id, &mut r);
     let bead_model = bead.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
-    let pool = pool_of(&wire.id, &waam.mode, &gas.id, &bead, &bead_model, reporter);
+    let pool = process::pool(&pools, &bead, &bead_model);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
     r.value(
@@ -169,6 +174,8 @@ pub fn resolve(
         bead,
         bead_model,
         pool,
+        borrowed,
+        own,
         deposit: deposit::Settings {
             nominal_ctwd: ctwd,
             feed_response,
@@ -191,7 +198,7 @@ pub fn resolve(
         allowance: target.allowance.0,
         allowance_top: target.allowance_top.map(|top| top.0),
         limits,
-        remedies: Remedies::of(&job.layers.height, &job.fill.stepover),
+        remedies: Remedies::of(&job.layers.height, *job.fill.starts),
         programs: job.output.programs.value.clone(),
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
@@ -199,79 +206,42 @@ pub fn resolve(
     })
 }
 
-/// The robot that a job names, its part where the job places it.
-fn robot_of(machine: &MachineTable, folder: &Path) -> Result<Option<robot::Cell>, Vec<Problem>> {
-    let Some(name) = machine.robot.as_ref() else {
-        if machine.place.is_written() {
-            let message = format!("{} is written, but no robot", machine.place.name);
-            let problem = machine.place.problem(message);
-            return Err(vec![problem.help("name the robot: machine.robot")]);
-        }
-        return Ok(None);
+/// The laws that were tried on measured beads with their errors, the one that is taken first; none where the law is given.
+pub(super) fn laws_tried(map: &ProcessMap) -> Option<String> {
+    let percent = |e: f64| format!("{:.1} %", 100.0 * e);
+    let told = |t: &Tried| {
+        let [width, height] = t.left_out.map(percent);
+        format!("{}: width {width}, height {height}", t.form)
     };
-    let mut cell = DataText::load("robot", name, robots::ALL, folder)
-        .and_then(|text| text.read(robot::read))
-        .map_err(|e| e.at(&machine.robot))?;
-    if let Some(place) = *machine.place {
-        cell.carrier_from_part.position = DVec3::from_array(place.map(|l| l.0));
-    }
-    Ok(Some(cell))
-}
-
-/// The contact tube to work distance for which a cell's tool frame is set, mm.
-fn nominal_distance(cell: &Cell) -> f64 {
-    cell.program.contact_tube_distance.0
-}
-
-/// Programs hold the wire's tip at the nominal distance: so must the robot's torch.
-fn wire_length(robot: &robot::Cell, nominal: f64, reporter: &Reporter) {
-    const SAME: f64 = 0.5;
-    let wire = robot.torch_from_wire_tip.position.z;
-    if (wire - nominal).abs() > SAME {
-        reporter.warn(
-            "robot-wire",
-            format!("the robot's torch ends {wire:.1} mm behind its wire's tip, the cell's tool frame {nominal:.1} mm"),
-            "write the same in torch.wire of the robot's file and program.contact_tube_distance of the cell's",
-        );
-    }
-}
-
-/// Wire, gas and process map: everything wrong with any of them is told.
-fn process(
-    job: &WaamJob,
-    folder: &Path,
-    reporter: &Reporter,
-) -> Result<(Wire, Gas, ProcessMap), Vec<Problem>> {
-    let waam = &job.waam;
-    let wire = DataText::load("wire", &waam.wire, wires::ALL, folder)
-        .and_then(|text| text.read(Wire::parse))
-        .map_err(|e| e.at(&waam.wire));
-    let gas = DataText::load("gas", &waam.gas, gases::ALL, folder)
-        .and_then(|text| text.read(Gas::parse))
-        .map_err(|e| e.at(&waam.gas));
-    let (wire, gas) = match (wire, gas) {
-        (Ok(wire), Ok(gas)) => (wire, gas),
-        (wire, gas) => {
-            let mut problems = wire.err().unwrap_or_default();
-            problems.extend(gas.err().unwrap_or_default());
-            return Err(problems);
-        }
-    };
-    let mut map = process_map(waam, folder, &wire, &gas, reporter)?;
-    if let Some(efficiency) = *waam.efficiency {
-        map.efficiency.value = Pure(efficiency.0);
-        "the job".clone_into(&mut map.efficiency.source);
-    }
-    if let Some(factor) = *waam.source.feed_factor {
-        map = map.with_feed_factor(factor.0);
-    }
-    Ok((wire, gas, map))
+    let all: Vec<String> = map.tried.iter().map(told).collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// Records what the process map says where the job says nothing.
-fn tell_process(waam: &WaamTable, wire: &Wire, map: &ProcessMap, r: &mut Provenance) {
-    let origin = Origin::Data(format!("process map {}", map.id));
-    r.value(&waam.map.name, Resolved::new(map.id.clone(), origin));
+fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
+    let Process { wire, map, .. } = process;
+    let origin = || Origin::Data(format!("process map {}", map.id));
+    r.value(&waam.map.name, Resolved::new(map.id.clone(), origin()));
+    if let Some(tried) = laws_tried(map) {
+        let words = "errors of beads left out, root mean square; the first is taken";
+        let origin = Origin::Computed(words.to_owned());
+        r.value("waam.map.law", Resolved::new(tried, origin));
+    }
+    for text in &process.own {
+        r.model(&format!("{} {}", text.kind, text.name), &text.origin());
+    }
+    if let Some(energy) = &process.energy {
+        let beads = match energy.basis {
+            EnergyBasis::Configuration => "beads of this wire, mode and gas",
+            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
+        };
+        let energy = Resolved {
+            value: energy.mean,
+            origin: Origin::Data(format!("{}: {beads}", energy.source)),
+            sigma: Some(energy.sigma),
+        };
+        r.value("waam.energy_per_volume_j_mm3", energy);
+    }
     for (key, of_map) in [
         (&waam.efficiency, &map.efficiency),
         (&waam.source.feed_factor, &map.feed_factor),
@@ -418,31 +388,6 @@ fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> L
         ctwd_min: c.ctwd_min.0,
         ctwd_max: c.ctwd_max.0,
     }
-}
-
-/// The energy per volume of this wire, mode and gas.
-fn energy_of(
-    r: &mut Provenance,
-    wire: &Wire,
-    mode: &str,
-    gas: &Gas,
-) -> Result<Option<EnergyPerVolume>, Problems> {
-    let energy = energy_per_volume(&wire.id, mode, &gas.id)?;
-    if let Some(energy) = &energy {
-        let beads = match energy.basis {
-            EnergyBasis::Configuration => "beads of this wire, mode and gas",
-            EnergyBasis::OtherGases => "beads of this wire and mode with other gases",
-        };
-        r.value(
-            "waam.energy_per_volume_j_mm3",
-            Resolved {
-                value: energy.mean,
-                origin: Origin::Data(format!("{}: {beads}", energy.source)),
-                sigma: Some(energy.sigma),
-            },
-        );
-    }
-    Ok(energy)
 }
 
 /// The models of the chain with their sources.

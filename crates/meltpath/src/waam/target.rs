@@ -149,7 +149,7 @@ pub struct Comparison {
     /// Where the tallest column of excess stands, and its height, mm.
     pub excess_at: Option<(DVec3, f64)>,
     /// Smallest machining stock over the finished surface, mm (negative: metal is missing), and where.
-    pub stock: Option<(f64, DVec3)>,
+    pub stock: Option<(f64, SurfacePoint)>,
 }
 
 /// Farthest that stock is looked for, in multiples of the allowance, and never below this many mm.
@@ -239,7 +239,7 @@ fn row(map: &HeightMap, target: &Target, iy: usize) -> ColumnSums {
 }
 
 /// The smallest distance along the outward normal from the finished surface to the end of the metal.
-fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, DVec3)> {
+fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, SurfacePoint)> {
     let reach =
         (STOCK_REACH.0 * target.allowance.side.max(target.allowance.top)).max(STOCK_REACH.1);
     let step = 0.25 * map.cell;
@@ -256,7 +256,7 @@ fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, DVec3)> {
     };
     let all: Vec<f64> = target.surface.par_iter().map(stock).collect();
     let (i, least) = all.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
-    Some((*least, target.surface[i].position))
+    Some((*least, target.surface[i]))
 }
 
 /// Points of the surface that can be machined, about `spacing` mm apart.
@@ -406,7 +406,10 @@ mod tests {
         let c = compare(&map, &target, |h| h);
         assert_eq!((c.lack, c.excess), (0.0, 0.0));
         let (stock, at) = c.stock.unwrap();
-        assert!((stock - 1.0).abs() < 0.3 && at.x == 20.0, "{stock}");
+        assert!(
+            (stock - 1.0).abs() < 0.3 && at.position.x == 20.0,
+            "{stock}"
+        );
     }
 
     #[test]

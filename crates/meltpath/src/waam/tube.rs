@@ -16,24 +16,28 @@ pub(super) fn checks(
 ) -> Vec<Check> {
     let layers = &simulation.layers;
     let limits = &settings.limits;
-    let remedy = match settings.heights {
-        Auto::Auto => {
-            "a machine.ctwd farther from the limit; at single places another fill.strategy, or thicker walls below it"
-        }
-        Auto::Value(_) => {
-            "write layers.height = \"auto\": the layer height is not the growth of the wall"
-        }
-    };
     let mut checks: Vec<Check> = [
         (End::Nearest, Limit::AtLeast(limits.ctwd_min)),
         (End::Farthest, Limit::AtMost(limits.ctwd_max)),
     ]
     .into_iter()
     .filter_map(|(end, limit)| local(layers, growth, end, limit))
-    .map(|check| check.remedy(remedy))
+    .map(|check| check.remedy(remedy(settings)))
     .collect();
     checks.extend(known(simulation, settings));
     checks
+}
+
+/// What brings the contact tube back.
+fn remedy(settings: &Settings) -> &'static str {
+    match settings.heights {
+        Auto::Auto => {
+            "a machine.ctwd farther from the limit; at single places another fill.strategy, or thicker walls below it"
+        }
+        Auto::Value(_) => {
+            "write layers.height = \"auto\": the layer height is not the growth of the wall"
+        }
+    }
 }
 
 /// Which end of the distances.
@@ -94,10 +98,14 @@ fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
     let (near, far) = (End::Nearest.worst(layers)?, End::Farthest.worst(layers)?);
     let Some(measured) = &settings.map.feed_response else {
         let why = format!(
-            "the process map {} does not say at which contact tube distances its beads were laid: add [feed_response] to it",
+            "the process map {} does not say at which contact tube distances its wire feed is known",
             settings.map.id
         );
-        return Some(Check::not_checked(ID, TITLE, &why));
+        let check = Check {
+            status: Status::CannotSay,
+            ..Check::not_checked(ID, TITLE, &why)
+        };
+        return Some(check.remedy("measure the wire feed at two distances and add a table [feed_response] to the process map; slope 0 for a source that holds its feed"));
     };
     let (least, greatest) = (measured.least.0, measured.greatest.0);
     let (nearer, farther) = (least - near.1.at.distance, far.1.at.distance - greatest);
@@ -125,8 +133,10 @@ fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
         reason,
         ..check
     };
-    let remedy = "keep the contact tube at its distance there, or measure the wire feed at it and extend [feed_response] of the process map";
-    Some(check.at(place(layer, &found)).remedy(remedy))
+    Some(check.at(place(layer, &found)).remedy(format!(
+        "{}; or measure the wire feed at that distance, and extend [feed_response] of the process map",
+        remedy(settings)
+    )))
 }
 
 /// How the distances are distributed along the beads.

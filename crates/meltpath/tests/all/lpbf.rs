@@ -112,12 +112,12 @@ fn small() -> SquarePlate {
     SquarePlate {
         columns: 2,
         rows: 1,
-        column_pitch: head.plate.column_pitch,
-        row_pitch: head.plate.row_pitch,
+        column_pitch: head.plate.column_pitch.0,
+        row_pitch: head.plate.row_pitch.0,
         side: 2.0,
-        contour_distance: head.plate.contour_distance,
-        hatch: head.plate.hatch,
-        inset: head.plate.inset,
+        contour_distance: head.plate.contour_distance.0,
+        hatch: head.plate.hatch.0,
+        inset: head.plate.inset.0,
     }
 }
 

@@ -18,4 +18,5 @@ mod reference;
 mod remedies;
 mod templates;
 mod tune;
+mod verdicts;
 mod walls;

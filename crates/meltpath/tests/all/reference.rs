@@ -110,7 +110,8 @@ fn refused(value: &Json, schema: &Json, place: &str, found: &mut Vec<String>) {
 #[test]
 fn shipped_data_fit_their_schemas() {
     use meltpath_data::{
-        cells, focus, gases, materials, process_maps, recipes, robots, scan_heads, wires,
+        cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
+        wires,
     };
     let json = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
     let said = |value: &Json, subject: Subject| {
@@ -122,6 +123,8 @@ fn shipped_data_fit_their_schemas() {
         (Subject::Wire, wires::ALL),
         (Subject::Gas, gases::ALL),
         (Subject::Map, process_maps::ALL),
+        (Subject::Pool, pools::ALL),
+        (Subject::Energy, energy::ALL),
         (Subject::Cell, cells::ALL),
         (Subject::Robot, robots::ALL),
         (Subject::Material, materials::ALL),
@@ -142,12 +145,12 @@ fn shipped_data_fit_their_schemas() {
         assert!(text.contains(from), "{from}");
         said(&json(&text.replacen(from, to, 1)), subject)
     };
-    let wire = wires::ALL[0].text;
+    let wire = wires::X90_IG_1_0.text;
     assert!(spoilt("value = 1.0", "value = \"1,0\"", wire, Subject::Wire)[0].contains("number"));
     assert!(spoilt("\"mm\"", "\"mn\"", wire, Subject::Wire)[0].contains("enum"));
     let cell = cells::ALL[0].text;
     assert!(spoilt("\"12 ms\"", "\"12 mm\"", cell, Subject::Cell)[0].contains("unit"));
-    let head = scan_heads::ALL[0].text;
+    let head = scan_heads::TWO_AXIS_150.text;
     assert!(spoilt("\"two-axis\"", "\"one-axis\"", head, Subject::Head)[0].contains("oneOf"));
 }
 

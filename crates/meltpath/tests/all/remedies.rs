@@ -15,7 +15,7 @@ fn new(kind: ProcessKind) -> (tempfile::TempDir, PathBuf, String) {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("job");
     let job = match kind {
-        ProcessKind::Waam => start::waam(&folder, "ring"),
+        ProcessKind::Waam => start::waam(&folder, "ring", None),
         ProcessKind::Ebm => start::ebm(&folder),
         ProcessKind::Lpbf => start::lpbf(&folder),
     };

@@ -36,15 +36,24 @@ fn plates_and_stars_have_stock_in_their_corners() {
 #[test]
 #[ignore = "a minute of computing"]
 fn templates_pass_their_own_verdict() {
-    let known = KNOWN;
     let dir = tempfile::tempdir().unwrap();
-    for shape in start::shape_names() {
-        let verdict = verdict(shape, dir.path());
-        let found = hindered(&verdict);
-        println!("{shape}: {found:?}");
-        let expected = known.iter().find(|k| k.0 == shape).map_or(&[][..], |k| k.1);
-        assert_eq!(found, expected, "{shape}");
-    }
+    let found: Vec<(&str, String)> = start::shape_names()
+        .into_iter()
+        .map(|shape| (shape, hindered(&verdict(shape, dir.path())).join(" ")))
+        .filter(|(_, hindered)| !hindered.is_empty())
+        .collect();
+    let known = [
+        ("tee", "flatness"),
+        ("honeycomb", "stock flatness accumulation"),
+        ("truss", "lack stock flatness accumulation ctwd-known"),
+        ("box-wall", "stock"),
+        // it leans: nothing is decided
+        (
+            "vase",
+            "lack excess stock height flatness accumulation ctwd-min ctwd-max ctwd-known",
+        ),
+        ("bracket", "flatness"),
+    ];
+    let known = known.map(|(shape, hindered)| (shape, hindered.to_owned()));
+    assert_eq!(found, known);
 }
-
-const KNOWN: &[(&str, &[&str])] = &[];

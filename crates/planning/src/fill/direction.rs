@@ -64,3 +64,19 @@ fn best(centres: &[Region], settings: &FillSettings) -> f64 {
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_geometry::math::DVec2;
+
+    #[test]
+    fn of_directions_as_good_the_first_is_kept() {
+        let corners = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
+        let square = Region {
+            outer: corners.map(DVec2::from_array).to_vec(),
+            holes: Vec::new(),
+        };
+        assert_eq!(best(&[square], &FillSettings::new(4.0, 3.0)), 0.0);
+    }
+}

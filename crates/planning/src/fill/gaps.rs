@@ -272,3 +272,33 @@ fn lay_in_order(mut lines: Vec<Vec<DVec2>>, beads: &mut Vec<Bead>, settings: &Fi
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meltpath_toolpath::Role;
+
+    #[test]
+    fn a_line_goes_to_a_bead_only_where_a_link_may_run() {
+        let along = |from: f64, to: f64| vec![DVec2::new(from, 0.0), DVec2::new(to, 0.0)];
+        let settings = FillSettings::new(4.0, 3.0);
+        let mut beads = [Bead {
+            points: along(0.0, 10.0),
+            role: Role::Fill,
+            tolerance: 0.0,
+        }];
+        let line = along(11.0, 20.0);
+        let back = prolong(line.clone(), &mut beads, &[], &settings);
+        assert_eq!((back, beads[0].points.len()), (Some(line.clone()), 2));
+        let corners = [[-5.0, -5.0], [30.0, -5.0], [30.0, 5.0], [-5.0, 5.0]];
+        let links = Region {
+            outer: corners.map(DVec2::from_array).to_vec(),
+            holes: Vec::new(),
+        };
+        assert_eq!(prolong(line, &mut beads, &[links], &settings), None);
+        assert_eq!(
+            beads[0].points,
+            [along(0.0, 10.0), along(11.0, 20.0)].concat()
+        );
+    }
+}

@@ -43,3 +43,18 @@ impl PassIds {
         Ok(PassId(self.part << 28 | layer << 14 | index as u32))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layer_of_too_many_passes_says_how_many_it_has() {
+        let ids = PassIds { part: 1 };
+        assert_eq!(ids.id(2, 5), Ok(PassId(1 << 28 | 2 << 14 | 5)));
+        let Err(PlanError::TooMany { passes, .. }) = ids.id(2, 20_000) else {
+            panic!("20001 passes");
+        };
+        assert_eq!(passes, 20_001);
+    }
+}

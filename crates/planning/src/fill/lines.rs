@@ -281,3 +281,30 @@ pub(crate) fn cells(lines: &[Vec<Span>]) -> Vec<Vec<Span>> {
     }
     cells
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shoulder_counts_from_half_a_bead_on() {
+        // a shoulder `run` long 6 mm above the bottom of a part 10 mm tall
+        let wishes = |run: f64| {
+            let left = 12.0 - run;
+            let ring = [
+                [0.0, 0.0],
+                [20.0, 0.0],
+                [20.0, 10.0],
+                [12.0, 10.0],
+                [12.0, 6.0],
+                [left, 6.0],
+                [left, 2.0],
+                [0.0, 2.0],
+            ];
+            let ring = ring.map(DVec2::from_array).to_vec();
+            let found = extremes(&ring, Rim::Boundary, &FillSettings::new(4.0, 3.0));
+            found.iter().filter(|w| (w.at - 6.0).abs() < 0.1).count()
+        };
+        assert_eq!([wishes(1.0), wishes(3.0)], [0, 1]);
+    }
+}

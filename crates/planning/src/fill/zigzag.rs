@@ -113,3 +113,24 @@ fn run(
     }
     beads
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fill::lines::Crossing;
+
+    #[test]
+    fn corners_of_a_cell_are_counted_from_the_lower_left() {
+        let span = |y: f64| Span {
+            y,
+            ends: [-1.0, 1.0].map(|x| Crossing {
+                x,
+                ring: 0,
+                edge: 0,
+            }),
+        };
+        let cell = [span(0.0), span(3.0)];
+        let corners = [0, 1, 2, 3].map(|k| corner_of(&cell, k).to_array());
+        assert_eq!(corners, [[-1.0, 0.0], [1.0, 0.0], [-1.0, 3.0], [1.0, 3.0]]);
+    }
+}

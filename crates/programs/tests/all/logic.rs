@@ -22,12 +22,27 @@ const ONE: &str = "L P[1] 50mm/sec FINE";
 const TWO: &str = "L P[2] 50mm/sec FINE";
 const THREE: &str = "L P[3] 50mm/sec FINE";
 
+/// Cases of lines and the points that they lead to; none where a condition is not known.
+fn follow(cases: &[(&[&str], &[u32])]) {
+    for (lines, expected) in cases {
+        let found = places(lines);
+        if expected.is_empty() {
+            assert!(
+                matches!(found, Err(Refusal::Condition(_))),
+                "{lines:?}: {found:?}"
+            );
+        } else {
+            assert_eq!(found.as_deref(), Ok(*expected), "{lines:?}");
+        }
+    }
+}
+
 #[test]
 fn conditions_are_followed_where_their_values_are_known() {
-    for (lines, expected) in [
+    follow(&[
         (
-            &["R[1]=3", "IF R[1]>2,JMP LBL[1]", TWO, "LBL[1]", THREE] as &[&str],
-            &[3_u32] as &[_],
+            &["R[1]=3", "IF R[1]>2,JMP LBL[1]", TWO, "LBL[1]", THREE],
+            &[3],
         ),
         (
             &["R[1]=2", "IF (R[1]>2),JMP LBL[1]", TWO, "LBL[1]", THREE],
@@ -78,6 +93,12 @@ fn conditions_are_followed_where_their_values_are_known() {
             &["F[1]=(ON)", "IF (F[1] AND !DO[1]) THEN", TWO, "ENDIF", ONE],
             &[],
         ),
+    ]);
+}
+
+#[test]
+fn choices_and_registers_lead_on() {
+    follow(&[
         (
             &[
                 "R[1]=2",
@@ -125,17 +146,7 @@ fn conditions_are_followed_where_their_values_are_known() {
             &["R[5]=2", "JMP LBL[R[5]]", "LBL[1]", ONE, "LBL[2]", TWO],
             &[2],
         ),
-    ] {
-        let found = places(lines);
-        if expected.is_empty() {
-            assert!(
-                matches!(found, Err(Refusal::Condition(_))),
-                "{lines:?}: {found:?}"
-            );
-        } else {
-            assert_eq!(found.as_deref(), Ok(expected), "{lines:?}");
-        }
-    }
+    ]);
 }
 
 #[test]

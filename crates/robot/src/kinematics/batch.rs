@@ -4,11 +4,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DVec3};
 
 use super::arm::Geometry;
-use super::lanes::Lanes;
-use super::offset_wrist::OffsetWrist;
-use super::ortho_batch::{Block, POSES};
-use super::ortho_parallel::OrthoParallel;
-use super::solution::HELD;
+use super::solution::{Candidates, HELD, Unreachable};
 
 /// Greatest ways an arm has.
 pub const WAYS: usize = 8;
@@ -69,16 +65,6 @@ impl Ways {
         let count = usize::from(*self.count.get(i)?);
         (k < count).then(|| std::array::from_fn(|j| self.angles[j][WAYS * i + k]))
     }
-
-    /// One more way of pose `i`.
-    fn add(&mut self, i: usize, angles: [f64; 6], singular: bool) {
-        let place = WAYS * i + usize::from(self.count[i]);
-        for (array, angle) in self.angles.iter_mut().zip(angles) {
-            array[place] = angle;
-        }
-        self.singular[place] = singular;
-        self.count[i] += 1;
-    }
 }
 
 /// All ways of a closed form to hold each of `poses`, limits and turns aside; equal ones at singularities are not merged. The arrays
@@ -93,51 +79,37 @@ pub fn inverse(geometry: &Geometry, poses: &Poses, ways: &mut Ways) {
     ways.singular.resize(WAYS * count, false);
     ways.count.clear();
     ways.count.resize(count, 0);
-    match geometry {
-        Geometry::SphericalWrist(arm) => by_blocks(arm, poses, ways),
-        Geometry::OffsetWrist(arm) => one_by_one(arm, poses, ways),
-        Geometry::Other => {}
-    }
-}
-
-/// Eight poses at once; what the last block lacks is filled with its first pose.
-fn by_blocks(arm: &OrthoParallel, poses: &Poses, ways: &mut Ways) {
-    let count = poses.len();
-    for first in (0..count).step_by(POSES) {
-        let last = count - 1;
-        let lanes = |array: &[f64]| Lanes(std::array::from_fn(|i| array[(first + i).min(last)]));
-        let block = Block {
-            rotation: std::array::from_fn(|k| lanes(&poses.rotation[k])),
-            position: std::array::from_fn(|k| lanes(&poses.position[k])),
-        };
-        let here = POSES.min(count - first);
-        arm.solve_block(&block, |_, way| {
-            for lane in (0..here).filter(|lane| way.held[*lane]) {
-                let pose = first + lane;
-                let angles = way.angles.map(|a| a.0[lane]);
-                ways.add(pose, angles, way.singular[lane]);
-            }
-        });
-    }
-}
-
-fn one_by_one(arm: &OffsetWrist, poses: &Poses, ways: &mut Ways) {
-    for i in 0..poses.len() {
+    for i in 0..count {
         let (rotation, position) = poses.at(i);
-        let Ok(found) = arm.solve(&rotation, position) else {
-            continue;
+        let found: Result<Candidates, Unreachable> = match geometry {
+            Geometry::SphericalWrist(arm) => arm.solve(&rotation, position),
+            Geometry::OffsetWrist(arm) => arm.solve(&rotation, position),
+            Geometry::Other => Err(Unreachable::NothingFound),
         };
+        let Ok(found) = found else { continue };
+        let mut held = 0;
         for candidate in found.as_slice() {
-            let (turned, at) = arm.forward(candidate.angles);
+            let (turned, at) = match geometry {
+                Geometry::SphericalWrist(arm) => arm.forward(candidate.angles),
+                Geometry::OffsetWrist(arm) => arm.forward(candidate.angles),
+                Geometry::Other => continue,
+            };
             let off = turned - rotation;
             // the square of a small rotation is half the sum of squares of what it changes
             let square = off.x_axis.length_squared()
                 + off.y_axis.length_squared()
                 + off.z_axis.length_squared();
-            if at.distance_squared(position) < HELD[0] * HELD[0] && square < 2.0 * HELD[1] * HELD[1]
+            if at.distance_squared(position) > HELD[0] * HELD[0] || square > 2.0 * HELD[1] * HELD[1]
             {
-                ways.add(i, candidate.angles, candidate.singular.any());
+                continue;
             }
+            let place = WAYS * i + held;
+            for (array, angle) in ways.angles.iter_mut().zip(candidate.angles) {
+                array[place] = angle;
+            }
+            ways.singular[place] = candidate.singular.any();
+            held += 1;
         }
+        ways.count[i] = u8::try_from(held).unwrap_or(u8::MAX);
     }
 }

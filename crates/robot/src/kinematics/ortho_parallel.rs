@@ -10,13 +10,13 @@ use super::planar::{self, OutOfReach};
 use super::solution::{Candidate, Candidates, Singularities, Unreachable};
 
 /// Distances from the first axis' cylinder that rounding may make, mm.
-pub(super) const ROUNDING: f64 = 5e-7;
+const ROUNDING: f64 = 5e-7;
 
 /// Below this distance forward, mm, front and back are one: a root that takes half of the digits.
-pub(super) const ON_AXIS: f64 = 1e-4;
+const ON_AXIS: f64 = 1e-4;
 
 /// Sines below this count as zero: two axes of the wrist in line.
-pub(super) const IN_LINE: f64 = 1e-6;
+const IN_LINE: f64 = 1e-6;
 
 /// The seven lengths, and how the robot's own angles relate to the arm stretched upright.
 ///

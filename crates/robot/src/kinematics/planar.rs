@@ -6,10 +6,10 @@ use std::f64::consts::{PI, TAU};
 const ROUNDING: f64 = 5e-7;
 
 /// Points nearer to the shoulder, mm, count as on it: a direction that takes half of the digits.
-pub(super) const ON_SHOULDER: f64 = 1e-4;
+const ON_SHOULDER: f64 = 1e-4;
 
 /// Below this the sine of an angle counts as zero: the arm is stretched or folded.
-pub(super) const STRAIGHT: f64 = 1e-6;
+const STRAIGHT: f64 = 1e-6;
 
 /// The two ways in which the links reach the point.
 #[derive(Debug, Clone, Copy)]

@@ -178,34 +178,13 @@ impl Value for GeometryTable {
     }
 }
 
-/// The plate of squares on which recipes are compared, as a head's file states it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plate {
-    /// Squares in a row.
-    pub columns: u32,
-    /// Rows.
-    pub rows: u32,
-    /// From square to square along a row, mm.
-    pub column_pitch: f64,
-    /// From row to row, mm.
-    pub row_pitch: f64,
-    /// Side of a square, mm.
-    pub side: f64,
-    /// From the outer to the inner contour, mm.
-    pub contour_distance: f64,
-    /// From hatch line to hatch line, mm.
-    pub hatch: f64,
-    /// From the outer contour to the ends of the hatch lines, mm.
-    pub inset: f64,
-}
-
 /// What a head's file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadData {
     /// The head.
     pub head: ScanHead,
     /// The plate on which recipes are compared on this head.
-    pub plate: Plate,
+    pub plate: PlateTable,
     /// How fast the loops of X, Y and Z are tuned, where the file says so: times of the first maximum of current, speed and
     /// position, s.
     pub tuning: [Option<[f64; 3]>; 3],
@@ -263,20 +242,9 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
             quality: file.beam.quality.0,
         },
     };
-    let p = &file.plate;
-    let plate = Plate {
-        columns: p.columns.0.round() as u32,
-        rows: p.rows.0.round() as u32,
-        column_pitch: p.column_pitch.0,
-        row_pitch: p.row_pitch.0,
-        side: p.side.0,
-        contour_distance: p.contour_distance.0,
-        hatch: p.hatch.0,
-        inset: p.inset.0,
-    };
     Ok(HeadData {
         head,
-        plate,
+        plate: file.plate.value.clone(),
         tuning: [
             tuning(&file.x),
             tuning(&file.y),

@@ -6,37 +6,46 @@ use crate::head::recipe::{LaserDelays, Recipe, SkyWriting};
 use meltpath_base::settings::{self, Problem, Problems, Sourced};
 use meltpath_base::{Speed, Time, table};
 
+/// Fastest spot that mirrors draw, mm/s: 1 km/s.
+const FASTEST: f64 = 1e6;
+
+/// Strongest laser, W.
+const STRONGEST: f64 = 1e6;
+
+/// Longest wait, s.
+const LONGEST: f64 = 3600.0;
+
 table! {
     /// Speeds, power, waits and delays of a laser scan job.
     pub struct RecipeFile {
         /// Name in words.
         name: String => required;
         /// Speed on contours.
-        contour_speed: Sourced<Speed> where positive => required;
+        contour_speed: Sourced<Speed> where up_to(FASTEST) => required;
         /// Speed on fill lines.
-        fill_speed: Sourced<Speed> where positive => required;
+        fill_speed: Sourced<Speed> where up_to(FASTEST) => required;
         /// Speed of jumps between contours.
-        contour_jump_speed: Sourced<Speed> where positive => required;
+        contour_jump_speed: Sourced<Speed> where up_to(FASTEST) => required;
         /// Speed of jumps between fill lines.
-        fill_jump_speed: Sourced<Speed> where positive => required;
+        fill_jump_speed: Sourced<Speed> where up_to(FASTEST) => required;
         /// Power of the laser.
-        power: Sourced<Power> where not_negative => required;
+        power: Sourced<Power> where within(0.0, STRONGEST) => required;
         /// Wait after a jump.
-        jump_wait: Sourced<Time> where not_negative => required;
+        jump_wait: Sourced<Time> where within(0.0, LONGEST) => required;
         /// Wait at the end of a mark.
-        mark_wait: Sourced<Time> where not_negative => required;
+        mark_wait: Sourced<Time> where within(0.0, LONGEST) => required;
         /// Wait at the corners of a contour.
-        polygon_wait: Sourced<Time> where not_negative => required;
+        polygon_wait: Sourced<Time> where within(0.0, LONGEST) => required;
         /// When the laser goes on after its command.
         laser_on_delay: Sourced<Time> => required;
         /// When the laser goes off after its command.
         laser_off_delay: Sourced<Time> => required;
         /// The power follows the spot's speed, down to this.
-        power_down_to: Sourced<Power> where not_negative => none("the power is constant");
+        power_down_to: Sourced<Power> where within(0.0, STRONGEST) => none("the power is constant");
         /// Sky-writing: time at the line's speed before each line of a fill.
-        run_in: Sourced<Time> where not_negative => none("none");
+        run_in: Sourced<Time> where within(0.0, LONGEST) => none("none");
         /// Sky-writing: time at the line's speed after each line of a fill.
-        run_out: Sourced<Time> where not_negative => none("none");
+        run_out: Sourced<Time> where within(0.0, LONGEST) => none("none");
     }
 }
 

@@ -64,12 +64,4 @@ impl ScanHead {
             }
         }
     }
-
-    /// The longest steady lag of an axis' pre-filter, s.
-    pub fn lag(&self) -> f64 {
-        self.axes()
-            .filter_map(|a| a.prefilter.as_ref())
-            .map(crate::axis::prefilter::PreFilter::lag)
-            .fold(0.0, f64::max)
-    }
 }

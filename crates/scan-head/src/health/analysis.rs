@@ -4,9 +4,10 @@
 
 use crate::axis::chain::AxisRecord;
 use crate::axis::error::AxisError;
-use crate::health::friction::{FrictionFit, fit_friction};
+use crate::health::friction::FrictionFit;
 use crate::health::records::{RampRecord, StepRecord};
 use crate::health::signal::{Km0Samples, Piece};
+use crate::identification::error::IdentificationError;
 use serde::{Deserialize, Serialize};
 
 /// A change of angle by which a step's response is said to have begun, rad (10⁻⁴ deg).
@@ -30,12 +31,13 @@ impl Km0Samples {
     /// Analyses a record of this signal. `torque_constant` N·m/A is that of the first stage.
     ///
     /// # Errors
-    /// [`AxisError::Parameter`] where the record is shorter than the signal or has no ramp to fit.
+    /// [`AxisError::Parameter`] where the record is shorter than the signal, [`IdentificationError::Ramps`] where its ramps do
+    /// not tell the friction.
     pub fn analyse(
         &self,
         record: &AxisRecord,
         torque_constant: f64,
-    ) -> Result<Km0Stage2, AxisError> {
+    ) -> Result<Km0Stage2, IdentificationError> {
         if record.angle.len() < self.set_points.len()
             || record.current.len() < self.set_points.len()
         {
@@ -43,7 +45,8 @@ impl Km0Samples {
                 what: "the number of samples of the record",
                 value: record.angle.len().min(record.current.len()) as f64,
                 wanted: "at least that of the signal: is the sample period the same?",
-            });
+            }
+            .into());
         }
         let (mut steps, mut ramps) = (Vec::new(), Vec::new());
         for (piece, range) in &self.pieces {
@@ -60,7 +63,7 @@ impl Km0Samples {
                 }
             }
         }
-        let friction = fit_friction(&ramps)?;
+        let friction = FrictionFit::of(&ramps)?;
         Ok(Km0Stage2 {
             steps,
             ramps,

@@ -23,7 +23,7 @@ pub struct RampFriction {
     pub bias: [f64; 2],
     /// T_C, N·m, and its deviation.
     pub coulomb: [f64; 2],
-    /// Root mean square of the residual torques, N·m.
+    /// Standard deviation of the residual torques, N·m.
     pub rms: f64,
     /// The same with viscous friction alone, N·m: what the dry terms bring.
     pub rms_viscous_only: f64,

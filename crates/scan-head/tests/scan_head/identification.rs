@@ -8,7 +8,7 @@ use meltpath_scan_head::axis::plant::Plant;
 use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::friction::{SteadyRamp, friction_of_ramps};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::identify;
+use meltpath_scan_head::identification::motor::{Identified, identify};
 use meltpath_scan_head::identification::prediction::predict;
 use meltpath_scan_head::identification::ramps::steady_ramps;
 use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
@@ -93,6 +93,11 @@ fn lpbf_ac09_direct_identification_of_the_reference_motor() {
     assert!(quality.angle.fit > 0.9, "{:?}", quality.angle);
 }
 
+fn with_modes(columns: &[Vec<f64>; 3], method: &Method) -> Identified {
+    let search = ModeSearch::default();
+    identify_modes(&record(columns), Excitation::Voltage, method, &search).unwrap()
+}
+
 #[test]
 fn flexible_modes_are_found_with_all_parameters() {
     let motor = Galvanometer {
@@ -101,13 +106,7 @@ fn flexible_modes_are_found_with_all_parameters() {
     };
     let columns = bench(&motor, 0.5, 12);
     let method = Method::default();
-    let found = identify_modes(
-        &record(&columns),
-        Excitation::Voltage,
-        &method,
-        &ModeSearch::default(),
-    )
-    .unwrap();
+    let found = with_modes(&columns, &method);
     println!(
         "R, L, Kc, J, B off by {:.5?}; modes {:?} ± {:?}, rms {:.4}",
         off(&found.motor, &motor),
@@ -151,13 +150,7 @@ fn flexible_modes_are_found_with_all_parameters() {
         columns[2].push(a);
         plant.advance(0, columns[0][k], 0.0);
     }
-    let found = identify_modes(
-        &record(&columns),
-        Excitation::Voltage,
-        &method,
-        &ModeSearch::default(),
-    )
-    .unwrap();
+    let found = with_modes(&columns, &method);
     assert!(found.motor.modes.is_empty(), "{:?}", found.motor.modes);
 }
 
@@ -397,6 +390,27 @@ proptest! {
     }
 }
 
+/// The motor and its modes from a record whose angles are multiples of `step` rad.
+fn on_encoder(motor: &Galvanometer, step: f64) -> Identified {
+    let mut columns = bench(motor, 0.5, 12);
+    for angle in &mut columns[2] {
+        *angle = (*angle / step).round() * step;
+    }
+    with_modes(&columns, &Method::default())
+}
+
+#[test]
+fn peaks_of_a_rotor_without_modes_are_told_as_refused() {
+    let motor = Galvanometer {
+        friction: Friction::None,
+        modes: Vec::new(),
+        ..reference::motor()
+    };
+    let found = on_encoder(&motor, 1e-3f64.to_radians());
+    assert!(found.motor.modes.is_empty(), "{:?}", found.motor.modes);
+    assert!(!found.refused.is_empty());
+}
+
 #[test]
 fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
     let motor = Galvanometer {
@@ -404,18 +418,7 @@ fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
         ..reference::motor()
     };
     for step in [1e-4f64, 1e-3, 3e-3] {
-        let mut columns = bench(&motor, 0.5, 12);
-        let step = step.to_radians();
-        for angle in &mut columns[2] {
-            *angle = (*angle / step).round() * step;
-        }
-        let found = identify_modes(
-            &record(&columns),
-            Excitation::Voltage,
-            &Method::default(),
-            &ModeSearch::default(),
-        )
-        .unwrap();
+        let found = on_encoder(&motor, step.to_radians());
         println!("{step}: {:?} {:?}", found.motor.modes, found.refused);
         assert_eq!(found.motor.modes.len(), 1, "{:?}", found.motor.modes);
         let (got, wanted) = (found.motor.modes[0], motor.modes[0]);

@@ -18,6 +18,7 @@ use meltpath_scan_head::head::window::Window;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
 use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
+use meltpath_scan_head::measures::hatch::HatchDistance;
 
 use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
 
@@ -96,6 +97,13 @@ fn ideal(plate: SquarePlate, speed: f64, period: f64, modes: &[FillMode]) -> Vec
         rate.block(&block);
     }
     rate.finish().remove(0)
+}
+
+#[test]
+fn the_hatch_distance_of_a_job_is_its_plates() {
+    let plate = one(three_axis_data().plate);
+    let found = HatchDistance::of(&job_of(&plate, &recipes()[0])).unwrap();
+    assert!((found - plate.hatch).abs() < 1e-9, "{found}");
 }
 
 /// AC-42 (R): fill rates of the ideal path (docs/theory/sources.md, reference runs), ± 1.5 point.

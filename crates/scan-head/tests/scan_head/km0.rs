@@ -1,14 +1,14 @@
 //! Friction and the health test.
 
 use meltpath_scan_head::axis::chain::Axis;
-use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::health::analysis::Km0Stage2;
 use meltpath_scan_head::health::bench::{first_stage, simulate_first_stage};
-use meltpath_scan_head::health::friction::fit_friction;
+use meltpath_scan_head::health::friction::FrictionFit;
 use meltpath_scan_head::health::rating::{Km0Record, Rating, rate};
 use meltpath_scan_head::health::records::RampRecord;
 use meltpath_scan_head::health::signal::Km0Signal;
+use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::record::Excitation;
 
 use super::reference::two_axis;
@@ -148,7 +148,7 @@ fn lpbf_ac05_ac06_friction_from_ramps() {
             }
         })
         .collect();
-    let fit = fit_friction(&exact).unwrap();
+    let fit = FrictionFit::of(&exact).unwrap();
     for (ours, given) in [(fit.viscous, b), (fit.bias, tp), (fit.coulomb, tc)] {
         assert!((ours / given - 1.0).abs() < 1e-6, "{fit:?}");
     }
@@ -158,8 +158,8 @@ fn lpbf_ac05_ac06_friction_from_ramps() {
     assert!(found.residual_viscous > 3.0 * found.residual);
     assert!(found.coulomb > 0.0);
     assert!(matches!(
-        fit_friction(&exact[..1]),
-        Err(AxisError::Parameter { .. })
+        FrictionFit::of(&exact[..1]),
+        Err(IdentificationError::Ramps { .. })
     ));
 }
 

@@ -21,14 +21,14 @@ fn data(text: &str) -> HeadData {
     HeadData {
         head: data.head,
         plate: SquarePlate {
-            columns: stated.columns,
-            rows: stated.rows,
-            column_pitch: stated.column_pitch,
-            row_pitch: stated.row_pitch,
-            side: stated.side,
-            contour_distance: stated.contour_distance,
-            hatch: stated.hatch,
-            inset: stated.inset,
+            columns: stated.columns.0 as u32,
+            rows: stated.rows.0 as u32,
+            column_pitch: stated.column_pitch.0,
+            row_pitch: stated.row_pitch.0,
+            side: stated.side.0,
+            contour_distance: stated.contour_distance.0,
+            hatch: stated.hatch.0,
+            inset: stated.inset.0,
         },
         tuning: data.tuning,
     }

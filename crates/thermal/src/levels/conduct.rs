@@ -123,11 +123,11 @@ fn put(padded: &mut [f32; GHOSTED], side: usize, values: &[f32; N]) {
 #[inline(always)]
 fn between(coarse: &[f32; N], half: usize) -> [f32; N] {
     let mut out = [0.0; N];
-    for n in 0..N {
+    for (n, out) in out.iter_mut().enumerate() {
         let c = half * (N / 2) + n / 2;
         let (low, high) = (c.saturating_sub(1), (c + 1).min(N - 1));
         let slope = (coarse[high] - coarse[low]) / (high - low) as f32;
-        out[n] = coarse[c] + slope * if n % 2 == 0 { -0.25 } else { 0.25 };
+        *out = coarse[c] + slope * if n % 2 == 0 { -0.25 } else { 0.25 };
     }
     out
 }

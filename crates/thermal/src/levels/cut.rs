@@ -10,6 +10,8 @@ use crate::solver::source::Spot;
 
 /// Tiles that bend less than this share of what divides them may become one with their neighbours.
 const EASE: f32 = 0.125;
+/// Cells on which the beam is drawn away from what is looked at, mm: a third of a usual spot, so that its heat is laid where it falls.
+const ELSEWHERE: f64 = 0.13;
 /// How near a beam the finest cells must lie, in its diameters: its intensity has fallen to 4 % there.
 const NEAR: f64 = 0.65;
 
@@ -78,7 +80,7 @@ impl Levels {
                 if bend > EASE * most {
                     tree.want(n, at);
                 }
-                if bend > most && !finest && n + 1 <= self.finest_at(n + 1, at.map(|t| 2 * t)) {
+                if bend > most && !finest && n < self.finest_at(n + 1, at.map(|t| 2 * t)) {
                     tree.want(n + 1, at.map(|t| 2 * t));
                 }
             }
@@ -104,10 +106,12 @@ impl Levels {
             from < high[a] && from + edge > low[a]
         });
         if inside {
-            self.setup.coarser
-        } else {
-            self.setup.coarser.saturating_sub(1)
+            return self.setup.coarser;
         }
+        let elsewhere = |level: &usize| self.levels[*level].edge <= ELSEWHERE;
+        (0..self.setup.coarser)
+            .find(elsewhere)
+            .unwrap_or(self.setup.coarser)
     }
 
     fn want_near(&self, tree: &mut Tree, spot: &Spot) {

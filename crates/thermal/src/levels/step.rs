@@ -165,10 +165,10 @@ impl Levels {
         let around = Around {
             tree: &self.tree,
             level,
-            coarser: coarser.last().map(|c| &*c),
+            coarser: coarser.last(),
             index: &own.index,
             shown: &own.shown,
-            finer: finer.first().map(|f| &*f),
+            finer: finer.first(),
             held,
         };
         let (f, losses, register) = (&self.formulas, &self.losses, self.register);

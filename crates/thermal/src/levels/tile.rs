@@ -117,8 +117,8 @@ impl CellLoop for Refresh<'_> {
             let g = &tile.enthalpy[range.clone()];
             let out = &mut shown.theta[range.clone()];
             let mut molten = 0_u32;
-            for n in 0..PLANE {
-                molten |= u32::from(g[n] > f.solidus());
+            for g in g {
+                molten |= u32::from(*g > f.solidus());
             }
             if molten == 0 {
                 for n in 0..PLANE {

@@ -171,9 +171,9 @@ table! {
     /// Emissivities.
     pub struct EmissivityTable {
         /// Of powder.
-        powder: Datum<Pure> where not_negative => required;
+        powder: Datum<Pure> where within(0.0, 1.0) => required;
         /// Of dense metal.
-        dense: Datum<Pure> where not_negative => required;
+        dense: Datum<Pure> where within(0.0, 1.0) => required;
     }
 
     /// Loss by evaporation from the hottest surfaces.

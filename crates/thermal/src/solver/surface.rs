@@ -82,21 +82,6 @@ impl<R: Real> Losses<R> {
         }
     }
 
-    /// Heat flux out of a surface cell, W/mm².
-    pub(crate) fn flux(&self, g: R, r: R) -> f64 {
-        if self.none {
-            return 0.0;
-        }
-        let emissivity = self.emissivity[usize::from(r < R::ONE)];
-        let steam = self.steam.as_ref().map_or(0.0, |s| s.flux(g.wide()));
-        (emissivity * self.black.at(g)).wide() + steam
-    }
-
-    /// The part of [`Losses::flux`] that evaporates, W/mm².
-    pub(crate) fn steam_flux(&self, g: R) -> f64 {
-        self.steam.as_ref().map_or(0.0, |s| s.flux(g.wide()))
-    }
-
     /// Takes what the top plane, `height` mm high, radiates and evaporates during `dt` from its cells; returns both sums, J/mm³.
     pub(crate) fn take(
         &self,
@@ -131,14 +116,6 @@ impl<R: Real> Losses<R> {
 }
 
 impl Steam {
-    fn flux(&self, g: f64) -> f64 {
-        if g > self.first {
-            self.over(g, 1e-12) * 1e12
-        } else {
-            0.0
-        }
-    }
-
     /// Heat carried away, J/mm³, with `share = dt/height`; implicit, so that a step never overshoots.
     fn over(&self, g: f64, share: f64) -> f64 {
         let place = ((g - self.first) * self.per_entry).clamp(0.0, ENTRIES as f64 - 1e-9);

@@ -2,7 +2,7 @@
 use std::time::Instant;
 
 use crate::support::{
-    beam, faces, fast, fresh_layer, inner, settings, slow, slow_and_warm, titanium,
+    beam, circle, faces, fast, fresh_layer, inner, settings, slow, slow_and_warm, titanium,
     with_warm_ground,
 };
 use meltpath_base::Silent;
@@ -227,12 +227,7 @@ fn strut(outer: f64, layers: usize, options: Settings) -> f64 {
             simulation.add_layer();
         }
         for (radius, power) in [(outer, 120.0), (outer - 0.1, 144.0)] {
-            let turn = std::f64::consts::TAU + 0.4 / radius;
-            let corners: Vec<[f64; 2]> = (0..=90)
-                .map(|n| turn * f64::from(n) / 90.0)
-                .map(|a| [radius * a.cos(), radius * a.sin()])
-                .collect();
-            let path = BeamPath::along(&corners, 470.0, settings(power, 0.551_67)).unwrap();
+            let path = circle(radius, power);
             simulation
                 .draw(&path, &[], &mut |_, _| (), &Silent)
                 .unwrap();
@@ -292,64 +287,74 @@ fn the_line_of_the_thesis_is_soon_drawn() {
     );
 }
 
-/// The prism of the thesis: a triangle of 17.5 x 7.5 mm, lines along its base every 0.125 mm, 980 mm/s (erratum E22).
-fn triangle() -> BeamPath {
-    let (base, height, hatch) = (17.5, 7.5, 0.125);
-    let lines = (height / hatch) as usize;
-    let corners: Vec<[f64; 2]> = (0..lines)
+/// Lines along x, `half(y)` mm to either side, every 0.125 mm up to `height`; 980 mm/s (erratum E22).
+fn lines(height: f64, half: impl Fn(f64) -> f64) -> BeamPath {
+    let hatch = 0.125;
+    let corners: Vec<[f64; 2]> = (0..(height / hatch) as usize)
         .flat_map(|n| {
             let y = (n as f64 + 0.5) * hatch;
-            let half = 0.5 * base * (1.0 - y / height);
-            let ends = [[-half, y], [half, y]];
+            let ends = [[-half(y), y], [half(y), y]];
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
     BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
 }
 
-/// Q2, and the size of the thesis' case: 297,000 voxels, 0.54 s of process, 34.7 h there.
-#[test]
-fn ebm_q02_a_triangle_overheats_towards_its_apex() {
-    let set = fast().clone();
+/// What a path of [`lines`] leaves in a fresh layer, in voxels of 57 µm.
+fn drawn(path: &BeamPath, half: f64, height: f64) -> Field {
     let edge = 0.057;
     let grid = Grid::covering(
-        DVec3::new(-9.25, -0.5, -0.35),
-        DVec3::new(9.25, 8.0, 0.0),
+        DVec3::new(-half - 0.5, -0.5, -0.35),
+        DVec3::new(half + 0.5, height + 0.5, 0.0),
         DVec3::new(edge, edge, 0.05),
     )
     .unwrap();
     let options = Settings::of(&titanium());
+    let set = fast().clone();
     let mut simulation = ChartSimulation::new(&grid, titanium(), vec![set], options).unwrap();
     simulation.set_state(fresh_layer);
-    let path = triangle();
     let begun = Instant::now();
-    simulation
-        .draw(&path, &[], &mut |_, _| (), &Silent)
-        .unwrap();
+    simulation.draw(path, &[], &mut |_, _| (), &Silent).unwrap();
     println!(
         "{} voxels, {:.2} s of process, {:.1} s",
         grid.len(),
         path.end(),
         begun.elapsed().as_secs_f64()
     );
-    let highest = simulation.highest_temperature();
-    let top = highest.grid.planes() - 1;
-    let along = |y: f64| {
-        // rows of two distances between lines on either side, so that where rows lie between lines does not show
-        let rows = |j: &usize| (highest.grid.centre(0, *j, top).y - y).abs() < 0.25;
-        let half = 8.75 * (1.0 - y / 7.5);
-        let of = |from: f64, to: f64| {
-            let cells: Vec<f64> = (0..highest.grid.cells[1])
-                .filter(rows)
-                .flat_map(|j| (0..highest.grid.cells[0]).map(move |i| (i, j)))
-                .filter(|(i, j)| (from..to).contains(&highest.grid.centre(*i, *j, top).x.abs()))
-                .map(|(i, j)| highest.at(i, j, top) - CELSIUS)
-                .collect();
-            cells.iter().sum::<f64>() / cells.len() as f64
-        };
-        [of(0.0, 0.5 * half), of(half - 0.6, half - 0.2)]
-    };
-    let rows: Vec<[f64; 2]> = [0.7, 2.0, 4.0, 6.0, 6.8].map(along).to_vec();
+    simulation.highest_temperature()
+}
+
+/// Mean highest temperature of the build plane from `from` to `to` mm beside the middle, °C; rows of two distances between lines
+/// on either side of `y`, so that where rows lie between lines does not show.
+fn mean_beside(highest: &Field, y: f64, [from, to]: [f64; 2]) -> f64 {
+    let (grid, top) = (&highest.grid, highest.grid.planes() - 1);
+    let cells: Vec<f64> = (0..grid.cells[1])
+        .filter(|j| (grid.centre(0, *j, top).y - y).abs() < 0.25)
+        .flat_map(|j| (0..grid.cells[0]).map(move |i| (i, j)))
+        .filter(|(i, j)| (from..to).contains(&grid.centre(*i, *j, top).x.abs()))
+        .map(|(i, j)| highest.at(i, j, top) - CELSIUS)
+        .collect();
+    cells.iter().sum::<f64>() / cells.len() as f64
+}
+
+/// Q1: where the beam turns it comes back soonest.
+#[test]
+fn ebm_q01_a_rectangle_is_hotter_at_its_ends() {
+    let highest = drawn(&lines(8.0, |_| 7.5), 7.5, 8.0);
+    let [centre, ends] = [[0.0, 3.0], [6.9, 7.3]].map(|x| mean_beside(&highest, 4.0, x));
+    println!("Q1: centre {centre:.0} °C, ends {ends:.0} °C");
+    assert!(ends > centre + 30.0, "{centre} {ends}");
+}
+
+/// Q2, and the size of the thesis' case: 297,000 voxels, 0.54 s of process, 34.7 h there.
+#[test]
+fn ebm_q02_a_triangle_overheats_towards_its_apex() {
+    let half = |y: f64| 8.75 * (1.0 - y / 7.5);
+    let highest = drawn(&lines(7.5, half), 8.75, 7.5);
+    let rows = [0.7, 2.0, 4.0, 6.0, 6.8].map(|y| {
+        let places = [[0.0, 0.5 * half(y)], [half(y) - 0.6, half(y) - 0.2]];
+        places.map(|x| mean_beside(&highest, y, x))
+    });
     println!("Q2: centre and edge along y = 0.7, 2, 4, 6, 6.8 mm: {rows:.0?} °C");
     assert!(rows.iter().all(|r| r[1] > r[0]));
     assert!(rows[4][0] > rows[0][0] + 20.0 && rows[4][1] > rows[0][1]);

@@ -154,3 +154,13 @@ pub(crate) fn window_round(field: &Field) -> Classes {
     });
     Classes::calibrated(titanium().liquidus, middle.mean, 60.0)
 }
+
+/// A circle of a strut at 470 mm/s and `power` W, closed by 0.4 mm.
+pub(crate) fn circle(radius: f64, power: f64) -> BeamPath {
+    let turn = std::f64::consts::TAU + 0.4 / radius;
+    let corners: Vec<[f64; 2]> = (0..=90)
+        .map(|n| turn * f64::from(n) / 90.0)
+        .map(|a| [radius * a.cos(), radius * a.sin()])
+        .collect();
+    BeamPath::along(&corners, 470.0, settings(power, 0.551_67)).unwrap()
+}

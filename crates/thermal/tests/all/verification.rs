@@ -1,4 +1,4 @@
-//! The reference solver against closed forms, both schemes; its order of convergence; its energy balance.
+//! The reference solver against closed forms; its order of convergence; its energy balance.
 use crate::closed_form::{eagar_tsai, rosenthal};
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::grid::Grid;
@@ -28,49 +28,32 @@ fn column<R: Real>(material: Material, n: usize, length: f64, bottom: Face) -> S
     Solver::new(grid, material, faces).unwrap()
 }
 
-enum Scheme {
-    Explicit,
-    Implicit(usize),
-}
-
-fn go_to<R: Real>(solver: &mut Solver<R>, time: f64, scheme: &Scheme) {
-    match scheme {
-        Scheme::Explicit => {
-            let steps = (time / solver.stable_step()).ceil();
-            for _ in 0..steps as usize {
-                solver.step(time / steps, &[]).unwrap();
-            }
-        }
-        Scheme::Implicit(steps) => {
-            for _ in 0..*steps {
-                solver.step_implicit(time / *steps as f64, &[]).unwrap();
-            }
-        }
+fn go_to<R: Real>(solver: &mut Solver<R>, time: f64) {
+    let steps = (time / solver.stable_step()).ceil();
+    for _ in 0..steps as usize {
+        solver.step(time / steps, &[]).unwrap();
     }
 }
 
 #[test]
 fn one_dimensional_warming_is_the_error_function() {
     let (k, c, start, hot) = (0.02, 3e-3, 1000.0, 1800.0);
-    for scheme in [Scheme::Explicit, Scheme::Implicit(400)] {
-        let mut solver = column::<f64>(
-            Material::constant(k, c, start),
-            200,
-            2.0,
-            Face::Imposed(hot),
-        );
-        let time = 0.01;
-        go_to(&mut solver, time, &scheme);
-        let mut worst = 0.0_f64;
-        for n in 0..150 {
-            let depth = (n as f64 + 0.5) * 0.01;
-            let exact =
-                start + (hot - start) * (1.0 - libm_erf(depth / (2.0 * (k / c * time).sqrt())));
-            worst = worst.max((solver.temperature_at(0, 0, n) - exact).abs());
-        }
-        println!("1-D: {worst:.3} K of {}", hot - start);
-        assert!(worst < 1.0, "{worst} K");
+    let mut solver = column::<f64>(
+        Material::constant(k, c, start),
+        200,
+        2.0,
+        Face::Imposed(hot),
+    );
+    let time = 0.01;
+    go_to(&mut solver, time);
+    let mut worst = 0.0_f64;
+    for n in 0..150 {
+        let depth = (n as f64 + 0.5) * 0.01;
+        let exact = start + (hot - start) * (1.0 - libm_erf(depth / (2.0 * (k / c * time).sqrt())));
+        worst = worst.max((solver.temperature_at(0, 0, n) - exact).abs());
     }
+    println!("1-D: {worst:.3} K of {}", hot - start);
+    assert!(worst < 1.0, "{worst} K");
 }
 
 /// Error function by its series and continued fraction, independent of the crate's own.
@@ -139,67 +122,54 @@ fn neumann_stefan_front() {
     let (start, melt, hot) = (1500.0, 1900.0, 2600.0);
     let material = melting(start, melt);
     let (lambda, liquid) = neumann(&material, start, melt, hot);
-    for scheme in [Scheme::Explicit, Scheme::Implicit(800)] {
-        let n = 400;
-        let mut solver = column::<f64>(material.clone(), n, 2.0, Face::Imposed(hot));
-        let time = 0.02;
-        go_to(&mut solver, time, &scheme);
-        let field: Vec<f64> = (0..n).map(|k| solver.temperature_at(0, 0, k)).collect();
-        // liquid share of each cell from its enthalpy gives the front below a cell
-        let curve = solver.curve();
-        let front: f64 = field
-            .iter()
-            .map(|&t| {
-                let g = curve.of(t);
-                ((g - curve.at_solidus) / (curve.at_liquidus - curve.at_solidus)).clamp(0.0, 1.0)
-                    * 2.0
-                    / n as f64
-            })
-            .sum();
-        let exact = 2.0 * lambda * (liquid * time).sqrt();
-        println!("Stefan: front {front:.4} mm, exact {exact:.4} mm");
-        assert!((front / exact - 1.0).abs() < 0.01);
-        // temperature in the liquid
-        let depth = 0.5 * exact;
-        let t = field[(depth / 2.0 * n as f64) as usize];
-        let place = ((depth / 2.0 * n as f64).floor() + 0.5) * 2.0 / n as f64;
-        let expected = hot
-            - (hot - melt) * libm_erf(place / (2.0 * (liquid * time).sqrt())) / libm_erf(lambda);
-        assert!((t - expected).abs() < 0.01 * (hot - melt), "{t} {expected}");
-    }
+    let n = 400;
+    let mut solver = column::<f64>(material.clone(), n, 2.0, Face::Imposed(hot));
+    let time = 0.02;
+    go_to(&mut solver, time);
+    let field: Vec<f64> = (0..n).map(|k| solver.temperature_at(0, 0, k)).collect();
+    // liquid share of each cell from its enthalpy gives the front below a cell
+    let curve = solver.curve();
+    let front: f64 = field
+        .iter()
+        .map(|&t| {
+            let g = curve.of(t);
+            ((g - curve.at_solidus) / (curve.at_liquidus - curve.at_solidus)).clamp(0.0, 1.0) * 2.0
+                / n as f64
+        })
+        .sum();
+    let exact = 2.0 * lambda * (liquid * time).sqrt();
+    println!("Stefan: front {front:.4} mm, exact {exact:.4} mm");
+    assert!((front / exact - 1.0).abs() < 0.01);
+    // temperature in the liquid
+    let depth = 0.5 * exact;
+    let t = field[(depth / 2.0 * n as f64) as usize];
+    let place = ((depth / 2.0 * n as f64).floor() + 0.5) * 2.0 / n as f64;
+    let expected =
+        hot - (hot - melt) * libm_erf(place / (2.0 * (liquid * time).sqrt())) / libm_erf(lambda);
+    assert!((t - expected).abs() < 0.01 * (hot - melt), "{t} {expected}");
 }
 
 #[test]
-fn observed_order_is_two_in_space_with_steps_of_its_square_and_one_in_time() {
+fn observed_order_is_two_in_space_with_steps_of_its_square() {
     let (k, c, start) = (0.02, 3e-3, 1000.0);
     let length = 1.0;
     let rate = (k / c) * (std::f64::consts::PI / length).powi(2);
     let time = 0.5 / rate;
-    let error = |n: usize, scheme: Scheme| {
+    let error = |n: usize| {
         let mut solver = column::<f64>(Material::constant(k, c, start), n, length, Face::Insulated);
         let wave = |z: f64| (std::f64::consts::PI * z / length).cos();
         solver.set_temperature(|p| start + 200.0 + 100.0 * wave(p.z));
-        go_to(&mut solver, time, &scheme);
+        go_to(&mut solver, time);
         let exact = |z: f64| start + 200.0 + 100.0 * wave(z) * (-rate * time).exp();
         let sum: f64 = (0..n)
             .map(|i| (solver.temperature_at(0, 0, i) - exact((i as f64 + 0.5) / n as f64)).powi(2))
             .sum();
         (sum / n as f64).sqrt()
     };
-    let space: Vec<f64> = [10, 20, 40]
-        .iter()
-        .map(|n| error(*n, Scheme::Explicit))
-        .collect();
+    let space = [10, 20, 40].map(error);
     let orders: Vec<f64> = space.windows(2).map(|w| (w[0] / w[1]).log2()).collect();
     println!("explicit, dt ~ dx²: errors {space:.6?}, orders {orders:.3?}");
     assert!(orders.iter().all(|o| (o - 2.0).abs() < 0.1), "{orders:?}");
-    let in_time: Vec<f64> = [10, 20, 40]
-        .iter()
-        .map(|n| error(200, Scheme::Implicit(*n)))
-        .collect();
-    let orders: Vec<f64> = in_time.windows(2).map(|w| (w[0] / w[1]).log2()).collect();
-    println!("implicit in time: errors {in_time:.6?}, orders {orders:.3?}");
-    assert!(orders.iter().all(|o| (o - 1.0).abs() < 0.1), "{orders:?}");
 }
 
 fn half_space(edge: f64, low: DVec3, high: DVec3, start: f64) -> Solver<f32> {
@@ -410,32 +380,6 @@ fn the_bits_do_not_depend_on_registers_or_threads() {
         let wide = pool.install(|| titanium_track::<f32>(Level::widest()).temperature());
         assert_eq!(portable, wide);
     }
-}
-
-#[test]
-fn implicit_and_explicit_steps_agree_through_a_phase_change() {
-    let mut explicit = titanium_track::<f64>(Level::widest());
-    let mut implicit = explicit.clone();
-    // cool the pool down to below the solidus: explicit in small steps, implicit in steps fifty times as long
-    let (dt, steps) = (1.5e-6, 2000);
-    for _ in 0..steps {
-        explicit.step(dt, &[]).unwrap();
-    }
-    for _ in 0..steps / 10 {
-        implicit.step_implicit(10.0 * dt, &[]).unwrap();
-    }
-    let (a, b) = (explicit.temperature(), implicit.temperature());
-    let apart = a
-        .values
-        .iter()
-        .zip(&b.values)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f32::max);
-    let rise = a.largest().0 - explicit.material().start;
-    println!("explicit and implicit differ by {apart:.2} K of a rise of {rise:.0} K");
-    assert!(f64::from(apart) < 0.02 * rise, "{apart}");
-    let residual = implicit.ledger().residual(implicit.stored());
-    assert!(residual.abs() < 1e-3, "{residual}");
 }
 
 #[test]

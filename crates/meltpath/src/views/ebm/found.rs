@@ -5,10 +5,10 @@ use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
-use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::material::CELSIUS;
 
 use super::histogram;
+use super::shares::Shares;
 use crate::ebm::optimise::search::{Found, OnReference};
 use crate::ebm::plan::Plan;
 use crate::job::ebm::Change;
@@ -80,35 +80,16 @@ fn trials(found: &Found) -> Table {
 }
 
 fn shares(r: &OnReference, found: &Found, plan: &Plan) -> Table {
-    let mut table = Table::new(
-        "Voxels of the region on the reference solver",
-        &[
-            "path",
-            "time",
-            "molten",
-            "unmelted (%)",
-            "below the window (%)",
-            "in the window (%)",
-            "above the window (%)",
-            "mean (°C)",
-            "standard deviation (K)",
-        ],
-    );
-    let mut row = |name: &str, path: &BeamPath, t: &Tally| {
-        table.rows.push(vec![
-            Cell::text(name),
-            Cell::Duration(path.end() - path.begin()),
-            Cell::Fixed(t.molten() as f64, 0),
-            Cell::Fixed(100.0 * t.counts[0] as f64 / (t.voxels as f64).max(1.0), 2),
-            Cell::Fixed(100.0 * t.share(Class::Porous), 1),
-            Cell::Fixed(100.0 * t.share(Class::Good), 1),
-            Cell::Fixed(100.0 * t.share(Class::Overheated), 1),
-            Cell::Fixed(t.mean - CELSIUS, 0),
-            Cell::Fixed(t.deviation, 0),
-        ]);
-    };
-    row("as given", &plan.path, &r.given.1);
-    row("better path", &found.path, &r.better.1);
+    let rows = [
+        ("as given", &plan.path, &r.given.1),
+        ("better path", &found.path, &r.better.1),
+    ];
+    let rows = rows.map(|(name, path, tally)| Shares {
+        name,
+        time: path.end() - path.begin(),
+        tally,
+    });
+    let mut table = Shares::table("Voxels of the region on the reference solver", rows);
     let [low, high] = r.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
         "Window {low:.0} to {high:.0} °C, found on the same solver. Half the cell, half the step and 5 % of power are not tried here: see [judge]."

@@ -96,7 +96,7 @@ fn what_is_no_material_is_named_in_its_place() {
     };
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
     assert!(
-        refused("gold").contains("known are \"ti6al4v-ebm\", \"in625-laser\"; or name a TOML file")
+        refused("gold").contains("known are \"in625-laser\", \"ti6al4v-ebm\"; or name a TOML file")
     );
     assert!(refused("none.toml").contains("cannot read the material"));
     write("cut.toml", &TITANIUM[..900]);

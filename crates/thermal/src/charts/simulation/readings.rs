@@ -169,7 +169,7 @@ impl ChartSimulation {
                     hottest - CELSIUS,
                     stop - CELSIUS
                 ),
-                "charts with a higher stop temperature",
+                "charts that go on to a higher temperature (charts.stop)",
             );
         }
     }

@@ -1,0 +1,164 @@
+//! What jobs may name: data files of every kind, and the jobs that a new one begins with.
+
+use std::path::Path;
+
+use meltpath_base::choice;
+use meltpath_base::settings::peek;
+use meltpath_data::{
+    File, cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
+    wires,
+};
+
+use crate::data::{DataText, known};
+use crate::start;
+
+choice! {
+    /// What may be listed.
+    pub enum Listing {
+        /// Wires.
+        Wires = "wires",
+        /// Shielding gases.
+        Gases = "gases",
+        /// Process maps.
+        Maps = "maps",
+        /// Weld pools.
+        Pools = "pools",
+        /// Electric energies per volume.
+        Energies = "energies",
+        /// Robot cells.
+        Cells = "cells",
+        /// Robots.
+        Robots = "robots",
+        /// Materials of heat.
+        Materials = "materials",
+        /// Scan heads.
+        Heads = "heads",
+        /// Recipes of laser scan jobs.
+        Recipes = "recipes",
+        /// Electron guns.
+        Guns = "guns",
+        /// Jobs that `meltpath new` makes.
+        Examples = "examples",
+    }
+}
+
+/// An entry of a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    /// The name that jobs use; of an example what to write after `meltpath new`.
+    pub name: String,
+    /// What it is.
+    pub what: String,
+    /// Where it comes from: a file, or that it ships.
+    pub from: String,
+}
+
+impl Listing {
+    fn files(self) -> Option<&'static [File]> {
+        match self {
+            Listing::Wires => Some(wires::ALL),
+            Listing::Gases => Some(gases::ALL),
+            Listing::Maps => Some(process_maps::ALL),
+            Listing::Pools => Some(pools::ALL),
+            Listing::Energies => Some(energy::ALL),
+            Listing::Cells => Some(cells::ALL),
+            Listing::Robots => Some(robots::ALL),
+            Listing::Materials => Some(materials::ALL),
+            Listing::Heads => Some(scan_heads::ALL),
+            Listing::Recipes => Some(recipes::ALL),
+            Listing::Guns => Some(focus::ALL),
+            Listing::Examples => None,
+        }
+    }
+
+    /// What a job in `folder` may name, in order.
+    pub fn entries(self, folder: &Path) -> Vec<Entry> {
+        match self.files() {
+            Some(shipped) => known(shipped, folder).iter().map(entry).collect(),
+            None => examples(),
+        }
+    }
+}
+
+fn entry(data: &DataText) -> Entry {
+    let text = |path: &[&str]| peek::<String>(&data.text, path).ok().flatten();
+    let of_map = || {
+        let parts = ["wire", "mode", "gas"].map(|key| text(&[key]));
+        let known: Option<Vec<String>> = parts.into_iter().collect();
+        known.map(|parts| parts.join(", "))
+    };
+    let comment = || {
+        let first = data.text.lines().next()?;
+        first.strip_prefix("# ").map(str::to_owned)
+    };
+    let what = text(&["name"]).or_else(|| text(&["robot", "name"]));
+    Entry {
+        name: data.name.clone(),
+        what: what.or_else(of_map).or_else(comment).unwrap_or_default(),
+        from: data.origin(),
+    }
+}
+
+fn examples() -> Vec<Entry> {
+    let waam = |option: String, what: String| Entry {
+        name: format!("waam NAME {option}"),
+        what,
+        from: "made by meltpath new".to_owned(),
+    };
+    let shapes = start::shape_names().into_iter();
+    let wires = start::wires_with_maps().into_iter();
+    let shapes = shapes.map(|s| {
+        waam(
+            format!("--shape {s}"),
+            "wire arc: a generated part".to_owned(),
+        )
+    });
+    let wires = wires.map(|w| {
+        waam(
+            format!("--wire {w}"),
+            "wire arc: a ring of this wire".to_owned(),
+        )
+    });
+    let others = [
+        ("ebm NAME", "electron beam over powder"),
+        ("lpbf NAME", "recipes of a laser scan head"),
+    ];
+    let others = others.map(|(name, what)| Entry {
+        name: name.to_owned(),
+        what: what.to_owned(),
+        from: "made by meltpath new".to_owned(),
+    });
+    shapes.chain(wires).chain(others).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_list_names_what_a_job_may_name() {
+        for listing in Listing::ALL {
+            let entries = listing.entries(Path::new("nowhere"));
+            assert!(!entries.is_empty(), "{listing:?}");
+            assert!(entries.iter().all(|e| !e.what.is_empty()), "{entries:?}");
+        }
+        let wires = Listing::Wires.entries(Path::new("nowhere"));
+        assert!(wires.iter().any(|w| w.name == "er4043-1.2"));
+    }
+
+    /// A file beside the job wins over one that ships.
+    #[test]
+    fn files_beside_the_job_are_listed() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path().join("data/wires");
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("mine.toml"), "name = \"my wire\"\n").unwrap();
+        std::fs::write(folder.join("g3si-1.2.toml"), "name = \"another\"\n").unwrap();
+        let wires = Listing::Wires.entries(dir.path());
+        let of = |name: &str| wires.iter().find(|w| w.name == name).unwrap();
+        assert_eq!(of("mine").what, "my wire");
+        assert_eq!(of("g3si-1.2").what, "another");
+        assert!(of("mine").from.ends_with("mine.toml"));
+        assert_eq!(of("x90-ig-1.0").from, "shipped with meltpath");
+    }
+}

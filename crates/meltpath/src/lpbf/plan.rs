@@ -1,0 +1,110 @@
+//! The plan of a scan-head job: squares laid out, layers read or a part cut and hatched, from the resolved settings.
+
+use std::path::Path;
+
+use meltpath_base::settings::Problem;
+use meltpath_base::{Length, Observer, Provenance, Reporter, Warning};
+use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_scan_head::files::PlateTable;
+
+use super::file_layers::FileLayers;
+use super::section::Section;
+use super::settings::Settings;
+use super::work::{LayerSet, Source, Work};
+use crate::job::lpbf::{LpbfJob, PlateExtent, PlateTable as SquaresTable};
+
+/// What is executed, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The values of the job.
+    pub settings: Settings,
+    /// What is run.
+    pub work: Work,
+    /// What was said of the part.
+    pub warnings: Vec<Warning>,
+}
+
+/// Plans what `settings` say of a job that lies in `folder`; `job` gives the places of problems.
+///
+/// # Errors
+/// Layers that do not read, a part that cannot be cut or hatched.
+pub fn plan(
+    mut settings: Settings,
+    job: &LpbfJob,
+    folder: &Path,
+    observer: &dyn Observer,
+) -> Result<Plan, Problem> {
+    let reporter = Reporter::new();
+    let (stated, r) = (&settings.data.plate, &mut settings.provenance);
+    let work = work(job, folder, stated, (&reporter, observer), r)?;
+    Ok(Plan {
+        settings,
+        work,
+        warnings: reporter.warnings(),
+    })
+}
+
+/// What is executed; what the job says of other work is not recorded.
+fn work(
+    job: &LpbfJob,
+    folder: &Path,
+    stated: &PlateTable,
+    (reporter, observer): (&Reporter, &dyn Observer),
+    r: &mut Provenance,
+) -> Result<Work, Problem> {
+    let mut others = vec![
+        "plate.",
+        "layers.",
+        "section.",
+        "hatch.",
+        "part_unit",
+        "build_direction",
+    ];
+    let (file, layers) = (&*job.part, &*job.lpbf.layers);
+    others.retain(|other| match *other {
+        "plate." => file.is_some() || layers.is_some(),
+        "layers." => layers.is_none(),
+        _ => file.is_none(),
+    });
+    r.parameters
+        .retain(|key, _| !others.iter().any(|other| key.starts_with(other)));
+    if let Some(file) = file {
+        let whole = (folder.join(&**file), stated.hatch.0);
+        let section = Section::of(job, (&whole.0, whole.1), (reporter, observer), r)?;
+        return Ok(Work::Layers(Box::new(LayerSet {
+            file: file.to_string(),
+            hatch: Some(section.spacing()),
+            source: Source::Part(section),
+        })));
+    }
+    let Some(file) = layers else {
+        return Ok(Work::Plate(plate(&job.plate, stated, r)));
+    };
+    let found = FileLayers::choose(&folder.join(&**file), file, &job.layers)
+        .map_err(|message| job.lpbf.layers.problem(message))?;
+    job.layers.range.or_computed(r, found.numbers);
+    Ok(Work::Layers(Box::new(LayerSet {
+        file: file.to_string(),
+        source: Source::File(found),
+        hatch: job.layers.hatch.map(|h| h.0),
+    })))
+}
+
+/// The squares that the job asks for, on the plate that the head's file states.
+fn plate(table: &SquaresTable, stated: &PlateTable, r: &mut Provenance) -> SquarePlate {
+    let block = match *table.extent {
+        PlateExtent::Block => [2, 2],
+        PlateExtent::Whole => [&stated.columns, &stated.rows].map(|n| n.0.round() as u32),
+    };
+    let [columns, rows] = table.block.or_computed(r, block);
+    SquarePlate {
+        columns,
+        rows,
+        column_pitch: stated.column_pitch.0,
+        row_pitch: stated.row_pitch.0,
+        side: table.side.or_computed(r, Length(stated.side.0)).0,
+        contour_distance: stated.contour_distance.0,
+        hatch: table.hatch.or_computed(r, Length(stated.hatch.0)).0,
+        inset: stated.inset.0,
+    }
+}

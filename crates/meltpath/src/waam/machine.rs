@@ -1,0 +1,95 @@
+//! What moves the torch of a wire-arc job: the cell's controller, and the robot where the job names one.
+
+use std::path::Path;
+
+use meltpath_base::settings::Problem;
+use meltpath_base::{Provenance, Reporter};
+use meltpath_data::{cells, robots};
+use meltpath_geometry::math::DVec3;
+use meltpath_robot::cell as robot;
+
+use crate::data::{Cell, DataText};
+use crate::job::waam::MachineTable;
+
+/// What moves the torch.
+pub(super) struct Machine {
+    /// The cell: controller and programs.
+    pub(super) cell: Cell,
+    /// The robot, where the job names one.
+    pub(super) robot: Option<robot::Cell>,
+    /// The files that are the user's own.
+    pub(super) own: Vec<DataText>,
+}
+
+/// Cell and robot: everything wrong with either is told.
+pub(super) fn load(
+    machine: &MachineTable,
+    folder: &Path,
+    reporter: &Reporter,
+    r: &mut Provenance,
+) -> Result<Machine, Vec<Problem>> {
+    let cell = DataText::load("cell", &machine.cell, cells::ALL, folder)
+        .and_then(|text| Ok((Cell::of(&text)?, text)))
+        .map_err(|e| e.at(&machine.cell));
+    let ((cell, text), robot) = match (cell, robot_of(machine, folder)) {
+        (Ok(cell), Ok(robot)) => (cell, robot),
+        (cell, robot) => {
+            let mut found = cell.err().unwrap_or_default();
+            found.extend(robot.err().unwrap_or_default());
+            return Err(found);
+        }
+    };
+    text.warn(cells::ALL, reporter);
+    let mut own: Vec<DataText> = text.file.is_some().then_some(text).into_iter().collect();
+    let robot = robot.map(|(robot, text)| {
+        text.warn(robots::ALL, reporter);
+        own.extend(text.file.is_some().then_some(text));
+        wire_length(&robot, nominal_distance(&cell), reporter);
+        r.model(
+            "robot arm",
+            "closed forms after Brandstötter, Angerer, Hofbaur 2014 (spherical wrists) and of our own (offset wrists); CONFIG as FANUC's off-line controller shows it",
+        );
+        robot
+    });
+    Ok(Machine { cell, robot, own })
+}
+
+/// The robot that a job names, its part where the job places it.
+fn robot_of(
+    machine: &MachineTable,
+    folder: &Path,
+) -> Result<Option<(robot::Cell, DataText)>, Vec<Problem>> {
+    let Some(name) = machine.robot.as_ref() else {
+        if machine.place.is_written() {
+            let message = format!("{} is written, but no robot", machine.place.name);
+            let problem = machine.place.problem(message);
+            return Err(vec![problem.help("name the robot: machine.robot")]);
+        }
+        return Ok(None);
+    };
+    let (mut cell, text) = DataText::load("robot", name, robots::ALL, folder)
+        .and_then(|text| Ok((text.read(robot::read)?, text)))
+        .map_err(|e| e.at(&machine.robot))?;
+    if let Some(place) = *machine.place {
+        cell.carrier_from_part.position = DVec3::from_array(place.map(|l| l.0));
+    }
+    Ok(Some((cell, text)))
+}
+
+/// The contact tube to work distance for which a cell's tool frame is set, mm.
+pub(super) fn nominal_distance(cell: &Cell) -> f64 {
+    cell.program.contact_tube_distance.0
+}
+
+/// Programs hold the wire's tip at the nominal distance: so must the robot's torch.
+fn wire_length(robot: &robot::Cell, nominal: f64, reporter: &Reporter) {
+    const SAME: f64 = 0.5;
+    let wire = robot.torch_from_wire_tip.position.z;
+    if (wire - nominal).abs() > SAME {
+        reporter.warn(
+            "robot-wire",
+            format!("the robot's torch ends {wire:.1} mm behind its wire's tip, the cell's tool frame {nominal:.1} mm"),
+            "write the same in torch.wire of the robot's file and program.contact_tube_distance of the cell's",
+        );
+    }
+}

@@ -1,0 +1,269 @@
+//! Remedies of verdicts are applied: what a check says to change is changed in the job, and the check passes then.
+
+use std::fs;
+use std::path::Path;
+
+use meltpath::{chain, tune};
+use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::{Mesh, shapes};
+
+fn run(folder: &Path, text: &str) -> Verdict {
+    let job = folder.join("job.toml");
+    fs::write(&job, text).unwrap();
+    chain::run(&job, None, &folder.join("runs"), &Silent)
+        .unwrap()
+        .verdict
+}
+
+fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {verdict:?}"))
+}
+
+/// A check that does not pass, in a job where `from` stands as `bad`; what its remedy names, and the job with that written.
+struct Case {
+    id: &'static str,
+    from: &'static str,
+    bad: &'static str,
+    named: &'static str,
+    cure: &'static str,
+}
+
+impl Case {
+    fn is_cured_by_its_remedy(&self, folder: &Path, good: &str) {
+        let Case {
+            id,
+            from,
+            bad,
+            named,
+            cure,
+        } = *self;
+        assert!(good.contains(from), "{from}");
+        let before = run(folder, &good.replacen(from, bad, 1));
+        let failed = check(&before, id);
+        assert!(
+            matches!(failed.status, Status::Fail | Status::CannotSay),
+            "{failed:?}"
+        );
+        let remedy = failed.remedy.as_deref().unwrap_or_default();
+        assert!(remedy.contains(named), "{id}: {remedy}");
+        let after = run(folder, &good.replacen(from, cure, 1));
+        let passed = check(&after, id);
+        assert_eq!(passed.status, Status::Pass, "{passed:?}");
+    }
+}
+
+const WAAM: &str = r#"part = "part.stl"
+build_direction = [0.0, 0.0, 1.0]
+[process]
+kind = "waam"
+[waam]
+wire = "x90-ig-1.0"
+gas = "m14"
+mode = "cmt"
+[waam.bead]
+wire_feed = "8 m/min"
+travel_speed = "0.75 m/min"
+[layers]
+height = "auto"
+pause = "30 s"
+[fill]
+strategy = "hybrid"
+stepover = "auto"
+[machine]
+cell = "arcmate-120ic"
+smoothing = "50 %"
+ctwd = "15 mm"
+[target]
+allowance = "2 mm"
+[checks]
+accumulation = "62 %"
+"#;
+
+fn part(folder: &Path, mesh: &Mesh) {
+    let mut file = fs::File::create(folder.join("part.stl")).unwrap();
+    write_stl(mesh, "part", &mut file).unwrap();
+}
+
+const HEIGHT: &str = "height = \"auto\"";
+const THIN: &str = "height = \"1.2 mm\"";
+const THICK: &str = "height = \"4 mm\"";
+const CTWD: &str = "ctwd = \"15 mm\"";
+const NEAR: &str = "ctwd = \"9 mm\"";
+const FAR: &str = "ctwd = \"21 mm\"";
+const SMOOTHING: &str = "smoothing = \"50 %\"";
+const ROUGH: &str = "smoothing = \"0 %\"";
+const ALLOWANCE: &str = "allowance = \"2 mm\"";
+const NONE: &str = "allowance = \"0 mm\"\nallowance_top = \"0 mm\"";
+const BARE: &str = "allowance = \"2 mm\"\nallowance_top = \"0 mm\"";
+const COVERED: &str = "allowance = \"2 mm\"\nallowance_top = \"4 mm\"";
+const STEPOVER: &str = "stepover = \"auto\"";
+const WIDE: &str = "stepover = \"0.95 w\"";
+const CLOSE: &str = "stepover = \"0.70 w\"";
+const SMALL: &str = "[substrate]\nsize = [\"42 mm\", \"42 mm\"]\n[target]";
+const LARGE: &str = "[substrate]\nsize = [\"90 mm\", \"90 mm\"]\n[target]";
+const AUTO: &str = "write layers.height = \"auto\"";
+
+#[rustfmt::skip]
+const CASES: &[Case] = &[
+    Case { id: "excess", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "height", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-min", from: HEIGHT, bad: THIN, named: AUTO, cure: HEIGHT },
+    Case { id: "lack", from: HEIGHT, bad: THICK, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-known", from: HEIGHT, bad: THICK, named: AUTO, cure: HEIGHT },
+    Case { id: "ctwd-min", from: CTWD, bad: NEAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "ctwd-max", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "ctwd-known", from: CTWD, bad: FAR, named: "machine.ctwd", cure: CTWD },
+    Case { id: "excess", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
+    Case { id: "accumulation", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
+    Case { id: "lack", from: ALLOWANCE, bad: NONE, named: "raise target.allowance", cure: ALLOWANCE },
+    Case { id: "stock", from: ALLOWANCE, bad: BARE, named: "raise target.allowance_top", cure: COVERED },
+    Case { id: "flatness", from: STEPOVER, bad: WIDE, named: "a smaller fill.stepover", cure: CLOSE },
+    Case { id: "flatness", from: SMOOTHING, bad: ROUGH, named: "machine.smoothing", cure: SMOOTHING },
+    Case { id: "plate", from: "[target]", bad: SMALL, named: "substrate.size", cure: LARGE },
+];
+
+#[test]
+fn remedies_of_a_wire_arc_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let block = shapes::extrude(&[shapes::plate(40.0, 24.0)], 8.0);
+    part(folder.path(), &block);
+    for case in CASES {
+        case.is_cured_by_its_remedy(folder.path(), WAAM);
+    }
+    // a cone on its tip hangs over; turned, it does not
+    part(folder.path(), &shapes::cone(20.0, 8.0, 10.0));
+    let turned = Case {
+        id: "overhang",
+        from: "[0.0, 0.0, 1.0]",
+        bad: "[0.0, 0.0, -1.0]",
+        named: "build_direction",
+        cure: "[0.0, 0.0, 1.0]",
+    };
+    turned.is_cured_by_its_remedy(folder.path(), WAAM);
+}
+
+/// Lines of 2 mm over a square. The window of the thesis lies far below what this beam reaches.
+#[test]
+fn remedies_of_an_electron_beams_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = "[process]\nkind = \"ebm\"\n[ebm]\n[hatch]\n[charts]\nspacing = \"50 µm\"\n[simulation]\nframes = 2\n\
+         [region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\n";
+    let good = |verdict: &Verdict| {
+        let fact = verdict.facts.iter().find(|f| f.id == "in-window-charts");
+        fact.unwrap().value.as_ref().unwrap().value
+    };
+    let before = run(folder.path(), job);
+    assert_eq!(good(&before), 0.0);
+    let remedy = check(&before, "in-window").remedy.clone().unwrap();
+    for named in ["less power", "[optimise]", "window.body", "[judge]"] {
+        assert!(remedy.contains(named), "{remedy}");
+    }
+    let told = |verdict: &Verdict| {
+        let mut all = verdict.warnings.iter();
+        let found = all.find(|w| w.code == "charts-saturated");
+        found.map(|w| w.remedy.clone().unwrap())
+    };
+    assert!(told(&before).unwrap().contains("charts.stop"));
+    let cured = job.replace(
+        "[charts]\n",
+        "[window]\nbody = [\"2 mm\", \"2 mm\"]\n[charts]\nstop = \"3700 °C\"\n",
+    );
+    let after = run(folder.path(), &cured);
+    assert!(good(&after) > 0.0, "{after:?}");
+    assert_eq!(told(&after), None);
+    let remedy = check(&after, "in-window").remedy.clone().unwrap();
+    assert!(
+        !remedy.contains("window.body") && remedy.contains("[judge]"),
+        "{remedy}"
+    );
+}
+
+/// A recipe as it ships, with other values.
+fn recipe(folder: &Path, name: &str, changes: &[(&str, &str)]) {
+    let mut text = meltpath_data::recipes::INDUSTRIAL.text.to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    fs::write(folder.join(name), text).unwrap();
+}
+
+#[test]
+fn remedies_of_a_laser_verdict_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    recipe(folder.path(), "fast.toml", &[("300 W", "120 W")]);
+    let slow = [("300 W", "120 W"), ("1000 mm/s", "400 mm/s")];
+    recipe(folder.path(), "slow.toml", &slow);
+    let job = |head: &str, recipe: &str, checks: &str| {
+        format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{head}\"\nrecipes = [\"{recipe}\"]\ndelays = \"tuned\"\n\
+             [plate]\nblock = [1, 1]\nside = \"2 mm\"\nhatch = \"0.1 mm\"\n{checks}\n"
+        )
+    };
+    let contour = job(
+        "two-axis-150",
+        "industrial",
+        "[checks]\ncontour_share = \"70 %\"",
+    );
+    let filled = |least: &str| {
+        job(
+            "three-axis-350",
+            "industrial",
+            &format!("[checks]\nfill_rate = \"{least}\""),
+        )
+    };
+    let (fill, more_fill) = (filled("60 %"), filled("75 %"));
+    let heat = job(
+        "three-axis-350",
+        "fast.toml",
+        "[heat]\n[checks]\nfusion = \"90 %\"",
+    );
+    let heat = heat.replace("0.1 mm", "0.07 mm");
+    let wide = "hatch = \"0.1 mm\"";
+    let (recipe, hinf, preview) = (
+        "delays = \"recipe\"",
+        "delays = \"tuned\"\ncontroller = \"h-infinity\"",
+        "delays = \"tuned\"\npath = \"preview\"",
+    );
+    #[rustfmt::skip]
+    let cases = [
+        (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.controller = \"h-infinity\"", cure: hinf }),
+        (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.path = \"preview\"", cure: preview }),
+        (&fill, Case { id: "fill-1", from: tuned, bad: recipe, named: "lpbf.delays = \"tuned\"", cure: tuned }),
+        (&more_fill, Case { id: "fill-1", from: wide, bad: wide, named: "a closer hatch", cure: "hatch = \"0.08 mm\"" }),
+        (&heat, Case { id: "fusion-1", from: "fast.toml", bad: "fast.toml", named: "slower marks", cure: "slow.toml" }),
+    ];
+    for (good, case) in cases {
+        case.is_cured_by_its_remedy(folder.path(), good);
+    }
+}
+
+#[test]
+fn remedies_of_a_tuning_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let tuned = |position: &str, more: &str| {
+        let file = folder.path().join("tune.toml");
+        let text = format!(
+            "head = \"two-axis-150\"\naxes = [\"y\"]\n[cascade]\nfirst_maximum = [\"300 us\", \"600 us\", \"{position}\"]\n\
+             [compare]\ndraws = 0\n{more}"
+        );
+        fs::write(&file, text).unwrap();
+        let outcome = tune::tune(&file, None, &folder.path().join("runs"), &Silent).unwrap();
+        check(&outcome.verdict, "y-mode").clone()
+    };
+    let export = "[export]\ncontroller = \"h-infinity\"\n";
+    let slower = "[h-infinity]\nbandwidth = \"150 Hz\"\n";
+    for (position, bad, named, cure) in [
+        ("1000 us", export, "export.controller = \"robust\"", ""),
+        ("700 us", "", "a lower h-infinity.bandwidth", slower),
+    ] {
+        let failed = tuned(position, bad);
+        assert_eq!(failed.status, Status::Fail, "{failed:?}");
+        let remedy = failed.remedy.unwrap();
+        assert!(remedy.starts_with(named), "{remedy}");
+        let passed = tuned(position, cure);
+        assert_eq!(passed.status, Status::Pass, "{passed:?}");
+    }
+}
