@@ -6,7 +6,7 @@ use meltpath::{start, waam};
 use meltpath_base::{Silent, Status, Verdict};
 
 fn verdict(shape: &str, dir: &Path) -> Verdict {
-    let job = start::waam(&dir.join(shape), shape).unwrap();
+    let job = start::waam(&dir.join(shape), shape, None).unwrap();
     let out = dir.join(format!("{shape}-run"));
     waam::run(&job, Some(&out), dir, &Silent).unwrap().verdict
 }

@@ -222,6 +222,7 @@ fn remedies_of_a_laser_verdict_are_true() {
     );
     let heat = heat.replace("0.1 mm", "0.07 mm");
     let wide = "hatch = \"0.1 mm\"";
+    let tuned = "delays = \"tuned\"";
     let (recipe, hinf, preview) = (
         "delays = \"recipe\"",
         "delays = \"tuned\"\ncontroller = \"h-infinity\"",

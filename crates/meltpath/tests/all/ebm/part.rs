@@ -156,7 +156,7 @@ fn stopping_while_the_part_is_read_is_no_fault_of_the_job() {
 #[test]
 fn a_layer_that_hangs_over_is_judged_on_the_reference_solver() {
     let dir = tempfile::tempdir().unwrap();
-    let extra = "[section]\nheight = \"6.02 mm\"\n[window]\nbody = [\"1.5 mm\", \"1.5 mm\"]\n[checks]\nin_window = \"0 %\"\n[judge]\nsolver = \"reference\"\nbeyond = \"0 mm\"\ncell = \"0.2 mm\"\nstep = \"40 us\"\npart = [[\"-3 mm\", \"-0.3 mm\"], [\"3 mm\", \"0.3 mm\"]]\n";
+    let extra = "[section]\nheight = \"6.02 mm\"\n[window]\nbody = [\"1.5 mm\", \"1.5 mm\"]\n[checks]\nin_window = \"0 %\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0 mm\"\ncell = \"0.2 mm\"\nstep = \"40 us\"\npart = [[\"-3 mm\", \"-0.3 mm\"], [\"3 mm\", \"0.3 mm\"]]\n";
     let file = job(dir.path(), extra);
     let (Job::Ebm(read), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
