@@ -82,7 +82,7 @@ pub enum HealthError {
     #[error("second stage: {0}")]
     Second(IdentificationError),
     /// The simulated axis, or its signal.
-    #[error(transparent)]
+    #[error("second stage: {0}")]
     Bench(#[from] AxisError),
     /// The history.
     #[error(transparent)]

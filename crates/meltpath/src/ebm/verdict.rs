@@ -36,12 +36,11 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         let drawn = Shown::of(outcome);
-        let remedy = match drawn.tally.counts[Class::Good as usize] {
-            0 => format!(
-                "the preview has nothing in the window: {}; then {JUDGE}",
-                into_window(settings, drawn.tally)
-            ),
-            _ => JUDGE.to_owned(),
+        let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window {
+            let change = into_window(settings, drawn.tally);
+            format!("the preview has less than that in the window: {change}; then {JUDGE}")
+        } else {
+            JUDGE.to_owned()
         };
         return vec![
             preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn).remedy(remedy),

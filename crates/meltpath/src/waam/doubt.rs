@@ -121,21 +121,16 @@ fn reasons(gaps: &[Gap]) -> String {
     text
 }
 
-/// Takes the decision from checks of the metal: what was simulated is shown, nothing passes or fails by it. The first of them tells
-/// why and what to do, the others refer to it.
+/// Takes the decision from checks of the metal: what was simulated is shown, nothing passes or fails by it.
 pub(super) fn undecided(checks: &mut [Check], doubts: &[Doubt]) {
-    if doubts.is_empty() {
+    let Some(first) = doubts.first() else {
         return;
-    }
-    let all = |told: fn(&Doubt) -> &str| doubts.iter().map(told).collect::<Vec<_>>().join("; ");
-    let mut first: Option<String> = None;
+    };
+    let reasons: Vec<&str> = doubts.iter().map(|d| d.reason.as_str()).collect();
     for check in checks.iter_mut().filter(|c| c.status != Status::NotChecked) {
         check.status = Status::CannotSay;
-        (check.reason, check.remedy) = match &first {
-            None => (all(|d| &d.reason), Some(all(|d| &d.remedy))),
-            Some(title) => (format!("as for the {title}"), None),
-        };
-        first.get_or_insert_with(|| check.title.clone());
+        check.reason = reasons.join("; ");
+        check.remedy = Some(first.remedy.clone());
     }
 }
 
@@ -198,11 +193,6 @@ mod tests {
             [Status::CannotSay, Status::CannotSay, Status::NotChecked]
         );
         assert!(checks[0].reason.contains("WALL, line 3") && checks[0].remedy.is_some());
-        // told once
-        assert_eq!(
-            (checks[1].reason.as_str(), &checks[1].remedy),
-            ("as for the X", &None)
-        );
         undecided(&mut checks, &[]);
         assert!(checks[0].reason.contains("weaving"));
     }

@@ -144,7 +144,7 @@ fn remedies_of_a_wire_arc_verdict_are_true() {
     turned.is_cured_by_its_remedy(folder.path(), WAAM);
 }
 
-/// Lines of 2 mm over a square. The window of the thesis lies far below what this beam reaches.
+/// Lines of 2 mm over a square. The window of the thesis lies below what this beam reaches.
 #[test]
 fn remedies_of_an_electron_beams_verdict_are_true() {
     let folder = tempfile::tempdir().unwrap();
@@ -155,7 +155,6 @@ fn remedies_of_an_electron_beams_verdict_are_true() {
         fact.unwrap().value.as_ref().unwrap().value
     };
     let before = run(folder.path(), job);
-    assert_eq!(good(&before), 0.0);
     let remedy = check(&before, "in-window").remedy.clone().unwrap();
     for named in ["less power", "[optimise]", "window.body", "[judge]"] {
         assert!(remedy.contains(named), "{remedy}");
@@ -171,7 +170,7 @@ fn remedies_of_an_electron_beams_verdict_are_true() {
         "[window]\nbody = [\"2 mm\", \"2 mm\"]\n[charts]\nstop = \"3700 °C\"\n",
     );
     let after = run(folder.path(), &cured);
-    assert!(good(&after) > 0.0, "{after:?}");
+    assert!(good(&after) > good(&before) + 5.0, "{after:?}");
     assert_eq!(told(&after), None);
     let remedy = check(&after, "in-window").remedy.clone().unwrap();
     assert!(
@@ -222,8 +221,8 @@ fn remedies_of_a_laser_verdict_are_true() {
     );
     let heat = heat.replace("0.1 mm", "0.07 mm");
     let wide = "hatch = \"0.1 mm\"";
-    let tuned = "delays = \"tuned\"";
-    let (recipe, hinf, preview) = (
+    let (tuned, own, hinf, preview) = (
+        "delays = \"tuned\"",
         "delays = \"recipe\"",
         "delays = \"tuned\"\ncontroller = \"h-infinity\"",
         "delays = \"tuned\"\npath = \"preview\"",
@@ -232,7 +231,7 @@ fn remedies_of_a_laser_verdict_are_true() {
     let cases = [
         (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.controller = \"h-infinity\"", cure: hinf }),
         (&contour, Case { id: "contour-1", from: tuned, bad: tuned, named: "lpbf.path = \"preview\"", cure: preview }),
-        (&fill, Case { id: "fill-1", from: tuned, bad: recipe, named: "lpbf.delays = \"tuned\"", cure: tuned }),
+        (&fill, Case { id: "fill-1", from: tuned, bad: own, named: "lpbf.delays = \"tuned\"", cure: tuned }),
         (&more_fill, Case { id: "fill-1", from: wide, bad: wide, named: "a closer hatch", cure: "hatch = \"0.08 mm\"" }),
         (&heat, Case { id: "fusion-1", from: "fast.toml", bad: "fast.toml", named: "slower marks", cure: "slow.toml" }),
     ];
