@@ -101,7 +101,7 @@ fn on_one_grid(setup: &Setup, size: [f64; 2], path: &BeamPath) -> Solver<f32> {
         DVec3::new(setup.cell, setup.cell, LAYER),
     )
     .unwrap();
-    grid.heights = setup.heights.clone();
+    grid.heights.clone_from(&setup.heights);
     let faces = Faces {
         top: setup.top,
         sides: setup.beyond,
