@@ -1,6 +1,6 @@
 //! Draws the figures of the book's page on heat: those of chapters 2.4, 3.2 and 3.3 of Béraud 2016 that can be compared.
 //!
-//! `cargo run --release -p meltpath --example heat_figures -- docs/theory/heat-figures.html`; some minutes of computing.
+//! `cargo run --release -p meltpath-app --example heat_figures -- docs/theory/heat-figures.html`; some minutes of computing.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -139,7 +139,7 @@ const PROCESSES: [(ProcessKind, &str); 3] = [
 
 const HEAD: &str = "# The job file
 
-<!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
+<!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath-app --test all reference::` -->
 
 A job is one short TOML file. Values carry their unit (`\"0.75 m/min\"`); a bare number where a unit is needed is an error that
 says what to write, and so is a key that meltpath does not know. All mistakes of a file are told at once. Everything not written
@@ -181,7 +181,7 @@ pub fn page() -> String {
 
 const DATA_HEAD: &str = "# Data files
 
-<!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath --test all reference::` -->
+<!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath-app --test all reference::` -->
 
 Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes and guns are TOML files. The quickest way
 to one of your own: copy the one that ships (`crates/data` of the source), and change its numbers.

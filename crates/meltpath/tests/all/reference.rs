@@ -18,7 +18,7 @@ fn the_book_has_every_key() {
         let found = std::fs::read_to_string(&path).unwrap();
         assert!(
             found == made,
-            "write {name} anew: MELTPATH_BLESS=1 cargo test --release -p meltpath --test all reference::"
+            "write {name} anew: MELTPATH_BLESS=1 cargo test --release -p meltpath-app --test all reference::"
         );
     }
 }
