@@ -141,11 +141,14 @@ fn beyond_reach(
     reached.retain(|piece| piece.area() > 4.0 * turn * turn);
     reached.extend(round);
     let least = settings.limits.stock_min.max(0.0);
-    let stock = least + STOCK_SHARE * (settings.allowance - least).max(0.0);
-    let mut bare = difference(
-        &outset(sections, stock, ROUND)?,
-        &outset(&reached, edge, ROUND)?,
-    )?;
+    let wanted = least + STOCK_SHARE * (settings.allowance - least).max(0.0);
+    // never more than flat sides keep: they are as the job wants them
+    let flat = settings.allowance - (0.5 * width - edge) - 2.0 * SLIVER;
+    let covered = match wanted.min(flat) {
+        stock if stock >= 0.0 => outset(sections, stock, ROUND)?,
+        stock => inset(sections, -stock, ROUND)?,
+    };
+    let mut bare = difference(&covered, &outset(&reached, edge, ROUND)?)?;
     // what is wide is a section too thin for a bead: told, not thickened; what is narrow is the offsets' own
     let near = outset(&axes, width, ROUND)?;
     bare = difference(&bare, &difference(&bare, &near)?)?;

@@ -144,7 +144,7 @@ fn remedies_of_a_wire_arc_verdict_are_true() {
     turned.is_cured_by_its_remedy(folder.path(), WAAM);
 }
 
-/// Lines of 2 mm over a square. The window of the thesis lies below what this beam reaches.
+/// Lines of 2 mm over a square. The charts see most of it below the window of the thesis.
 #[test]
 fn remedies_of_an_electron_beams_verdict_are_true() {
     let folder = tempfile::tempdir().unwrap();
@@ -156,7 +156,7 @@ fn remedies_of_an_electron_beams_verdict_are_true() {
     };
     let before = run(folder.path(), job);
     let remedy = check(&before, "in-window").remedy.clone().unwrap();
-    for named in ["less power", "[optimise]", "window.body", "[judge]"] {
+    for named in ["more power", "[optimise]", "window.body", "[judge]"] {
         assert!(remedy.contains(named), "{remedy}");
     }
     let told = |verdict: &Verdict| {

@@ -400,18 +400,6 @@ fn on_encoder(motor: &Galvanometer, step: f64) -> Identified {
 }
 
 #[test]
-fn peaks_of_a_rotor_without_modes_are_told_as_refused() {
-    let motor = Galvanometer {
-        friction: Friction::None,
-        modes: Vec::new(),
-        ..reference::motor()
-    };
-    let found = on_encoder(&motor, 1e-3f64.to_radians());
-    assert!(found.motor.modes.is_empty(), "{:?}", found.motor.modes);
-    assert!(!found.refused.is_empty());
-}
-
-#[test]
 fn a_coarse_encoder_makes_no_mode_near_half_the_sampling_rate() {
     let motor = Galvanometer {
         friction: Friction::None,

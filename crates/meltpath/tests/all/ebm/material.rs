@@ -54,7 +54,7 @@ fn a_material_of_ones_own_is_used_and_kept() {
     assert!(ran.verdict.warnings.iter().any(told));
     assert!(!plain.verdict.warnings.iter().any(told));
     let text = |name: &str| std::fs::read_to_string(own.join(name)).unwrap();
-    assert_eq!(text("material.toml"), heavy);
+    assert_eq!(text("inputs/heavy.toml"), heavy);
     for name in ["report.html", "provenance.json"] {
         let text = text(name);
         for wanted in ["Heavy alloy", "metals/heavy.toml", "2016GREAI052"] {

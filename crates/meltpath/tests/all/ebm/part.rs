@@ -56,7 +56,7 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
     }
     // the run holds all that is needed to draw it again
     assert_eq!(
-        std::fs::read(first.folder.join("part.step")).unwrap(),
+        std::fs::read(first.folder.join("inputs/bridge.step")).unwrap(),
         std::fs::read(bridge()).unwrap()
     );
     let voxels = std::fs::read_to_string(first.folder.join("series/voxels.csv")).unwrap();

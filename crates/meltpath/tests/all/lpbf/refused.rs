@@ -144,7 +144,8 @@ fn recipes_without_sense_are_refused_at_their_name() {
         ("fill_jump_speed", "0 m/s", "fill_jump_speed is 0"),
         ("mark_wait", "-1 ms", "mark_wait is -"),
         ("power", "200 mm", "one of \"W\""),
-        ("contour_speed", "5000 m/s", "over before one sample"),
+        ("contour_speed", "5000 m/s", "at most 60000 m/min"),
+        ("contour_speed", "990 m/s", "over before one sample"),
         ("laser_on_delay", "60 ms", "no mark is lit"),
     ] {
         fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
