@@ -36,8 +36,8 @@ pub(crate) fn write(
     for (span, string) in strings {
         let file = beside.join(&string);
         if file.is_file() {
-            let count = names.len();
-            let name = names.entry(file).or_insert_with(|| copied(&string, count));
+            let new = copied(&string, &names);
+            let name = names.entry(file).or_insert(new);
             job.push_str(&text[done..span.start]);
             job.extend(["\"", name.as_str(), "\""]);
             done = span.end;
@@ -67,14 +67,14 @@ pub(crate) fn write(
     folder.write("job.toml", |w| w.write_all(job.as_bytes()))
 }
 
-/// The name of a copy: that of the file, with a number before it where it is not the first, so that no two are one.
-fn copied(string: &str, count: usize) -> String {
+/// The name of a copy: that of the file, with a number before it where another copy has that name.
+fn copied(string: &str, names: &BTreeMap<PathBuf, String>) -> String {
     let name = Path::new(string).file_name().unwrap_or_default();
     let name = name.to_string_lossy();
-    match count {
-        0 => format!("inputs/{name}"),
-        n => format!("inputs/{}-{name}", n + 1),
-    }
+    let numbered = (2_u64..).map(|n| format!("inputs/{n}-{name}"));
+    let mut free = [format!("inputs/{name}")].into_iter().chain(numbered);
+    free.find(|new| !names.values().any(|n| n == new))
+        .unwrap_or_default()
 }
 
 /// Every text of a value, with its place.

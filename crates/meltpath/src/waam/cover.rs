@@ -8,7 +8,7 @@ use meltpath_geometry::overhang::OverhangError;
 use meltpath_geometry::region::signed_area;
 use meltpath_geometry::section::{HeightsError, Layer, Slice, SliceError, SlicePlan, slice};
 use meltpath_geometry::{Plane, Region};
-use meltpath_planning::{LayerPlan, PassIds, PlanError, plan_layers};
+use meltpath_planning::{LayerPlan, PassIds, PlanError, Spacing, plan_layers};
 use meltpath_toolpath::Pass;
 use rayon::prelude::*;
 
@@ -114,6 +114,9 @@ pub(super) fn covered(
             let mut grown = outset(&all, settings.allowance, ROUND)?;
             for region in &mut grown {
                 region.holes.retain(|h| signed_area(h).abs() >= limit);
+            }
+            if settings.fill.spacing == Spacing::Exact {
+                return Ok(grown);
             }
             let corners = beyond_reach(&all, &grown, settings)?;
             if corners.is_empty() {
