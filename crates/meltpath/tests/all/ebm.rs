@@ -338,11 +338,12 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
         std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
     let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
-    let judge = "solver = \"reference\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
+    let judge = "[judge]\nsolver = \"reference\"\ncell = \"62.5 µm\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
     let file = dir.path().join("job.toml");
     let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
-    let text = text.replace("solver = \"reference\"\n", judge);
-    std::fs::write(&file, text).unwrap();
+    let judged = text.replace("# solver = \"reference\"\n", judge);
+    assert_ne!(judged, text);
+    std::fs::write(&file, judged).unwrap();
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let check = &outcome.verdict.checks[0];
@@ -350,7 +351,7 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
     assert_eq!(check.id, "in-window");
     assert!(check.title.ends_with("on the reference solver"));
     for said in [
-        "cells of 31.2 µm",
+        "cells of 62.5 µm",
         "steps of",
         "twice the cell",
         "half the step",
