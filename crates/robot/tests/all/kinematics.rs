@@ -183,8 +183,12 @@ fn finds_random(poses: u32) {
                 .map(|s| apart(&s.angles, &joints))
                 .fold(f64::INFINITY, f64::min);
             let singular = solutions.iter().any(|s| s.singular.any());
+            // digits are lost as a singularity comes near: one pose in a million is folded to 5e-6 rad
+            let near = arm
+                .nearness(joints)
+                .map_or(f64::INFINITY, |n| n.wrist.min(n.elbow));
             assert!(
-                found < 1e-6 || singular,
+                found < 1e-6 || singular || found * near < 1e-11,
                 "{name}: {found:e} from {joints:?}"
             );
         }
