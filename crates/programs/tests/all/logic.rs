@@ -96,39 +96,27 @@ fn conditions_are_followed_where_their_values_are_known() {
     ]);
 }
 
+/// A choice among three labels by a register.
+fn chosen(value: &str) -> [&str; 10] {
+    [
+        value,
+        "SELECT R[1]=1,JMP LBL[1]",
+        "=2,JMP LBL[2]",
+        "ELSE,JMP LBL[3]",
+        "LBL[1]",
+        ONE,
+        "LBL[2]",
+        TWO,
+        "LBL[3]",
+        THREE,
+    ]
+}
+
 #[test]
 fn choices_and_registers_lead_on() {
     follow(&[
-        (
-            &[
-                "R[1]=2",
-                "SELECT R[1]=1,JMP LBL[1]",
-                "=2,JMP LBL[2]",
-                "ELSE,JMP LBL[3]",
-                "LBL[1]",
-                ONE,
-                "LBL[2]",
-                TWO,
-                "LBL[3]",
-                THREE,
-            ],
-            &[2, 3],
-        ),
-        (
-            &[
-                "R[1]=7",
-                "SELECT R[1]=1,JMP LBL[1]",
-                "=2,JMP LBL[2]",
-                "ELSE,JMP LBL[3]",
-                "LBL[1]",
-                ONE,
-                "LBL[2]",
-                TWO,
-                "LBL[3]",
-                THREE,
-            ],
-            &[3],
-        ),
+        (&chosen("R[1]=2"), &[2, 3]),
+        (&chosen("R[1]=7"), &[3]),
         (
             &["R[1]=7", "SELECT R[1]=1,JMP LBL[1]", TWO, "LBL[1]", ONE],
             &[2, 1],
