@@ -223,7 +223,7 @@ fn ebm_e10_memory_ranks_places_as_the_solver_does() {
     for (name, path, set) in &cases {
         let [none, ground] = told(name, path, set);
         assert!(ground.correlation > 0.93, "{name}: {ground:?}");
-        assert!(ground.spread < 0.75 * none.spread, "{name}: {ground:?}");
+        assert!(ground.spread < 0.8 * none.spread, "{name}: {ground:?}");
         assert!(
             ground.bias.abs() < 0.5 * none.bias.abs(),
             "{name}: {ground:?}"

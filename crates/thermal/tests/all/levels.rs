@@ -244,3 +244,37 @@ fn heat_is_kept_and_threads_change_no_bit() {
     assert!(one.largest().0 > titanium().liquidus);
     assert!(one.values == three.values);
 }
+
+/// On cells of 60 µm a line reads higher where it runs through the middle of cells than where it runs along their edges, on one
+/// grid as on the levels: what of a difference is owed to the cells' place is none of the solver's.
+#[test]
+fn ebm_e10_where_cells_lie_moves_what_a_line_reads() {
+    let size = [3.0, 0.0];
+    let path =
+        BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 980.0, settings(300.0, 0.413_67)).unwrap();
+    let read = |shift: f64| {
+        let mut setup = setup(size, 0.06, 1);
+        for corner in &mut setup.covered {
+            corner[1] += shift;
+        }
+        let middle = |field: &Field| {
+            let grid = &field.grid;
+            let top = grid.planes() - 1;
+            (0..grid.cells[0] * grid.cells[1])
+                .map(|n| (n % grid.cells[0], n / grid.cells[0]))
+                .filter(|(i, j)| (1.35..=1.65).contains(&grid.centre(*i, *j, top).x))
+                .map(|(i, j)| field.at(i, j, top) - CELSIUS)
+                .fold(0.0, f64::max)
+        };
+        let one = middle(&on_one_grid(&setup, size, &path).highest_temperature());
+        let levels = middle(&on_levels(&setup, size, &path).highest_temperature(setup.covered));
+        println!("cells shifted by {shift} mm: one grid {one:.0} °C, levels {levels:.0} °C");
+        assert!(
+            (levels - one).abs() < 0.005 * (one - 750.0),
+            "{levels} {one}"
+        );
+        one
+    };
+    let [edge, centre] = [0.0, 0.03].map(read);
+    assert!((50.0..90.0).contains(&(centre - edge)), "{centre} {edge}");
+}
