@@ -131,8 +131,8 @@ impl Cells<'_> {
                 (g, r, settled);
             let heat: &[f32; LANES] = heat;
             let mut powder = 0_u32;
-            for i in 0..LANES {
-                powder |= u32::from(r[i] < 1.0);
+            for r in r.iter() {
+                powder |= u32::from(*r < 1.0);
             }
             if powder == 0 {
                 for i in 0..LANES {
