@@ -13,6 +13,7 @@ mod foreign;
 mod health;
 mod identify;
 mod lpbf;
+mod names;
 mod reach;
 mod reference;
 mod remedies;

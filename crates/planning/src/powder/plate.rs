@@ -61,13 +61,13 @@ impl SquarePlate {
     }
 
     /// Corners of the area that the fill covers, mm: lowest and highest.
-    pub fn fill_area(&self, square: u32) -> [DVec2; 2] {
+    fn fill_area(&self, square: u32) -> [DVec2; 2] {
         let half = DVec2::splat(0.5 * self.side - self.inset);
         [self.centre(square) - half, self.centre(square) + half]
     }
 
     /// The areas that the fills of all squares cover, in the order of execution.
-    pub fn fill_areas(&self) -> Vec<[DVec2; 2]> {
+    fn fill_areas(&self) -> Vec<[DVec2; 2]> {
         (0..self.squares()).map(|s| self.fill_area(s)).collect()
     }
 
