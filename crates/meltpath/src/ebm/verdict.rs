@@ -29,7 +29,7 @@ const FARTHEST: [&str; 2] = [
     "farthest from the contour that metal melts",
 ];
 const JUDGE: &str =
-    "let the reference solver judge the whole section: write solver = \"reference\" under [judge]";
+    "let the solver judge the whole section: take  solver = \"none\"  out of [judge]";
 
 /// What is judged: of the path with better speeds where there is one.
 pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
@@ -45,9 +45,9 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         return vec![
             preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn).remedy(remedy),
             preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn).remedy(JUDGE),
-            Check::not_checked(UNFUSED[0], UNFUSED[1], "only [judge] tells"),
-            Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only [judge] tells"),
-            Check::not_checked(FARTHEST[0], FARTHEST[1], "only [judge] tells"),
+            Check::not_checked(UNFUSED[0], UNFUSED[1], "only the solver of [judge] tells"),
+            Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only the solver of [judge] tells"),
+            Check::not_checked(FARTHEST[0], FARTHEST[1], "only the solver of [judge] tells"),
         ];
     };
     let path = judged.better.as_ref().unwrap_or(&judged.given);

@@ -15,7 +15,7 @@ fn run(folder: &Path) -> PathBuf {
     std::fs::write(folder.join("path.csv"), path).unwrap();
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
     let file = folder.join("job.toml");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     let out = folder.join("run");
     chain::run(&file, Some(&out), folder, &Silent).unwrap();
     out
@@ -128,7 +128,7 @@ fn charts_are_compared_with_their_judge() {
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3300 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n";
     let file = folder.join("job.toml");
     let plain = folder.join("plain");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     chain::run(&file, Some(&plain), folder, &Silent).unwrap();
     let refused = compare::compare(&plain, None, None, folder, &Silent).unwrap_err();
     let refused = refused.to_string();
@@ -187,7 +187,7 @@ fn every_layer_is_compared() {
     let folder = dir.path();
     let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
     let file = folder.join("job.toml");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     let run = folder.join("run");
     chain::run(&file, Some(&run), folder, &Silent).unwrap();
     // on the surface, which is 750 °C until the beam comes

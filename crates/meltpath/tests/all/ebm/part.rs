@@ -19,7 +19,11 @@ fn bridge() -> PathBuf {
 fn job(folder: &Path, extra: &str) -> PathBuf {
     std::fs::copy(bridge(), folder.join("bridge.step")).unwrap();
     let file = folder.join("job.toml");
-    std::fs::write(&file, format!("part = \"bridge.step\"\n{JOB}{extra}")).unwrap();
+    std::fs::write(
+        &file,
+        super::previewed(&format!("part = \"bridge.step\"\n{JOB}{extra}")),
+    )
+    .unwrap();
     file
 }
 
