@@ -234,7 +234,7 @@ table! {
         /// The robot.
         robot: Robot => required;
         /// How its controller interpolates.
-        motion: Controller => required;
+        motion: Controller => none("speeds at corners are not known: what follows from them cannot be said");
         /// How its programs look.
         program: CellProgramming => required;
     }
@@ -271,6 +271,12 @@ impl Cell {
     /// # Errors
     /// [`DataFileError::Content`].
     pub fn of(text: &DataText) -> Result<Self, DataFileError> {
-        text.read(|text| settings::parse(text, |cell: &Cell| cell.motion.check()))
+        text.read(|text| {
+            settings::parse(text, |cell: &Cell| {
+                cell.motion
+                    .as_ref()
+                    .map_or_else(Vec::new, Controller::check)
+            })
+        })
     }
 }

@@ -7,6 +7,7 @@
 )]
 
 mod compare;
+mod dialects;
 mod ebm;
 mod fit;
 mod foreign;

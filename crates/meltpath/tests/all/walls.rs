@@ -80,7 +80,7 @@ fn woven_wall(
         weave_of_command: &woven,
         weaves: weave.as_slice(),
         layers: &[],
-        controller: &s.cell.motion,
+        controller: &s.controller,
         map: map.unwrap(),
         bead: s.bead_model,
         pool: s.pool,

@@ -67,7 +67,7 @@ impl SquarePlate {
     }
 
     /// The areas that the fills of all squares cover, in the order of execution.
-    fn fill_areas(&self) -> Vec<[DVec2; 2]> {
+    pub fn fill_areas(&self) -> Vec<[DVec2; 2]> {
         (0..self.squares()).map(|s| self.fill_area(s)).collect()
     }
 
