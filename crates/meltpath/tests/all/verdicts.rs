@@ -338,7 +338,7 @@ fn remedies_of_a_tuning_are_true() {
         let file = folder.path().join("tune.toml");
         let text = format!(
             "head = \"two-axis-150\"\naxes = [\"y\"]\n[cascade]\nfirst_maximum = [\"300 us\", \"600 us\", \"{position}\"]\n\
-             [compare]\ndraws = 0\n[robust]\nparticles = 8\niterations = 6\n{more}"
+             [compare]\ndraws = 0\n{more}"
         );
         fs::write(&file, text).unwrap();
         let outcome = tune::tune(&file, None, &folder.path().join("runs"), &Silent).unwrap();
