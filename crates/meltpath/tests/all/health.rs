@@ -231,19 +231,16 @@ fn records_give_what_the_bench_gave() {
     let folder = dir.path().join("history");
     simulated(&folder, "2026-01-05T08:00:00Z", &[]);
     let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
-    let records = |second: &str| Bench::Records {
-        first: dir.path().join("one.csv"),
-        second: dir.path().join(second),
-        mapping: dir.path().join("map.toml"),
+    let tried = |second: &str, mapping: &str, history: &Path| {
+        let bench = Bench::Records {
+            first: dir.path().join("one.csv"),
+            second: dir.path().join(second),
+            mapping: dir.path().join(mapping),
+        };
+        let when = at("2026-02-05T08:00:00Z");
+        test(&subject, &bench, history, &when, &Reporter::new())
     };
-    let outcome = test(
-        &subject,
-        &records("two.csv"),
-        &folder,
-        &at("2026-02-05T08:00:00Z"),
-        &Reporter::new(),
-    )
-    .unwrap();
+    let outcome = tried("two.csv", "map.toml", &folder).unwrap();
     assert_eq!(outcome.rating, Rating::Good, "{:?}", outcome.drifts[0]);
     for d in &outcome.drifts {
         assert!(d.change.abs() < 0.01, "{d:?}");
@@ -256,40 +253,21 @@ fn records_give_what_the_bench_gave() {
     assert!(!told(&outcome));
     let blind = mapping.split_once("[channels.set-point]").unwrap().0;
     fs::write(dir.path().join("blind.toml"), blind).unwrap();
-    let bench = Bench::Records {
-        first: dir.path().join("one.csv"),
-        second: dir.path().join("two.csv"),
-        mapping: dir.path().join("blind.toml"),
-    };
-    let (other, when) = (dir.path().join("blind"), at("2026-02-05T08:00:00Z"));
-    let unaligned = test(&subject, &bench, &other, &when, &Reporter::new()).unwrap();
-    assert!(told(&unaligned));
+    let other = dir.path().join("blind");
+    assert!(told(&tried("two.csv", "blind.toml", &other).unwrap()));
     // a record at another period than the head's
     let slow = text.lines().enumerate().filter(|(n, _)| n % 2 == 0);
     let slow: Vec<&str> = slow.map(|(_, line)| line).collect();
     fs::write(dir.path().join("slow.csv"), slow.join("\n")).unwrap();
-    let error = test(
-        &subject,
-        &records("slow.csv"),
-        &folder,
-        &when,
-        &Reporter::new(),
-    );
-    let error = error.unwrap_err().to_string();
+    let refused = |second: &str| tried(second, "map.toml", &folder).unwrap_err().to_string();
+    let error = refused("slow.csv");
     assert!(
         error.contains("record at the head's sample time"),
         "{error}"
     );
     // another signal in the second stage: named, and the history stays as it was
-    let error = test(
-        &subject,
-        &records("one.csv"),
-        &folder,
-        &at("2026-03-05T08:00:00Z"),
-        &Reporter::new(),
-    )
-    .unwrap_err();
-    assert!(error.to_string().contains("second stage"), "{error}");
+    let error = refused("one.csv");
+    assert!(error.contains("second stage"), "{error}");
     let history = History::open(&folder, &subject.name()).unwrap();
     assert_eq!(history.entries().len(), 2);
 }
