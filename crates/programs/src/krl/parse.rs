@@ -273,8 +273,12 @@ impl Routine {
         }
         if let Some(value) = assigned(line, "FDAT_ACT") {
             let (frame, tool) = *list.frames.get(&capital(value))?;
-            frame.into_iter().for_each(|n| self.frame(n));
-            tool.into_iter().for_each(|n| self.tool(n));
+            if let Some(n) = frame {
+                self.frame(n);
+            }
+            if let Some(n) = tool {
+                self.tool(n);
+            }
             return Some(());
         }
         if let Some(value) = assigned(line, "LDAT_ACT") {
