@@ -90,7 +90,11 @@ time = { value = "0 ms", source = "no model" }
 impl Controller {
     /// What stands in for a controller that nobody has identified: it drives the set speed round every corner. What follows from the
     /// speed at corners must not be decided with it.
-    #[expect(clippy::expect_used, reason = "a constant text, read by a test")]
+    #[expect(
+        clippy::expect_used,
+        clippy::missing_panics_doc,
+        reason = "a constant text, read by a test"
+    )]
     pub fn without_corners() -> Self {
         settings::parse(WITHOUT_CORNERS, Controller::check).expect("the constant reads")
     }

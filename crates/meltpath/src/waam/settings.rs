@@ -167,9 +167,9 @@ pub fn resolve(
     let target = &job.target;
     let limits = limits(&job.checks, ctwd, &map, &mut r);
     models(&cell, &mut r);
-    let own = cell.program.dialect.value;
+    let dialect = cell.program.dialect.value;
     let programs = job.output.programs.value.clone();
-    let programs = programs.unwrap_or_else(|| vec![own]);
+    let programs = programs.unwrap_or_else(|| vec![dialect]);
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,

@@ -61,10 +61,13 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         ("ur-script", "universal-ur10e", &["JOB.script"]),
     ] {
         let dir = tempfile::tempdir().unwrap();
-        std::fs::write(dir.path().join("cell.toml"), cell(dialect)).unwrap();
+        // programs are called after the folder
+        let home = dir.path().join("job");
+        std::fs::create_dir(&home).unwrap();
+        std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();
         let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
-        let job = job(dir.path(), &machine, "");
-        let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
+        let job = job(&home, &machine, "");
+        let outcome = run(&job, None, &home.join("runs"), &Silent).unwrap();
         assert_eq!(names(&outcome.folder), files, "{dialect}");
         let verdict = &outcome.verdict;
         assert_eq!(check(verdict, "program").status, Status::Pass, "{dialect}");
@@ -90,7 +93,7 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         }
         let main = outcome.folder.join("program").join(files[files.len() - 1]);
         let again =
-            simulate_program(&main, Some(&job), None, &dir.path().join("again"), &Silent).unwrap();
+            simulate_program(&main, Some(&job), None, &home.join("again"), &Silent).unwrap();
         assert_eq!(
             check(&again.verdict, "lines").status,
             Status::Pass,
@@ -118,6 +121,9 @@ fn programs_of_other_controllers_run_and_are_read_back() {
 #[test]
 fn one_job_is_written_for_two_controllers() {
     let dir = tempfile::tempdir().unwrap();
+    // programs are called after the folder
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
     let mut text = cells::ARCMATE_120IC.text.replace(
         "[program]",
         "[program]\nblend = \"2 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\"]",
@@ -127,19 +133,18 @@ fn one_job_is_written_for_two_controllers() {
         .map(|(a, b)| (a.to_owned(), b.to_owned()))
         .unwrap();
     write!(text, "[[program.schedule]]{words}").unwrap();
-    std::fs::write(dir.path().join("cell.toml"), text).unwrap();
+    std::fs::write(home.join("cell.toml"), text).unwrap();
     let job = job(
-        dir.path(),
+        &home,
         "cell = \"cell.toml\"",
         "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n",
     );
-    let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
+    let outcome = run(&job, None, &home.join("runs"), &Silent).unwrap();
     assert_eq!(names(&outcome.folder), ["JOB.LS", "JOB.dat", "JOB.src"]);
     assert_eq!(check(&outcome.verdict, "program").status, Status::Pass);
     assert_ne!(check(&outcome.verdict, "lack").status, Status::CannotSay);
     let main = outcome.folder.join("program/JOB.src");
-    let again =
-        simulate_program(&main, Some(&job), None, &dir.path().join("again"), &Silent).unwrap();
+    let again = simulate_program(&main, Some(&job), None, &home.join("again"), &Silent).unwrap();
     let lack = check(&again.verdict, "lack");
     assert_eq!(lack.status, Status::CannotSay);
     assert!(lack.reason.contains("written in KUKA KRL"), "{lack:?}");
@@ -148,8 +153,11 @@ fn one_job_is_written_for_two_controllers() {
 #[test]
 fn a_cell_without_words_is_told_what_to_write() {
     let dir = tempfile::tempdir().unwrap();
-    let job = job(dir.path(), "", "[output]\nprograms = [\"abb-rapid\"]\n");
-    let told = run(&job, None, &dir.path().join("runs"), &Silent)
+    // programs are called after the folder
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let job = job(&home, "", "[output]\nprograms = [\"abb-rapid\"]\n");
+    let told = run(&job, None, &home.join("runs"), &Silent)
         .unwrap_err()
         .to_string();
     assert!(told.contains("write program.rapid"), "{told}");

@@ -255,7 +255,8 @@ impl Routine {
     /// Lines that set something for the moves to come; nothing where this is none.
     fn sets(&mut self, line: &str, list: &List) -> Option<()> {
         if let Some(value) = assigned(line, "$VEL.CP") {
-            return self.velocity(value);
+            self.velocity(value);
+            return Some(());
         }
         if let Some(value) = assigned(line, "$APO.CDIS") {
             let (distance, _) = number(value)?;
@@ -263,15 +264,21 @@ impl Routine {
             return Some(());
         }
         if let Some(value) = assigned(line, "$BASE") {
-            return self.frame(entry(value, "BASE_DATA")?);
+            self.frame(entry(value, "BASE_DATA")?);
+            return Some(());
         }
         if let Some(value) = assigned(line, "$TOOL") {
-            return self.tool(entry(value, "TOOL_DATA")?);
+            self.tool(entry(value, "TOOL_DATA")?);
+            return Some(());
         }
         if let Some(value) = assigned(line, "FDAT_ACT") {
             let (frame, tool) = *list.frames.get(&capital(value))?;
-            frame.and_then(|n| self.frame(n));
-            tool.and_then(|n| self.tool(n));
+            if let Some(n) = frame {
+                self.frame(n);
+            }
+            if let Some(n) = tool {
+                self.tool(n);
+            }
             return Some(());
         }
         if let Some(value) = assigned(line, "LDAT_ACT") {
@@ -288,23 +295,24 @@ impl Routine {
             }
             return Some(());
         }
-        match called(line, "BAS")?[..] {
-            [which, value] => match capital(which).as_str() {
-                "#CP_PARAMS" | "#VEL_CP" => self.velocity(value),
-                "#PTP_PARAMS" | "#VEL_PTP" => {
-                    let (share, _) = number(value)?;
-                    self.joint_speed = (share > 0.0).then_some(share);
-                    Some(())
-                }
-                "#BASE" => self.frame(value.parse().ok()?),
-                "#TOOL" => self.tool(value.parse().ok()?),
-                _ => None,
-            },
-            _ => None,
+        let all = called(line, "BAS")?;
+        let [which, value] = all[..] else {
+            return None;
+        };
+        match capital(which).as_str() {
+            "#CP_PARAMS" | "#VEL_CP" => self.velocity(value),
+            "#PTP_PARAMS" | "#VEL_PTP" => {
+                let (share, _) = number(value)?;
+                self.joint_speed = (share > 0.0).then_some(share);
+            }
+            "#BASE" => self.frame(value.parse().ok()?),
+            "#TOOL" => self.tool(value.parse().ok()?),
+            _ => return None,
         }
+        Some(())
     }
 
-    fn velocity(&mut self, value: &str) -> Option<()> {
+    fn velocity(&mut self, value: &str) {
         let weld = value.eq_ignore_ascii_case("gArcBasVelDefinition");
         self.speed = if weld {
             Some(Set::Weld)
@@ -312,23 +320,20 @@ impl Routine {
             metres(value).map(Set::Path)
         };
         // a velocity that is a variable is told where it is used
-        Some(())
     }
 
-    fn frame(&mut self, n: u32) -> Option<()> {
+    fn frame(&mut self, n: u32) {
         if self.frames.0 != Some(n) {
             self.frames.0 = Some(n);
             self.out.push(Instruction::UserFrame(n));
         }
-        Some(())
     }
 
-    fn tool(&mut self, n: u32) -> Option<()> {
+    fn tool(&mut self, n: u32) {
         if self.frames.1 != Some(n) {
             self.frames.1 = Some(n);
             self.out.push(Instruction::ToolFrame(n));
         }
-        Some(())
     }
 
     /// Lines that do something; nothing where this is none.

@@ -383,12 +383,12 @@ impl Routine {
             return None;
         }
         let frames = self.frames(tool, switch(&switches, "WObj"));
+        // in the order of the line
+        let via = via.map(|via| self.position(via, frames, known));
         let target = self.position(target, frames, known);
         let kind = match (path, via) {
             (Path::Joint, _) => MotionKind::Joint,
-            (_, Some(via)) => MotionKind::Circular {
-                via: self.position(via, frames, known),
-            },
+            (_, Some(via)) => MotionKind::Circular { via },
             _ => MotionKind::Linear,
         };
         // a path that is woven or tracked is not the one written

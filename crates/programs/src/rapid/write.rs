@@ -181,7 +181,7 @@ impl Writer<'_> {
                 self.line(&format!("{program};"));
             }
             Instruction::Call { program, arguments } => {
-                self.line(&format!("{program} {arguments};"))
+                self.line(&format!("{program} {arguments};"));
             }
             Instruction::Comment { text, .. } => self.line(&format!("!{text}")),
             Instruction::End => self.line("RETURN;"),

@@ -175,7 +175,7 @@ impl Reader<'_> {
             .unwrap_or_default();
         match word {
             "if" | "while" | "for" | "def" | "thread" | "sec" if line.ends_with(':') => {
-                self.depth += 1
+                self.depth += 1;
             }
             "end" => self.depth = self.depth.saturating_sub(1),
             _ => {}
