@@ -10,6 +10,7 @@ mod compare;
 mod ebm;
 mod fit;
 mod foreign;
+mod foretold;
 mod health;
 mod identify;
 mod lpbf;
