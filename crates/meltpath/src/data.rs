@@ -58,7 +58,7 @@ pub fn is_file(name: &str) -> bool {
 
 /// The folder of data files of one's own that every job finds by their names: `MELTPATH_DATA` where that is set, else `meltpath` in
 /// the folder of settings (`XDG_CONFIG_HOME`, else `~/.config`; `%APPDATA%` on Windows).
-pub fn user_folder() -> Option<PathBuf> {
+fn user_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     if let Some(folder) = set("MELTPATH_DATA") {
         return Some(folder.into());
@@ -234,7 +234,7 @@ table! {
         /// The robot.
         robot: Robot => required;
         /// How its controller interpolates.
-        motion: Controller => required;
+        motion: Controller => none("speeds at corners are not known: what follows from them cannot be said");
         /// How its programs look.
         program: CellProgramming => required;
     }
@@ -271,6 +271,12 @@ impl Cell {
     /// # Errors
     /// [`DataFileError::Content`].
     pub fn of(text: &DataText) -> Result<Self, DataFileError> {
-        text.read(|text| settings::parse(text, |cell: &Cell| cell.motion.check()))
+        text.read(|text| {
+            settings::parse(text, |cell: &Cell| {
+                cell.motion
+                    .as_ref()
+                    .map_or_else(Vec::new, Controller::check)
+            })
+        })
     }
 }

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_data::{find, robots};
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls;
+use meltpath_programs::Dialect;
 
 use crate::cancel::cancellable;
 use crate::data::{Cell, DataFileError, DataText};
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
-use crate::waam::{WaamError, read_toolpath};
+use crate::waam::{self, WaamError, read_toolpath};
 
 /// How a part file is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +69,7 @@ pub fn inspect(
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default();
     match extension.as_str() {
-        "ls" => program(path),
+        _ if Dialect::of_extension(&extension).is_some() => program(path),
         "melt" => plan(path),
         "toml" => robot(path),
         "urdf" | "xacro" => urdf(path),
@@ -103,22 +103,26 @@ fn program(path: &Path) -> Result<Vec<String>, InspectError> {
         path: path.to_path_buf(),
         message,
     };
-    let bytes = std::fs::read(path).map_err(|e| wrong(e.to_string()))?;
-    let parsed = fanuc_ls::read(&bytes).map_err(|e| wrong(e.to_string()))?;
-    let p = &parsed.program;
-    let mut lines = vec![format!(
-        "program {}: {} instructions, {} positions",
-        p.name,
-        p.instructions.len(),
-        p.positions.len()
-    )];
-    lines.extend(parsed.unread.iter().map(|u| {
-        format!(
-            "line {} is kept but not simulated: {}",
-            u.line,
-            u.text.trim()
-        )
-    }));
+    // what arc words mean is a cell's business: here they are only counted
+    let cell = Cell::load("arcmate-120ic", Path::new(""))?;
+    let all = waam::program::parse_file(path, &cell.program).map_err(|e| wrong(e.to_string()))?;
+    let mut lines = Vec::new();
+    for parsed in &all {
+        let p = &parsed.program;
+        lines.push(format!(
+            "program {}: {} instructions, {} positions",
+            p.name,
+            p.instructions.len(),
+            p.positions.len()
+        ));
+        lines.extend(parsed.unread.iter().map(|u| {
+            format!(
+                "line {} is kept but not simulated: {}",
+                u.line,
+                u.text.trim()
+            )
+        }));
+    }
     Ok(lines)
 }
 

@@ -40,6 +40,7 @@ fn benchmark(c: &mut Criterion) {
     let settings = BuildSettings {
         name: "bench".to_owned(),
         comment: String::new(),
+        dialect: Dialect::FanucLs,
         smoothing: Ratio(0.5),
         pause: Pause::None,
     };

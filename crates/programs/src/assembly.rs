@@ -3,8 +3,10 @@
 use meltpath_geometry::math::DVec3;
 
 use crate::cell::CellProgramming;
+use crate::krl;
 use crate::program::{
-    Attribute, CommentMark, Coordinates, Group, Instruction, Position, PositionRef, Program,
+    Attribute, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
+    Program,
 };
 
 /// Longest comment that the controller shows.
@@ -14,6 +16,7 @@ const COMMENT: usize = 32;
 #[derive(Debug)]
 pub struct Assembly<'a> {
     cell: &'a CellProgramming,
+    dialect: Dialect,
     name: String,
     comment: String,
     done: Vec<Program>,
@@ -56,9 +59,10 @@ pub fn comment(text: &str) -> Instruction {
 
 impl<'a> Assembly<'a> {
     /// Begins programs called after `title`.
-    pub fn new(cell: &'a CellProgramming, title: &str, comment: &str) -> Self {
+    pub fn new(cell: &'a CellProgramming, dialect: Dialect, title: &str, comment: &str) -> Self {
         let mut assembly = Assembly {
             cell,
+            dialect,
             name: name(title, *cell.name_length),
             comment: comment.to_owned(),
             done: Vec::new(),
@@ -70,21 +74,16 @@ impl<'a> Assembly<'a> {
     }
 
     fn begin(&mut self) {
-        self.current = Program {
-            application: self.cell.application.value.clone(),
-            instructions: vec![
-                Instruction::UserFrame(*self.cell.user_frame),
-                Instruction::ToolFrame(*self.cell.tool_frame),
-            ],
-            ..Program::default()
-        };
+        self.current = empty(self.cell, self.dialect);
         self.head = self.current.instructions.len();
     }
 
     /// Whether the current program takes `lines` more instructions and `points` more positions.
     pub fn takes(&self, lines: usize, points: usize) -> bool {
-        self.current.instructions.len() + lines <= *self.cell.lines_per_program
-            && self.current.positions.len() + points <= *self.cell.points_per_program
+        // a script calls no other file
+        self.dialect == Dialect::UrScript
+            || (self.current.instructions.len() + lines <= *self.cell.lines_per_program
+                && self.current.positions.len() + points <= *self.cell.points_per_program)
     }
 
     /// Ends the current program and begins the next; nothing where the current one is empty.
@@ -112,7 +111,10 @@ impl<'a> Assembly<'a> {
                 frame: Some(*self.cell.user_frame),
                 tool: Some(*self.cell.tool_frame),
                 coordinates: Coordinates::Cartesian {
-                    config: self.cell.config.value.clone(),
+                    config: match self.dialect {
+                        Dialect::FanucLs => self.cell.config.value.clone(),
+                        _ => String::new(),
+                    },
                     xyz: position.to_array(),
                     wpr_degrees,
                     external: Vec::new(),
@@ -130,9 +132,13 @@ impl<'a> Assembly<'a> {
             parts.push(std::mem::take(&mut self.current));
         }
         let (cell, comment) = (self.cell, &self.comment);
+        let attributes = |program: &Program| match self.dialect {
+            Dialect::FanucLs => attributes(cell, comment, program),
+            _ => Vec::new(),
+        };
         if let [only] = &mut parts[..] {
             only.name = self.name;
-            only.attributes = attributes(cell, comment, only);
+            only.attributes = attributes(only);
             return parts;
         }
         let digits = parts.len().to_string().len().max(2);
@@ -141,25 +147,39 @@ impl<'a> Assembly<'a> {
         let stem = stem.trim_end_matches('_');
         for (i, part) in parts.iter_mut().enumerate() {
             part.name = format!("{stem}_{:0digits$}", i + 1);
-            part.attributes = attributes(cell, comment, part);
+            part.attributes = attributes(part);
         }
         let mut main = Program {
             name: self.name.clone(),
-            application: cell.application.value.clone(),
-            instructions: vec![
-                Instruction::UserFrame(*cell.user_frame),
-                Instruction::ToolFrame(*cell.tool_frame),
-            ],
-            ..Program::default()
+            ..empty(cell, self.dialect)
         };
         main.instructions
             .extend(parts.iter().map(|p| Instruction::Call {
                 program: p.name.clone(),
                 arguments: String::new(),
             }));
-        main.attributes = attributes(cell, comment, &main);
+        main.attributes = attributes(&main);
         parts.insert(0, main);
         parts
+    }
+}
+
+/// What every program begins with.
+fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
+    let frames = [
+        Instruction::UserFrame(*cell.user_frame),
+        Instruction::ToolFrame(*cell.tool_frame),
+    ];
+    let (application, opening) = match dialect {
+        Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
+        Dialect::Krl => (Vec::new(), krl::opening()),
+        Dialect::Rapid | Dialect::UrScript => (Vec::new(), Vec::new()),
+    };
+    Program {
+        dialect,
+        application,
+        instructions: opening.into_iter().chain(frames).collect(),
+        ..Program::default()
     }
 }
 

@@ -6,22 +6,27 @@
 //! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
 //! [`crate::read_toolpath`].
 
+mod error;
+mod wording;
+
 use std::collections::BTreeSet;
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Channel, Event, Move, Pass, Profile, Toolpath};
+use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
+pub use error::BuildError;
+use wording::{RESOLUTION, Wording};
+
 use crate::orientation::wpr_of_axis;
 use crate::program::{
-    ArcAction, ArcWord, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit, Termination,
+    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit,
+    Termination,
 };
 
-/// What programs hold no digits for, mm: points closer than this are one.
-const RESOLUTION: f64 = 1e-3;
 /// Shortest wait that can be written, s.
 const SHORTEST_WAIT: f64 = 0.01;
 
@@ -43,6 +48,8 @@ pub struct BuildSettings {
     pub name: String,
     /// Comment in the header.
     pub comment: String,
+    /// What to write them for.
+    pub dialect: Dialect,
     /// Smoothing inside a bead (FANUC CNT).
     pub smoothing: Ratio,
     /// After each layer.
@@ -67,52 +74,6 @@ pub struct Built {
     pub schedules: Vec<Schedule>,
 }
 
-/// Why a toolpath cannot become a program.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum BuildError {
-    /// A pass cannot be executed.
-    #[error("pass {pass} (layer {layer}): {what} is {value}, but must be {wanted}")]
-    Pass {
-        /// Its id.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
-        /// What is wrong.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        wanted: &'static str,
-    },
-    /// Something happens within a pass that these programs cannot say.
-    #[error(
-        "pass {pass} (layer {layer}): {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
-    )]
-    Event {
-        /// Its id.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
-        /// What happens.
-        event: Event,
-    },
-    /// More wire feeds than schedules.
-    #[error(
-        "the toolpath needs more than the {available} weld schedules of this cell, from pass {pass} (layer {layer}) on: use fewer different wire feeds, or raise arc.schedules in the cell file"
-    )]
-    Schedules {
-        /// Schedules of the cell.
-        available: u32,
-        /// First pass without a schedule.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
-    },
-    /// Nothing to do.
-    #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
-    Empty,
-}
-
 /// Makes the programs of a toolpath.
 ///
 /// # Errors
@@ -126,12 +87,14 @@ pub fn build(
     if toolpath.pass_count() == 0 {
         return Err(BuildError::Empty);
     }
+    let wording = Wording::new(cell, settings.dialect)?;
     let mut builder = Builder {
         toolpath,
         cell,
+        wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, &settings.name, &settings.comment),
+        assembly: Assembly::new(cell, settings.dialect, &settings.name, &settings.comment),
         schedules: Vec::new(),
         feeds: BTreeSet::new(),
         layer: None,
@@ -159,6 +122,7 @@ struct Point {
 struct Builder<'a> {
     toolpath: &'a Toolpath,
     cell: &'a CellProgramming,
+    wording: Wording<'a>,
     settings: &'a BuildSettings,
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
@@ -195,10 +159,6 @@ fn moved(step: &Step) -> Option<usize> {
 /// A position as the program's digits hold it, mm.
 fn rounded(position: DVec3, height: f64) -> DVec3 {
     ((position + DVec3::Z * height) / RESOLUTION).round() * RESOLUTION
-}
-
-fn cnt(smoothing: Ratio) -> Termination {
-    Termination::Cnt((smoothing.0 * 100.0).round().clamp(0.0, 100.0) as u8)
 }
 
 impl Builder<'_> {
@@ -273,6 +233,17 @@ impl Builder<'_> {
         for i in 0..pass.move_count() {
             let feed = self.feed(pass, i);
             self.feeds.insert(feed.to_bits());
+            if self.settings.dialect != Dialect::FanucLs && self.wording.listed(feed).is_none() {
+                return Err(BuildError::NoSchedule {
+                    wire_feed: feed,
+                    known: self.cell.schedules.iter().map(|s| s.wire_feed.0).collect(),
+                    pass: pass.head.id.0,
+                    layer: pass.layer,
+                });
+            }
+        }
+        if self.settings.dialect != Dialect::FanucLs {
+            return Ok(());
         }
         let available = *self.cell.arc.schedules;
         if self.feeds.len() <= available as usize {
@@ -291,25 +262,17 @@ impl Builder<'_> {
         if let Some(schedule) = known {
             return schedule.number;
         }
-        let number = *self.cell.arc.first_schedule + self.schedules.len() as u32;
+        let number = match self.settings.dialect {
+            Dialect::FanucLs => *self.cell.arc.first_schedule + self.schedules.len() as u32,
+            // `count_schedules` has found it
+            _ => self.wording.listed(wire_feed).map_or(0, |s| *s.number),
+        };
         self.schedules.push(Schedule { number, wire_feed });
         self.assembly.push(comment(&format!(
             "Schedule {number} WFS {:.2} m/min",
             wire_feed * 0.06
         )));
         number
-    }
-
-    /// A speed along the path, mm/s, in the cell's unit and digits.
-    fn speed(&self, mm_per_second: f64) -> Speed {
-        let unit = SpeedUnit::from(*self.cell.speed_unit);
-        let per = match unit {
-            SpeedUnit::CentimetrePerMinute => 6.0,
-            _ => 1.0,
-        };
-        let scale = 10_f64.powi(self.cell.speed_decimals.cast_signed());
-        let value = (mm_per_second * per * scale).round() / scale;
-        Speed::Value { value, unit }
     }
 
     fn motion(
@@ -333,7 +296,7 @@ impl Builder<'_> {
     }
 
     fn line(&mut self, point: Point, speed: f64, termination: Termination, arc: Option<ArcWord>) {
-        let speed = self.speed(speed);
+        let speed = self.wording.speed(speed);
         self.motion(MotionKind::Linear, point, speed, termination, arc);
     }
 
@@ -452,11 +415,11 @@ impl Builder<'_> {
                     let feed = self.feed(pass, index);
                     let coming = self.schedule(feed);
                     schedule = Some(coming);
-                    (coming != current).then(|| self.cell.arc.word(ArcAction::Start, coming))
+                    (coming != current).then(|| self.wording.word(ArcAction::Start, coming))
                 }
                 (Some(current), None) if next.is_none() => {
                     schedule = None;
-                    Some(self.cell.arc.word(ArcAction::End, current))
+                    Some(self.wording.word(ArcAction::End, current))
                 }
                 _ => None,
             };
@@ -464,11 +427,11 @@ impl Builder<'_> {
                 Step::Move { index, via, to } => {
                     let termination = match (stops, pass.head.role.deposits()) {
                         (true, _) => Termination::Fine,
-                        (false, false) => cnt(*self.cell.travel_smoothing),
-                        (false, true) => cnt(self.settings.smoothing),
+                        (false, false) => self.wording.smoothed(*self.cell.travel_smoothing),
+                        (false, true) => self.wording.smoothed(self.settings.smoothing),
                     };
                     let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
-                    let speed = self.speed(speed);
+                    let speed = self.wording.speed(speed);
                     let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
                         via: self.assembly.point(v.position, v.wpr),
                     });
@@ -492,16 +455,20 @@ impl Builder<'_> {
         };
         let clear = self.highest + self.cell.clearance.0;
         let speed = self.cell.travel_speed.0;
-        let over = cnt(*self.cell.travel_smoothing);
+        let over = self.wording.smoothed(*self.cell.travel_smoothing);
         if let Some(place) = self.place {
             if place.position.z < clear {
                 self.line(above(place, clear), speed, over.clone(), None);
             }
             self.line(above(to, clear), speed, over, None);
         } else {
-            let first = Speed::Value {
-                value: (self.cell.first_move.0 * 100.0).round(),
-                unit: SpeedUnit::Percent,
+            let first = match self.settings.dialect {
+                // its joint moves have the speed of the tool
+                Dialect::Rapid => self.wording.speed(self.cell.travel_speed.0),
+                _ => Speed::Value {
+                    value: (self.cell.first_move.0 * 100.0).round(),
+                    unit: SpeedUnit::Percent,
+                },
             };
             let to = above(to, clear);
             self.motion(MotionKind::Joint, to, first, Termination::Fine, None);
@@ -548,7 +515,7 @@ impl Builder<'_> {
             let feed = self.feed(pass, first);
             let schedule = self.schedule(feed);
             self.travel(start);
-            let on = self.cell.arc.word(ArcAction::Start, schedule);
+            let on = self.wording.word(ArcAction::Start, schedule);
             let approach = self.cell.approach_speed.0;
             self.line(start, approach, Termination::Fine, Some(on));
             self.follow(pass, &steps, Some(schedule));
@@ -560,7 +527,7 @@ impl Builder<'_> {
                 self.line(
                     Point { position, ..end },
                     speed,
-                    cnt(*self.cell.travel_smoothing),
+                    self.wording.smoothed(*self.cell.travel_smoothing),
                     None,
                 );
             }

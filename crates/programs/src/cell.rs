@@ -4,34 +4,39 @@ use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table}
 use meltpath_toolpath::{Weave, WeaveShape};
 
 use crate::execute::{ExecutionSettings, WeldSettings};
-use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, SpeedUnit};
+use crate::krl::KrlWords;
+use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
+use crate::rapid::RapidWords;
+use crate::ur_script::ScriptWords;
 
 table! {
     /// Frames, words, speeds and limits of the programs of one cell.
     pub struct CellProgramming {
         /// Who says so.
         source: String => required;
-        /// Owner in the header.
-        owner: String => required;
-        /// Motion groups in the header, such as `1,*,*,*,*`.
-        default_group: String => required;
-        /// Lines of the application header.
-        application: Vec<String> => required;
+        /// What the controller reads.
+        dialect: Dialect => default("fanuc-ls", "FANUC");
+        /// FANUC: owner in the header.
+        owner: String => default("MNEDITOR", "the usual one");
+        /// FANUC: motion groups in the header.
+        default_group: String => default("1,*,*,*,*", "the robot alone");
+        /// FANUC: lines of the application header.
+        application: Vec<String> => default([], "none");
         /// User frame: the part.
         user_frame: u32 => required;
         /// Tool frame: the torch, its centre point at the wire tip at the nominal contact-tube distance.
         tool_frame: u32 => required;
-        /// Configuration of the arm, written into every position. It is not computed.
-        config: String => required;
+        /// FANUC: configuration of the arm, written into every position where no robot is named.
+        config: String => default("N U T, 0, 0, 0", "no flip, up, in front");
         /// Orientation of the tool when its axis is the build direction.
         orientation: Orientation => required;
         /// Nominal distance from contact tube to work (CTWD).
         contact_tube_distance: Length where positive => required;
-        /// Words for the arc.
-        arc: ArcWords => required;
-        /// What the weld schedules of the controller set: programs of others are simulated with these.
+        /// FANUC: words for the arc.
+        arc: ArcWords => default({ style = "arc", procedure = 1, first_schedule = 1, schedules = 32 }, "schedules 1 to 32");
+        /// What the weld schedules of the controller set. Programs of others are simulated with these; programs for controllers other than FANUC's are written with them.
         schedules as "schedule": Vec<WeldSchedule> => default([], "programs of others say it, or it is not known");
-        /// What the numbers in the brackets of an arc word mean, in order, where they are more than a schedule.
+        /// What the values of an arc word mean, in order, where they are more than a schedule: FANUC's brackets, KUKA's channels, the first values of ABB's arcdata, the places of a template.
         arc_values: Vec<ArcValue> => default([], "a schedule, or a procedure and a schedule");
         /// What the weave schedules of the controller set.
         weaves as "weave": Vec<WeaveSchedule> => default([], "programs of others say it, or it is not known");
@@ -41,7 +46,7 @@ table! {
         signals as "signal": Vec<Signal> => default([], "none is known");
         /// Programs of the cell that lay no metal, such as a torch cleaning: calls to them are passed over.
         passed_over: Vec<String> => default([], "none");
-        /// Unit of speeds along the path.
+        /// FANUC: unit of speeds along the path.
         speed_unit: PathSpeedUnit => required;
         /// Decimals of these speeds.
         speed_decimals: u32 where within(0.0, 3.0) => required;
@@ -61,6 +66,14 @@ table! {
         lines_per_program: usize where within(50.0, 1e9) => required;
         /// Most positions in one program.
         points_per_program: usize where within(20.0, 1e9) => required;
+        /// Other controllers than FANUC's: the distance before a corner at which they leave a path that is smoothed in full.
+        blend: Length where up_to(FASTEST) => none("needed for programs of these controllers");
+        /// What a KUKA needs.
+        krl: KrlWords => none("needed for kuka-krl");
+        /// What an ABB needs.
+        rapid: RapidWords => none("needed for abb-rapid");
+        /// What a Universal Robot needs.
+        script: ScriptWords => none("needed for ur-script");
     }
 
     /// A weld schedule of the controller.
@@ -73,6 +86,8 @@ table! {
         wire_feed: Speed where up_to(FASTEST) => required;
         /// Meaning of `WELD_SPEED` with it.
         travel_speed: Speed where up_to(FASTEST) => none("not known");
+        /// What the controller is given for it, in the order of `arc_values`.
+        values: Vec<f64> => default([], "its number");
     }
 
     /// A weave schedule of the controller.
@@ -176,6 +191,17 @@ impl Orientation {
     }
 }
 
+impl WeldSchedule {
+    /// What stands in an arc word for it.
+    pub(crate) fn arguments(&self) -> String {
+        if self.values.is_empty() {
+            return self.number.to_string();
+        }
+        let values: Vec<String> = self.values.iter().map(ToString::to_string).collect();
+        values.join(",")
+    }
+}
+
 impl ArcWords {
     /// The word for a schedule.
     pub fn word(&self, action: ArcAction, schedule: u32) -> ArcWord {
@@ -221,6 +247,7 @@ impl CellProgramming {
             weaves: self.weaves.iter().map(|w| (*w.number, w.weave())).collect(),
             assumed_speed,
             passed_over: self.passed_over.iter().map(capital).collect(),
+            blend: self.blend.map(|b| b.0),
         }
     }
 }

@@ -45,6 +45,8 @@ pub struct ExecutionSettings {
     pub assumed_speed: f64,
     /// Programs of the cell that lay no metal: calls to them are passed over. Capital letters.
     pub passed_over: BTreeSet<String>,
+    /// Distance, mm, at which a path is left that is smoothed in full; nothing where the cell does not say it.
+    pub blend: Option<f64>,
 }
 
 impl Default for ExecutionSettings {
@@ -57,6 +59,7 @@ impl Default for ExecutionSettings {
             weaves: BTreeMap::new(),
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
+            blend: None,
         }
     }
 }
@@ -262,7 +265,7 @@ impl Machine<'_> {
         let program = self.programs.get(self.at.0);
         ProgramError {
             program: program.map_or_else(|| "(none)".to_owned(), |p| p.name.clone()),
-            line: self.at.1 as u32 + 1,
+            line: program.map_or(0, |p| p.line_of(self.at.1 as u32 + 1)),
             why,
         }
     }
@@ -274,14 +277,14 @@ impl Machine<'_> {
         let entry = self
             .told
             .entry((code, word))
-            .or_insert_with(|| (0, name(), line as u32 + 1));
+            .or_insert_with(|| (0, name(), self.programs[program].line_of(line as u32 + 1)));
         entry.0 += 1;
     }
 
     /// Remembers a line that shapes metal and is not simulated.
     fn gap(&mut self, why: Missing) {
         let program = &self.programs[self.at.0];
-        let line = self.at.1 as u32 + 1;
+        let line = program.line_of(self.at.1 as u32 + 1);
         if !self.seen.insert((self.at, why.to_string())) {
             return;
         }

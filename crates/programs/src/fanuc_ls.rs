@@ -4,21 +4,19 @@
 //! instructions that end in `;`, `/POS` with one block a position, `/END`. Words that are not modelled are kept verbatim and listed.
 //! Arc words and header are the cell's business: check them against the manual of the controller at hand.
 
-mod error;
 mod line;
 mod parse;
 mod positions;
-mod scan;
 mod write;
 
-pub use error::ParseError;
-pub use parse::{Parsed, Unread, parse, read};
-pub use write::{WriteError, write};
+pub use parse::{parse, read};
+pub use write::write;
 
 pub(crate) use line::parse as parse_instruction;
-pub(crate) use scan::{bracket, number as number_with_unit};
+
+use crate::scan::tidy;
 
 /// An instruction in one line, as people read it.
 pub(crate) fn instruction_text(instruction: &crate::program::Instruction) -> String {
-    scan::tidy(&line::write(instruction))
+    tidy(&line::write(instruction))
 }

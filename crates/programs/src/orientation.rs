@@ -25,6 +25,62 @@ pub(crate) fn pose(position: DVec3, wpr_degrees: [f64; 3]) -> Pose {
     )
 }
 
+/// Orientations are written and read in steps of this, deg: what is written is read as the same.
+const STEP: f64 = 1e-4;
+
+fn stepped(wpr_degrees: [f64; 3]) -> [f64; 3] {
+    wpr_degrees.map(|angle| (angle / STEP).round() * STEP)
+}
+
+/// The unit quaternion of W, P, R in degrees, its real part first and not below zero.
+pub(crate) fn quaternion_of(wpr_degrees: [f64; 3]) -> [f64; 4] {
+    let q = pose(DVec3::ZERO, stepped(wpr_degrees))
+        .orientation
+        .normalize();
+    let q = [q.w, q.x, q.y, q.z];
+    let first = q.iter().find(|v| v.abs() > 1e-9);
+    if first.is_some_and(|v| *v < 0.0) {
+        q.map(|v| -v)
+    } else {
+        q
+    }
+}
+
+/// W, P, R in degrees of a quaternion, its real part first; nothing where it is none.
+pub(crate) fn wpr_of_quaternion([w, x, y, z]: [f64; 4]) -> Option<[f64; 3]> {
+    let q = DQuat::from_xyzw(x, y, z, w);
+    let length = q.length();
+    (length.is_finite() && (length - 1.0).abs() < 0.1).then(|| {
+        let pose = Pose {
+            position: DVec3::ZERO,
+            orientation: q.normalize(),
+        };
+        stepped(pose.wpr().to_array().map(f64::to_degrees))
+    })
+}
+
+/// The rotation vector of W, P, R in degrees, rad.
+pub(crate) fn rotation_vector_of(wpr_degrees: [f64; 3]) -> [f64; 3] {
+    let [w, x, y, z] = quaternion_of(wpr_degrees);
+    let axis = DVec3::new(x, y, z);
+    let sine = axis.length();
+    if sine < 1e-12 {
+        return [0.0; 3];
+    }
+    (axis / sine * (2.0 * sine.atan2(w))).to_array()
+}
+
+/// W, P, R in degrees of a rotation vector, rad; nothing where it is not finite.
+pub(crate) fn wpr_of_rotation_vector(vector: [f64; 3]) -> Option<[f64; 3]> {
+    let vector = DVec3::from_array(vector);
+    if !vector.is_finite() {
+        return None;
+    }
+    let half = 0.5 * vector.length();
+    let axis = vector.normalize_or_zero() * half.sin();
+    wpr_of_quaternion([half.cos(), axis.x, axis.y, axis.z])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -36,6 +92,21 @@ mod tests {
             let axis = DVec3::new(x, y, z + 0.01).normalize();
             let wpr = wpr_of_axis([180.0, 0.0, 0.0], axis);
             prop_assert!(pose(DVec3::ZERO, wpr).tool_axis().distance(axis) < 1e-9);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn orientations_survive_the_digits_of_files(w in -180.0..180.0, p in -90.0..90.0, r in -180.0..180.0) {
+            let asked = pose(DVec3::ZERO, [w, p, r]).orientation;
+            let digits = |v: f64| (v * 1e10).round() / 1e10;
+            let q = quaternion_of([w, p, r]).map(digits);
+            let v = rotation_vector_of([w, p, r]).map(digits);
+            for found in [wpr_of_quaternion(q).unwrap(), wpr_of_rotation_vector(v).unwrap()] {
+                prop_assert!(pose(DVec3::ZERO, found).orientation.angle_between(asked) < 1e-3_f64.to_radians());
+            }
+            let again = quaternion_of(wpr_of_quaternion(q).unwrap()).map(digits);
+            prop_assert_eq!(again, q);
         }
     }
 

@@ -6,9 +6,25 @@ use std::fmt;
 
 use meltpath_base::choice;
 
+choice! {
+    /// Languages of controllers.
+    pub enum Dialect {
+        /// FANUC TP, text form (`.ls`).
+        FanucLs = "fanuc-ls",
+        /// KUKA KRL (`.src` with `.dat`), arc by ArcTech.
+        Krl = "kuka-krl",
+        /// ABB RAPID (`.mod`), arc by ArcWare.
+        Rapid = "abb-rapid",
+        /// Universal Robots script (`.script`), arc by lines of your own.
+        UrScript = "ur-script",
+    }
+}
+
 /// One program.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Program {
+    /// What it is written in.
+    pub dialect: Dialect,
     /// Name on the controller.
     pub name: String,
     /// What follows the name, such as `Macro`.
@@ -23,6 +39,24 @@ pub struct Program {
     pub positions: Vec<Position>,
     /// Sections that no one here reads, verbatim.
     pub sections: Vec<Section>,
+    /// Line in its file of each instruction, from 1; empty where the controller numbers instructions.
+    pub lines: Vec<u32>,
+}
+
+impl Default for Program {
+    fn default() -> Self {
+        Program {
+            dialect: Dialect::FanucLs,
+            name: String::new(),
+            kind: String::new(),
+            attributes: Vec::new(),
+            application: Vec::new(),
+            instructions: Vec::new(),
+            positions: Vec::new(),
+            sections: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
 }
 
 /// An entry of the header.
@@ -224,7 +258,7 @@ impl SpeedUnit {
 }
 
 /// How a move ends.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Termination {
     /// Stops.
     Fine,
@@ -232,6 +266,8 @@ pub enum Termination {
     Cnt(u8),
     /// Smoothing from a register.
     CntRegister(u32),
+    /// Leaves the path at this distance before its end, mm, and joins the next.
+    Blend(f64),
     /// Another word, verbatim.
     Other(String),
 }
@@ -366,6 +402,18 @@ pub struct Axis {
     pub unit: String,
 }
 
+impl Dialect {
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Dialect::FanucLs => "FANUC",
+            Dialect::Krl => "KUKA KRL",
+            Dialect::Rapid => "ABB RAPID",
+            Dialect::UrScript => "URScript",
+        }
+    }
+}
+
 impl Program {
     /// The value of a header entry.
     pub fn attribute(&self, key: &str) -> Option<&str> {
@@ -374,5 +422,12 @@ impl Program {
             .iter()
             .find(|a| a.key.eq_ignore_ascii_case(key));
         found.map(|a| a.value.as_str())
+    }
+
+    /// The number by which people find instruction `number` (from 1): its line in the file where the controller numbers none.
+    pub fn line_of(&self, number: u32) -> u32 {
+        let at = (number as usize).checked_sub(1);
+        let line = at.and_then(|i| self.lines.get(i));
+        line.copied().unwrap_or(number)
     }
 }

@@ -4,9 +4,11 @@ mod build;
 mod file;
 mod frame;
 mod layout;
+mod stance;
 mod urdf;
 
 pub use build::read;
 pub use file::{ArmKind, CellFile};
 pub use layout::{Arrangement, Cell, Frames, Holder, Maker, Shapes, Source, Values};
+pub use stance::Stance;
 pub use urdf::{UrdfError, from_urdf};

@@ -1,6 +1,6 @@
 //! The controller's data: the `[motion]` table of a cell file, every number with where it comes from.
 
-use meltpath_base::settings::{Problem, Problems, Sourced};
+use meltpath_base::settings::{self, Problem, Problems, Sourced};
 use meltpath_base::{Angle, AngularSpeed, Length, Ratio, Speed, Time, table};
 
 table! {
@@ -71,7 +71,30 @@ fn whole(a: f64, b: f64) -> Option<usize> {
     ((1.0..1e6).contains(&n) && (ratio - n).abs() < 1e-6).then_some(n as usize)
 }
 
+/// Filters of one period and no dwell: the speed that is set, everywhere.
+const WITHOUT_CORNERS: &str = r#"
+period = { value = "2 ms", source = "no model" }
+t1 = { value = "2 ms", source = "no model" }
+t2 = { value = "2 ms", source = "no model" }
+rotation_speed = { value = "90 deg/s", source = "no model" }
+joint_speed = { value = "1 m/s", source = "no model" }
+corner = { none_below = { value = "5 deg", source = "no model" }, full_above = { value = "30 deg", source = "no model" }, chord_error = { value = "0.15 mm", source = "no model" } }
+[[dwell]]
+smoothing = "0 %"
+time = { value = "4 ms", source = "no model" }
+[[dwell]]
+smoothing = "100 %"
+time = { value = "0 ms", source = "no model" }
+"#;
+
 impl Controller {
+    /// What stands in for a controller that nobody has identified: it drives the set speed round every corner. What follows from the
+    /// speed at corners must not be decided with it.
+    #[expect(clippy::expect_used, reason = "a constant text, read by a test")]
+    pub fn without_corners() -> Self {
+        settings::parse(WITHOUT_CORNERS, Controller::check).expect("the constant reads")
+    }
+
     /// T_1 + T_2, s: the duration of every transition, and of the stop at a FINE point.
     pub fn transition(&self) -> f64 {
         self.t1.value.0 + self.t2.value.0
@@ -186,6 +209,13 @@ pub(crate) mod tests {
     pub(crate) fn arcmate() -> Controller {
         let text = meltpath_data::cells::ARCMATE_120IC.text;
         settings::peek(text, &["motion"]).unwrap().unwrap()
+    }
+
+    #[test]
+    fn nobodys_controller_holds_its_speed() {
+        let c = Controller::without_corners();
+        assert_eq!(c.check(), []);
+        assert!(c.transition() < 5e-3 && c.dwell(0.5) < 3e-3);
     }
 
     #[test]

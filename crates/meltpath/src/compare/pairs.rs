@@ -16,6 +16,7 @@ use crate::ebm::charts::beam_settings;
 use crate::ebm::plan::{Plan, planned};
 use crate::ebm::settings::Settings;
 use crate::ebm::{path_file, simulate};
+use crate::job::ebm::JudgeSolver;
 use crate::job::{self, Job, JobError};
 
 /// Samples further than this from every place of a table have no counterpart there, mm.
@@ -143,7 +144,7 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError>
     tables.window.value.good.value = None;
     tables.window.value.body.value = None;
     tables.optimise.value = None;
-    tables.judge.value = None;
+    tables.judge.value.solver.value = JudgeSolver::None;
     let mut plan =
         planned(&job, folder, observer).map_err(|e| JobError::in_file(&file, &text, e))?;
     // of a job that hatches its region the last layer too is the one in the folder

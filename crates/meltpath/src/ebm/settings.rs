@@ -21,7 +21,8 @@ use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeTable, Point, Ring, Vapour,
+    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable, Point, Ring,
+    Vapour,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -262,10 +263,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         },
         inside: job.region.inside.0,
         window,
-        judge: job
-            .judge
-            .as_ref()
-            .map(|table| judge(table, job.ebm.layer.0, &mut r)),
+        judge: judge(&job.judge, job.ebm.layer.0, &mut r),
         checks: Checks {
             in_window: job.checks.in_window.0,
             unmelted: job.checks.unmelted.0,
@@ -419,9 +417,13 @@ fn surface(job: &EbmJob, material: &Material) -> Surface {
     }
 }
 
-fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
+fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Option<Judge> {
+    match *table.solver {
+        JudgeSolver::None => return None,
+        JudgeSolver::Reference => {}
+    }
     let place = |p: &Point| ([p[0].0, p[1].0], p.get(2).map(|z| z.0));
-    Judge {
+    Some(Judge {
         places: table.places.iter().map(place).collect(),
         every: table.every.0,
         part: table.part.map(|corners| {
@@ -439,7 +441,7 @@ fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Judge {
         },
         ground: *table.ground,
         plate: table.plate.0,
-    }
+    })
 }
 
 /// The material.

@@ -52,8 +52,8 @@ table! {
         window: WindowTable => default({}, "that of Ti6Al4V in Béraud 2016");
         /// Changes of the beam along the path, and of the path's order.
         optimise: OptimiseTable => none("the path is drawn as given");
-        /// The path, or the better one, on the solver that charts are made with, over the whole section.
-        judge: JudgeTable => none("charts preview, and the verdict cannot say");
+        /// The path, or the better one, on a solver over the whole section. What it costs, `meltpath doctor` tells.
+        judge: JudgeTable => default({}, "a solver decides over the whole section");
         /// Limits of the verdict.
         checks: ChecksTable => default({}, "usual limits");
     }
@@ -225,7 +225,7 @@ table! {
     /// The path, and the better one, on the solver that charts are made with.
     pub struct JudgeTable {
         /// Which solver.
-        solver: JudgeSolver => required;
+        solver: JudgeSolver => default("reference", "charts alone decide nothing");
         /// Two corners of the rectangle that is judged, the lower left one first.
         part: [[Length; 2]; 2] => none("the whole path");
         /// How far beyond that rectangle the finest cells reach; elsewhere the path is drawn on cells of at most 0.13 mm.
@@ -376,8 +376,10 @@ choice! {
 
     /// What a path is judged on.
     pub enum JudgeSolver {
-        /// Finite volumes in enthalpy, explicit in time.
+        /// Finite volumes in enthalpy, explicit in time, finest where metal is molten.
         Reference = "reference",
+        /// None: charts preview, and the verdict cannot say.
+        None = "none",
     }
 }
 
@@ -388,15 +390,14 @@ impl EbmJob {
         found.extend(self.check_part());
         found.extend(self.check_window());
         found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
-        if let Some(judge) = self.judge.as_ref()
-            && judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0)
-        {
+        let judge = &self.judge;
+        if judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0) {
             let help = "read within the last layer: leave it out for the middle of the layer";
             let problem = judge.depth.problem("judge.depth lies below the last layer");
             found.push(problem.help(help));
         }
-        if let Some(part) = self.judge.as_ref().map(|j| &j.part)
-            && let Some([a, b]) = part.value
+        let part = &judge.part;
+        if let Some([a, b]) = part.value
             && (0..2).any(|n| a[n].0 >= b[n].0)
         {
             let help = "write its lower left corner, then its upper right one";

@@ -4,6 +4,8 @@ use meltpath_base::quantity::Auto;
 use meltpath_base::settings::{File, Json, Kind, Node, Place, Problem, Reader, Value, broken};
 use meltpath_base::{Angle, BeadWidths, Length, Ratio, Speed, Time, choice, table};
 
+use meltpath_programs::Dialect;
+
 use super::common::{Direction, OneOrMany, PartUnit, ProcessTable, SubstrateTable, TargetTable};
 
 /// Layer heights from the first layer on; the last one repeats.
@@ -176,7 +178,7 @@ table! {
     /// What is written besides the report.
     pub struct OutputTable {
         /// Dialects of the programs that a run writes into `program/`; `[]` for none.
-        programs: Vec<Dialect> => default(["fanuc-ls"], "what the cell that ships reads");
+        programs: Vec<Dialect> => none("what the controller of the cell reads");
     }
 }
 
@@ -242,12 +244,6 @@ choice! {
         /// Faster where a bead has less room beside it, slower where it has more (0.8 to 2 times the travel speed), so that every
         /// place gets as much metal.
         Adapted = "adapted",
-    }
-
-    /// Program dialects.
-    pub enum Dialect {
-        /// FANUC TP, text form (`.ls`).
-        FanucLs = "fanuc-ls",
     }
 }
 

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use meltpath_base::{Check, Limit, Measure, Place, Reporter, Status};
-use meltpath_programs::Gap;
+use meltpath_programs::{Dialect, Gap};
 
 use super::plan::Lean;
+use super::settings::Settings;
 
 /// Lines of one reason that are told by their numbers.
 const SHOWN_LINES: usize = 12;
@@ -41,6 +42,27 @@ pub(super) fn of_gaps(gaps: &[Gap]) -> Option<Doubt> {
             first.program, first.line, first.text, first.why
         ),
         remedy: first.why.remedy().to_owned(),
+    })
+}
+
+/// The doubt that a controller leaves of which nobody says how it goes round corners, or another than the program's.
+pub(super) fn of_corners(dialect: Dialect, settings: &Settings) -> Option<Doubt> {
+    let own = *settings.cell.program.dialect;
+    let reason = if settings.cell.motion.is_none() {
+        "the cell has no corner model: how fast its controller goes round corners is not known"
+            .to_owned()
+    } else if dialect != own {
+        format!(
+            "the program is written in {}, and the corner model of the cell is that of a controller that reads {}",
+            dialect.name(),
+            own.name()
+        )
+    } else {
+        return None;
+    };
+    Some(Doubt {
+        reason,
+        remedy: "name the cell of this controller, and write its [motion]: filter times and dwells identified from a log of the tool".to_owned(),
     })
 }
 

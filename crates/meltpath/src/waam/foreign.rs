@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_programs::Dialect;
 use meltpath_robot::command::{Command, Source};
 
 use super::checks::{borrowed_check, build_facts, programmed, range_check};
@@ -42,14 +43,15 @@ pub fn simulate_program(
     observer: &dyn Observer,
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
-    let main = &program::main_of(main)?;
-    let (parsed, files) = program::read(main, &reporter)?;
     let loaded = job.map(|job| load(job, &reporter)).transpose()?;
     let settings = match &loaded {
         Some(loaded) => loaded.settings.clone(),
         None => defaults(main, &reporter)?,
     };
     let settings = &settings;
+    let cell = &settings.cell.program;
+    let main = &program::main_of(main, cell)?;
+    let (parsed, files) = program::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
     let commands = commands;
@@ -84,7 +86,9 @@ pub fn simulate_program(
     checks.extend(layer_checks(layers, &growth, limits, remedies));
     checks.extend(tube::checks(layers, ctwd, &growth, settings));
     checks.extend(borrowed_check(settings));
-    let doubts = doubts(job, &commands, settings);
+    let dialect = parsed.first().map_or(Dialect::FanucLs, |p| p.dialect);
+    let mut doubts = doubts(job, &commands, settings);
+    doubts.extend(doubt::of_corners(dialect, settings));
     doubt::undecided(&mut checks, &doubts);
     checks.extend(job.and_then(|_| range_check(programmed(&commands, settings), settings)));
     checks.push(doubt::lines_check(&commands.gaps, &reporter));

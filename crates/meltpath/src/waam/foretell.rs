@@ -113,7 +113,7 @@ fn motion(pass: &Pass<'_>, number: u32, start: f64, settings: &Settings) -> Moti
         block.command.push(number);
     };
     go(pass.points[0], 0.0);
-    let standing = Standing::of(&settings.cell.motion, settings.smoothing, nominal);
+    let standing = Standing::of(&settings.controller, settings.smoothing, nominal);
     let places = standing.places(pass);
     let mut stops = places.iter().peekable();
     let (points, along) = pass.flatten(0.05);

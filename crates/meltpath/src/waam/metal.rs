@@ -3,10 +3,10 @@
 use meltpath_base::{Check, Observer, Reporter};
 use meltpath_geometry::workpiece::HeightMap;
 
-use super::doubt;
+use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{GrowthError, LayerOutcome, TargetOutcome, layer_checks, target_checks};
-use super::plan::Plan;
+use super::plan::{Lean, Plan};
 use super::settings::Settings;
 use super::simulate::CtwdPoint;
 use super::target::{Allowance, Target, compare};
@@ -48,10 +48,17 @@ pub(super) fn checks(
         &settings.remedies,
     ));
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
-    if let Some(lean) = &plan.lean {
-        doubt::undecided(&mut checks, &[doubt::of_lean(lean)]);
-    }
+    doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
     Ok(checks)
+}
+
+/// What keeps a plan's metal from being decided about.
+fn doubts(lean: Option<&Lean>, settings: &Settings) -> Vec<Doubt> {
+    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
+    lean.map(doubt::of_lean)
+        .into_iter()
+        .chain(corners)
+        .collect()
 }
 
 /// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls::{self, ParseError, Parsed, WriteError};
 use meltpath_programs::program::Instruction;
 use meltpath_programs::{
-    BuildError, BuildSettings, Built, Control, Gap, Pause, Program, ProgramError, Schedule, Way,
-    WeldSettings, build, read_toolpath,
+    BuildError, BuildSettings, Built, CellProgramming, Control, Dialect, Gap, ParseError, Parsed,
+    Pause, Program, ProgramError, Schedule, TextFile, Way, WeldSettings, WriteError, build,
+    dialect, read_toolpath,
 };
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
@@ -73,20 +73,11 @@ pub enum ProgramStageError {
     },
 }
 
-/// A program as a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProgramFile {
-    /// File name.
-    pub name: String,
-    /// Its text.
-    pub text: String,
-}
-
 /// The programs of a plan.
 #[derive(Debug, Clone)]
 pub struct Programs {
     /// The files, main program first.
-    pub files: Vec<ProgramFile>,
+    pub files: Vec<TextFile>,
     /// The same programs, read back from the text of the files.
     pub parsed: Vec<Program>,
     /// Weld schedules that the operator sets.
@@ -102,6 +93,7 @@ pub struct Programs {
 pub fn make(
     name: &str,
     toolpath: &Toolpath,
+    dialect: Dialect,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Built, ProgramStageError> {
@@ -113,6 +105,7 @@ pub fn make(
     let build_settings = BuildSettings {
         name: name.to_owned(),
         comment: "meltpath".to_owned(),
+        dialect,
         smoothing: Ratio(settings.smoothing),
         pause,
     };
@@ -124,7 +117,7 @@ pub fn make(
 ///
 /// # Errors
 /// [`ProgramStageError`].
-pub fn write(built: Built) -> Result<Programs, ProgramStageError> {
+pub fn write(built: Built, cell: &CellProgramming) -> Result<Programs, ProgramStageError> {
     let mut programs = Programs {
         files: Vec::new(),
         parsed: Vec::new(),
@@ -132,27 +125,41 @@ pub fn write(built: Built) -> Result<Programs, ProgramStageError> {
         stable: true,
     };
     for program in &built.programs {
-        let text = fanuc_ls::write(program)?;
-        let path = PathBuf::from(format!("{}.LS", program.name));
-        let parsed = fanuc_ls::parse(&text).map_err(|source| ProgramStageError::Parse {
-            path: path.clone(),
+        let files = dialect::write(program, cell)?;
+        let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
+        let read = dialect::read(
+            program.dialect,
+            bytes(0).unwrap_or_default(),
+            bytes(1),
+            cell,
+        );
+        let parsed = read.map_err(|source| ProgramStageError::Parse {
+            path: PathBuf::from(files.first().map_or("", |f| &f.name)),
             source,
         })?;
-        programs.stable &= parsed.unread.is_empty() && fanuc_ls::write(&parsed.program)? == text;
-        programs.files.push(ProgramFile {
-            name: path.display().to_string(),
-            text,
-        });
-        programs.parsed.push(parsed.program);
+        let [parsed] = &parsed[..] else {
+            programs.stable = false;
+            continue;
+        };
+        let kept = kept(&parsed.program) == kept(program);
+        programs.stable &= kept && dialect::write(&parsed.program, cell)? == files;
+        programs.files.extend(files);
+        programs.parsed.push(parsed.program.clone());
     }
     Ok(programs)
+}
+
+/// How many lines of a program are kept verbatim.
+fn kept(program: &Program) -> usize {
+    let raw = |i: &&Instruction| matches!(i, Instruction::Raw(_));
+    program.instructions.iter().filter(raw).count()
 }
 
 /// The main program at `path`: itself, or the one in a folder that no other calls.
 ///
 /// # Errors
 /// [`ProgramStageError`] where a folder has none or several.
-pub fn main_of(path: &Path) -> Result<PathBuf, ProgramStageError> {
+pub fn main_of(path: &Path, cell: &CellProgramming) -> Result<PathBuf, ProgramStageError> {
     if !path.is_dir() {
         return Ok(path.to_path_buf());
     }
@@ -169,36 +176,67 @@ pub fn main_of(path: &Path) -> Result<PathBuf, ProgramStageError> {
     files.sort();
     let mut programs = Vec::new();
     for file in &files {
-        programs.push(parse_file(file)?.program);
+        programs.push(parse_file(file, cell)?);
     }
-    let called: Vec<&str> = programs.iter().flat_map(calls).collect();
-    let is_main = |p: &Program| !called.iter().any(|name| p.name.eq_ignore_ascii_case(name));
+    let called: Vec<&str> = programs
+        .iter()
+        .flatten()
+        .flat_map(|p| calls(&p.program))
+        .collect();
+    let is_called = |p: &Parsed| {
+        called
+            .iter()
+            .any(|name| p.program.name.eq_ignore_ascii_case(name))
+    };
     let mains: Vec<usize> = (0..files.len())
-        .filter(|&i| is_main(&programs[i]))
+        .filter(|&i| !programs[i].iter().any(is_called))
         .collect();
     match mains[..] {
         [main] => Ok(files.swap_remove(main)),
         _ => Err(ProgramStageError::Folder {
             path: path.to_path_buf(),
-            found: mains.iter().map(|&i| programs[i].name.clone()).collect(),
+            found: mains
+                .iter()
+                .flat_map(|&i| programs[i].first())
+                .map(|p| p.program.name.clone())
+                .collect(),
         }),
     }
 }
 
 /// Whether a file is a program by its name.
 fn is_program(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("ls"))
+    dialect_of(path).is_some()
 }
 
-fn parse_file(path: &Path) -> Result<Parsed, ProgramStageError> {
-    let bytes = std::fs::read(path).map_err(|source| ProgramStageError::Io {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    fanuc_ls::read(&bytes).map_err(|source| ProgramStageError::Parse {
-        path: path.to_path_buf(),
-        source,
+fn dialect_of(path: &Path) -> Option<Dialect> {
+    Dialect::of_extension(&path.extension()?.to_string_lossy())
+}
+
+/// The programs of a file, with the data beside it, the main one first.
+pub(crate) fn parse_file(
+    path: &Path,
+    cell: &CellProgramming,
+) -> Result<Vec<Parsed>, ProgramStageError> {
+    let open = |path: &Path| {
+        std::fs::read(path).map_err(|source| ProgramStageError::Io {
+            path: path.to_path_buf(),
+            source,
+        })
+    };
+    let dialect = dialect_of(path).unwrap_or(Dialect::FanucLs);
+    let data = match (dialect.companion(), path.file_stem()) {
+        (Some(ending), Some(name)) => {
+            find_beside(path, &format!("{}.{ending}", name.to_string_lossy()))
+        }
+        _ => None,
+    };
+    let data = data.map(|path| open(&path)).transpose()?;
+    dialect::read(dialect, &open(path)?, data.as_deref(), cell).map_err(|source| {
+        ProgramStageError::Parse {
+            path: path.to_path_buf(),
+            source,
+        }
     })
 }
 
@@ -210,35 +248,25 @@ fn parse_file(path: &Path) -> Result<Parsed, ProgramStageError> {
 /// [`ProgramStageError`].
 pub fn read(
     main: &Path,
+    cell: &CellProgramming,
     reporter: &Reporter,
 ) -> Result<(Vec<Program>, Vec<PathBuf>), ProgramStageError> {
     let (mut programs, mut files) = (Vec::new(), Vec::new());
     let mut waiting = vec![main.to_path_buf()];
     while let Some(path) = waiting.pop() {
-        let parsed = parse_file(&path)?;
-        let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
-        for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
-            let place = meltpath_base::Place {
-                file: Some(path.display().to_string()),
-                line: Some(unread.line),
-                ..meltpath_base::Place::default()
-            };
-            reporter.warn_at(
-                "program-line-kept",
-                format!(
-                    "\"{}\" stands outside the instructions and is kept, not executed",
-                    unread.text.trim()
-                ),
-                place,
-                "",
-            );
+        let all = parse_file(&path, cell)?;
+        let calls_of = |p: &Parsed| calls(&p.program).map(str::to_owned).collect::<Vec<_>>();
+        let called: Vec<String> = all.iter().flat_map(calls_of).collect();
+        for parsed in &all {
+            tell(parsed, &path, reporter);
         }
-        for called in calls(&parsed.program) {
+        programs.extend(all.into_iter().map(|p| p.program));
+        for called in &called {
             let known = programs
                 .iter()
                 .any(|p: &Program| p.name.eq_ignore_ascii_case(called));
             if !known
-                && let Some(beside) = find_beside(&path, called)
+                && let Some(beside) = beside(&path, called)
                 && !waiting.contains(&beside)
                 && !files.contains(&beside)
                 && beside != path
@@ -246,10 +274,30 @@ pub fn read(
                 waiting.push(beside);
             }
         }
-        programs.push(parsed.program);
         files.push(path);
     }
     Ok((programs, files))
+}
+
+/// Warns of what stands outside the instructions of a program.
+fn tell(parsed: &Parsed, path: &Path, reporter: &Reporter) {
+    let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
+    for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
+        let place = meltpath_base::Place {
+            file: Some(path.display().to_string()),
+            line: Some(unread.line),
+            ..meltpath_base::Place::default()
+        };
+        reporter.warn_at(
+            "program-line-kept",
+            format!(
+                "\"{}\" stands outside the instructions and is kept, not executed",
+                unread.text.trim()
+            ),
+            place,
+            "",
+        );
+    }
 }
 
 /// The programs that a program calls, conditional calls included.
@@ -267,20 +315,25 @@ fn calls(program: &Program) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The file of program `name` beside `path`, whatever the case of its name.
-fn find_beside(path: &Path, name: &str) -> Option<PathBuf> {
+/// The file of program `name` beside `path`.
+fn beside(path: &Path, name: &str) -> Option<PathBuf> {
+    let ending = path.extension()?.to_string_lossy();
+    find_beside(path, &format!("{name}.{ending}"))
+}
+
+/// The file called `wanted` beside `path`, whatever the case of its name.
+fn find_beside(path: &Path, wanted: &str) -> Option<PathBuf> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    let wanted = format!("{name}.ls");
     std::fs::read_dir(folder)
         .ok()?
         .flatten()
         .map(|e| e.path())
         .find(|p| {
             p.file_name()
-                .is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(&wanted))
+                .is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(wanted))
         })
 }
 
@@ -341,7 +394,7 @@ pub fn commands(
         };
         ((None, s.number), set)
     }));
-    let joint_speed = settings.cell.motion.joint_speed.value.0;
+    let joint_speed = settings.controller.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
     let toolpath = &reading.toolpath;
     let arc_length = toolpath.deposited_length();

@@ -6,10 +6,10 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
-use meltpath_programs::{Program, Schedule};
-use meltpath_robot::cell::{Cell, Maker};
+use meltpath_programs::{Dialect, Program, Schedule};
+use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Closest, Metal, Surroundings, sweep};
-use meltpath_robot::kinematics::{Configuration, Unreachable};
+use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{
     End, Follower, Held, Least, Margins, NotHeld, Rotation, Task, Why, hold,
 };
@@ -23,7 +23,7 @@ use super::settings::Settings;
 pub(crate) struct Along {
     margins: Margins,
     /// The words for its ways, in the order in which they come; empty where they have none.
-    configurations: Vec<Configuration>,
+    configurations: Vec<Stance>,
     /// Each pair of bodies where they come nearest; nothing where the robot's file tells no shapes.
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
@@ -37,12 +37,13 @@ pub(crate) struct Along {
 pub(super) fn write(
     name: &str,
     toolpath: &Toolpath,
+    dialect: Dialect,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Programs, ProgramStageError> {
-    let mut built = program::make(name, toolpath, settings, reporter)?;
+    let mut built = program::make(name, toolpath, dialect, settings, reporter)?;
     choose(&mut built.programs, &built.schedules, settings)?;
-    program::write(built)
+    program::write(built, &settings.cell.program)
 }
 
 /// Chooses how the robot holds the torch along programs, and writes it into their positions. Where it cannot hold it they stay as
@@ -62,9 +63,11 @@ fn choose(
         return Ok(());
     };
     let positions = Positions::of(programs);
+    let dialect = dialect_of(programs);
     for reached in ends(&task, &held).unwrap_or_default() {
+        let stance = stance(cell, dialect, reached.joints);
         if let Some(coordinates) = positions.at(programs, &moves, &reached) {
-            hold_so(coordinates, cell, &reached);
+            hold_so(coordinates, stance, &reached);
         }
     }
     Ok(())
@@ -78,6 +81,7 @@ pub(super) fn along(
     metal: &[(u32, Metal)],
 ) -> Option<Result<Along, NotHeld>> {
     let cell = settings.robot.as_ref()?;
+    let dialect = dialect_of(programs);
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
@@ -91,7 +95,8 @@ pub(super) fn along(
             differing: None,
         };
         for reached in ends(&task, &held)? {
-            let Some(found) = configuration(cell, reached.joints) else {
+            let found = stance(cell, dialect, reached.joints);
+            let Some(found) = found.filter(|s| !matches!(s, Stance::Joints(_))) else {
                 continue;
             };
             if along.configurations.last() != Some(&found) {
@@ -99,7 +104,7 @@ pub(super) fn along(
             }
             let written = positions
                 .at(&mut programs, moves, &reached)
-                .and_then(|c| written_configuration(c));
+                .and_then(|c| written_stance(c, cell));
             if written.is_some_and(|w| w != found) {
                 let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
                 along.differing.get_or_insert_with(|| (0, place())).0 += 1;
@@ -140,7 +145,7 @@ fn task<'a>(
     cell: &'a Cell,
     moves: &'a Commands,
     rotation: Rotation,
-    configurations: &'a BTreeMap<Option<u32>, Configuration>,
+    configurations: &'a BTreeMap<Option<u32>, Stance>,
 ) -> Task<'a> {
     Task {
         cell,
@@ -202,34 +207,40 @@ fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
     Ok(all)
 }
 
-/// CONFIG is a word of FANUC's controllers.
-fn configuration(cell: &Cell, joints: [f64; 6]) -> Option<Configuration> {
-    match cell.maker {
-        Maker::Fanuc => cell.arm.configuration(joints),
-        _ => None,
-    }
+fn dialect_of(programs: &[Program]) -> Dialect {
+    programs.first().map_or(Dialect::FanucLs, |p| p.dialect)
 }
 
-fn written_configuration(coordinates: &Coordinates) -> Option<Configuration> {
-    match coordinates {
-        Coordinates::Cartesian { config, .. } => config.parse().ok(),
-        Coordinates::Joint(_) | Coordinates::Unread(_) => None,
-    }
+/// How the arm stands, where the dialect has its maker's words.
+fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<Stance> {
+    let stance = cell.stance(joints)?;
+    let spoken = match stance {
+        Stance::Fanuc(_) => Dialect::FanucLs,
+        Stance::Kuka { .. } => Dialect::Krl,
+        Stance::Abb(_) => Dialect::Rapid,
+        Stance::Joints(_) => Dialect::UrScript,
+    };
+    (spoken == dialect).then_some(stance)
 }
 
-/// Writes rotation and CONFIG into a position.
-fn hold_so(coordinates: &mut Coordinates, cell: &Cell, reached: &Reached) {
-    let Coordinates::Cartesian {
+fn written_stance(coordinates: &Coordinates, cell: &Cell) -> Option<Stance> {
+    let Coordinates::Cartesian { config, .. } = coordinates else {
+        return None;
+    };
+    Stance::read(cell.maker, config)
+}
+
+/// Writes rotation and configuration into a position.
+fn hold_so(coordinates: &mut Coordinates, stance: Option<Stance>, reached: &Reached) {
+    let said = stance.map(|s| s.to_string());
+    if let Coordinates::Cartesian {
         config,
-        wpr_degrees,
+        wpr_degrees: wpr,
         ..
     } = coordinates
-    else {
-        return;
-    };
-    *wpr_degrees = reached.tip.wpr().to_array().map(f64::to_degrees);
-    if let Some(found) = configuration(cell, reached.joints) {
-        *config = found.to_string();
+    {
+        *wpr = reached.tip.wpr().to_array().map(f64::to_degrees);
+        *config = said.unwrap_or_else(|| std::mem::take(config));
     }
 }
 
@@ -239,11 +250,8 @@ fn named(
     programs: &mut [Program],
     moves: &Commands,
     cell: &Cell,
-) -> BTreeMap<Option<u32>, Configuration> {
+) -> BTreeMap<Option<u32>, Stance> {
     let mut named = BTreeMap::new();
-    if cell.maker != Maker::Fanuc {
-        return named;
-    }
     let joint = moves
         .commands
         .iter()
@@ -256,8 +264,8 @@ fn named(
             joints: [0.0; 6],
         };
         let written = positions.at(programs, moves, &reached);
-        if let Some(config) = written.and_then(|c| written_configuration(c)) {
-            named.insert(command, config);
+        if let Some(stance) = written.and_then(|c| written_stance(c, cell)) {
+            named.insert(command, stance);
         }
     }
     named
@@ -445,7 +453,7 @@ fn config(along: &Along, cell: &Cell) -> Check {
             "config",
             CONFIG,
             &format!(
-                "CONFIG is FANUC's word for the way of an arm; {} has none",
+                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB); {} has none that are known here",
                 cell.name
             ),
         );

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
-use meltpath_base::{Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_programs::TextFile;
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
@@ -20,13 +21,12 @@ use super::foretell::{self, foretell};
 use super::judge::GrowthError;
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
-use super::program::{self, Commands};
+use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
 use crate::inputs;
 use crate::job::common::SubstrateTable;
-use crate::job::waam::Dialect;
 use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part};
@@ -156,7 +156,8 @@ pub fn run(
     for line in foretell::lines(&foretold) {
         observer.note(&line);
     }
-    let programs = reach::write(&loaded.name, &plan.toolpath, settings, &reporter)?;
+    let own = settings.cell.program.dialect.value;
+    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
     let map = plan.plate(settings)?;
     let layers = plan
@@ -175,7 +176,8 @@ pub fn run(
     checks.extend(borrowed_check(settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
-    checks.push(program_check(&programs, &plan.toolpath, &commands));
+    let (written, check) = written(&loaded, &plan.toolpath, &programs, &commands)?;
+    checks.push(check);
     let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
@@ -193,11 +195,6 @@ pub fn run(
     for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
         record_inputs(&mut provenance, &[file])?;
     }
-    let written: &[_] = if settings.programs.contains(&Dialect::FanucLs) {
-        &programs.files
-    } else {
-        &[]
-    };
     let names: Vec<String> = written.iter().map(|f| f.name.clone()).collect();
     let shown = Shown {
         title: loaded.name.clone(),
@@ -215,7 +212,7 @@ pub fn run(
     views::waam::write_passes(&folder, &plan.toolpath)?;
     inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
     folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
-    for file in written {
+    for file in &written {
         folder.write(&format!("program/{}", file.name), |w| {
             w.write_all(file.text.as_bytes())
         })?;
@@ -269,7 +266,7 @@ pub(super) fn built<'a>(
         weave_of_command: &commands.weave_of_command,
         weaves: &commands.weaves,
         layers,
-        controller: &settings.cell.motion,
+        controller: &settings.controller,
         map,
         bead: settings.bead_model,
         pool: settings.pool,
@@ -366,13 +363,51 @@ pub fn program_to_folder(
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
     let toolpath = read_toolpath(toolpath)?;
-    let programs = reach::write(&loaded.name, &toolpath, &loaded.settings, &reporter)?;
+    let own = loaded.settings.cell.program.dialect.value;
+    let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
+    let commands = program::commands(
+        &programs.parsed,
+        &programs.schedules,
+        &loaded.settings,
+        &reporter,
+    )?;
+    let (mut written, _) = written(&loaded, &toolpath, &programs, &commands)?;
+    if written.is_empty() {
+        written = programs.files;
+    }
     let folder = OutputFolder::create(out)?;
-    for file in &programs.files {
+    for file in &written {
         folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
     }
     folder.commit()?;
-    Ok(programs.files.into_iter().map(|f| f.name).collect())
+    Ok(written.into_iter().map(|f| f.name).collect())
+}
+
+/// The files that the job asks for, those for other controllers than the cell's own too, each read back; and their check.
+fn written(
+    loaded: &Loaded,
+    toolpath: &Toolpath,
+    own: &Programs,
+    commands: &Commands,
+) -> Result<(Vec<TextFile>, Check), WaamError> {
+    let settings = &loaded.settings;
+    let (mut files, mut further) = (Vec::new(), Vec::new());
+    for &dialect in &settings.programs {
+        if dialect == settings.cell.program.dialect.value {
+            files.extend_from_slice(&own.files);
+            continue;
+        }
+        // what is to be told of the plan is told by the cell's own
+        let silent = Reporter::new();
+        let programs = reach::write(&loaded.name, toolpath, dialect, settings, &silent)?;
+        let commands = program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
+        files.extend_from_slice(&programs.files);
+        further.push((programs, commands));
+    }
+    let all: Vec<_> = std::iter::once((own, commands))
+        .chain(further.iter().map(|(p, c)| (p, c)))
+        .collect();
+    Ok((files, program_check(&all, toolpath)))
 }
 
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.

@@ -16,7 +16,9 @@ use meltpath_geometry::math::DVec3;
 use meltpath_planning::{
     ContourOrder, FillSettings, LineAngle, LineDirection, LineOrder, Paces, StartPoints, Strategy,
 };
+use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
+use meltpath_robot::controller::Controller;
 
 use super::bead::{check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
@@ -24,8 +26,8 @@ use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, Dialect, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing,
-    Speeds, Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
+    Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -72,6 +74,8 @@ pub struct Settings {
     pub pause: f64,
     /// The cell.
     pub cell: Cell,
+    /// How the cell's controller interpolates; one that holds its speed where the cell does not say.
+    pub controller: Controller,
     /// Its name.
     pub cell_name: String,
     /// The robot with what stands around it, where the job names one.
@@ -162,7 +166,10 @@ pub fn resolve(
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
     let limits = limits(&job.checks, ctwd, &map, &mut r);
-    models(&mut r);
+    models(&cell, &mut r);
+    let own = cell.program.dialect.value;
+    let programs = job.output.programs.value.clone();
+    let programs = programs.unwrap_or_else(|| vec![own]);
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,
@@ -187,6 +194,11 @@ pub fn resolve(
         heights: job.layers.height.value.clone(),
         count: *job.layers.count,
         pause: job.layers.pause.0,
+        controller: cell
+            .motion
+            .value
+            .clone()
+            .unwrap_or_else(Controller::without_corners),
         cell,
         cell_name: machine.cell.value.clone(),
         robot,
@@ -199,7 +211,7 @@ pub fn resolve(
         allowance_top: target.allowance_top.map(|top| top.0),
         limits,
         remedies: Remedies::of(&job.layers.height, *job.fill.starts),
-        programs: job.output.programs.value.clone(),
+        programs,
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
         provenance: r,
@@ -391,17 +403,20 @@ fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> L
 }
 
 /// The models of the chain with their sources.
-fn models(provenance: &mut Provenance) {
+fn models(cell: &Cell, provenance: &mut Provenance) {
+    let motion = match *cell.motion {
+        Some(_) => {
+            "Rouchon 2022, § 3.3.1: two moving averages; the dwell below 30° is an assumption"
+        }
+        None => "none: the cell has no corner model, the set speed is driven everywhere",
+    };
     for (name, source) in [
         (
             "process map",
             "Rouchon 2022, § 2.1.2, 2.3; seed law of our own through its published points",
         ),
         ("filling", "Rouchon 2022, § 1.2.3.2, with rules of our own"),
-        (
-            "robot motion",
-            "Rouchon 2022, § 3.3.1: two moving averages; the dwell below 30° is an assumption",
-        ),
+        ("robot motion", motion),
         ("bead axis", "Rouchon 2022, § 3.3.2: pursuit curve"),
         (
             "deposit",

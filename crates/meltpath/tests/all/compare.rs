@@ -6,6 +6,8 @@ use meltpath::compare::quantity::Quantity;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
+use super::names::in_style;
+
 /// A small run with pictures in time, and its folder.
 fn run(folder: &Path) -> PathBuf {
     let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
@@ -15,7 +17,7 @@ fn run(folder: &Path) -> PathBuf {
     std::fs::write(folder.join("path.csv"), path).unwrap();
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
     let file = folder.join("job.toml");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     let out = folder.join("run");
     chain::run(&file, Some(&out), folder, &Silent).unwrap();
     out
@@ -128,7 +130,7 @@ fn charts_are_compared_with_their_judge() {
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3300 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n";
     let file = folder.join("job.toml");
     let plain = folder.join("plain");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     chain::run(&file, Some(&plain), folder, &Silent).unwrap();
     let refused = compare::compare(&plain, None, None, folder, &Silent).unwrap_err();
     let refused = refused.to_string();
@@ -155,6 +157,7 @@ fn charts_are_compared_with_their_judge() {
     assert!(highest.bias.abs() < 150.0, "{highest:?}");
     let froze = &of(Quantity::Solidified).apart;
     assert!(froze.mean < 5e-4, "{froze:?}");
+    assert!(in_style(&out) > 10 && in_style(&run) > 10);
     for name in [
         "pairs.csv",
         "pairs-highest.csv",
@@ -187,7 +190,7 @@ fn every_layer_is_compared() {
     let folder = dir.path();
     let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
     let file = folder.join("job.toml");
-    std::fs::write(&file, job).unwrap();
+    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
     let run = folder.join("run");
     chain::run(&file, Some(&run), folder, &Silent).unwrap();
     // on the surface, which is 750 °C until the beam comes

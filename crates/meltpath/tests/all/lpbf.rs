@@ -148,7 +148,7 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
     let mut lines = motion.lines();
     assert_eq!(
         lines.next().unwrap(),
-        "time [s],x [mm],y [mm],z [mm],speed [mm/s],power [W],vector"
+        "time_s,x_mm,y_mm,z_mm,speed_mm_s,power_W,vector"
     );
     let rows: Vec<Vec<f64>> = lines
         .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
@@ -288,6 +288,7 @@ fn a_faster_recipe_is_found_and_run() {
     // the found recipe is a recipe file: run from it, it does the same
     let found = fs::read_to_string(out.join("recipe-optimised.toml")).unwrap();
     files::parse_recipe(&found).unwrap().check().unwrap();
+    assert!(super::names::in_style(&out) > 10);
     let tried = fs::read_to_string(out.join("series/recipes-tried.csv")).unwrap();
     assert!(tried.lines().count() > 10);
     assert!(out.join("series/delays-2.csv").exists());

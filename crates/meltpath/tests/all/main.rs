@@ -7,6 +7,7 @@
 )]
 
 mod compare;
+mod dialects;
 mod ebm;
 mod fit;
 mod foreign;
@@ -14,6 +15,7 @@ mod foretold;
 mod health;
 mod identify;
 mod lpbf;
+mod names;
 mod reach;
 mod reference;
 mod remedies;

@@ -1,6 +1,7 @@
 //! What lines that are kept verbatim do to the execution: every line shapes no metal, or is executed, or is told as a gap.
 
 use super::gap::Missing;
+use crate::program::Dialect;
 
 /// What a line that is kept verbatim does to the execution.
 pub(super) enum Effect {
@@ -96,6 +97,86 @@ pub(super) fn effect(text: &str) -> Effect {
         }
         word if PASSIVE.contains(&word) => Effect::Passive,
         _ => Effect::Shapes(Missing::Unknown(text.to_owned())),
+    }
+}
+
+/// How lines of other dialects begin that shape no metal, and those that wait; in capitals, without white space.
+fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str]) {
+    match dialect {
+        Dialect::FanucLs => (&[], &[]),
+        Dialect::Krl => (
+            &[
+                "&",
+                "GLOBALINTERRUPT",
+                "INTERRUPT",
+                "BAS(#INITMOV",
+                "BAS(#ACC",
+                "$BWDSTART",
+                "$ADVANCE",
+                "$H_POS",
+                "$ACC",
+                "$OUT[",
+                "$ORI_TYPE",
+                "$CIRC_TYPE",
+                "$LOAD",
+                "PDAT_ACT",
+                "SET_CD_PARAMS",
+                "MSGNOTIFY(",
+                "DECL",
+                "INT",
+                "REAL",
+                "BOOL",
+                "EXT",
+            ],
+            &["WAITFOR"],
+        ),
+        Dialect::Rapid => (
+            &[
+                "CONFL",
+                "CONFJ",
+                "SINGAREA",
+                "TPWRITE",
+                "TPERASE",
+                "SETDO",
+                "RESET",
+                "PULSEDO",
+                "CLKSTART",
+                "CLKSTOP",
+                "CLKRESET",
+                "MOTIONSUP",
+                "GRIPLOAD",
+            ],
+            &["WAITDI", "WAITUNTIL", "STOP"],
+        ),
+        Dialect::UrScript => (
+            &[
+                "SET_DIGITAL_OUT(",
+                "SET_STANDARD_DIGITAL_OUT(",
+                "SET_TOOL_DIGITAL_OUT(",
+                "TEXTMSG(",
+                "SET_TCP(",
+                "SET_PAYLOAD(",
+                "SYNC(",
+                "STOPL(",
+                "STOPJ(",
+            ],
+            &["POPUP(", "HALT"],
+        ),
+    }
+}
+
+/// What a line of another dialect does that its parser kept verbatim.
+pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
+    let (passive, waits) = passive(dialect);
+    let line: String = text.split_whitespace().collect();
+    let line = line.to_ascii_uppercase();
+    let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
+    if begins(waits) {
+        Effect::Wait
+    } else if begins(passive) {
+        Effect::Passive
+    } else {
+        Effect::Shapes(Missing::Unknown(text.to_owned()))
     }
 }
 

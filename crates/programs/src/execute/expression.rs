@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
 
     /// Takes a bracket and gives what stands in it.
     fn bracket(&mut self) -> Option<&'a str> {
-        let (inner, after) = crate::fanuc_ls::bracket(self.rest)?;
+        let (inner, after) = crate::scan::bracket(self.rest)?;
         self.rest = after;
         Some(inner)
     }

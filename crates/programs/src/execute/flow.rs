@@ -382,5 +382,5 @@ impl Machine<'_> {
 /// What stands in the bracket of `LBL[…]`.
 fn strip_label(text: &str) -> Option<&str> {
     let rest = text.get(..3).filter(|l| l.eq_ignore_ascii_case("LBL"))?;
-    crate::fanuc_ls::bracket(&text[rest.len()..]).map(|(inner, _)| inner)
+    crate::scan::bracket(&text[rest.len()..]).map(|(inner, _)| inner)
 }

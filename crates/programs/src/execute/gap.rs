@@ -56,6 +56,9 @@ pub enum Missing {
     /// A smoothing that is not known.
     #[error("how {0} ends a move is not known")]
     Termination(String),
+    /// Corners are rounded, and nobody says what their distance means for the motion.
+    #[error("how this controller moves round corners that it rounds is not known")]
+    Blend,
     /// A wait of unknown length with the arc on.
     #[error("the arc burns in place for a time that is not known")]
     WaitWithArc,
@@ -100,6 +103,9 @@ impl Missing {
                 "write the speed out, set the register in the program, or give it in the cell file (registers, [[program.schedule]])"
             }
             Missing::Termination(_) => "write FINE or CNT with a number",
+            Missing::Blend => {
+                "tell the distance of full smoothing in the cell file (program.blend), identified with [motion] on this controller"
+            }
             Missing::WaitWithArc => "write the time, or end the arc before the wait",
             Missing::Output(_) => {
                 "list what it sets as a weld schedule in the cell file, and take the line out"

@@ -1,9 +1,9 @@
 //! What one instruction does.
 
-use super::effect::{Effect, Selected, effect, first_word, numbered};
+use super::effect::{Effect, Selected, effect, effect_of, first_word, numbered};
 use super::flow::{Flow, Frame};
 use super::{Executed, Machine, Missing, ProgramError, Refusal};
-use crate::program::{CommentMark, Instruction};
+use crate::program::{CommentMark, Dialect, Instruction};
 
 /// Longest wait that is simulated, s: a day.
 const LONGEST_WAIT: f64 = 86_400.0;
@@ -35,6 +35,9 @@ impl Machine<'_> {
             Instruction::Jump(label) => return self.jump(frame.program, *label),
             Instruction::End => return Ok(Flow::Return),
             Instruction::Label { .. } | Instruction::Blank => {}
+            Instruction::Raw(text) if self.programs[frame.program].dialect != Dialect::FanucLs => {
+                self.foreign(self.programs[frame.program].dialect, text);
+            }
             Instruction::Raw(text) => {
                 return match self.decide(frame, text)? {
                     Some(flow) => Ok(flow),
@@ -80,6 +83,15 @@ impl Machine<'_> {
             Effect::Shapes(why) => self.gap(why),
         }
         Ok(Flow::Next)
+    }
+
+    /// A line that is kept verbatim of another dialect: what decides or changes something is told as a gap.
+    fn foreign(&mut self, dialect: Dialect, text: &str) {
+        match effect_of(dialect, text) {
+            Effect::Wait if self.arc.is_some() => self.gap(Missing::WaitWithArc),
+            Effect::Shapes(why) => self.gap(why),
+            _ => self.note("line-passed-over", first_word(text)),
+        }
     }
 
     /// Sets a register or a signal to what stands after `=`, as far as it is known.

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::orientation::pose;
 use crate::program::{
-    Axis, Coordinates, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+    Axis, Coordinates, Dialect, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
 };
 
 /// Slowest and fastest speed along a path that a robot has, mm/s.
@@ -103,7 +103,7 @@ impl Machine<'_> {
     /// The position that `P[R[2]]` means.
     fn indirect(&self, text: &str) -> Option<u32> {
         let rest = text.strip_prefix(['P', 'p'])?;
-        let (inner, _) = crate::fanuc_ls::bracket(rest)?;
+        let (inner, _) = crate::scan::bracket(rest)?;
         self.memory.index(inner.split(':').next()?)
     }
 
@@ -151,7 +151,11 @@ impl Machine<'_> {
             (SpeedUnit::Percent, MotionKind::Joint) if value <= 100.0 => {
                 Ok(ExecutedSpeed::Joint(value / 100.0))
             }
-            (SpeedUnit::Percent, _) | (_, MotionKind::Joint) => Err(self.refuse(Refusal::Speed)),
+            (SpeedUnit::Percent, _) => Err(self.refuse(Refusal::Speed)),
+            // ABB gives joint moves the speed of the tool
+            (_, MotionKind::Joint) if self.programs[self.at.0].dialect != Dialect::Rapid => {
+                Err(self.refuse(Refusal::Speed))
+            }
             (SpeedUnit::DegreePerSecond, _) => Ok(ExecutedSpeed::Rotation(value.to_radians())),
             (SpeedUnit::MillimetrePerSecond, _) => path(value),
             (SpeedUnit::CentimetrePerMinute, _) => path(value * 10.0 / 60.0),
@@ -185,6 +189,13 @@ impl Machine<'_> {
                     100.0
                 }
             }
+            Termination::Blend(distance) => match self.settings.blend {
+                Some(full) if full > 0.0 => 100.0 * distance / full,
+                _ => {
+                    self.gap(Missing::Blend);
+                    100.0
+                }
+            },
             Termination::Other(word) => {
                 self.gap(Missing::Termination(word.clone()));
                 100.0

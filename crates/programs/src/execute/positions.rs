@@ -5,9 +5,9 @@ use meltpath_geometry::math::DVec3;
 
 use super::Machine;
 use super::expression::Elements;
-use crate::fanuc_ls::bracket;
 use crate::orientation::pose;
 use crate::program::Coordinates;
+use crate::scan::bracket;
 
 /// What stands in the bracket of `PR[…]` without comment, and what follows it.
 fn register(text: &str) -> Option<(&str, &str)> {

@@ -5,8 +5,8 @@ use meltpath_toolpath::{Weave, WeaveShape};
 
 use super::effect::told_schedule;
 use super::{ArcValue, Machine, Missing, ProgramError, Refusal, Source, WeldSettings};
-use crate::fanuc_ls::{bracket, number_with_unit};
-use crate::program::{ArcAction, ArcStyle, ArcWord};
+use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect};
+use crate::scan::{bracket, number};
 
 /// Frequencies, Hz, amplitudes, mm, and dwells, s, that robots weave with.
 const FREQUENCIES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
@@ -53,9 +53,13 @@ impl Machine<'_> {
         let values = word.arguments.split(',').map(str::trim);
         let values: Vec<&str> = values.collect();
         let told = &self.settings.arc_values;
+        // a template may have places for the first values alone
+        let fewer = self.programs[self.at.0].dialect == Dialect::UrScript;
         let (mut procedure, mut schedule, mut feed) = (None, None, None);
         match values[..] {
-            _ if !told.is_empty() && told.len() == values.len() => {
+            _ if !told.is_empty()
+                && (told.len() == values.len() || (fewer && values.len() < told.len())) =>
+            {
                 for (value, meaning) in values.iter().zip(told) {
                     match meaning {
                         ArcValue::Procedure => procedure = self.memory.index(value),
@@ -123,7 +127,7 @@ impl Machine<'_> {
             return None;
         };
         let read = |text: &str, units: &[&str]| {
-            let (value, unit) = number_with_unit(text)?;
+            let (value, unit) = number(text)?;
             let known = units.iter().any(|u| u.eq_ignore_ascii_case(unit.trim()));
             known.then_some(value)
         };

@@ -1,10 +1,10 @@
 //! One instruction of `/MN`, from text and to text.
 
-use super::scan::{bracket, number, numbered, strip_prefix, strip_word, tidy, word};
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, CommentMark, Instruction, Motion, MotionKind, PositionRef, Speed,
     SpeedUnit, Termination,
 };
+use crate::scan::{bracket, number, numbered, strip_prefix, strip_word, tidy, word};
 
 /// The instruction in `text`, which is trimmed and without line number and `;`. What is not recognised is `Raw`.
 pub(crate) fn parse(text: &str) -> Instruction {
@@ -266,6 +266,7 @@ fn motion_text(m: &Motion) -> String {
         Termination::Fine => "FINE".to_owned(),
         Termination::Cnt(share) => format!("CNT{share}"),
         Termination::CntRegister(n) => format!("CNT R[{n}]"),
+        Termination::Blend(distance) => format!("CD{distance:.0}"),
         Termination::Other(word) => word.clone(),
     };
     for word in [speed_text(m.speed), termination] {

@@ -1,39 +1,16 @@
 //! A program from text. Never panics; what it does not know it keeps and lists.
 
-use super::error::ParseError;
-use super::scan::{strip_prefix, tidy};
 use super::{line, positions};
+use crate::parsed::{ParseError, Parsed, Unread, decoded};
 use crate::program::{Attribute, Instruction, Program, Section};
-
-/// A line kept verbatim because nothing here models it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unread {
-    /// Line in the file, from 1.
-    pub line: u32,
-    /// The text.
-    pub text: String,
-}
-
-/// What was read.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parsed {
-    /// The program.
-    pub program: Program,
-    /// Line in the file of each instruction, from 1.
-    pub lines: Vec<u32>,
-    /// Every instruction and section that is kept but not modelled.
-    pub unread: Vec<Unread>,
-}
+use crate::scan::{strip_prefix, tidy};
 
 /// Reads a program from the bytes of a file: UTF-8, else the Latin-1 of older controllers.
 ///
 /// # Errors
 /// [`ParseError`].
 pub fn read(bytes: &[u8]) -> Result<Parsed, ParseError> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => parse(text),
-        Err(_) => parse(&bytes.iter().map(|&b| char::from(b)).collect::<String>()),
-    }
+    parse(&decoded(bytes))
 }
 
 /// The sections of a file.

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::error::ParseError;
-use super::scan::{bracket, number, numbered, strip_prefix, tidy};
+use crate::parsed::ParseError;
 use crate::program::{Axis, Coordinates, Group, Position};
+use crate::scan::{bracket, number, numbered, strip_prefix, tidy};
+use crate::written::fixed;
 
 /// The positions in `text`, whose first line is line `first` of the file.
 pub(super) fn parse(text: &str, first: u32) -> Result<Vec<Position>, ParseError> {
@@ -147,16 +148,6 @@ fn coordinates(entries: &[(&str, &str)]) -> Option<Coordinates> {
     })
 }
 
-/// Three decimals, without a minus sign before zero.
-fn fixed(value: f64) -> String {
-    let text = format!("{value:.3}");
-    if text == "-0.000" {
-        "0.000".to_owned()
-    } else {
-        text
-    }
-}
-
 /// The position as `/POS` holds it.
 pub(super) fn write(text: &mut String, position: &Position) {
     let comment = position.comment.as_ref();
@@ -183,7 +174,7 @@ pub(super) fn write(text: &mut String, position: &Position) {
                 external,
             } => {
                 let _ = writeln!(text, "\tUF : {frame}, UT : {tool},\t\tCONFIG : '{config}',");
-                let [x, y, z, w, p, r] = [x, y, z, w, p, r].map(|v| fixed(*v));
+                let [x, y, z, w, p, r] = [x, y, z, w, p, r].map(|v| fixed(*v, 3));
                 let _ = writeln!(text, "\tX = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm,");
                 let _ = write!(text, "\tW = {w:>9} deg,\tP = {p:>9} deg,\tR = {r:>9} deg");
                 if !external.is_empty() {
@@ -207,6 +198,6 @@ fn axes(text: &mut String, axes: &[Axis]) {
             text.push_str(if i % 3 == 0 { ",\n" } else { "," });
         }
         let Axis { name, value, unit } = axis;
-        let _ = write!(text, "\t{name}= {:>9} {unit:>3}", fixed(*value));
+        let _ = write!(text, "\t{name}= {:>9} {unit:>3}", fixed(*value, 3));
     }
 }

@@ -3,30 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{line, positions};
-use crate::program::{Attribute, Coordinates, Instruction, Program, Speed};
-
-/// Why a program cannot be written.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum WriteError {
-    /// A coordinate or a speed is infinite or not a number.
-    #[error("program {program}: {what} is not finite or too small to write; nothing is written")]
-    NotFinite {
-        /// Program.
-        program: String,
-        /// Which number.
-        what: String,
-    },
-    /// A text would break the file: a line break or, in a header, a semicolon.
-    #[error("program {program}: {what} holds a character that programs cannot hold: {text:?}")]
-    Text {
-        /// Program.
-        program: String,
-        /// Which text.
-        what: &'static str,
-        /// That text.
-        text: String,
-    },
-}
+use crate::program::{Attribute, Program};
+use crate::written::{WriteError, check};
 
 /// The text of a program, with `\n` line ends. Coordinates have three decimals: 1 µm and 0.001°.
 ///
@@ -84,66 +62,4 @@ fn write_attribute(text: &mut String, attribute: &Attribute) {
     } else {
         writeln!(text, "{key}\t\t= {value};")
     };
-}
-
-fn check(program: &Program) -> Result<(), WriteError> {
-    let infinite = |what: String| {
-        Err(WriteError::NotFinite {
-            program: program.name.clone(),
-            what,
-        })
-    };
-    for position in &program.positions {
-        for group in &position.groups {
-            let finite = match &group.coordinates {
-                Coordinates::Cartesian {
-                    xyz,
-                    wpr_degrees,
-                    external,
-                    ..
-                } => {
-                    xyz.iter().chain(wpr_degrees).all(|v| v.is_finite())
-                        && external.iter().all(|a| a.value.is_finite())
-                }
-                Coordinates::Joint(axes) => axes.iter().all(|a| a.value.is_finite()),
-                Coordinates::Unread(_) => true,
-            };
-            if !finite {
-                return infinite(format!("position P[{}]", position.index));
-            }
-        }
-    }
-    for (i, instruction) in program.instructions.iter().enumerate() {
-        let finite = match instruction {
-            Instruction::Motion(m) => match m.speed {
-                // less would be written as zero
-                Speed::Value { value, .. } => value.is_finite() && value >= 1e-3,
-                Speed::Register { .. } | Speed::Weld | Speed::Maximum => true,
-            },
-            Instruction::Wait(seconds) => seconds.is_finite() && *seconds >= 0.0,
-            _ => true,
-        };
-        if !finite {
-            return infinite(format!("the speed or time in line {}", i + 1));
-        }
-        if let Instruction::Comment { text, .. } | Instruction::Raw(text) = instruction
-            && text.contains(['\n', '\r'])
-        {
-            return Err(WriteError::Text {
-                program: program.name.clone(),
-                what: "a comment or instruction",
-                text: text.clone(),
-            });
-        }
-    }
-    for attribute in &program.attributes {
-        if attribute.value.contains(['\n', '\r']) {
-            return Err(WriteError::Text {
-                program: program.name.clone(),
-                what: "the header",
-                text: attribute.value.clone(),
-            });
-        }
-    }
-    Ok(())
 }

@@ -4,31 +4,32 @@ use meltpath_base::{Length, Ratio, Reporter, Speed};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program};
 use meltpath_programs::{
-    BuildError, BuildSettings, Built, CellProgramming, ExecutionSettings, PathSpeedUnit, Pause,
-    Way, build, fanuc_ls, read_toolpath,
+    BuildError, BuildSettings, Built, CellProgramming, Dialect, ExecutionSettings, PathSpeedUnit,
+    Pause, Way, build, fanuc_ls, read_toolpath,
 };
 use meltpath_toolpath::{Channel, Event, Layer, Move, PassHead, PassId, Profile, Role, Toolpath};
 use proptest::prelude::*;
 
 use crate::told::{Told, motions};
 
-fn arcmate() -> CellProgramming {
+pub(crate) fn arcmate() -> CellProgramming {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
     meltpath_base::settings::peek(text, &["program"])
         .unwrap()
         .unwrap()
 }
 
-fn settings(pause: Pause) -> BuildSettings {
+pub(crate) fn settings(pause: Pause) -> BuildSettings {
     BuildSettings {
         name: "test part".to_owned(),
         comment: "test part".to_owned(),
+        dialect: Dialect::FanucLs,
         smoothing: Ratio(0.5),
         pause,
     }
 }
 
-fn head(id: u32, role: Role) -> PassHead {
+pub(crate) fn head(id: u32, role: Role) -> PassHead {
     PassHead {
         id: PassId(id),
         role,
@@ -37,7 +38,7 @@ fn head(id: u32, role: Role) -> PassHead {
 }
 
 /// A toolpath of one profile.
-fn toolpath(wire_feed: f64, layers: Vec<Layer>) -> Toolpath {
+pub(crate) fn toolpath(wire_feed: f64, layers: Vec<Layer>) -> Toolpath {
     Toolpath {
         profiles: vec![profile(wire_feed)],
         layers,
@@ -72,7 +73,12 @@ fn small() -> Toolpath {
     first
         .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
         .line_to(p(50.0, 0.0, 0.0))
-        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .go(
+            Move::Arc {
+                via: p(57.071_067, 2.928_933, 0.0),
+            },
+            p(60.0, 10.0, 0.0),
+        )
         .line_to(p(60.0, 40.0, 0.0));
     let mut second = Layer::new(2, 0.0);
     let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
@@ -251,7 +257,13 @@ fn unsound_passes_are_refused_by_number() {
             .to_string()
             .contains("wire feed")
     );
-    let other_profile = |t: &mut Toolpath| t.layers[0].heads_mut().for_each(|h| h.profile = 7);
+    let other_profile = |t: &mut Toolpath| {
+        let bead = PassHead {
+            profile: 7,
+            ..head(9, Role::Fill)
+        };
+        t.layers[0].polyline(bead, [DVec3::ZERO, DVec3::X]);
+    };
     assert!(refused(other_profile).to_string().contains("profile"));
     assert_eq!(refused(|t| t.layers.clear()), BuildError::Empty);
     let mut cell = arcmate();
@@ -286,9 +298,9 @@ fn infinite_numbers_are_not_written() {
 }
 
 /// One pass in a layer of its own.
-fn random_pass(id: u32) -> impl Strategy<Value = Layer> {
+fn random_pass(id: u32, kinds: std::ops::Range<u8>) -> impl Strategy<Value = Layer> {
     let point = (-200.0..200.0, -200.0..200.0, 0.0..60.0).prop_map(|(x, y, z)| DVec3::new(x, y, z));
-    let step = (point, 0_u8..8, -30.0..30.0, 0.5..20.0, 0_u8..3, 0.0..0.5);
+    let step = (point, kinds, -30.0..30.0, 0.5..20.0, 0_u8..3, 0.0..0.5);
     let role = prop_oneof![4 => Just(Role::Fill), 1 => Just(Role::Travel)];
     (role, 1_u32..6, proptest::collection::vec(step, 1..12)).prop_map(
         move |(role, number, steps)| {
@@ -299,10 +311,10 @@ fn random_pass(id: u32) -> impl Strategy<Value = Layer> {
             {
                 let middle = 0.5 * (from + to);
                 let shape = match kind {
-                    0 => Move::Arc {
+                    1 => Move::Arc {
                         via: middle + DVec3::new(bulge, -bulge, 0.0),
                     },
-                    1 => Move::Spot { time },
+                    0 => Move::Spot { time },
                     _ => Move::Line,
                 };
                 pass.go(shape, to).set(Channel::Speed, speed);
@@ -313,8 +325,9 @@ fn random_pass(id: u32) -> impl Strategy<Value = Layer> {
     )
 }
 
-fn random_toolpath() -> impl Strategy<Value = Toolpath> {
-    let layers: Vec<_> = (0..5).map(random_pass).collect();
+/// Passes over lines, arcs and, where kinds begin with 0, waits.
+pub(crate) fn random_toolpath(kinds: std::ops::Range<u8>) -> impl Strategy<Value = Toolpath> {
+    let layers: Vec<_> = (0..5).map(|id| random_pass(id, kinds.clone())).collect();
     layers.prop_map(|mut layers| {
         layers.sort_by_key(|l| l.number);
         toolpath(150.0, layers)
@@ -340,7 +353,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_arc_is_never_on_in_a_travel_and_off_at_the_end(toolpath in random_toolpath(), small_programs in any::<bool>()) {
+    fn the_arc_is_never_on_in_a_travel_and_off_at_the_end(toolpath in random_toolpath(0..8), small_programs in any::<bool>()) {
         let mut cell = arcmate();
         if small_programs {
             cell.lines_per_program.value = 50;
@@ -377,7 +390,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_written_is_read(toolpath in random_toolpath(), clearance in 1.0..50.0, speed in 1.0..200.0) {
+    fn what_is_written_is_read(toolpath in random_toolpath(0..8), clearance in 1.0..50.0, speed in 1.0..200.0) {
         let mut cell = arcmate();
         cell.clearance.value = Length(clearance);
         cell.travel_speed.value = Speed(speed);

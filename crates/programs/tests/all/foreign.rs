@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls::{self, ParseError};
 use meltpath_programs::program::{Axis, Coordinates, Group, Instruction, PositionRef, Termination};
 use meltpath_programs::{ExecutionSettings, Missing, Refusal, Way, WeldSettings};
+use meltpath_programs::{ParseError, fanuc_ls};
 use meltpath_toolpath::Move;
 
 use crate::told::{execute, motions, parsed, program, read};

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use meltpath_base::Reporter;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::fanuc_ls::{self, Parsed};
 use meltpath_programs::{
-    Control, ExecutionSettings, Program, ProgramError, Reading, Refusal, read_toolpath,
+    Control, ExecutionSettings, Parsed, Program, ProgramError, Reading, Refusal, fanuc_ls,
+    read_toolpath,
 };
 use meltpath_toolpath::{Channel, Move};
 

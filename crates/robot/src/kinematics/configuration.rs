@@ -7,7 +7,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::arm::{Arm, Geometry};
-use super::planar::wrapped;
 
 /// Angles nearer to a border than this are on it, deg: controllers show three digits.
 const SHOWN: f64 = 1e-3;
@@ -120,23 +119,15 @@ impl Arm {
         let Geometry::SphericalWrist(arm) = self.geometry else {
             return None;
         };
-        let q = arm.upright(joints);
+        let [behind, bent_back] = arm.behind(joints);
         Some(Configuration {
             wrist: if joints[4].to_degrees() > SHOWN {
                 Wrist::Flip
             } else {
                 Wrist::NoFlip
             },
-            elbow: if wrapped(arm.bend(q[2])) >= 0.0 {
-                Elbow::Up
-            } else {
-                Elbow::Down
-            },
-            side: if arm.forward_of_axis(q[1], q[2]) >= 0.0 {
-                Side::Front
-            } else {
-                Side::Back
-            },
+            elbow: if bent_back { Elbow::Down } else { Elbow::Up },
+            side: if behind { Side::Back } else { Side::Front },
             turns: [0, 3, 5].map(|i: usize| turns(joints[i])),
         })
     }

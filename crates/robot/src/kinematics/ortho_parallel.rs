@@ -62,6 +62,13 @@ impl OrthoParallel {
         self.a1 + self.c2 * upright_second.sin() + self.a2 * k23 + self.c3 * s23
     }
 
+    /// Whether the centre of the wrist lies behind the first axis, and whether the elbow is bent back, for the joints' angles, rad.
+    pub(crate) fn behind(&self, joints: [f64; 6]) -> [bool; 2] {
+        let q = self.upright(joints);
+        let back = planar::wrapped(self.bend(q[2])) < 0.0;
+        [self.forward_of_axis(q[1], q[2]) < 0.0, back]
+    }
+
     /// The robot's angle of joint `i` for an angle from upright, rad.
     fn shown(&self, i: usize, upright: f64) -> f64 {
         (upright - self.zero[i]) * self.sign[i]

@@ -216,7 +216,11 @@ pub(super) fn climb(task: &Task<'_>, chain: &Chain, blocked: &Blocked) -> Result
         let gone = rungs.get(rung.wrapping_sub(1)).map_or(0.0, |l| length - l);
         let (nodes, step) = if rung == 0 {
             if let Some(&wanted) = task.configurations.get(&chain.first) {
-                nodes.retain(|n| task.cell.arm.configuration(n.joints) == Some(wanted));
+                nodes.retain(|n| {
+                    task.cell
+                        .stance(n.joints)
+                        .is_some_and(|s| s.agrees(&wanted))
+                });
                 if nodes.is_empty() {
                     return Err(not_held(length, Why::Configuration(wanted)));
                 }

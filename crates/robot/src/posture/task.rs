@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 
-use crate::cell::{Cell, Values};
+use crate::cell::{Cell, Stance, Values};
 use crate::command::Command;
-use crate::kinematics::{Configuration, Unreachable};
+use crate::kinematics::Unreachable;
 
 /// What is held along what.
 #[derive(Debug, Clone, Copy)]
@@ -22,8 +22,9 @@ pub struct Task<'a> {
     pub commands: &'a [Command],
     /// The rotation about the wire.
     pub rotation: Rotation,
-    /// FANUC's words for how joint moves end, by their commands; `None` for the start. Where nothing is said any way will do.
-    pub configurations: &'a BTreeMap<Option<u32>, Configuration>,
+    /// How the arm stands where joint moves end, as the program says, by their commands; `None` for the start. Where nothing is said
+    /// any way will do.
+    pub configurations: &'a BTreeMap<Option<u32>, Stance>,
 }
 
 /// What may be chosen about the rotation of the torch about its wire.
@@ -58,8 +59,8 @@ pub enum Why {
         /// By how much, rad.
         by: f64,
     },
-    /// It can be held, but not as its CONFIG says.
-    Configuration(Configuration),
+    /// It can be held, but not as its position says.
+    Configuration(Stance),
     /// It can be held, but no way to hold it leads there from the places before without a change of configuration.
     Change,
 }

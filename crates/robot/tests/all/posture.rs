@@ -8,13 +8,13 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
 use meltpath_numerics::Matrix;
 use meltpath_numerics::dense::solve;
-use meltpath_robot::cell::{self, Cell, Values};
+use meltpath_robot::cell::{self, Cell, Stance, Values};
 use meltpath_robot::kinematics::numeric::distance;
 use meltpath_robot::kinematics::{Configuration, Unreachable};
 use meltpath_robot::posture::{Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold};
-use meltpath_robot::{Command, Kind, Smoothing};
+use meltpath_robot::{Command, Kind, Smoothing, Source};
 
-static ANY: BTreeMap<Option<u32>, Configuration> = BTreeMap::new();
+static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
 
 fn shipped(name: &str) -> Cell {
     cell::read(find(robots::ALL, name).unwrap().text).unwrap()
@@ -27,11 +27,11 @@ fn down(position: DVec3) -> Pose {
 /// Beads through points, with the torch straight down.
 fn beads(points: &[DVec3]) -> (Pose, Vec<Command>) {
     let lines = points[1..].iter().zip(0..);
-    let commands = lines.map(|(p, id)| Command::line(id, *p, 12.5, Smoothing::Fine));
-    (
-        down(points[0]),
-        commands.map(|c| c.depositing(130.0)).collect(),
-    )
+    let commands = lines.map(|(p, id)| Command {
+        source: Source::On { wire_feed: 130.0 },
+        ..Command::line(id, *p, 12.5, Smoothing::Fine)
+    });
+    (down(points[0]), commands.collect())
 }
 
 /// Squares of 200 mm, one over the other.
@@ -316,7 +316,7 @@ fn a_written_configuration_is_kept_or_refused() {
         (_, rest) => format!("N{rest}").parse().unwrap(),
     };
     for wanted in [chosen, flipped] {
-        let named = [(None, wanted)].into();
+        let named = [(None, Stance::Fanuc(wanted))].into();
         let task = Task {
             configurations: &named,
             ..any
@@ -328,11 +328,11 @@ fn a_written_configuration_is_kept_or_refused() {
         turns: [3, 0, 0],
         ..chosen
     };
-    let named = [(None, wound)].into();
+    let named = [(None, Stance::Fanuc(wound))].into();
     let not = hold(&Task {
         configurations: &named,
         ..any
     })
     .unwrap_err();
-    assert_eq!(not.why, Why::Configuration(wound));
+    assert_eq!(not.why, Why::Configuration(Stance::Fanuc(wound)));
 }

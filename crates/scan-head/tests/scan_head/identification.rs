@@ -152,6 +152,18 @@ fn flexible_modes_are_found_with_all_parameters() {
     }
     let found = with_modes(&columns, &method);
     assert!(found.motor.modes.is_empty(), "{:?}", found.motor.modes);
+    // nor with a tone that nothing drives: that peak is told, with why it is no mode
+    for (k, angle) in columns[2].iter_mut().enumerate() {
+        *angle += 1e-5 * (std::f64::consts::TAU * 3000.0 * PERIOD * k as f64).sin();
+    }
+    let found = with_modes(&columns, &method);
+    println!("{:?}", found.refused);
+    assert!(found.motor.modes.is_empty(), "{:?}", found.motor.modes);
+    let tone = found
+        .refused
+        .iter()
+        .find(|p| (p.frequency / 3000.0 - 1.0).abs() < 0.02);
+    assert!(tone.is_some(), "{:?}", found.refused);
 }
 
 /// AC-11 (R): Hann estimate of θ/i, 5 Hz to 1 kHz, median absolute error.

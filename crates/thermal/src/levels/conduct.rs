@@ -1,9 +1,8 @@
 //! One explicit step of conduction in a tile, with what lies beside it on its own level, a coarser or a finer one.
 
-use super::tile::{N, PLANE, Shown, Tile};
+use super::tile::{Cells, N, PLANE, Shown, Tile};
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
-use crate::solver::kernel::warm;
 
 /// Length of a row with a ghost on each side.
 const ROW: usize = N + 2;
@@ -219,15 +218,26 @@ fn conduct(step: Conduct) {
         let (below, above) = (k.saturating_sub(1), (k + 1).min(last));
         let dense =
             own.dense[k] && own.dense[below] && own.dense[above] && sides.iter().all(beside);
-        let g = &mut tile.enthalpy[k * PLANE..(k + 1) * PLANE];
-        let r = &mut tile.density[k * PLANE..(k + 1) * PLANE];
+        let of_plane = k * PLANE..(k + 1) * PLANE;
+        let mut cells = Cells {
+            enthalpy: &mut tile.enthalpy[of_plane.clone()],
+            density: &mut tile.density[of_plane.clone()],
+            settled: &mut tile.settled[of_plane],
+        };
         let held = plane.heights[0] == 0.0;
         let upright = [
             &own.theta[below * PLANE..][..PLANE],
             &own.theta[above * PLANE..][..PLANE],
         ];
         if dense {
-            conduct_dense(across, plane, &theta, upright, held.then_some(floor), g);
+            conduct_dense(
+                across,
+                plane,
+                &theta,
+                upright,
+                held.then_some(floor),
+                cells.enthalpy,
+            );
         } else {
             pad_share(&mut share, own, &sides, k);
             let shares = [
@@ -243,7 +253,7 @@ fn conduct(step: Conduct) {
                 shares,
                 floor: held.then_some(floor),
             };
-            conduct_powder(formulas, &around, g, r);
+            conduct_powder(formulas, &around, &mut cells);
         }
         if held {
             // twice the conductance of half a cell; counted before the step, as the cells saw it
@@ -254,13 +264,13 @@ fn conduct(step: Conduct) {
             }
         }
         let edge = Edge {
-            formulas,
             across,
             theta: &theta,
             share: (!dense).then_some(&share),
             first,
             k,
         };
+        let (g, r) = (cells.enthalpy, cells.density);
         left += exchange(&edge, &sides, &mut tile.out, g, r) * area * f64::from(plane.height);
     }
     tile.lost[2] += left;
@@ -268,7 +278,6 @@ fn conduct(step: Conduct) {
 
 /// The rim of a plane in a step.
 struct Edge<'a> {
-    formulas: &'a Formulas<f32>,
     across: f32,
     theta: &'a [f32; GHOSTED],
     /// Shares of the conductivity where not all are one.
@@ -285,7 +294,7 @@ fn exchange(
     sides: &[Side; 4],
     out: &mut [Vec<f32>; 4],
     g: &mut [f32],
-    r: &mut [f32],
+    r: &[f32],
 ) -> f64 {
     let mut left = 0.0_f64;
     for (s, side) in sides.iter().enumerate() {
@@ -324,7 +333,7 @@ fn exchange(
                         2 => n,
                         _ => (N - 1) * N + n,
                     };
-                    (g[cell], r[cell]) = warm(edge.formulas, g[cell], r[cell], heat);
+                    g[cell] += heat / r[cell];
                 }
             }
             Side::Closed | Side::Same(_) => {}
@@ -387,18 +396,33 @@ fn star(values: &[f32; GHOSTED], row: usize) -> [&[f32]; 5] {
     ]
 }
 
-/// Harmonic shares of the conductivity between cells.
+/// What flows from a row of cells to another, from where their first cells are.
 #[inline(always)]
-fn conduct_powder(f: &Formulas<f32>, around: &Powdery, g: &mut [f32], r: &mut [f32]) {
+fn between_rows(around: &Powdery, from: usize, to: usize) -> [f32; N] {
+    let (a, b) = (&around.share[from..][..N], &around.share[to..][..N]);
+    let (t, u) = (&around.theta[from..][..N], &around.theta[to..][..N]);
+    let mut out = [0.0; N];
+    for i in 0..N {
+        out[i] = harmonic(a[i], b[i]) * (t[i] - u[i]);
+    }
+    out
+}
+
+/// Harmonic shares of the conductivity between cells; each face once.
+#[inline(always)]
+fn conduct_powder(f: &Formulas<f32>, around: &Powdery, cells: &mut Cells) {
     let PlaneStep {
         along: [bd, bu],
         height: h,
         heights: [hd, hu],
     } = *around.plane;
     let held = [around.floor.unwrap_or(0.0); N];
-    for j in 0..N {
+    let mut heat = [0.0_f32; PLANE];
+    // what the row gives to the one south of it, which took as much
+    let mut to_south = between_rows(around, ROW + 1, 1);
+    for (j, heat) in heat.chunks_exact_mut(N).enumerate() {
         let row = (j + 1) * ROW;
-        let ([t, west, east, south, north], [c, cw, ce, cs, cn]) =
+        let ([t, west, east, _, north], [c, cw, ce, _, cn]) =
             (star(around.theta, row), star(around.share, row));
         let down = match around.floor {
             Some(_) => &held[..],
@@ -409,33 +433,22 @@ fn conduct_powder(f: &Formulas<f32>, around: &Powdery, g: &mut [f32], r: &mut [f
             &around.shares[0][j * N..][..N],
             &around.shares[1][j * N..][..N],
         ];
-        let (g, r) = (&mut g[j * N..][..N], &mut r[j * N..][..N]);
-        // rows that touch no powder: the same sums with every share 1
-        let mut powder = 0_u32;
         for i in 0..N {
-            powder |= u32::from(c[i] < 1.0) | u32::from(cw[i] < 1.0) | u32::from(ce[i] < 1.0);
-            powder |= u32::from(cs[i] < 1.0) | u32::from(cn[i] < 1.0);
-            powder |= u32::from(cd[i] < 1.0) | u32::from(cu[i] < 1.0);
-        }
-        if powder == 0 {
-            for i in 0..N {
-                g[i] += around.across
-                    * ((west[i] - t[i]) + (east[i] - t[i]) + (south[i] - t[i]) + (north[i] - t[i]))
-                    + bd / (h + hd) * (down[i] - t[i])
-                    + bu / (h + hu) * (up[i] - t[i]);
-            }
-            continue;
-        }
-        for i in 0..N {
+            // one division for all five means
             let ci = c[i];
-            let heat = around.across
-                * (harmonic(ci, cw[i]) * (west[i] - t[i])
-                    + harmonic(ci, ce[i]) * (east[i] - t[i])
-                    + harmonic(ci, cs[i]) * (south[i] - t[i])
-                    + harmonic(ci, cn[i]) * (north[i] - t[i]))
-                + bd * (ci * cd[i] / (h * cd[i] + hd * ci)) * (down[i] - t[i])
-                + bu * (ci * cu[i] / (h * cu[i] + hu * ci)) * (up[i] - t[i]);
-            (g[i], r[i]) = warm(f, g[i], r[i], heat);
+            let (w, e, n) = (ci + cw[i], ci + ce[i], ci + cn[i]);
+            let (below, above) = (h * cd[i] + hd * ci, h * cu[i] + hu * ci);
+            let (flat, upright) = (w * e, below * above);
+            let shares = ci / (flat * n * upright);
+            let (of_flat, of_rest) = (2.0 * shares * n * upright, shares * flat);
+            let from_north = 2.0 * of_rest * upright * cn[i] * (north[i] - t[i]);
+            let beside = of_flat * (e * cw[i] * (west[i] - t[i]) + w * ce[i] * (east[i] - t[i]));
+            let vertical =
+                bd * cd[i] * above * (down[i] - t[i]) + bu * cu[i] * below * (up[i] - t[i]);
+            heat[i] =
+                around.across * (beside + (from_north - to_south[i])) + of_rest * n * vertical;
+            to_south[i] = from_north;
         }
     }
+    cells.warm(f, &heat);
 }

@@ -45,8 +45,11 @@ impl Levels {
             .mean(first, edge, [depth, depth + self.setup.heights[k]])
     }
 
-    /// What a tile shows.
+    /// What a new tile shows; its densities tell how hot its powder was.
     fn shown(&self, tile: &mut Tile) -> Shown {
+        for (settled, r) in tile.settled.iter_mut().zip(&tile.density) {
+            *settled = self.offsets.highest(*r);
+        }
         let mut shown = Shown::new(self.setup.heights.len());
         self.register.run(super::tile::Refresh {
             formulas: &self.formulas,

@@ -9,6 +9,7 @@ pub(crate) struct Offsets {
     fresh: f32,
     per_entry: f64,
     heat: Vec<f64>,
+    highest: Vec<f64>,
 }
 
 impl Offsets {
@@ -24,18 +25,30 @@ impl Offsets {
             heat: (0..=Self::ENTRIES)
                 .map(|n| curve.stored(0.0, at(n).min(1.0)))
                 .collect(),
+            highest: (0..=Self::ENTRIES)
+                .map(|n| curve.highest(at(n).min(1.0)))
+                .collect(),
         }
+    }
+
+    /// Enthalpy at which powder grows as dense as `r`, J/mm³.
+    pub(crate) fn highest(&self, r: f32) -> f32 {
+        self.of(&self.highest, r) as f32
     }
 
     /// Heat of a cell whose enthalpy is 0, J/mm³.
     pub(crate) fn at(&self, r: f32) -> f64 {
+        self.of(&self.heat, r)
+    }
+
+    fn of(&self, table: &[f64], r: f32) -> f64 {
         if r >= 1.0 {
-            return self.heat[Self::ENTRIES];
+            return table[Self::ENTRIES];
         }
         let place =
             (f64::from(r - self.fresh) * self.per_entry).clamp(0.0, Self::ENTRIES as f64 - 1e-9);
         let n = place as usize;
-        self.heat[n] + (place - n as f64) * (self.heat[n + 1] - self.heat[n])
+        table[n] + (place - n as f64) * (table[n + 1] - table[n])
     }
 
     /// Heat of a cell, J/mm³.

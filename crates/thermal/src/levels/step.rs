@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::conduct::{Conduct, PlaneStep, Side};
-use super::tile::{N, PLANE, Refresh, SIDES, Shown, Tile};
+use super::tile::{Cells, N, PLANE, Refresh, SIDES, Shown, Tile};
 use super::tree::Tree;
 use super::{Level, Levels, LevelsError, NOWHERE, Setup};
 use crate::material::enthalpy::Formulas;
+use crate::numeric::vector::CellLoop;
 use crate::solver::Face;
-use crate::solver::kernel::HeatRow;
 use crate::solver::source::Spot;
 
 /// Tiles below which one thread is faster than handing work to others.
@@ -280,13 +280,11 @@ impl Levels {
                         per_area: joules / (level.edge * level.edge),
                         heights: &self.setup.heights,
                     };
-                    let shown = &level.shown[index as usize];
-                    deposit.lay(
-                        &mut level.tiles[index as usize],
-                        shown,
-                        |row| self.register.run(row),
-                        &self.formulas,
-                    );
+                    self.register.run(Laid {
+                        deposit: &deposit,
+                        formulas: &self.formulas,
+                        tile: &mut level.tiles[index as usize],
+                    });
                 }
             }
         }
@@ -315,6 +313,7 @@ impl Levels {
 }
 
 /// A share of a spot's heat for the cells of one tile.
+#[derive(Clone, Copy)]
 struct Deposit<'a> {
     shares: [&'a [f64; N]; 2],
     along: &'a [f64],
@@ -323,35 +322,40 @@ struct Deposit<'a> {
     heights: &'a [f64],
 }
 
-impl Deposit<'_> {
-    fn lay(
-        &self,
-        tile: &mut Tile,
-        shown: &Shown,
-        mut run: impl FnMut(HeatRow<f32>),
-        f: &Formulas<f32>,
-    ) {
-        let mut share = [0.0_f32; N];
-        for (narrow, wide) in share.iter_mut().zip(self.shares[0]) {
-            *narrow = *wide as f32;
-        }
-        for (k, along) in self
-            .along
-            .iter()
-            .enumerate()
-            .filter(|(_, along)| **along > 0.0)
-        {
-            for (j, sy) in self.shares[1].iter().enumerate() {
-                let cells = k * PLANE + j * N..k * PLANE + (j + 1) * N;
-                run(HeatRow {
-                    formulas: f,
-                    share: &share,
-                    scale: (self.per_area * along / self.heights[k] * sy) as f32,
-                    powder: !shown.dense[k],
-                    enthalpy: &mut tile.enthalpy[cells.clone()],
-                    density: &mut tile.density[cells],
-                });
+/// A deposit in a tile.
+struct Laid<'a> {
+    deposit: &'a Deposit<'a>,
+    formulas: &'a Formulas<f32>,
+    tile: &'a mut Tile,
+}
+
+impl CellLoop for Laid<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Deposit {
+            shares: [sx, sy],
+            along,
+            per_area,
+            heights,
+        } = *self.deposit;
+        let mut heat = [0.0_f32; PLANE];
+        for (k, along) in along.iter().enumerate() {
+            if *along <= 0.0 {
+                continue;
             }
+            let scale = per_area * along / heights[k];
+            for (row, sy) in heat.chunks_exact_mut(N).zip(sy) {
+                for i in 0..N {
+                    row[i] = (scale * sy * sx[i]) as f32;
+                }
+            }
+            let of_plane = k * PLANE..(k + 1) * PLANE;
+            let mut cells = Cells {
+                enthalpy: &mut self.tile.enthalpy[of_plane.clone()],
+                density: &mut self.tile.density[of_plane.clone()],
+                settled: &mut self.tile.settled[of_plane],
+            };
+            cells.warm(self.formulas, &heat);
         }
     }
 }

@@ -2,13 +2,19 @@
 
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
+use crate::solver::kernel::warm;
 
 /// Cells along an edge of a tile.
 pub(crate) const N: usize = 16;
+/// Cells that loops take together: enough that one does not wait for the other.
+const LANES: usize = 64;
 /// Cells of a plane of a tile.
 pub(crate) const PLANE: usize = N * N;
 /// Highest planes whose freezing is followed.
 pub(crate) const FOLLOWED: usize = 2;
+
+/// How much hotter powder may be than its density tells, as a share of the enthalpy from the start to the solidus: some 4 K.
+const LAG: f32 = 0.005;
 
 /// West, east, south, north.
 pub(crate) const SIDES: [[isize; 2]; 4] = [[-1, 0], [1, 0], [0, -1], [0, 1]];
@@ -32,6 +38,8 @@ pub(crate) struct Tile {
     pub(crate) at: [usize; 2],
     pub(crate) enthalpy: Vec<f32>,
     pub(crate) density: Vec<f32>,
+    /// Enthalpies at which powder grew as dense as it is, see [`Cells::warm`].
+    pub(crate) settled: Vec<f32>,
     /// Highest enthalpies of the highest planes since the tile was made.
     pub(crate) peak: Vec<f32>,
     pub(crate) froze: Froze,
@@ -76,6 +84,7 @@ impl Tile {
             at,
             enthalpy: vec![0.0; planes * PLANE],
             density: vec![1.0; planes * PLANE],
+            settled: vec![0.0; planes * PLANE],
             peak: vec![0.0; tracked * PLANE],
             froze: Froze {
                 before: vec![0.0; followed],
@@ -99,6 +108,72 @@ impl Tile {
     }
 }
 
+/// Some cells of a plane of a tile.
+pub(crate) struct Cells<'a> {
+    pub(crate) enthalpy: &'a mut [f32],
+    pub(crate) density: &'a mut [f32],
+    pub(crate) settled: &'a mut [f32],
+}
+
+impl Cells<'_> {
+    /// Adds `heat` (J/mm³ of the cell). Where powder grows hotter than it was, its density follows by [`warm`] once it is
+    /// [`LAG`] hotter, with all the heat since it last followed: most steps need no formula, and no heat is lost.
+    #[inline(always)]
+    pub(crate) fn warm(&mut self, f: &Formulas<f32>, heat: &[f32]) {
+        let lag = LAG * f.solidus();
+        let groups = self.enthalpy.as_chunks_mut().0.iter_mut();
+        let groups = groups
+            .zip(self.density.as_chunks_mut().0)
+            .zip(self.settled.as_chunks_mut().0)
+            .zip(heat.as_chunks().0);
+        for (((g, r), settled), heat) in groups {
+            let (g, r, settled): (&mut [f32; LANES], &mut [f32; LANES], &mut [f32; LANES]) =
+                (g, r, settled);
+            let heat: &[f32; LANES] = heat;
+            let mut powder = 0_u32;
+            for r in r.iter() {
+                powder |= u32::from(*r < 1.0);
+            }
+            if powder == 0 {
+                for i in 0..LANES {
+                    g[i] += heat[i];
+                }
+                continue;
+            }
+            let mut after = [0.0_f32; LANES];
+            let mut hotter = 0_u32;
+            for i in 0..LANES {
+                after[i] = g[i] + heat[i] / r[i];
+                hotter |= u32::from(after[i] > settled[i] + lag) & u32::from(r[i] < 1.0);
+            }
+            if hotter == 0 {
+                *g = after;
+            } else {
+                follow(f, &after, g, r, settled);
+            }
+        }
+    }
+}
+
+/// Densities follow to where the enthalpies are `after`.
+#[inline(always)]
+fn follow(
+    f: &Formulas<f32>,
+    after: &[f32; LANES],
+    g: &mut [f32; LANES],
+    r: &mut [f32; LANES],
+    settled: &mut [f32; LANES],
+) {
+    for i in 0..LANES {
+        let from = settled[i];
+        let (hot, dense) = warm(f, from, r[i], (after[i] - from) * r[i]);
+        let grows = after[i] > from;
+        g[i] = if grows { hot } else { after[i] };
+        r[i] = if grows { dense } else { r[i] };
+        settled[i] = if grows { hot } else { from };
+    }
+}
+
 /// Fills what others see of a tile, and the highest enthalpies.
 pub(crate) struct Refresh<'a> {
     pub(crate) formulas: &'a Formulas<f32>,
@@ -116,18 +191,9 @@ impl CellLoop for Refresh<'_> {
             let range = k * PLANE..(k + 1) * PLANE;
             let g = &tile.enthalpy[range.clone()];
             let out = &mut shown.theta[range.clone()];
-            let mut molten = 0_u32;
-            for g in g {
-                molten |= u32::from(*g > f.solidus());
-            }
-            if molten == 0 {
-                for n in 0..PLANE {
-                    out[n] = f.kirchhoff_solid(g[n]);
-                }
-            } else {
-                for n in 0..PLANE {
-                    out[n] = f.kirchhoff(g[n]);
-                }
+            let cells = g.as_chunks().0.iter().zip(out.as_chunks_mut().0);
+            for (g, out) in cells {
+                f.kirchhoff_of_all::<LANES>(g, out);
             }
             if k >= untracked {
                 let peak = &mut tile.peak[(k - untracked) * PLANE..][..PLANE];

@@ -101,6 +101,29 @@ impl<R: Real> Piecewise<R> {
         value + self.beyond * (g - self.ceiling).larger(R::ZERO)
     }
 
+    /// The values for many `g`, one term after the other, so that each is a loop over vector registers.
+    #[inline(always)]
+    pub(crate) fn of_all<const N: usize>(&self, g: &[R; N], out: &mut [R; N]) {
+        let mut melting = 0_u32;
+        for i in 0..N {
+            melting |= u32::from(g[i] > self.solidus);
+            out[i] = self.solid(g[i].smaller(self.solidus));
+        }
+        if melting == 0 {
+            return;
+        }
+        for (knot, bend) in self.knots.iter().zip(&self.bends) {
+            for i in 0..N {
+                out[i] += *bend * (g[i].smaller(self.liquidus) - *knot).larger(R::ZERO);
+            }
+        }
+        for i in 0..N {
+            let over = g[i].larger(self.liquidus).smaller(self.ceiling) - self.liquidus;
+            out[i] += polynomial(&self.liquid, over);
+            out[i] += self.beyond * (g[i] - self.ceiling).larger(R::ZERO);
+        }
+    }
+
     /// The value for `g` not above the solidus.
     #[inline(always)]
     pub(crate) fn solid(&self, g: R) -> R {
@@ -137,6 +160,12 @@ impl<R: Real> Formulas<R> {
     #[inline(always)]
     pub(crate) fn kirchhoff(&self, g: R) -> R {
         self.kirchhoff.at(g)
+    }
+
+    /// `θ` of many cells, W/mm.
+    #[inline(always)]
+    pub(crate) fn kirchhoff_of_all<const N: usize>(&self, g: &[R; N], out: &mut [R; N]) {
+        self.kirchhoff.of_all(g, out);
     }
 
     /// `θ` of a cell that is not above the solidus, W/mm.
@@ -471,24 +500,27 @@ impl Enthalpy {
     /// Heat in a unit volume of relative density `r` at enthalpy `g`, counted from fresh powder at the start temperature
     /// along the way it came: first heating to the temperature whose relative density is `r`, then back, J/mm³.
     pub(crate) fn stored(&self, g: f64, r: f64) -> f64 {
-        let f = &self.formulas;
-        let highest = if r >= 1.0 {
-            self.at_solidus
-        } else {
-            // the relative density grows with g: bisect for where it is r
-            let (mut low, mut high) = (0.0, self.at_solidus);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if f.relative_density(middle) < r {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            0.5 * (low + high)
-        };
+        let highest = self.highest(r);
         let first = Self::interpolate(&self.dense, &self.powder, highest, 1.0);
         first + r * (g - highest)
+    }
+
+    /// Enthalpy at which fresh powder grows as dense as `r`, J/mm³.
+    pub(crate) fn highest(&self, r: f64) -> f64 {
+        if r >= 1.0 {
+            return self.at_solidus;
+        }
+        // the relative density grows with g: bisect for where it is r
+        let (mut low, mut high) = (0.0, self.at_solidus);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.formulas.relative_density(middle) < r {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
     }
 }
 

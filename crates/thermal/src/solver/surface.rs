@@ -153,16 +153,30 @@ impl<R: Real> CellLoop for Radiate<'_, R> {
             let n = g.len().min(r.len()).min(LANES);
             let (g, r) = (&mut g[..n], &mut r[..n]);
             let powdery = r.iter().fold(0_u32, |any, r| any | u32::from(*r < R::ONE));
+            let mut all = [R::ZERO; LANES];
+            all[..n].copy_from_slice(g);
+            black.of_all(&all, &mut heat);
+            heat[n..].fill(R::ZERO);
             if powdery == 0 {
                 for lane in 0..n {
-                    heat[lane] = dense * black.at(g[lane]);
+                    heat[lane] = dense * heat[lane];
                     g[lane] += -heat[lane];
                 }
             } else {
+                let mut gains = 0_u32;
                 for lane in 0..n {
-                    let emissivity = if r[lane] < R::ONE { powder } else { dense };
-                    heat[lane] = emissivity * black.at(g[lane]);
-                    (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
+                    heat[lane] = heat[lane] * if r[lane] < R::ONE { powder } else { dense };
+                    gains |= u32::from(heat[lane] < R::ZERO);
+                }
+                // what cools grows no denser
+                if gains == 0 {
+                    for lane in 0..n {
+                        g[lane] += -(heat[lane] / r[lane]);
+                    }
+                } else {
+                    for lane in 0..n {
+                        (g[lane], r[lane]) = warm(&f, g[lane], r[lane], -heat[lane]);
+                    }
                 }
             }
             for (sum, heat) in sums.iter_mut().zip(&heat) {

@@ -1,5 +1,6 @@
 //! The operator's sheet: what to set, what to check, in which order things happen.
 
+use meltpath_programs::Dialect;
 use meltpath_report::sheet::{OperatorSheet, Setting};
 use meltpath_report::table::{Cell, Table};
 use meltpath_robot::cell::Arrangement;
@@ -67,7 +68,7 @@ pub fn operator_sheet(
             ),
             Setting::new(
                 "Smoothing",
-                &format!("CNT{:.0}", 100.0 * settings.smoothing),
+                &smoothing(settings),
                 "in the program",
             ),
             Setting::new(
@@ -161,4 +162,14 @@ fn order(settings: &Settings, simulation: &Simulation) -> Table {
         })
         .collect();
     table
+}
+
+/// Smoothing inside a bead, in the controller's words.
+fn smoothing(settings: &Settings) -> String {
+    match settings.cell.program.blend.as_ref() {
+        Some(full) if *settings.cell.program.dialect != Dialect::FanucLs => {
+            format!("{:.1} mm before corners", full.0 * settings.smoothing)
+        }
+        _ => format!("CNT{:.0}", 100.0 * settings.smoothing),
+    }
 }

@@ -29,7 +29,7 @@ fn job(folder: &Path, name: &str, charts: &str) -> PathBuf {
     let text = format!(
         "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n{charts}\n[simulation]\nframes = 1\n"
     );
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, super::previewed(&text)).unwrap();
     file
 }
 

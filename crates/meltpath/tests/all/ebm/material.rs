@@ -14,7 +14,7 @@ fn job(folder: &Path, material: &str) -> PathBuf {
         "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nmaterial = \"{material}\"\n[charts]\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n"
     );
     let file = folder.join("job.toml");
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, super::previewed(&text)).unwrap();
     file
 }
 

@@ -16,7 +16,7 @@ const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspa
 /// What the reference solver says of a job's path, and of the better one.
 fn looked_at(folder: &Path, text: &str) -> OnReference {
     let file = folder.join("job.toml");
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, super::previewed(text)).unwrap();
     let (Job::Ebm(job), _) = load(&file).unwrap() else {
         unreachable!("the job is an electron-beam job")
     };

@@ -14,7 +14,11 @@ fn job(folder: &Path, strategy: &str, optimise: &str) -> std::path::PathBuf {
     let file = folder.join("job.toml");
     let hatch =
         format!("[hatch]\nstrategy = \"{strategy}\"\n[window]\nbody = [\"3 mm\", \"2 mm\"]\n");
-    std::fs::write(&file, format!("{REGION}{hatch}[optimise]\n{optimise}")).unwrap();
+    std::fs::write(
+        &file,
+        super::previewed(&format!("{REGION}{hatch}[optimise]\n{optimise}")),
+    )
+    .unwrap();
     file
 }
 
@@ -24,7 +28,7 @@ fn times_of_spots_are_found_through_a_job() {
     let dir = tempfile::tempdir().unwrap();
     let how = |rounds: u32| {
         format!(
-            "method = \"predictive\"\nchange = \"dwell\"\nsolver = \"reference\"\nrounds = {rounds}\norders = [\"every-second\"]\n"
+            "method = \"predictive\"\nchange = \"dwell\"\nsolver = \"reference\"\nrounds = {rounds}\norders = [\"every-second\"]\ncell = \"0.1 mm\"\nstep = \"15 us\"\n"
         )
     };
     let file = job(dir.path(), "spots", &how(2));
@@ -86,7 +90,7 @@ fn what_has_no_spots_is_refused() {
     let text = format!(
         "path = \"line.csv\"\n{REGION}[optimise]\nmethod = \"learning\"\nchange = \"dwell\"\n"
     );
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, super::previewed(&text)).unwrap();
     let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
     assert!(error.to_string().contains("rests nowhere"), "{error}");
 }

@@ -2,6 +2,8 @@
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
+use meltpath_numerics::random::Random;
+use meltpath_robot::cell::{Maker, Stance};
 use meltpath_robot::kinematics::numeric::distance;
 use meltpath_robot::kinematics::{Arm, Geometry, OrthoParallel};
 
@@ -70,4 +72,83 @@ fn turns_change_at_half_a_turn() {
     };
     let found = [-180.0, -179.9, 0.0, 179.9, 180.0, 359.0, 540.0].map(of);
     assert_eq!(found, [-1, 0, 0, 0, 1, 1, 2]);
+}
+
+/// Joints within limits by chance, and how the arm stands.
+fn stances(name: &str, count: usize) -> Vec<([f64; 6], Stance)> {
+    let cell = shipped(name);
+    let mut random = Random::new(7);
+    let joints = |random: &mut Random| -> [f64; 6] {
+        std::array::from_fn(|i| {
+            let limits = cell.arm.chain.joints[i].limits;
+            random.between(limits.low, limits.high)
+        })
+    };
+    let all = (0..count).map(|_| cell.arm.joints(joints(&mut random)));
+    all.map(|q| (q, cell.stance(q).unwrap())).collect()
+}
+
+/// Status and turn that controllers have shown in published programs (five positions taught on KUKA's arms): the fifth axis is below
+/// zero where bit 4 of the status is set, the third where bit 2 is not.
+#[test]
+fn kuka_positions_of_controllers_are_among_ours() {
+    let ours: Vec<Stance> = stances("kuka-kr16-r2010-2", 20_000)
+        .into_iter()
+        .map(|(_, s)| s)
+        .collect();
+    for published in [
+        "S 2, T 10",
+        "S 6, T 27",
+        "S 22, T 27",
+        "S 22, T 59",
+        "S 16, T 37",
+    ] {
+        let read = Stance::read(Maker::Kuka, published).unwrap();
+        assert!(ours.contains(&read), "{published}");
+    }
+    let home = [0.0, -90.0, 90.0, 0.0, 0.0, 0.0].map(f64::to_radians);
+    let cell = shipped("kuka-kr16-r2010-2");
+    assert_eq!(
+        cell.stance(cell.arm.joints(home)).unwrap().to_string(),
+        "S 2, T 2"
+    );
+}
+
+/// What is said names one way among all that hold the pose, and reads back.
+#[test]
+fn a_stance_names_one_way() {
+    for (name, maker) in [
+        ("kuka-kr16-r2010-2", Maker::Kuka),
+        ("abb-irb2600-12-185", Maker::Abb),
+    ] {
+        let cell = shipped(name);
+        for (joints, stance) in stances(name, 500) {
+            assert_eq!(Stance::read(maker, &stance.to_string()), Some(stance));
+            let ways = cell
+                .arm
+                .inverse(cell.arm.forward(joints))
+                .unwrap()
+                .solutions;
+            let same = ways
+                .iter()
+                .filter(|w| cell.stance(w.angles) == Some(stance))
+                .count();
+            assert!(same <= 1 || ways.len() < 8, "{name} {joints:?} {stance}");
+        }
+    }
+    let cell = shipped("abb-irb2600-12-185");
+    let said = |degrees: [f64; 6]| {
+        cell.stance(cell.arm.joints(degrees.map(f64::to_radians)))
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!(said([10.0, 0.0, 0.0, 95.0, 30.0, -10.0]), "0,1,-1,0");
+    assert_eq!(said([-100.0, 0.0, 0.0, -5.0, -30.0, 200.0]), "-2,-1,2,1");
+    // leaning back over the first axis
+    assert_eq!(
+        said([0.0, -80.0, -60.0, 0.0, 30.0, 0.0])
+            .split(',')
+            .next_back(),
+        Some("4")
+    );
 }

@@ -1,21 +1,21 @@
 //! Walking through the text of a line: words, brackets, numbers. Never indexes out of the text.
 
 /// `text` without `word` in front, in any case; the word must not go on.
-pub(super) fn strip_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
+pub(crate) fn strip_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
     let rest = strip_prefix(text, word)?;
     let goes_on = rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
     (!goes_on).then_some(rest)
 }
 
 /// `text` without `prefix` in front, in any case.
-pub(super) fn strip_prefix<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
+pub(crate) fn strip_prefix<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
     let head = text.get(..prefix.len())?;
     head.eq_ignore_ascii_case(prefix)
         .then(|| &text[prefix.len()..])
 }
 
 /// The next word up to white space outside brackets and quotes, and what follows it.
-pub(super) fn word(text: &str) -> Option<(&str, &str)> {
+pub(crate) fn word(text: &str) -> Option<(&str, &str)> {
     let text = text.trim_start();
     let (mut depth, mut quoted) = (0_u32, false);
     let end = text.char_indices().find(|&(_, c)| {
@@ -51,7 +51,7 @@ pub(crate) fn bracket(text: &str) -> Option<(&str, &str)> {
 }
 
 /// A number with an optional comment, as brackets hold them: `3`, `3:home`, `3:"home"`.
-pub(super) fn numbered(inner: &str) -> Option<(u32, Option<String>)> {
+pub(crate) fn numbered(inner: &str) -> Option<(u32, Option<String>)> {
     let (number, comment) = inner
         .split_once(':')
         .map_or((inner, None), |(n, c)| (n, Some(c)));
@@ -74,7 +74,7 @@ pub(crate) fn number(text: &str) -> Option<(f64, &str)> {
 }
 
 /// White space in runs made single, ends trimmed.
-pub(super) fn tidy(text: &str) -> String {
+pub(crate) fn tidy(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

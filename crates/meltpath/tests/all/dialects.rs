@@ -1,0 +1,156 @@
+//! Programs for other controllers than FANUC's, from job to verdict: written, read back, simulated, never judged by FANUC's corners.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use meltpath::waam::{run, simulate_program};
+use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_data::cells;
+
+/// The shipped cell for another controller, of which nobody says how it goes round corners.
+fn cell(dialect: &str) -> String {
+    let text = cells::ARCMATE_120IC.text;
+    let (head, rest) = text.split_once("[motion]").unwrap();
+    let (_, program) = rest.split_once("[program]").unwrap();
+    let mut text = format!(
+        "{head}[program]\ndialect = \"{dialect}\"\nblend = \"2 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\"]\n{program}"
+    );
+    text += "[[program.schedule]]\nnumber = 4\nwire_feed = \"8 m/min\"\nvalues = [4, 8]\n";
+    text + "[program.krl]\nsource = \"test\"\njob_mode = \"CMT\"\n\
+        [program.rapid]\nsource = \"test\"\ntool = \"tTorch\"\nwork_object = \"wPart\"\nseam = \"sm1\"\n\
+        [program.script]\nsource = \"test\"\npart = \"Part\"\narc_start = [\"set_job({1})\", \"set_digital_out(0, True)\"]\n\
+        arc_end = [\"set_digital_out(0, False)\"]\n"
+}
+
+fn job(folder: &Path, machine: &str, rest: &str) -> PathBuf {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
+    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
+    let text = format!(
+        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
+         [waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n\
+         [layers]\ncount = 2\n[machine]\n{machine}\n[simulation]\ncell = \"1 mm\"\n{rest}"
+    );
+    let path = folder.join("job.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let files = std::fs::read_dir(folder.join("program")).unwrap();
+    let mut names: Vec<String> = files
+        .map(|f| f.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn programs_of_other_controllers_run_and_are_read_back() {
+    for (dialect, robot, files) in [
+        (
+            "kuka-krl",
+            "kuka-kr16-r2010-2",
+            ["JOB.dat", "JOB.src"].as_slice(),
+        ),
+        ("abb-rapid", "abb-irb2600-12-185", &["JOB.mod"]),
+        ("ur-script", "universal-ur10e", &["JOB.script"]),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("cell.toml"), cell(dialect)).unwrap();
+        let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
+        let job = job(dir.path(), &machine, "");
+        let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
+        assert_eq!(names(&outcome.folder), files, "{dialect}");
+        let verdict = &outcome.verdict;
+        assert_eq!(check(verdict, "program").status, Status::Pass, "{dialect}");
+        // the robots that ship rest on guesses: they reach, and nothing is promised
+        assert_eq!(
+            check(verdict, "reach").status,
+            Status::CannotSay,
+            "{dialect}: {:?}",
+            check(verdict, "reach")
+        );
+        if dialect != "ur-script" {
+            assert_eq!(
+                check(verdict, "config").status,
+                Status::Pass,
+                "{dialect}: {:?}",
+                check(verdict, "config")
+            );
+        }
+        for id in ["lack", "accumulation"] {
+            let check = check(verdict, id);
+            assert_eq!(check.status, Status::CannotSay, "{dialect}: {check:?}");
+            assert!(check.reason.contains("no corner model"), "{check:?}");
+        }
+        let main = outcome.folder.join("program").join(files[files.len() - 1]);
+        let again =
+            simulate_program(&main, Some(&job), None, &dir.path().join("again"), &Silent).unwrap();
+        assert_eq!(
+            check(&again.verdict, "lines").status,
+            Status::Pass,
+            "{dialect}"
+        );
+        assert_eq!(
+            check(&again.verdict, "lack").status,
+            Status::CannotSay,
+            "{dialect}"
+        );
+        // the same metal
+        let built = |v: &Verdict| {
+            v.facts
+                .iter()
+                .find(|f| f.id == "height-built")
+                .unwrap()
+                .value
+                .clone()
+        };
+        assert_eq!(built(&again.verdict), built(verdict), "{dialect}");
+    }
+}
+
+/// The corner model of one controller says nothing of another's program.
+#[test]
+fn one_job_is_written_for_two_controllers() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut text = cells::ARCMATE_120IC.text.replace(
+        "[program]",
+        "[program]\nblend = \"2 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\"]",
+    );
+    let (_, words) = cell("kuka-krl")
+        .split_once("[[program.schedule]]")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .unwrap();
+    write!(text, "[[program.schedule]]{words}").unwrap();
+    std::fs::write(dir.path().join("cell.toml"), text).unwrap();
+    let job = job(
+        dir.path(),
+        "cell = \"cell.toml\"",
+        "[output]\nprograms = [\"fanuc-ls\", \"kuka-krl\"]\n",
+    );
+    let outcome = run(&job, None, &dir.path().join("runs"), &Silent).unwrap();
+    assert_eq!(names(&outcome.folder), ["JOB.LS", "JOB.dat", "JOB.src"]);
+    assert_eq!(check(&outcome.verdict, "program").status, Status::Pass);
+    assert_ne!(check(&outcome.verdict, "lack").status, Status::CannotSay);
+    let main = outcome.folder.join("program/JOB.src");
+    let again =
+        simulate_program(&main, Some(&job), None, &dir.path().join("again"), &Silent).unwrap();
+    let lack = check(&again.verdict, "lack");
+    assert_eq!(lack.status, Status::CannotSay);
+    assert!(lack.reason.contains("written in KUKA KRL"), "{lack:?}");
+}
+
+#[test]
+fn a_cell_without_words_is_told_what_to_write() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path(), "", "[output]\nprograms = [\"abb-rapid\"]\n");
+    let told = run(&job, None, &dir.path().join("runs"), &Silent)
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("write program.rapid"), "{told}");
+}

@@ -1,0 +1,98 @@
+//! Why a toolpath cannot become a program.
+
+use meltpath_toolpath::Event;
+
+/// Why a toolpath cannot become a program.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BuildError {
+    /// A pass cannot be executed.
+    #[error("pass {pass} (layer {layer}): {what} is {value}, but must be {wanted}")]
+    Pass {
+        /// Its id.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+        /// What is wrong.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// Something happens within a pass that these programs cannot say.
+    #[error(
+        "pass {pass} (layer {layer}): {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
+    )]
+    Event {
+        /// Its id.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+        /// What happens.
+        event: Event,
+    },
+    /// More wire feeds than schedules.
+    #[error(
+        "the toolpath needs more than the {available} weld schedules of this cell, from pass {pass} (layer {layer}) on: use fewer different wire feeds, or raise arc.schedules in the cell file"
+    )]
+    Schedules {
+        /// Schedules of the cell.
+        available: u32,
+        /// First pass without a schedule.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+    },
+    /// No schedule of the cell sets a wire feed.
+    #[error(
+        "no weld schedule of the cell sets the {} m/min of pass {pass} (layer {layer}): list what the controller is given for it as [[program.schedule]] of the cell file (number, wire_feed, values){}",
+        shown_feed(*.wire_feed), listed(.known)
+    )]
+    NoSchedule {
+        /// Programmed wire feed speed, mm/s.
+        wire_feed: f64,
+        /// Those that the cell lists, mm/s.
+        known: Vec<f64>,
+        /// First pass without a schedule.
+        pass: u32,
+        /// Its layer.
+        layer: u32,
+    },
+    /// The values of a schedule contradict its wire feed.
+    #[error(
+        "weld schedule {number} of the cell sets {} m/min, but its values are not what arc_values says, or say another wire feed: write one value for each of arc_values", shown_feed(*.wire_feed)
+    )]
+    Values {
+        /// Its number.
+        number: u32,
+        /// Its wire feed, mm/s.
+        wire_feed: f64,
+    },
+    /// The cell does not say what a dialect needs.
+    #[error(
+        "the cell file does not say {what}, which programs for {dialect} need: write program.{key}"
+    )]
+    Cell {
+        /// What.
+        what: &'static str,
+        /// The dialect.
+        dialect: &'static str,
+        /// The key.
+        key: &'static str,
+    },
+    /// Nothing to do.
+    #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
+    Empty,
+}
+
+fn shown_feed(feed: f64) -> String {
+    format!("{:.2}", feed * 0.06)
+}
+
+fn listed(known: &[f64]) -> String {
+    let feeds: Vec<String> = known.iter().map(|f| shown_feed(*f)).collect();
+    if feeds.is_empty() {
+        return "; it lists none".to_owned();
+    }
+    format!("; it lists {} m/min", feeds.join(", "))
+}

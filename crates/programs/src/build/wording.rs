@@ -1,0 +1,128 @@
+//! How a controller and its cell say what a toolpath asks for: schedules, arc words, smoothing, speeds.
+
+use meltpath_base::Ratio;
+
+use super::error::BuildError;
+use crate::cell::{CellProgramming, WeldSchedule};
+use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect, Speed, SpeedUnit, Termination};
+
+/// What programs hold no digits for, mm: points closer than this are one.
+pub(super) const RESOLUTION: f64 = 1e-3;
+/// Wire feeds that differ by less are one, mm/s: half of what comments show.
+const SAME_FEED: f64 = 0.005 / 0.06;
+
+/// The words of one controller.
+#[derive(Clone, Copy)]
+pub(super) struct Wording<'a> {
+    pub(super) cell: &'a CellProgramming,
+    pub(super) dialect: Dialect,
+}
+
+impl<'a> Wording<'a> {
+    /// # Errors
+    /// [`BuildError`] where the cell does not say what the dialect needs.
+    pub(super) fn new(cell: &'a CellProgramming, dialect: Dialect) -> Result<Self, BuildError> {
+        needs(cell, dialect)?;
+        Ok(Wording { cell, dialect })
+    }
+
+    /// The schedule of the cell that sets a wire feed, mm/s.
+    pub(super) fn listed(&self, wire_feed: f64) -> Option<&'a WeldSchedule> {
+        let off = |s: &WeldSchedule| (s.wire_feed.0 - wire_feed).abs();
+        let near = self.cell.schedules.iter().filter(|s| off(s) <= SAME_FEED);
+        near.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The arc word for a schedule.
+    pub(super) fn word(&self, action: ArcAction, schedule: u32) -> ArcWord {
+        if self.dialect == Dialect::FanucLs {
+            return self.cell.arc.word(action, schedule);
+        }
+        let listed = self.cell.schedules.iter().find(|s| *s.number == schedule);
+        ArcWord {
+            action,
+            style: ArcStyle::Arc,
+            arguments: listed.map_or_else(String::new, WeldSchedule::arguments),
+        }
+    }
+
+    /// How a move ends that is smoothed by a share.
+    pub(super) fn smoothed(&self, share: Ratio) -> Termination {
+        if self.dialect == Dialect::FanucLs {
+            return Termination::Cnt((share.0 * 100.0).round().clamp(0.0, 100.0) as u8);
+        }
+        let full = self.cell.blend.map_or(0.0, |b| b.0);
+        let distance = (share.0.clamp(0.0, 1.0) * full / RESOLUTION).round() * RESOLUTION;
+        if distance >= RESOLUTION {
+            Termination::Blend(distance)
+        } else {
+            Termination::Fine
+        }
+    }
+
+    /// A speed along the path, mm/s, in the cell's unit and digits; for other controllers than FANUC's in µm/s.
+    pub(super) fn speed(&self, mm_per_second: f64) -> Speed {
+        if self.dialect != Dialect::FanucLs {
+            return Speed::Value {
+                value: (mm_per_second / RESOLUTION).round() * RESOLUTION,
+                unit: SpeedUnit::MillimetrePerSecond,
+            };
+        }
+        let unit = SpeedUnit::from(*self.cell.speed_unit);
+        let per = match unit {
+            SpeedUnit::CentimetrePerMinute => 6.0,
+            _ => 1.0,
+        };
+        let scale = 10_f64.powi(self.cell.speed_decimals.cast_signed());
+        let value = (mm_per_second * per * scale).round() / scale;
+        Speed::Value { value, unit }
+    }
+}
+
+/// Whether the cell says what a dialect needs.
+fn needs(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
+    let (key, what, known) = match dialect {
+        Dialect::FanucLs => return Ok(()),
+        Dialect::Krl => ("krl", "what ArcTech is given", cell.krl.is_some()),
+        Dialect::Rapid => (
+            "rapid",
+            "the names of tool, work object and seam",
+            cell.rapid.is_some(),
+        ),
+        Dialect::UrScript => (
+            "script",
+            "where the part lies and what switches the arc",
+            cell.script.is_some(),
+        ),
+    };
+    let blend = (
+        "blend",
+        "at which distance a path is left that is smoothed in full",
+        cell.blend.is_some(),
+    );
+    for (key, what, known) in [(key, what, known), blend] {
+        if !known {
+            return Err(BuildError::Cell {
+                what,
+                dialect: dialect.name(),
+                key,
+            });
+        }
+    }
+    for s in cell.schedules.iter().filter(|s| !s.values.is_empty()) {
+        let fed: Vec<f64> = s
+            .values
+            .iter()
+            .zip(cell.arc_values.iter())
+            .filter_map(|(value, meaning)| (meaning.feed() > 0.0).then_some(value * meaning.feed()))
+            .collect();
+        let agrees = fed.iter().all(|f| (f - s.wire_feed.0).abs() <= SAME_FEED);
+        if s.values.len() != cell.arc_values.len() || !agrees {
+            return Err(BuildError::Values {
+                number: *s.number,
+                wire_feed: s.wire_feed.0,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,132 @@
+//! A program while its text is read: instructions with their lines, positions by their names.
+
+use std::collections::BTreeMap;
+
+use crate::parsed::{Parsed, Unread};
+use crate::program::{
+    ArcWord, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
+};
+use crate::scan::tidy;
+
+/// A program being read.
+#[derive(Debug)]
+pub(crate) struct Collected {
+    pub(crate) program: Program,
+    pub(crate) unread: Vec<Unread>,
+    /// Line being read, from 1.
+    pub(crate) line: u32,
+    names: BTreeMap<String, u32>,
+}
+
+impl Collected {
+    pub(crate) fn new(dialect: Dialect, name: &str) -> Self {
+        Collected {
+            program: Program {
+                dialect,
+                name: name.to_owned(),
+                ..Program::default()
+            },
+            unread: Vec::new(),
+            line: 0,
+            names: BTreeMap::new(),
+        }
+    }
+
+    /// Adds an instruction of the line being read.
+    pub(crate) fn push(&mut self, instruction: Instruction) {
+        if let Instruction::Raw(text) = &instruction {
+            self.unread.push(Unread {
+                line: self.line,
+                text: text.clone(),
+            });
+        }
+        self.program.instructions.push(instruction);
+        self.program.lines.push(self.line);
+    }
+
+    /// Keeps the line being read as it is.
+    pub(crate) fn keep(&mut self, text: &str) {
+        self.push(Instruction::Raw(tidy(text)));
+    }
+
+    /// Gives the last move an arc word; whether there is one.
+    pub(crate) fn arc_at_last_move(&mut self, word: ArcWord) -> bool {
+        for instruction in self.program.instructions.iter_mut().rev() {
+            if let Instruction::Motion(motion) = instruction {
+                motion.arc = Some(word);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A position that has no name.
+    pub(crate) fn place(
+        &mut self,
+        coordinates: Coordinates,
+        frames: (Option<u32>, Option<u32>),
+    ) -> PositionRef {
+        let index = self.program.positions.last().map_or(1, |p| p.index + 1);
+        self.add(index, None, coordinates, frames);
+        PositionRef::point(index)
+    }
+
+    /// The position called `name`, known by `numbered` where that is its number; `look_up` finds it where it is new.
+    pub(crate) fn named(
+        &mut self,
+        name: &str,
+        frames: (Option<u32>, Option<u32>),
+        look_up: impl FnOnce() -> Option<Coordinates>,
+    ) -> Option<PositionRef> {
+        if let Some(index) = self.names.get(name) {
+            return Some(PositionRef::point(*index));
+        }
+        let coordinates = look_up()?;
+        let index = self.program.positions.last().map_or(1, |p| p.index + 1);
+        // names that only number are not kept
+        let number = name
+            .strip_prefix(['P', 'p'])
+            .and_then(|n| n.parse::<u32>().ok());
+        let plain = number == Some(index) && name == format!("P{index}");
+        self.add(
+            index,
+            (!plain).then(|| name.to_owned()),
+            coordinates,
+            frames,
+        );
+        self.names.insert(name.to_owned(), index);
+        Some(PositionRef::point(index))
+    }
+
+    fn add(
+        &mut self,
+        index: u32,
+        comment: Option<String>,
+        coordinates: Coordinates,
+        (frame, tool): (Option<u32>, Option<u32>),
+    ) {
+        self.program.positions.push(Position {
+            index,
+            comment,
+            groups: vec![Group {
+                number: 1,
+                frame,
+                tool,
+                coordinates,
+            }],
+        });
+    }
+
+    pub(crate) fn finish(self) -> Parsed {
+        Parsed {
+            lines: self.program.lines.clone(),
+            program: self.program,
+            unread: self.unread,
+        }
+    }
+}
+
+/// A number of a file times the unit's factor, without the digits that the product invents.
+pub(crate) fn scaled(value: f64, factor: f64) -> f64 {
+    (value * factor * 1e9).round() / 1e9
+}

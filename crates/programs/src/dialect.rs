@@ -1,0 +1,81 @@
+//! Which files a dialect has, and who writes and reads them.
+
+use crate::cell::CellProgramming;
+use crate::parsed::{ParseError, Parsed};
+use crate::program::{Dialect, Program};
+use crate::written::{TextFile, WriteError};
+use crate::{fanuc_ls, krl, rapid, ur_script};
+
+impl Dialect {
+    /// The dialect of files whose names end so, in any case.
+    pub fn of_extension(extension: &str) -> Option<Dialect> {
+        match extension.to_ascii_lowercase().as_str() {
+            "ls" => Some(Dialect::FanucLs),
+            "src" => Some(Dialect::Krl),
+            "mod" | "modx" | "prg" => Some(Dialect::Rapid),
+            "script" => Some(Dialect::UrScript),
+            _ => None,
+        }
+    }
+
+    /// How the names of its files end.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Dialect::FanucLs => "ls",
+            Dialect::Krl => "src",
+            Dialect::Rapid => "mod",
+            Dialect::UrScript => "script",
+        }
+    }
+
+    /// How the name of the file ends that holds a program's data beside it.
+    pub fn companion(self) -> Option<&'static str> {
+        (self == Dialect::Krl).then_some("dat")
+    }
+}
+
+/// The files of a program in its dialect.
+///
+/// # Errors
+/// [`WriteError`].
+pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>, WriteError> {
+    let missing = |table| WriteError::NoTable {
+        program: program.name.clone(),
+        table,
+        dialect: program.dialect.name(),
+    };
+    match program.dialect {
+        Dialect::FanucLs => Ok(vec![TextFile {
+            name: format!("{}.LS", program.name),
+            text: fanuc_ls::write(program)?,
+        }]),
+        Dialect::Krl => krl::write(program, cell.krl.as_ref().ok_or_else(|| missing("krl"))?),
+        Dialect::Rapid => rapid::write(
+            program,
+            cell.rapid.as_ref().ok_or_else(|| missing("rapid"))?,
+        ),
+        Dialect::UrScript => ur_script::write(
+            program,
+            cell.script.as_ref().ok_or_else(|| missing("script"))?,
+        ),
+    }
+}
+
+/// The programs of a file, the main one first; `data` is the file beside it. The cell says what values and lines of the arc mean.
+///
+/// # Errors
+/// [`ParseError`].
+pub fn read(
+    dialect: Dialect,
+    bytes: &[u8],
+    data: Option<&[u8]>,
+    cell: &CellProgramming,
+) -> Result<Vec<Parsed>, ParseError> {
+    let values = cell.arc_values.len();
+    match dialect {
+        Dialect::FanucLs => Ok(vec![fanuc_ls::read(bytes)?]),
+        Dialect::Krl => krl::read(bytes, data, values),
+        Dialect::Rapid => rapid::read(bytes, values),
+        Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
+    }
+}

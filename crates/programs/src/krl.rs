@@ -1,0 +1,29 @@
+//! KUKA programs in KRL: a `.src` with the instructions and a `.dat` with the positions, read and written; the arc by ArcTech.
+//!
+//! Moves are written plainly (`$VEL.CP`, `$APO.CDIS`, `LIN XP1 C_DIS`), beads by the calls and triggers that ArcTech's own lines make
+//! (`ArcMainNG`), one weld data set for each pair of schedule and speed: a bead's speed is that of its weld data. Both forms are read,
+//! and those of the inline forms (`FDAT_ACT`, `LDAT_ACT`, `BAS(#CP_PARAMS, …)`) too. The form of ArcTech's calls is that of published
+//! programs of ArcTech Basic 3.3: check it against the controller at hand.
+
+mod arc;
+mod data;
+mod parse;
+mod words;
+mod write;
+
+pub use parse::read;
+pub use words::KrlWords;
+pub use write::write;
+
+use crate::program::Instruction;
+
+/// What every program begins with: the stop interrupt and the basic settings of motion.
+pub(crate) fn opening() -> Vec<Instruction> {
+    [
+        "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM( )",
+        "INTERRUPT ON 3",
+        "BAS(#INITMOV,0)",
+    ]
+    .map(|line| Instruction::Raw(line.to_owned()))
+    .to_vec()
+}

@@ -1,0 +1,194 @@
+//! The data list (`.dat`): aggregates such as `{X 1.0,Y 2.0}`, positions from text and to text.
+
+use crate::program::{Axis, Coordinates, Position};
+use crate::scan::tidy;
+use crate::written::fixed;
+
+/// Deepest nesting of aggregates that is read.
+const DEEPEST: usize = 8;
+
+/// What stands behind a name in an aggregate.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Field {
+    /// A number, a word, a quoted text.
+    Text(String),
+    /// An aggregate.
+    Group(Vec<(String, Field)>),
+}
+
+/// The fields of an aggregate in braces; nothing where it does not read.
+pub(super) fn fields(text: &str) -> Option<Vec<(String, Field)>> {
+    let mut rest = text.trim();
+    let all = group(&mut rest, 0)?;
+    rest.trim().is_empty().then_some(all)
+}
+
+fn group(rest: &mut &str, depth: usize) -> Option<Vec<(String, Field)>> {
+    if depth > DEEPEST {
+        return None;
+    }
+    *rest = rest.trim_start().strip_prefix('{')?;
+    // a type may stand in front: `{E6POS: X 1.0,…}`
+    if let Some((head, after)) = rest.split_once(':')
+        && head
+            .trim()
+            .bytes()
+            .all(|b| b.is_ascii_alphanumeric() || b == b'_')
+    {
+        *rest = after;
+    }
+    let mut all = Vec::new();
+    loop {
+        *rest = rest.trim_start();
+        if let Some(after) = rest.strip_prefix('}') {
+            *rest = after;
+            return Some(all);
+        }
+        let end = rest.find(|c: char| c.is_whitespace() || matches!(c, '{' | '}' | ','))?;
+        let (name, after) = rest.split_at(end);
+        if name.is_empty() {
+            return None;
+        }
+        *rest = after.trim_start();
+        let value = if rest.starts_with('{') {
+            Field::Group(group(rest, depth + 1)?)
+        } else {
+            let mut quoted = false;
+            let end = rest.find(|c: char| {
+                quoted ^= c == '"';
+                !quoted && matches!(c, ',' | '}')
+            })?;
+            let (value, after) = rest.split_at(end);
+            *rest = after;
+            Field::Text(value.trim().trim_matches('"').to_owned())
+        };
+        all.push((name.trim_end_matches("[]").to_owned(), value));
+        *rest = rest.trim_start();
+        *rest = rest.strip_prefix(',').unwrap_or(rest);
+    }
+}
+
+/// The text of a field.
+pub(super) fn text_of(fields: &[(String, Field)], name: &str) -> Option<String> {
+    match fields
+        .iter()
+        .find(|(key, _)| key.eq_ignore_ascii_case(name))
+    {
+        Some((_, Field::Text(text))) => Some(text.clone()),
+        _ => None,
+    }
+}
+
+/// The finite number of a field.
+pub(super) fn number_of(fields: &[(String, Field)], name: &str) -> Option<f64> {
+    let value: f64 = text_of(fields, name)?.parse().ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// What a position's aggregate says: a pose where it has X, Y, Z, A, B, C, joints where it has A1 to A6.
+pub(super) fn coordinates(text: &str) -> Option<Coordinates> {
+    let all = fields(text)?;
+    let number = |name: &str| number_of(&all, name);
+    let axes = |letter: &str, unit: &str| -> Vec<Axis> {
+        let named = (1..=6).filter_map(|i| {
+            let name = format!("{letter}{i}");
+            let value = number(&name)?;
+            Some(Axis {
+                name,
+                value,
+                unit: unit.to_owned(),
+            })
+        });
+        named.collect()
+    };
+    let mut external = axes("E", "");
+    if external.iter().all(|a| a.value == 0.0) {
+        external.clear();
+    }
+    if number("A1").is_some() {
+        let mut joints = axes("A", "deg");
+        joints.extend(external);
+        return (joints.len() >= 6).then_some(Coordinates::Joint(joints));
+    }
+    let pose = ["X", "Y", "Z", "A", "B", "C"].map(number);
+    let [Some(x), Some(y), Some(z), Some(a), Some(b), Some(c)] = pose else {
+        return None;
+    };
+    let config = match (number("S"), number("T")) {
+        (Some(s), Some(t)) => format!("S {s}, T {t}"),
+        _ => String::new(),
+    };
+    Some(Coordinates::Cartesian {
+        config,
+        xyz: [x, y, z],
+        // A turns about z first, B about the new y, C about the new x: W, P, R in the other order
+        wpr_degrees: [c, b, a],
+        external,
+    })
+}
+
+/// The aggregate of a position, and its type.
+pub(super) fn aggregate(position: &Position) -> Option<(&'static str, String)> {
+    let robot = position.groups.iter().find(|g| g.number == 1)?;
+    let listed = |axes: &[Axis]| -> String {
+        let all = axes
+            .iter()
+            .map(|a| format!("{} {}", a.name, fixed(a.value, 4)));
+        all.collect::<Vec<_>>().join(",")
+    };
+    match &robot.coordinates {
+        Coordinates::Cartesian {
+            config,
+            xyz,
+            wpr_degrees: [c, b, a],
+            external,
+        } => {
+            let [x, y, z] = xyz.map(|v| fixed(v, 3));
+            let [a, b, c] = [a, b, c].map(|v| fixed(*v, 4));
+            let mut text = format!("{{X {x},Y {y},Z {z},A {a},B {b},C {c}");
+            if !config.is_empty() {
+                text += ",";
+                text += &tidy(config).replace(", ", ",");
+            }
+            let kind = if external.is_empty() { "POS" } else { "E6POS" };
+            if !external.is_empty() {
+                text += ",";
+                text += &listed(external);
+            }
+            Some((kind, text + "}"))
+        }
+        Coordinates::Joint(axes) => {
+            let kind = if axes.len() > 6 { "E6AXIS" } else { "AXIS" };
+            Some((kind, format!("{{{}}}", listed(axes))))
+        }
+        Coordinates::Unread(_) => None,
+    }
+}
+
+/// What a position is called, without the `X` of its variable.
+pub(super) fn name_of(position: &Position) -> String {
+    match &position.comment {
+        Some(name) => name.clone(),
+        None => format!("P{}", position.index),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn aggregates_nest() {
+        let all = fields("{E6POS: X 1.5,Weld {JobModeId[] \"a, b}\",Velocity 0.01}, S 2}").unwrap();
+        assert_eq!(number_of(&all, "x"), Some(1.5));
+        assert_eq!(number_of(&all, "S"), Some(2.0));
+        let Field::Group(weld) = &all[1].1 else {
+            panic!("{all:?}")
+        };
+        assert_eq!(text_of(weld, "JobModeId").as_deref(), Some("a, b}"));
+        for broken in ["", "{", "{X", "{X 1", "{X {Y 1}", "{,}", "{X 1}}", "{}x"] {
+            assert_eq!(fields(broken), None, "{broken}");
+        }
+        assert_eq!(fields(&"{a ".repeat(100_000)), None);
+    }
+}

@@ -1,0 +1,489 @@
+//! A program from KRL. Never panics; what it does not know it keeps and lists.
+
+use std::collections::BTreeMap;
+
+use super::arc::{Form, WeldData, weld_data};
+use super::data::{coordinates, fields, number_of};
+use crate::collected::{Collected, scaled};
+use crate::parsed::{ParseError, Parsed, Unread, decoded};
+use crate::program::{
+    ArcAction, ArcStyle, ArcWord, CommentMark, Coordinates, Dialect, Instruction, Motion,
+    MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
+};
+use crate::scan::{bracket, number, strip_prefix, strip_word, tidy};
+
+/// What the data list says.
+#[derive(Default)]
+struct List {
+    positions: BTreeMap<String, Coordinates>,
+    /// Base and tool.
+    frames: BTreeMap<String, (Option<u32>, Option<u32>)>,
+    /// Distance of blending, mm.
+    distances: BTreeMap<String, f64>,
+    welds: BTreeMap<String, WeldData>,
+    rest: Vec<(u32, String)>,
+}
+
+/// Reads the routines of a `.src` with its `.dat`, the first of which is the one that the file is called after. `values` is how many
+/// of ArcTech's channels mean something in this cell.
+///
+/// # Errors
+/// [`ParseError`] where no routine begins, or one does not end.
+pub fn read(source: &[u8], data: Option<&[u8]>, values: usize) -> Result<Vec<Parsed>, ParseError> {
+    let list = data.map_or_else(List::default, |data| list(&decoded(data), values));
+    let text = decoded(source);
+    let mut reader = Reader {
+        list: &list,
+        done: Vec::new(),
+        open: None,
+        application: Vec::new(),
+    };
+    let mut last = 0;
+    for (line, n) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
+        reader.line(n, line.trim());
+        last = n;
+    }
+    if reader.open.is_some() {
+        return Err(ParseError::Unended {
+            line: last,
+            wanted: "END",
+        });
+    }
+    if reader.done.is_empty() {
+        return Err(ParseError::Other {
+            dialect: "KUKA",
+            wanted: "DEF",
+        });
+    }
+    let mut parsed: Vec<Parsed> = reader.done.into_iter().map(Collected::finish).collect();
+    if let Some(first) = parsed.first_mut() {
+        first.program.application = reader.application;
+        if !list.rest.is_empty() {
+            first.program.sections.push(Section {
+                name: "DAT".to_owned(),
+                lines: list.rest.iter().map(|(_, line)| line.clone()).collect(),
+            });
+        }
+        let told = |(line, text): &(u32, String)| Unread {
+            line: *line,
+            text: text.clone(),
+        };
+        first.unread.extend(list.rest.iter().map(told));
+    }
+    Ok(parsed)
+}
+
+/// The `NAME` of a variable that positions, frames or data have, without the letters in front of it.
+fn capital(name: &str) -> String {
+    name.trim().to_ascii_uppercase()
+}
+
+fn list(text: &str, values: usize) -> List {
+    let mut list = List::default();
+    for (line, n) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
+        let line = line.trim();
+        let plain = line.is_empty() || line.starts_with([';', '&']);
+        if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
+            continue;
+        }
+        if declared(&mut list, line, values).is_none() {
+            list.rest.push((n, line.to_owned()));
+        }
+    }
+    list
+}
+
+/// Takes in a declaration; nothing where it is of another kind, or does not read.
+fn declared(list: &mut List, line: &str, values: usize) -> Option<()> {
+    let rest = strip_word(line, "DECL").unwrap_or(line).trim_start();
+    let rest = strip_word(rest, "GLOBAL").unwrap_or(rest).trim_start();
+    let (kind, rest) = rest.split_once(char::is_whitespace)?;
+    let (name, value) = rest.split_once('=')?;
+    let name = capital(name);
+    match capital(kind).as_str() {
+        "POS" | "E6POS" | "FRAME" | "AXIS" | "E6AXIS" => {
+            list.positions.insert(name, coordinates(value)?);
+        }
+        "FDAT" => {
+            let all = fields(value)?;
+            let index = |field: &str| number_of(&all, field).map(|n| n as u32);
+            list.frames
+                .insert(name, (index("BASE_NO"), index("TOOL_NO")));
+        }
+        "LDAT" | "PDAT" => {
+            let all = fields(value)?;
+            list.distances.insert(name, number_of(&all, "APO_DIST")?);
+        }
+        "STARCDAT_T" => match weld_data(value, values) {
+            Some(weld) => drop(list.welds.insert(name, weld)),
+            // the seam's data lay no metal; a strike or a crater alone says no weld
+            None => drop(fields(value)?),
+        },
+        _ => return None,
+    }
+    Some(())
+}
+
+/// A speed that the lines before a move have set.
+#[derive(Clone, Copy, PartialEq)]
+enum Set {
+    /// mm/s.
+    Path(f64),
+    /// ArcTech's.
+    Weld,
+}
+
+/// How a move goes.
+#[derive(Clone, Copy)]
+enum Verb {
+    Joint,
+    Straight,
+    Round,
+}
+
+struct Routine {
+    out: Collected,
+    speed: Option<Set>,
+    joint_speed: Option<f64>,
+    distance: Option<f64>,
+    frames: (Option<u32>, Option<u32>),
+    /// What ArcTech does with the next move, and the name of its weld data.
+    form: Option<(Form, String)>,
+    /// Weld data that are on.
+    weld: Option<WeldData>,
+}
+
+struct Reader<'a> {
+    list: &'a List,
+    done: Vec<Collected>,
+    open: Option<Routine>,
+    application: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn line(&mut self, n: u32, line: &str) {
+        let Some(routine) = &mut self.open else {
+            let header = strip_word(line, "GLOBAL").map_or(line, str::trim_start);
+            if let Some(rest) = strip_word(header, "DEF") {
+                let name = rest.split('(').next().unwrap_or_default().trim();
+                self.open = Some(Routine {
+                    out: Collected::new(Dialect::Krl, name),
+                    speed: None,
+                    joint_speed: None,
+                    distance: None,
+                    frames: (None, None),
+                    form: None,
+                    weld: None,
+                });
+            } else if line.starts_with('&') && self.done.is_empty() {
+                self.application.push(line.to_owned());
+            }
+            return;
+        };
+        routine.out.line = n;
+        if line.eq_ignore_ascii_case("END") {
+            self.done.extend(self.open.take().map(|r| r.out));
+        } else {
+            routine.statement(line, self.list);
+        }
+    }
+}
+
+/// A line without the comment that follows it.
+fn uncommented(line: &str) -> &str {
+    let mut quoted = false;
+    let end = line.find(|c: char| {
+        quoted ^= c == '"';
+        c == ';' && !quoted
+    });
+    line[..end.unwrap_or(line.len())].trim()
+}
+
+/// What stands behind `name =`.
+fn assigned<'a>(line: &'a str, name: &str) -> Option<&'a str> {
+    strip_prefix(line, name)?
+        .trim_start()
+        .strip_prefix('=')
+        .map(str::trim)
+}
+
+/// The arguments of a call of `name`.
+fn called<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
+    let inner = strip_prefix(line, name)?
+        .trim_start()
+        .strip_prefix('(')?
+        .strip_suffix(')')?;
+    Some(inner.split(',').map(str::trim).collect())
+}
+
+/// The number in the bracket of an entry of a table.
+fn entry(text: &str, table: &str) -> Option<u32> {
+    let (inner, rest) = bracket(strip_prefix(text, table)?.trim_start())?;
+    rest.trim().is_empty().then(|| inner.trim().parse().ok())?
+}
+
+fn metres(text: &str) -> Option<f64> {
+    let (value, rest) = number(text.trim())?;
+    (rest.trim().is_empty() && value > 0.0).then(|| scaled(value, 1000.0))
+}
+
+fn word(action: ArcAction, arguments: String) -> ArcWord {
+    ArcWord {
+        action,
+        style: ArcStyle::Arc,
+        arguments,
+    }
+}
+
+impl Routine {
+    fn statement(&mut self, line: &str, list: &List) {
+        if line.is_empty() {
+            return self.out.push(Instruction::Blank);
+        }
+        if let Some(text) = line.strip_prefix(';') {
+            return self.out.push(Instruction::Comment {
+                mark: CommentMark::Remark,
+                text: text.trim_end().to_owned(),
+            });
+        }
+        let line = uncommented(line);
+        if self.sets(line, list).is_none() && self.acts(line, list).is_none() {
+            self.out.keep(line);
+        }
+    }
+
+    /// Lines that set something for the moves to come; nothing where this is none.
+    fn sets(&mut self, line: &str, list: &List) -> Option<()> {
+        if let Some(value) = assigned(line, "$VEL.CP") {
+            return self.velocity(value);
+        }
+        if let Some(value) = assigned(line, "$APO.CDIS") {
+            let (distance, _) = number(value)?;
+            self.distance = Some(distance);
+            return Some(());
+        }
+        if let Some(value) = assigned(line, "$BASE") {
+            return self.frame(entry(value, "BASE_DATA")?);
+        }
+        if let Some(value) = assigned(line, "$TOOL") {
+            return self.tool(entry(value, "TOOL_DATA")?);
+        }
+        if let Some(value) = assigned(line, "FDAT_ACT") {
+            let (frame, tool) = *list.frames.get(&capital(value))?;
+            frame.and_then(|n| self.frame(n));
+            tool.and_then(|n| self.tool(n));
+            return Some(());
+        }
+        if let Some(value) = assigned(line, "LDAT_ACT") {
+            self.distance = list.distances.get(&capital(value)).copied();
+            return Some(());
+        }
+        if strip_prefix(line, "TRIGGER").is_some() && line.contains("ArcMainNG(") {
+            return Some(());
+        }
+        if let Some(arguments) = called(line, "ArcMainNG") {
+            let form = Form::begun_by(arguments.first()?);
+            if let Some(form) = form {
+                self.form = Some((form, capital(arguments.get(1)?)));
+            }
+            return Some(());
+        }
+        match called(line, "BAS")?[..] {
+            [which, value] => match capital(which).as_str() {
+                "#CP_PARAMS" | "#VEL_CP" => self.velocity(value),
+                "#PTP_PARAMS" | "#VEL_PTP" => {
+                    let (share, _) = number(value)?;
+                    self.joint_speed = (share > 0.0).then_some(share);
+                    Some(())
+                }
+                "#BASE" => self.frame(value.parse().ok()?),
+                "#TOOL" => self.tool(value.parse().ok()?),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    fn velocity(&mut self, value: &str) -> Option<()> {
+        let weld = value.eq_ignore_ascii_case("gArcBasVelDefinition");
+        self.speed = if weld {
+            Some(Set::Weld)
+        } else {
+            metres(value).map(Set::Path)
+        };
+        // a velocity that is a variable is told where it is used
+        Some(())
+    }
+
+    fn frame(&mut self, n: u32) -> Option<()> {
+        if self.frames.0 != Some(n) {
+            self.frames.0 = Some(n);
+            self.out.push(Instruction::UserFrame(n));
+        }
+        Some(())
+    }
+
+    fn tool(&mut self, n: u32) -> Option<()> {
+        if self.frames.1 != Some(n) {
+            self.frames.1 = Some(n);
+            self.out.push(Instruction::ToolFrame(n));
+        }
+        Some(())
+    }
+
+    /// Lines that do something; nothing where this is none.
+    fn acts(&mut self, line: &str, list: &List) -> Option<()> {
+        let verbs = [
+            ("PTP", Verb::Joint),
+            ("SPTP", Verb::Joint),
+            ("LIN", Verb::Straight),
+            ("SLIN", Verb::Straight),
+            ("CIRC", Verb::Round),
+            ("SCIRC", Verb::Round),
+        ];
+        for (name, verb) in verbs {
+            if let Some(rest) = strip_word(line, name) {
+                return self.motion(verb, rest.trim(), list);
+            }
+        }
+        if let Some(rest) = strip_word(line, "WAIT") {
+            let (seconds, after) = number(strip_word(rest.trim_start(), "SEC")?.trim())?;
+            let plain = after.trim().is_empty() && seconds >= 0.0;
+            return plain.then(|| self.out.push(Instruction::Wait(seconds)));
+        }
+        if line.eq_ignore_ascii_case("RETURN") {
+            self.out.push(Instruction::End);
+            return Some(());
+        }
+        let (name, arguments) = line.split_once('(')?;
+        let (name, arguments) = (name.trim(), arguments.strip_suffix(')')?);
+        let identifier = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let own = ["BAS", "SET_CD_PARAMS", "MsgNotify"]
+            .iter()
+            .any(|o| o.eq_ignore_ascii_case(name));
+        if name.is_empty() || !name.chars().all(identifier) || own {
+            return None;
+        }
+        self.out.push(Instruction::Call {
+            program: name.to_owned(),
+            arguments: tidy(arguments),
+        });
+        Some(())
+    }
+
+    /// A position in front of `text`, and what follows it.
+    fn position<'t>(&mut self, text: &'t str, list: &List) -> Option<(PositionRef, &'t str)> {
+        let text = text.trim_start();
+        if text.starts_with('{') {
+            let end = text.find('}')? + 1;
+            let place = coordinates(&text[..end])?;
+            return Some((self.out.place(place, (None, None)), &text[end..]));
+        }
+        let end = text
+            .find(|c: char| c.is_whitespace() || c == ',')
+            .unwrap_or(text.len());
+        let (name, rest) = text.split_at(end);
+        let variable = capital(name);
+        let frames = list.frames.get(&format!(
+            "F{}",
+            variable.strip_prefix('X').unwrap_or(&variable)
+        ));
+        let short = name.strip_prefix(['X', 'x']);
+        let known = self.out.named(
+            short.unwrap_or(name),
+            frames.copied().unwrap_or_default(),
+            || short.and_then(|_| list.positions.get(&variable).cloned()),
+        );
+        Some((
+            known.unwrap_or_else(|| PositionRef::Unresolved(name.to_owned())),
+            rest,
+        ))
+    }
+
+    fn motion(&mut self, verb: Verb, text: &str, list: &List) -> Option<()> {
+        // what a spline line says behind WITH
+        let (text, with) = text
+            .split_once(" WITH ")
+            .map_or((text, None), |(t, w)| (t, Some(w)));
+        let set = with
+            .and_then(|w| w.split("SVEL_CP(").nth(1))
+            .and_then(|w| w.split([',', ')']).next());
+        if let Some(value) = set {
+            self.velocity(value.trim());
+        }
+        let share = with
+            .and_then(|w| w.split("SVEL_JOINT(").nth(1))
+            .and_then(|w| number(w.trim_start()));
+        let (mut target, mut rest) = self.position(text, list)?;
+        let kind = match verb {
+            Verb::Joint => MotionKind::Joint,
+            Verb::Straight => MotionKind::Linear,
+            Verb::Round => {
+                let via = target;
+                (target, rest) = self.position(rest.trim_start().strip_prefix(',')?, list)?;
+                MotionKind::Circular { via }
+            }
+        };
+        let ending = rest.split_whitespace().next().or_else(|| {
+            let last = with?.rsplit(')').next()?.trim();
+            (!last.is_empty()).then_some(last)
+        });
+        let termination = match (ending.map(capital).as_deref(), self.distance) {
+            (None, _) => Termination::Fine,
+            (Some("C_DIS"), Some(distance)) if distance > 0.0 => Termination::Blend(distance),
+            (Some(word @ ("C_DIS" | "C_PTP" | "C_VEL" | "C_ORI" | "C_SPL")), _) => {
+                Termination::Other(word.to_owned())
+            }
+            // an angle, a relative or other word
+            (Some(_), _) => return None,
+        };
+        let speed = if kind == MotionKind::Joint {
+            let share = share.map(|(share, _)| share).or(self.joint_speed);
+            share.map(|value| Speed::Value {
+                value,
+                unit: SpeedUnit::Percent,
+            })
+        } else {
+            let set = match (self.speed, &self.weld) {
+                (Some(Set::Path(speed)), _) => Some(speed),
+                (Some(Set::Weld), Some(weld)) => Some(weld.speed),
+                _ => None,
+            };
+            set.map(|value| Speed::Value {
+                value,
+                unit: SpeedUnit::MillimetrePerSecond,
+            })
+        };
+        let arc = self.arc(list);
+        self.out.push(Instruction::Motion(Motion {
+            kind,
+            target,
+            // one that nothing sets is as fast as the weld data of nobody
+            speed: speed.unwrap_or(Speed::Weld),
+            termination,
+            arc,
+            extra: Vec::new(),
+        }));
+        Some(())
+    }
+
+    /// What the arc does at the end of the move being read.
+    fn arc(&mut self, list: &List) -> Option<ArcWord> {
+        let (form, name) = self.form.take()?;
+        let before = self.weld.take();
+        if form == Form::Off {
+            let on = before.map_or_else(String::new, |weld| weld.arguments);
+            return Some(word(ArcAction::End, on));
+        }
+        let Some(weld) = list.welds.get(&name) else {
+            // the weld goes on with data that nobody gave
+            return Some(word(ArcAction::Start, name));
+        };
+        self.weld = Some(weld.clone());
+        if let Some(pattern) = &weld.weave {
+            self.out.keep(&format!("Weave {pattern}"));
+        }
+        let goes_on = form == Form::Switch && before.is_some_and(|b| b.arguments == weld.arguments);
+        (!goes_on).then(|| word(ArcAction::Start, weld.arguments.clone()))
+    }
+}

@@ -1,0 +1,226 @@
+//! Data of modules: nested lists, targets, speeds, zones, weld data, from text and to text.
+
+use crate::orientation::{quaternion_of, wpr_of_quaternion};
+use crate::program::{Axis, Coordinates};
+use crate::written::{fixed, short};
+
+use super::statements::arguments;
+
+/// Deepest nesting of lists that is read.
+const DEEPEST: usize = 6;
+/// How many values an `arcdata` has.
+pub(super) const ARC_VALUES: usize = 9;
+/// An external axis that is not there.
+const NO_AXIS: f64 = 9e9;
+
+/// A value of a module.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Word(String),
+    List(Vec<Value>),
+}
+
+pub(super) fn value(text: &str) -> Option<Value> {
+    nested(text.trim(), 0)
+}
+
+fn nested(text: &str, depth: usize) -> Option<Value> {
+    if depth > DEEPEST {
+        return None;
+    }
+    if let Some(inner) = text.strip_prefix('[') {
+        let inner = inner.strip_suffix(']')?;
+        let all = arguments(inner)
+            .into_iter()
+            .map(|part| nested(part, depth + 1));
+        return all.collect::<Option<Vec<_>>>().map(Value::List);
+    }
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Some(Value::Number(number)),
+        Ok(_) => None,
+        Err(_) => (!text.is_empty()).then(|| Value::Word(text.to_owned())),
+    }
+}
+
+impl Value {
+    pub(super) fn list(&self) -> Option<&[Value]> {
+        match self {
+            Value::List(all) => Some(all),
+            _ => None,
+        }
+    }
+
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Value::Number(n) => Some(*n),
+            _ => None,
+        }
+    }
+
+    fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
+        let all: Option<Vec<f64>> = self.list()?.iter().map(Value::number).collect();
+        all?.try_into().ok()
+    }
+}
+
+/// Where a `robtarget` lies; its configuration only where that is monitored.
+pub(super) fn target(value: &Value) -> Option<Coordinates> {
+    let [trans, rot, robconf, extax] = value.list()? else {
+        return None;
+    };
+    let config: [f64; 4] = robconf.numbers()?;
+    let config = config.map(|n| short(n, 0));
+    Some(Coordinates::Cartesian {
+        config: config.join(","),
+        xyz: trans.numbers()?,
+        wpr_degrees: wpr_of_quaternion(rot.numbers()?)?,
+        external: external(extax)?,
+    })
+}
+
+/// Where a `jointtarget` lies.
+pub(super) fn joints(value: &Value) -> Option<Coordinates> {
+    let [robax, extax] = value.list()? else {
+        return None;
+    };
+    let angles: [f64; 6] = robax.numbers()?;
+    let axis = |(i, value): (usize, f64)| Axis {
+        name: format!("J{}", i + 1),
+        value,
+        unit: "deg".to_owned(),
+    };
+    let mut axes: Vec<Axis> = angles.into_iter().enumerate().map(axis).collect();
+    axes.extend(external(extax)?);
+    Some(Coordinates::Joint(axes))
+}
+
+fn external(value: &Value) -> Option<Vec<Axis>> {
+    let all: [f64; 6] = value.numbers()?;
+    let named = "abcdef"
+        .chars()
+        .zip(all)
+        .filter(|(_, v)| *v < 0.5 * NO_AXIS);
+    let axis = |(letter, value): (char, f64)| Axis {
+        name: format!("eax_{letter}"),
+        value,
+        unit: String::new(),
+    };
+    Some(named.map(axis).collect())
+}
+
+fn written_external(axes: &[Axis]) -> String {
+    let of = |letter: char| {
+        let name = format!("eax_{letter}");
+        let found = axes.iter().find(|a| a.name == name);
+        found.map_or("9E+09".to_owned(), |a| short(a.value, 4))
+    };
+    "abcdef".chars().map(of).collect::<Vec<_>>().join(",")
+}
+
+/// Type and value of a position; nothing for one that was not read.
+pub(super) fn written(coordinates: &Coordinates) -> Option<(&'static str, String)> {
+    match coordinates {
+        Coordinates::Cartesian {
+            config,
+            xyz,
+            wpr_degrees,
+            external,
+        } => {
+            let xyz = xyz.map(|v| short(v, 3)).join(",");
+            let rot = quaternion_of(*wpr_degrees).map(|v| fixed(v, 10)).join(",");
+            let config = if config.is_empty() { "0,0,0,0" } else { config };
+            let external = written_external(external);
+            Some((
+                "robtarget",
+                format!("[[{xyz}],[{rot}],[{config}],[{external}]]"),
+            ))
+        }
+        Coordinates::Joint(axes) => {
+            let angles = axes.iter().filter(|a| a.name.starts_with('J'));
+            let angles: Vec<String> = angles.map(|a| short(a.value, 4)).collect();
+            let external = written_external(axes);
+            Some((
+                "jointtarget",
+                format!("[[{}],[{external}]]", angles.join(",")),
+            ))
+        }
+        Coordinates::Unread(_) => None,
+    }
+}
+
+/// Speed of the tool, mm/s, of a `speeddata` or of a predefined one such as `v100`.
+pub(super) fn speed(value: &Value) -> Option<f64> {
+    let speed = match value {
+        Value::List(all) => all.first()?.number()?,
+        Value::Word(name) => numbered(name, 'v')?,
+        Value::Number(_) => return None,
+    };
+    (speed > 0.0).then_some(speed)
+}
+
+/// The distance of a zone, mm; 0 for one that stops.
+pub(super) fn zone(value: &Value) -> Option<f64> {
+    match value {
+        Value::List(all) => match all.get(..2)? {
+            [Value::Word(fine), _] if fine.eq_ignore_ascii_case("TRUE") => Some(0.0),
+            [_, distance] => distance.number().filter(|d| *d >= 0.0),
+            _ => None,
+        },
+        Value::Word(name) if name.eq_ignore_ascii_case("fine") => Some(0.0),
+        Value::Word(name) if name.eq_ignore_ascii_case("z0") => Some(0.3),
+        Value::Word(name) => numbered(name, 'z'),
+        Value::Number(_) => None,
+    }
+}
+
+/// The number behind a letter.
+fn numbered(name: &str, letter: char) -> Option<f64> {
+    let mut characters = name.chars();
+    let same = characters.next()?.eq_ignore_ascii_case(&letter);
+    let digits = characters.as_str();
+    let plain = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+    (same && plain).then(|| digits.parse().ok())?
+}
+
+/// What a `welddata` says: the values of its main arc, with commas, and its speed, mm/s.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct WeldData {
+    pub(super) arguments: String,
+    pub(super) speed: f64,
+}
+
+/// Weld data; `values` says how many of the arc's values mean something.
+pub(super) fn weld(value: &Value, values: usize) -> Option<WeldData> {
+    let [speed, _, main, ..] = value.list()? else {
+        return None;
+    };
+    let all: Option<Vec<f64>> = main.list()?.iter().map(Value::number).collect();
+    let mut all = all?;
+    while all.len() > values.max(1) && all.last() == Some(&0.0) {
+        all.pop();
+    }
+    let arguments: Vec<String> = all.iter().map(ToString::to_string).collect();
+    Some(WeldData {
+        arguments: arguments.join(","),
+        speed: speed.number().filter(|s| *s > 0.0)?,
+    })
+}
+
+/// The value of a `welddata`; nothing where the arc word does not fit.
+pub(super) fn written_weld(data: &WeldData) -> Option<String> {
+    let mut values: Vec<&str> = data.arguments.split(',').map(str::trim).collect();
+    let numbers = values
+        .iter()
+        .all(|v| v.parse::<f64>().is_ok_and(f64::is_finite));
+    if !numbers || values.len() > ARC_VALUES {
+        return None;
+    }
+    values.resize(ARC_VALUES, "0");
+    let none = ["0"; ARC_VALUES].join(",");
+    Some(format!(
+        "[{},0,[{}],[{none}]]",
+        short(data.speed, 3),
+        values.join(",")
+    ))
+}

@@ -1,0 +1,479 @@
+//! Programs from RAPID: the routines of a module. Never panics; what it does not know it keeps and lists.
+
+use std::collections::BTreeMap;
+
+use super::data::{self, Value, WeldData};
+use super::statements::{Statement, arguments, statements};
+use crate::collected::Collected;
+use crate::parsed::{ParseError, Parsed, decoded};
+use crate::program::{
+    ArcAction, ArcStyle, ArcWord, Attribute, CommentMark, Coordinates, Dialect, Instruction,
+    Motion, MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
+};
+use crate::scan::{strip_prefix, strip_word, tidy};
+
+/// The data that a module declares.
+#[derive(Default)]
+struct Declared {
+    targets: BTreeMap<String, Coordinates>,
+    speeds: BTreeMap<String, f64>,
+    zones: BTreeMap<String, f64>,
+    welds: BTreeMap<String, WeldData>,
+}
+
+/// Reads the routines of a module, in their order. `values` is how many values of an `arcdata` mean something in this cell.
+///
+/// # Errors
+/// [`ParseError`] where the text has no module or no routine, or a routine does not end.
+pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
+    let text = decoded(bytes);
+    let all = statements(&text);
+    let no = |wanted| ParseError::Other {
+        dialect: "ABB",
+        wanted,
+    };
+    if !all.iter().any(|s| strip_word(&s.text, "MODULE").is_some()) {
+        return Err(no("MODULE"));
+    }
+    let (mut known, mut rest) = (Declared::default(), Vec::new());
+    let mut reader = Reader {
+        open: None,
+        skipped: None,
+        done: Vec::new(),
+    };
+    let mut within = false;
+    for s in &all {
+        within |= strip_word(&s.text, "PROC").is_some();
+        within &= strip_word(&s.text, "ENDPROC").is_none();
+        if declared(&mut known, &s.text, values) == Some(true) && !within {
+            rest.push(format!("{};", tidy(&s.text)));
+        }
+    }
+    for s in &all {
+        reader.statement(s, &known);
+    }
+    if reader.open.is_some() {
+        let line = all.last().map_or(0, |s| s.line);
+        return Err(ParseError::Unended {
+            line,
+            wanted: "ENDPROC",
+        });
+    }
+    let mut parsed: Vec<Parsed> = reader.done.into_iter().map(|r| r.out.finish()).collect();
+    let first = parsed.first_mut().ok_or_else(|| no("PROC"))?;
+    if !rest.is_empty() {
+        first.program.sections.push(Section {
+            name: "DATA".to_owned(),
+            lines: rest,
+        });
+    }
+    Ok(parsed)
+}
+
+/// Takes in a declaration: whether it is kept verbatim; nothing where the statement is none.
+fn declared(known: &mut Declared, text: &str, values: usize) -> Option<bool> {
+    let rest = strip_word(text, "LOCAL")
+        .or_else(|| strip_word(text, "TASK"))
+        .unwrap_or(text)
+        .trim_start();
+    let rest = ["CONST", "PERS", "VAR"]
+        .iter()
+        .find_map(|w| strip_word(rest, w))?
+        .trim_start();
+    let (kind, rest) = rest.split_once(char::is_whitespace)?;
+    let (name, text) = rest.split_once(":=").unwrap_or((rest, ""));
+    let name = name.trim().to_ascii_lowercase();
+    let value = data::value(text);
+    let value = value.as_ref();
+    let read = match kind.to_ascii_lowercase().as_str() {
+        "robtarget" => value
+            .and_then(data::target)
+            .map(|t| put(&mut known.targets, name, t)),
+        "jointtarget" => value
+            .and_then(data::joints)
+            .map(|t| put(&mut known.targets, name, t)),
+        "speeddata" => value
+            .and_then(data::speed)
+            .map(|s| put(&mut known.speeds, name, s)),
+        "zonedata" => value
+            .and_then(data::zone)
+            .map(|z| put(&mut known.zones, name, z)),
+        "welddata" => value
+            .and_then(|v| data::weld(v, values))
+            .map(|w| put(&mut known.welds, name, w)),
+        _ => None,
+    };
+    Some(read.is_none())
+}
+
+fn put<T>(map: &mut BTreeMap<String, T>, name: String, value: T) {
+    map.insert(name, value);
+}
+
+struct Routine {
+    out: Collected,
+    /// Tools and work objects by their number.
+    tools: Vec<String>,
+    objects: Vec<String>,
+    /// What is laid with while the arc burns.
+    arc: Option<String>,
+    /// Configurations count.
+    monitored: bool,
+}
+
+struct Reader {
+    open: Option<Routine>,
+    /// The end of a piece that is no routine.
+    skipped: Option<&'static str>,
+    done: Vec<Routine>,
+}
+
+impl Reader {
+    fn statement(&mut self, s: &Statement, known: &Declared) {
+        let text = s.text.as_str();
+        if let Some(end) = self.skipped {
+            if text.eq_ignore_ascii_case(end) {
+                self.skipped = None;
+            }
+            return;
+        }
+        let Some(routine) = &mut self.open else {
+            let head = strip_word(text, "LOCAL").map_or(text, str::trim_start);
+            if let Some(rest) = strip_word(head, "PROC") {
+                let name = rest.split('(').next().unwrap_or_default().trim();
+                self.open = Some(Routine {
+                    out: Collected::new(Dialect::Rapid, name),
+                    tools: Vec::new(),
+                    objects: Vec::new(),
+                    arc: None,
+                    monitored: true,
+                });
+                return;
+            }
+            let pieces = [
+                ("FUNC", "ENDFUNC"),
+                ("TRAP", "ENDTRAP"),
+                ("RECORD", "ENDRECORD"),
+            ];
+            self.skipped = pieces
+                .iter()
+                .find(|(w, _)| strip_word(head, w).is_some())
+                .map(|(_, end)| *end);
+            return;
+        };
+        routine.out.line = s.line;
+        if text.eq_ignore_ascii_case("ENDPROC") {
+            self.done.extend(self.open.take());
+        } else {
+            routine.statement(text, known);
+        }
+    }
+}
+
+/// A number for a name, from 1.
+fn numbered(all: &mut Vec<String>, name: &str) -> (u32, Option<String>) {
+    if let Some(at) = all.iter().position(|n| n.eq_ignore_ascii_case(name)) {
+        return (at as u32 + 1, None);
+    }
+    all.push(name.to_owned());
+    (all.len() as u32, Some(name.to_owned()))
+}
+
+/// An argument and the switches behind it, each with its backslash.
+fn switches(argument: &str) -> (&str, Vec<&str>) {
+    let mut parts = argument.split('\\');
+    let head = parts.next().unwrap_or_default().trim();
+    (head, parts.map(str::trim).collect())
+}
+
+fn switch<'a>(all: &[&'a str], name: &str) -> Option<&'a str> {
+    all.iter().find_map(|s| {
+        strip_prefix(s, name)?
+            .trim_start()
+            .strip_prefix(":=")
+            .map(str::trim)
+    })
+}
+
+fn word(action: ArcAction, arguments: String) -> ArcWord {
+    ArcWord {
+        action,
+        style: ArcStyle::Arc,
+        arguments,
+    }
+}
+
+/// What the arc does at a move.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    Start,
+    Goes,
+    End,
+}
+
+/// How a move goes.
+#[derive(Clone, Copy, PartialEq)]
+enum Path {
+    Joint,
+    Straight,
+    Round,
+}
+
+/// A verb: how the move goes, and the arc.
+fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
+    Some(match name.to_ascii_uppercase().as_str() {
+        "MOVEJ" | "MOVEABSJ" => (Path::Joint, None),
+        "MOVEL" => (Path::Straight, None),
+        "MOVEC" => (Path::Round, None),
+        "ARCLSTART" => (Path::Straight, Some(Stage::Start)),
+        "ARCL" => (Path::Straight, Some(Stage::Goes)),
+        "ARCLEND" => (Path::Straight, Some(Stage::End)),
+        "ARCCSTART" => (Path::Round, Some(Stage::Start)),
+        "ARCC" => (Path::Round, Some(Stage::Goes)),
+        "ARCCEND" => (Path::Round, Some(Stage::End)),
+        _ => return None,
+    })
+}
+
+impl Routine {
+    fn statement(&mut self, text: &str, known: &Declared) {
+        if let Some(comment) = text.strip_prefix('!') {
+            return self.out.push(Instruction::Comment {
+                mark: CommentMark::Remark,
+                text: comment.trim_end().to_owned(),
+            });
+        }
+        if self.acts(text, known).is_none() {
+            self.out.keep(text);
+        }
+    }
+
+    fn acts(&mut self, text: &str, known: &Declared) -> Option<()> {
+        let end = text
+            .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+            .unwrap_or(text.len());
+        let (name, rest) = text.split_at(end);
+        if let Some((path, stage)) = verb(name) {
+            return self.motion(path, stage, rest, known);
+        }
+        match name.to_ascii_uppercase().as_str() {
+            "CONFJ" | "CONFL" => {
+                let on = strip_prefix(rest.trim(), "\\On").is_some();
+                self.monitored = on;
+                return Some(());
+            }
+            "WAITTIME" => {
+                let seconds: f64 = arguments(rest).last()?.parse().ok()?;
+                let sound = seconds.is_finite() && seconds >= 0.0;
+                return sound.then(|| self.out.push(Instruction::Wait(seconds)));
+            }
+            "RETURN" if rest.is_empty() => {
+                self.out.push(Instruction::End);
+                return Some(());
+            }
+            "EXIT" | "BREAK" | "STOP" | "VAR" | "CONST" | "PERS" | "ELSE" | "ENDIF" | "ENDFOR"
+            | "ENDWHILE" | "ENDTEST" | "DEFAULT" | "ERROR" | "UNDO" | "BACKWARD" | "RETRY"
+            | "TRYNEXT" | "RAISE" | "ACTUNIT" | "DEACTUNIT" | "PDISPON" | "PDISPOFF"
+            | "TPERASE" => return None,
+            _ => {}
+        }
+        // a name alone calls a routine
+        (rest.is_empty() && !name.is_empty()).then(|| {
+            self.out.push(Instruction::Call {
+                program: name.to_owned(),
+                arguments: String::new(),
+            });
+        })
+    }
+
+    /// Frame and tool of a move, by their numbers.
+    fn frames(&mut self, tool: &str, object: Option<&str>) -> (Option<u32>, Option<u32>) {
+        let (tool, new_tool) = numbered(&mut self.tools, tool);
+        let (frame, new_object) = numbered(&mut self.objects, object.unwrap_or("wobj0"));
+        let new = [("TOOL", tool, new_tool), ("WOBJ", frame, new_object)];
+        for (what, number, name) in new {
+            self.out
+                .program
+                .attributes
+                .extend(name.map(|value| Attribute {
+                    key: format!("{what} {number}"),
+                    value,
+                }));
+        }
+        (Some(frame), Some(tool))
+    }
+
+    fn position(
+        &mut self,
+        text: &str,
+        frames: (Option<u32>, Option<u32>),
+        known: &Declared,
+    ) -> PositionRef {
+        if text.starts_with('[') {
+            let value = data::value(text);
+            let place = value
+                .as_ref()
+                .and_then(|v| data::target(v).or_else(|| data::joints(v)));
+            if let Some(place) = place {
+                let place = self.unmonitored(place);
+                return self.out.place(place, frames);
+            }
+            return PositionRef::Unresolved(tidy(text));
+        }
+        let found = known.targets.get(&text.to_ascii_lowercase()).cloned();
+        let found = found.map(|place| self.unmonitored(place));
+        // a target that is used in two frames is two positions
+        let key = match frames {
+            (Some(1), Some(1)) => text.to_owned(),
+            (frame, tool) => format!("{text}_{}_{}", frame.unwrap_or(0), tool.unwrap_or(0)),
+        };
+        let named = self.out.named(&key, frames, || found);
+        named.unwrap_or_else(|| PositionRef::Unresolved(tidy(text)))
+    }
+
+    fn unmonitored(&self, mut place: Coordinates) -> Coordinates {
+        if let Coordinates::Cartesian { config, .. } = &mut place
+            && !self.monitored
+        {
+            config.clear();
+        }
+        place
+    }
+
+    fn motion(
+        &mut self,
+        path: Path,
+        stage: Option<Stage>,
+        rest: &str,
+        known: &Declared,
+    ) -> Option<()> {
+        let all: Vec<(&str, Vec<&str>)> =
+            arguments(rest.trim_start().trim_start_matches("\\Conc,"))
+                .into_iter()
+                .map(switches)
+                .collect();
+        let mut all = all.into_iter();
+        let mut extra = Vec::new();
+        let mut next = || {
+            let (head, switches) = all.next()?;
+            let told = ["WObj", "SeamName", "Weave", "Track"];
+            let rest = switches
+                .iter()
+                .filter(|s| told.iter().all(|t| strip_prefix(s, t).is_none()));
+            extra.extend(rest.map(|s| format!("\\{}", tidy(s))));
+            Some((head, switches))
+        };
+        let via = match path {
+            Path::Round => Some(next()?.0),
+            _ => None,
+        };
+        let (target, _) = next()?;
+        let (speed, _) = next()?;
+        let (mut seam, mut weld, mut told) = (None, None, Vec::new());
+        if stage.is_some() {
+            seam = Some(next()?.0);
+            let (name, switches) = next()?;
+            weld = Some(name);
+            told.extend(switches);
+        }
+        let (zone, _) = next()?;
+        let (tool, switches) = next()?;
+        told.extend(&switches);
+        if next().is_some() || tool.is_empty() {
+            return None;
+        }
+        let frames = self.frames(tool, switch(&switches, "WObj"));
+        let target = self.position(target, frames, known);
+        let kind = match (path, via) {
+            (Path::Joint, _) => MotionKind::Joint,
+            (_, Some(via)) => MotionKind::Circular {
+                via: self.position(via, frames, known),
+            },
+            _ => MotionKind::Linear,
+        };
+        // a path that is woven or tracked is not the one written
+        for word in ["Weave", "Track"] {
+            if stage.is_some() && told.iter().any(|s| strip_prefix(s, word).is_some()) {
+                self.out.keep(&format!(
+                    "\\{word} {}",
+                    switch(&told, word).unwrap_or_default()
+                ));
+            }
+        }
+        let listed = |name: &str, map: &BTreeMap<String, f64>, read: fn(&Value) -> Option<f64>| {
+            let known = map.get(&name.to_ascii_lowercase()).copied();
+            known.or_else(|| read(&data::value(name)?))
+        };
+        let driven = listed(speed, &known.speeds, data::speed);
+        let laid = weld.map(|name| {
+            let found = known.welds.get(&name.to_ascii_lowercase()).cloned();
+            found.unwrap_or_else(|| WeldData {
+                arguments: name.to_owned(),
+                speed: f64::NAN,
+            })
+        });
+        // the weld data of a move hold until its end
+        let speed = match (&laid, stage) {
+            (Some(weld), Some(Stage::Goes | Stage::End)) => {
+                Some(weld.speed).filter(|s| s.is_finite())
+            }
+            _ => driven,
+        };
+        let unit = SpeedUnit::MillimetrePerSecond;
+        let speed = match speed {
+            Some(value) => Speed::Value { value, unit },
+            None if path == Path::Joint => Speed::Maximum,
+            None => Speed::Weld,
+        };
+        let termination = match listed(zone, &known.zones, data::zone) {
+            Some(distance) if distance > 0.0 => Termination::Blend(distance),
+            Some(_) => Termination::Fine,
+            None => Termination::Other(zone.to_owned()),
+        };
+        if let Some(seam) = seam
+            && self.out.program.attribute("SEAM").is_none()
+        {
+            self.out.program.attributes.push(Attribute {
+                key: "SEAM".to_owned(),
+                value: seam.to_owned(),
+            });
+        }
+        let arc = self.arc(stage, laid);
+        self.out.push(Instruction::Motion(Motion {
+            kind,
+            target,
+            speed,
+            termination,
+            arc,
+            extra,
+        }));
+        Some(())
+    }
+
+    /// What the arc does at the end of the move being read; the move before begins to lay with other data where these differ.
+    fn arc(&mut self, stage: Option<Stage>, laid: Option<WeldData>) -> Option<ArcWord> {
+        let arguments = laid?.arguments;
+        match stage? {
+            Stage::Start => {
+                self.arc = Some(arguments.clone());
+                Some(word(ArcAction::Start, arguments))
+            }
+            stage => {
+                let other = self.arc.as_ref() != Some(&arguments);
+                if other
+                    && !self
+                        .out
+                        .arc_at_last_move(word(ArcAction::Start, arguments.clone()))
+                {
+                    self.out.keep("an arc that no move starts");
+                }
+                if stage == Stage::Goes {
+                    self.arc = Some(arguments);
+                    return None;
+                }
+                self.arc = None;
+                Some(word(ArcAction::End, arguments))
+            }
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! A program to RAPID.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::data::{WeldData, written, written_weld};
+use super::words::RapidWords;
+use crate::program::{
+    ArcAction, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
+    SpeedUnit, Termination,
+};
+use crate::written::{TextFile, WriteError, check, short};
+
+/// Speeds of reorientation (deg/s), of linear (mm/s) and of turning external axes (deg/s): those of ABB's predefined speeds.
+const OTHER_SPEEDS: &str = "500,5000,1000";
+
+/// The module of a program, with `\n` line ends: 1 µm and 0.0001°.
+///
+/// # Errors
+/// [`WriteError`] where a number is not finite, or RAPID has no words for something.
+pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, WriteError> {
+    check(program)?;
+    let mut writer = Writer {
+        program,
+        words,
+        names: program
+            .positions
+            .iter()
+            .map(|p| (p.index, name_of(p.index, p.comment.as_ref())))
+            .collect(),
+        body: String::new(),
+        at: 0,
+        arc: None,
+        lists: BTreeMap::new(),
+        speeds: Vec::new(),
+        zones: Vec::new(),
+        welds: Vec::new(),
+    };
+    writer.index_groups();
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        writer.at = at;
+        writer.instruction(instruction)?;
+    }
+    if writer.arc.is_some() {
+        return Err(writer.no_words(GOES_ON, RAISE));
+    }
+    let mut text = format!("MODULE m{}\n", program.name);
+    // writing to a String cannot fail
+    for position in &program.positions {
+        let group = position.groups.iter().find(|g| g.number == 1);
+        if let Some((kind, value)) = group.and_then(|g| written(&g.coordinates)) {
+            let name = name_of(position.index, position.comment.as_ref());
+            let _ = writeln!(text, "  LOCAL CONST {kind} {name}:={value};");
+        }
+    }
+    for (i, speed) in writer.speeds.iter().enumerate() {
+        let _ = writeln!(
+            text,
+            "  LOCAL CONST speeddata sp{}:=[{speed},{OTHER_SPEEDS}];",
+            i + 1
+        );
+    }
+    for (i, zone) in writer.zones.iter().enumerate() {
+        let _ = writeln!(
+            text,
+            "  LOCAL CONST zonedata zn{}:=[FALSE,{zone},{zone},{zone},{zone},{zone},{zone}];",
+            i + 1
+        );
+    }
+    for (i, weld) in writer.welds.iter().enumerate() {
+        let _ = writeln!(text, "  LOCAL PERS welddata wd{}:={weld};", i + 1);
+    }
+    for line in program.sections.iter().flat_map(|s| &s.lines) {
+        let _ = writeln!(text, "  {line}");
+    }
+    let _ = writeln!(text, "  PROC {}()", program.name);
+    let switch = if monitored(program) { "On" } else { "Off" };
+    let _ = writeln!(text, "    ConfJ\\{switch};\n    ConfL\\{switch};");
+    text += &writer.body;
+    text += "  ENDPROC\nENDMODULE\n";
+    Ok(vec![TextFile {
+        name: format!("{}.mod", program.name),
+        text,
+    }])
+}
+
+const GOES_ON: &str = "a bead that goes on in another program";
+const RAISE: &str =
+    "raise lines_per_program and points_per_program of the cell file, or plan shorter beads";
+
+/// Whether every position says how the arm stands.
+fn monitored(program: &Program) -> bool {
+    let mut all = program.positions.iter().flat_map(|p| &p.groups).peekable();
+    all.peek().is_some()
+        && all.all(|g| match &g.coordinates {
+            Coordinates::Cartesian { config, .. } => !config.is_empty(),
+            _ => true,
+        })
+}
+
+fn name_of(index: u32, comment: Option<&String>) -> String {
+    comment.map_or_else(|| format!("P{index}"), Clone::clone)
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    words: &'a RapidWords,
+    names: BTreeMap<u32, String>,
+    body: String,
+    /// Instruction being written, from 0.
+    at: usize,
+    /// The arc word that is on.
+    arc: Option<String>,
+    /// Frame and tool of each position.
+    lists: BTreeMap<u32, (Option<u32>, Option<u32>)>,
+    speeds: Vec<String>,
+    zones: Vec<String>,
+    welds: Vec<String>,
+}
+
+/// The name of a value among those declared; it is added where it is new.
+fn declared(all: &mut Vec<String>, prefix: &str, value: String) -> String {
+    let known = all.iter().position(|v| *v == value);
+    let index = known.unwrap_or_else(|| {
+        all.push(value);
+        all.len() - 1
+    });
+    format!("{prefix}{}", index + 1)
+}
+
+impl Writer<'_> {
+    fn index_groups(&mut self) {
+        let robot = |p: &crate::program::Position| {
+            p.groups
+                .iter()
+                .find(|g| g.number == 1)
+                .map(|g| (g.frame, g.tool))
+        };
+        let all = self
+            .program
+            .positions
+            .iter()
+            .filter_map(|p| Some((p.index, robot(p)?)));
+        self.lists = all.collect();
+    }
+
+    fn line(&mut self, text: &str) {
+        self.body.push_str("    ");
+        self.body.push_str(text);
+        self.body.push('\n');
+    }
+
+    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
+        WriteError::NoWords {
+            program: self.program.name.clone(),
+            instruction: self.at + 1,
+            what: what.to_owned(),
+            remedy,
+        }
+    }
+
+    fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
+        match instruction {
+            Instruction::Motion(motion) => self.motion(motion)?,
+            Instruction::Wait(_) if self.arc.is_some() => {
+                return Err(self.no_words(
+                    "a wait with the arc on",
+                    "plan without dwells in beads: the seam data of the controller fill the crater",
+                ));
+            }
+            Instruction::Arc(_) => {
+                return Err(self.no_words(
+                    "an arc that is switched between moves",
+                    "switch it at the end of a move",
+                ));
+            }
+            Instruction::Wait(seconds) => self.line(&format!("WaitTime {};", short(*seconds, 3))),
+            // moves name their work object and tool
+            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
+            Instruction::Call { program, arguments } if arguments.is_empty() => {
+                self.line(&format!("{program};"));
+            }
+            Instruction::Call { program, arguments } => {
+                self.line(&format!("{program} {arguments};"))
+            }
+            Instruction::Comment { text, .. } => self.line(&format!("!{text}")),
+            Instruction::End => self.line("RETURN;"),
+            Instruction::Raw(text) if super::statements::ends_itself(text) => self.line(text),
+            Instruction::Raw(text) => self.line(&format!("{text};")),
+            Instruction::Label { .. } | Instruction::Jump(_) => {
+                return Err(self.no_words("a jump", "write the moves one after the other"));
+            }
+        }
+        Ok(())
+    }
+
+    fn name(&self, reference: &PositionRef) -> Result<String, WriteError> {
+        match reference {
+            PositionRef::Point { index, .. } => match self.names.get(index) {
+                Some(name) => Ok(name.clone()),
+                None => Err(self.no_words("a position that is not there", "teach it")),
+            },
+            PositionRef::Unresolved(text) => Ok(text.clone()),
+        }
+    }
+
+    /// Tool and work object of a move.
+    fn tool(&self, motion: &Motion) -> String {
+        let (frame, tool) = match &motion.target {
+            PositionRef::Point { index, .. } => self.lists.get(index).copied().unwrap_or_default(),
+            PositionRef::Unresolved(_) => (None, None),
+        };
+        let named = |what: &str, number: Option<u32>, else_: &str| {
+            let key = format!("{what} {}", number.unwrap_or(0));
+            self.program.attribute(&key).unwrap_or(else_).to_owned()
+        };
+        let tool = named("TOOL", tool, &self.words.tool);
+        let object = named("WOBJ", frame, &self.words.work_object);
+        let object = if object == "wobj0" {
+            String::new()
+        } else {
+            format!("\\WObj:={object}")
+        };
+        format!("{tool}{object}{}", motion.extra.concat())
+    }
+
+    fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
+        let target = self.name(&motion.target)?;
+        let zone = match &motion.termination {
+            Termination::Fine => "fine".to_owned(),
+            Termination::Blend(distance) => declared(&mut self.zones, "zn", short(*distance, 3)),
+            Termination::Other(word) => word.clone(),
+            Termination::Cnt(_) | Termination::CntRegister(_) => {
+                return Err(
+                    self.no_words("this way to end a move", "give the distance of blending")
+                );
+            }
+        };
+        let millimetres = match motion.speed {
+            Speed::Value {
+                value,
+                unit: SpeedUnit::MillimetrePerSecond,
+            } => Some(value),
+            Speed::Maximum | Speed::Weld => None,
+            _ => return Err(self.no_words("a speed in this unit", "give it in mm/s")),
+        };
+        let speed = match millimetres {
+            Some(value) => declared(&mut self.speeds, "sp", short(value, 3)),
+            None => "vmax".to_owned(),
+        };
+        let tool = self.tool(motion);
+        let before = self.arc.clone();
+        let after = match motion.arc.as_ref().map(|w| w.action) {
+            Some(ArcAction::End) => None,
+            Some(ArcAction::Start) => motion.arc.as_ref().map(|w| w.arguments.clone()),
+            None => before.clone(),
+        };
+        let path = match &motion.kind {
+            MotionKind::Joint if before.is_none() && after.is_none() => {
+                let joint = self.is_joint(&motion.target);
+                let verb = if joint { "MoveAbsJ" } else { "MoveJ" };
+                self.line(&format!("{verb} {target},{speed},{zone},{tool};"));
+                return Ok(());
+            }
+            MotionKind::Linear => ("L", target),
+            MotionKind::Circular { via } => ("C", format!("{},{target}", self.name(via)?)),
+            MotionKind::Joint | MotionKind::CircleArc => {
+                return Err(self.no_words(
+                    "this kind of move",
+                    "write it straight, or round with its via point",
+                ));
+            }
+        };
+        let (letter, targets) = path;
+        let stage = match (&before, &after) {
+            (None, None) => {
+                let word = motion.arc.as_ref();
+                if word.is_some() {
+                    return Err(self.no_words(GOES_ON, RAISE));
+                }
+                self.line(&format!("Move{letter} {targets},{speed},{zone},{tool};"));
+                return Ok(());
+            }
+            (None, Some(_)) => "Start",
+            (Some(_), Some(_)) => "",
+            (Some(_), None) => "End",
+        };
+        // a move is laid with its own weld data; the first is struck with those of the next
+        let weld = match before.as_ref() {
+            Some(arguments) => self.weld(arguments.clone(), millimetres)?,
+            None => self.weld(after.clone().unwrap_or_default(), self.next_speed())?,
+        };
+        let seam = self
+            .program
+            .attribute("SEAM")
+            .unwrap_or(&self.words.seam)
+            .to_owned();
+        self.line(&format!(
+            "Arc{letter}{stage} {targets},{speed},{seam},{weld},{zone},{tool};"
+        ));
+        self.arc = after;
+        Ok(())
+    }
+
+    fn is_joint(&self, reference: &PositionRef) -> bool {
+        let PositionRef::Point { index, .. } = reference else {
+            return false;
+        };
+        let mut found = self.program.positions.iter().filter(|p| p.index == *index);
+        found.any(|p| {
+            p.groups
+                .iter()
+                .any(|g| g.number == 1 && matches!(g.coordinates, Coordinates::Joint(_)))
+        })
+    }
+
+    fn next_speed(&self) -> Option<f64> {
+        let coming = self
+            .program
+            .instructions
+            .get(self.at + 1..)
+            .unwrap_or_default();
+        coming.iter().find_map(|i| match i {
+            Instruction::Motion(m) => match m.speed {
+                Speed::Value {
+                    value,
+                    unit: SpeedUnit::MillimetrePerSecond,
+                } => Some(value),
+                _ => None,
+            },
+            _ => None,
+        })
+    }
+
+    fn weld(&mut self, arguments: String, speed: Option<f64>) -> Result<String, WriteError> {
+        let Some(speed) = speed else {
+            return Err(self.no_words(GOES_ON, RAISE));
+        };
+        let Some(value) = written_weld(&WeldData { arguments, speed }) else {
+            return Err(self.no_words(
+                "an arc word of other than at most nine numbers",
+                "list what arcdata holds (sched, mode, voltage, wirefeed, …) as the values of the cell's [[program.schedule]]",
+            ));
+        };
+        Ok(declared(&mut self.welds, "wd", value))
+    }
+}

@@ -1,0 +1,120 @@
+//! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again.
+
+/// The lines of a template with values in their places; nothing where a value is missing.
+pub(super) fn filled(template: &[String], values: &[&str]) -> Option<Vec<String>> {
+    template
+        .iter()
+        .map(|line| filled_line(line, values))
+        .collect()
+}
+
+fn filled_line(line: &str, values: &[&str]) -> Option<String> {
+    let mut text = String::new();
+    for piece in pieces(line) {
+        match piece {
+            Piece::Text(part) => text += part,
+            Piece::Place(n) => text += values.get(n - 1)?,
+        }
+    }
+    Some(text)
+}
+
+#[derive(Debug, PartialEq)]
+enum Piece<'a> {
+    Text(&'a str),
+    /// Its number, from 1.
+    Place(usize),
+}
+
+fn pieces(line: &str) -> Vec<Piece<'_>> {
+    let mut all = Vec::new();
+    let mut rest = line;
+    while let Some(at) = rest.find('{') {
+        let place = rest
+            .get(at + 1..at + 3)
+            .and_then(|p| p.strip_suffix('}')?.parse().ok());
+        let Some(n @ 1..=9) = place else {
+            let (head, after) = rest.split_at(at + 1);
+            all.push(Piece::Text(head));
+            rest = after;
+            continue;
+        };
+        all.push(Piece::Text(&rest[..at]));
+        all.push(Piece::Place(n));
+        rest = &rest[at + 3..];
+    }
+    all.push(Piece::Text(rest));
+    all
+}
+
+/// How many values a template has places for.
+pub(super) fn places(template: &[String]) -> usize {
+    let all = template.iter().flat_map(|line| pieces(line));
+    let numbers = all.map(|p| match p {
+        Piece::Place(n) => n,
+        Piece::Text(_) => 0,
+    });
+    numbers.max().unwrap_or(0)
+}
+
+/// The values in the places of the template that `lines` begin with; nothing where they do not.
+pub(super) fn recognised(template: &[String], lines: &[&str]) -> Option<Vec<String>> {
+    let mut values = vec![String::new(); places(template)];
+    if template.is_empty() || lines.len() < template.len() {
+        return None;
+    }
+    for (wanted, line) in template.iter().zip(lines) {
+        recognised_line(wanted.trim(), line.trim(), &mut values)?;
+    }
+    Some(values)
+}
+
+fn recognised_line(wanted: &str, line: &str, values: &mut [String]) -> Option<()> {
+    let mut rest = line;
+    let mut open: Option<usize> = None;
+    for piece in pieces(wanted) {
+        match piece {
+            Piece::Place(n) => open = Some(n),
+            Piece::Text(part) => {
+                let Some(n) = open.take() else {
+                    rest = rest.strip_prefix(part)?;
+                    continue;
+                };
+                // up to what follows the place, or to the end of the line
+                let at = if part.is_empty() {
+                    rest.len()
+                } else {
+                    rest.find(part)?
+                };
+                let value = rest[..at].trim();
+                value.parse::<f64>().ok().filter(|v| v.is_finite())?;
+                value.clone_into(values.get_mut(n - 1)?);
+                rest = &rest[at + part.len()..];
+            }
+        }
+    }
+    rest.is_empty().then_some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_filled_in_is_recognised() {
+        let template = [
+            "set_job({1})".to_owned(),
+            "set_analog_out(0, {2})".to_owned(),
+        ];
+        let lines = filled(&template, &["5", "0.75"]).unwrap();
+        assert_eq!(lines, ["set_job(5)", "set_analog_out(0, 0.75)"]);
+        let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+        assert_eq!(recognised(&template, &lines).unwrap(), ["5", "0.75"]);
+        assert_eq!(
+            recognised(&template, &["set_job(x)", "set_analog_out(0, 1)"]),
+            None
+        );
+        assert_eq!(recognised(&template, &["set_job(1)"]), None);
+        assert_eq!(filled(&template, &["5"]), None);
+    }
+}

@@ -1,0 +1,151 @@
+//! What all writers share: what cannot be written, and numbers as text.
+
+use crate::program::{Coordinates, Instruction, Program, Speed, Termination};
+
+/// Why a program cannot be written.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WriteError {
+    /// A coordinate or a speed is infinite or not a number.
+    #[error("program {program}: {what} is not finite or too small to write; nothing is written")]
+    NotFinite {
+        /// Program.
+        program: String,
+        /// Which number.
+        what: String,
+    },
+    /// A text would break the file: a line break or, in a header, a semicolon.
+    #[error("program {program}: {what} holds a character that programs cannot hold: {text:?}")]
+    Text {
+        /// Program.
+        program: String,
+        /// Which text.
+        what: &'static str,
+        /// That text.
+        text: String,
+    },
+    /// The cell does not say what this dialect needs.
+    #[error(
+        "program {program}: the cell file has no [program.{table}], which {dialect} needs: write it"
+    )]
+    NoTable {
+        /// Program.
+        program: String,
+        /// The table.
+        table: &'static str,
+        /// The dialect.
+        dialect: &'static str,
+    },
+    /// Something that the dialect has no words for.
+    #[error(
+        "program {program}, instruction {instruction}: {what} cannot be written for this controller: {remedy}"
+    )]
+    NoWords {
+        /// Program.
+        program: String,
+        /// Its number, from 1.
+        instruction: usize,
+        /// What.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+}
+
+/// A file of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TextFile {
+    /// File name.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// A fixed number of decimals, without a minus sign before zero.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    match text.strip_prefix('-') {
+        Some(positive) if zero => positive.to_owned(),
+        _ => text,
+    }
+}
+
+/// At most so many decimals: no zeros at the end.
+pub(crate) fn short(value: f64, decimals: usize) -> String {
+    let text = fixed(value, decimals);
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// Refuses numbers that are not finite, and texts that would break a line.
+pub(crate) fn check(program: &Program) -> Result<(), WriteError> {
+    let infinite = |what: String| {
+        Err(WriteError::NotFinite {
+            program: program.name.clone(),
+            what,
+        })
+    };
+    for position in &program.positions {
+        for group in &position.groups {
+            let finite = match &group.coordinates {
+                Coordinates::Cartesian {
+                    xyz,
+                    wpr_degrees,
+                    external,
+                    ..
+                } => {
+                    xyz.iter().chain(wpr_degrees).all(|v| v.is_finite())
+                        && external.iter().all(|a| a.value.is_finite())
+                }
+                Coordinates::Joint(axes) => axes.iter().all(|a| a.value.is_finite()),
+                Coordinates::Unread(_) => true,
+            };
+            if !finite {
+                return infinite(format!("position P[{}]", position.index));
+            }
+        }
+    }
+    for (i, instruction) in program.instructions.iter().enumerate() {
+        let finite = match instruction {
+            Instruction::Motion(m) => {
+                let speed = match m.speed {
+                    // less would be written as zero
+                    Speed::Value { value, .. } => value.is_finite() && value >= 1e-3,
+                    Speed::Register { .. } | Speed::Weld | Speed::Maximum => true,
+                };
+                let ends = match m.termination {
+                    Termination::Blend(distance) => distance.is_finite() && distance >= 1e-3,
+                    _ => true,
+                };
+                speed && ends
+            }
+            Instruction::Wait(seconds) => seconds.is_finite() && *seconds >= 0.0,
+            _ => true,
+        };
+        if !finite {
+            return infinite(format!("the speed or time in line {}", i + 1));
+        }
+        if let Instruction::Comment { text, .. } | Instruction::Raw(text) = instruction
+            && text.contains(['\n', '\r'])
+        {
+            return Err(WriteError::Text {
+                program: program.name.clone(),
+                what: "a comment or instruction",
+                text: text.clone(),
+            });
+        }
+    }
+    for attribute in &program.attributes {
+        if attribute.value.contains(['\n', '\r']) {
+            return Err(WriteError::Text {
+                program: program.name.clone(),
+                what: "the header",
+                text: attribute.value.clone(),
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,544 @@
+//! Programs for other controllers than FANUC's: golden texts, what is written is read, the arc by the text alone, programs of others.
+
+use std::fmt::Write as _;
+
+use meltpath_base::{Reporter, settings as files};
+use meltpath_geometry::math::DVec3;
+use meltpath_programs::program::{Coordinates, Instruction, Program, Speed, Termination};
+use meltpath_programs::{
+    BuildError, BuildSettings, Built, CellProgramming, Dialect, Missing, ParseError, Parsed, Pause,
+    TextFile, WriteError, build, dialect, read_toolpath,
+};
+use meltpath_toolpath::{Channel, Layer, Role, Toolpath};
+use proptest::prelude::*;
+
+use crate::built::{arcmate, head, random_toolpath, settings, toolpath};
+use crate::told::{Told, motions};
+
+const OTHERS: [Dialect; 3] = [Dialect::Krl, Dialect::Rapid, Dialect::UrScript];
+
+/// A cell that has words for every dialect, and schedules for these wire feeds, mm/s.
+fn cell(feeds: &[f64]) -> CellProgramming {
+    let text = meltpath_data::cells::ARCMATE_120IC.text;
+    let mut text = text.replace(
+        "name_length = 32",
+        "name_length = 32\nblend = \"4 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\", \"other\"]",
+    );
+    text += r#"
+[program.krl]
+source = "test"
+job_mode = "Job mode"
+preflow = "0.2 s"
+[program.rapid]
+source = "test"
+tool = "tTorch"
+work_object = "wPart"
+seam = "sm1"
+[program.script]
+source = "test"
+part = "Part"
+arc_start = ["set_job({1})", "set_analog_out(0, {2})", "set_digital_out(0, True)"]
+arc_end = ["set_digital_out(0, False)"]
+"#;
+    for (n, feed) in (1..).zip(feeds) {
+        let metres = feed * 0.06;
+        write!(
+            text,
+            "[[program.schedule]]\nnumber = {n}\nwire_feed = \"{metres} m/min\"\nvalues = [{n}, {metres}, 0]\n"
+        )
+        .unwrap();
+    }
+    files::peek(&text, &["program"]).unwrap().unwrap()
+}
+
+fn asked(dialect: Dialect) -> BuildSettings {
+    BuildSettings {
+        dialect,
+        ..settings(Pause::Wait(30.0))
+    }
+}
+
+/// Built, with joints said where a dialect begins with them.
+fn built(
+    toolpath: &Toolpath,
+    cell: &CellProgramming,
+    dialect: Dialect,
+) -> Result<Built, BuildError> {
+    let mut built = build(toolpath, cell, &asked(dialect), &Reporter::new())?;
+    let said = match dialect {
+        Dialect::UrScript => "0,-90.5,90,-90,-90,12.25",
+        Dialect::Krl => "S 2, T 35",
+        Dialect::Rapid => "0,-1,0,1",
+        Dialect::FanucLs => return Ok(built),
+    };
+    for position in built.programs.iter_mut().flat_map(|p| &mut p.positions) {
+        if let Coordinates::Cartesian { config, .. } = &mut position.groups[0].coordinates {
+            said.clone_into(config);
+        }
+    }
+    Ok(built)
+}
+
+fn written(built: &Built, cell: &CellProgramming) -> Result<Vec<Vec<TextFile>>, WriteError> {
+    built
+        .programs
+        .iter()
+        .map(|p| dialect::write(p, cell))
+        .collect()
+}
+
+/// The one program of its files.
+fn read(dialect: Dialect, files: &[TextFile], cell: &CellProgramming) -> Parsed {
+    let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
+    let mut all = dialect::read(dialect, bytes(0).unwrap(), bytes(1), cell).unwrap();
+    assert_eq!(all.len(), 1);
+    all.remove(0)
+}
+
+fn small() -> Toolpath {
+    let p = DVec3::new;
+    let mut first = Layer::new(1, 0.0);
+    first
+        .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
+        .line_to(p(50.0, 0.0, 0.0))
+        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .line_to(p(60.0, 40.0, 0.0));
+    let mut second = Layer::new(2, 0.0);
+    let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
+    pass.axis(DVec3::Z)
+        .line_to(p(30.0, 5.0, 1.6))
+        .axis(DVec3::Z);
+    pass.set(Channel::WireFeed, 400.0 / 3.0);
+    pass.set(Channel::Speed, 10.0);
+    pass.line_to(p(30.0, 25.0, 1.6));
+    pass.axis(p(0.0, -0.5, 1.0).normalize());
+    pass.set(Channel::WireFeed, 100.0).set(Channel::Speed, 8.0);
+    toolpath(400.0 / 3.0, vec![first, second])
+}
+
+fn golden(dialect: Dialect) -> String {
+    let cell = cell(&[400.0 / 3.0, 100.0]);
+    let built = built(&small(), &cell, dialect).unwrap();
+    let files = written(&built, &cell).unwrap().concat();
+    let texts = files
+        .iter()
+        .map(|f| format!("==> {} <==\n{}", f.name, f.text));
+    texts.collect()
+}
+
+#[test]
+fn golden_krl() {
+    insta::assert_snapshot!(golden(Dialect::Krl));
+}
+
+#[test]
+fn golden_rapid() {
+    insta::assert_snapshot!(golden(Dialect::Rapid));
+}
+
+#[test]
+fn golden_ur_script() {
+    insta::assert_snapshot!(golden(Dialect::UrScript));
+}
+
+fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
+    let reading = read_toolpath(programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
+    assert_eq!(reading.gaps, []);
+    motions(&reading)
+}
+
+/// The arc during each move, by the lines of the text alone.
+fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
+    let (mut on, mut during) = (false, Vec::new());
+    for line in text.lines().map(str::trim) {
+        let word = line.split([' ', '(']).next().unwrap_or_default();
+        match dialect {
+            Dialect::Krl => {
+                if ["PTP", "LIN", "CIRC"].contains(&word) {
+                    during.push(on);
+                }
+                on |= line.starts_with("ArcMainNG(#ArcOnAfter");
+                on &= !line.starts_with("ArcMainNG(#ArcOffAfter");
+            }
+            Dialect::Rapid => {
+                let moves = ["MoveJ", "MoveL", "MoveC", "ArcLStart", "ArcCStart"].contains(&word);
+                let lays = ["ArcL", "ArcC", "ArcLEnd", "ArcCEnd"].contains(&word);
+                assert_eq!(on, lays || (on && !moves), "{line}");
+                if moves || lays {
+                    during.push(lays);
+                }
+                on = (on || word.ends_with("Start")) && !word.ends_with("End");
+            }
+            Dialect::UrScript => {
+                if ["movej", "movel", "movec"].contains(&word) {
+                    during.push(on);
+                }
+                on |= line == "set_digital_out(0, True)";
+                on &= line != "set_digital_out(0, False)";
+            }
+            Dialect::FanucLs => {}
+        }
+    }
+    (during, on)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_written_is_read(toolpath in random_toolpath(1..8)) {
+        let cell = cell(&[100.0, 101.0, 102.0]);
+        for dialect in OTHERS {
+            let built = built(&toolpath, &cell, dialect).unwrap();
+            let files = written(&built, &cell).unwrap();
+            let parsed: Vec<Program> = files.iter().map(|f| read(dialect, f, &cell).program).collect();
+            for (program, files) in parsed.iter().zip(&files) {
+                prop_assert_eq!(&dialect::write(program, &cell).unwrap(), files);
+            }
+            let (wanted, found) = (executed(&built.programs, &cell), executed(&parsed, &cell));
+            prop_assert_eq!(found.len(), wanted.len());
+            for (a, b) in found.iter().zip(&wanted) {
+                prop_assert!(a.to.distance(b.to) <= 1e-3 && a.axis.angle_between(b.axis) < 1e-3_f64.to_radians());
+                prop_assert!((a.speed.unwrap() - b.speed.unwrap()).abs() < 2e-3, "{a:?} {b:?}");
+                prop_assert!((a.wire_feed.unwrap_or(0.0) - b.wire_feed.unwrap_or(0.0)).abs() < 1e-6);
+                prop_assert_eq!((a.burns, a.layer, a.pass), (b.burns, b.layer, b.pass));
+                prop_assert!((a.control.smoothing.unwrap_or(-1.0) - b.control.smoothing.unwrap_or(-1.0)).abs() < 1e-6);
+            }
+            // by the text alone
+            let parts = &files[usize::from(files.len() > 1)..];
+            let text: String = parts.iter().map(|f| f[0].text.as_str()).collect();
+            let (during, left_on) = arc_by_text(dialect, &text);
+            prop_assert!(!left_on);
+            prop_assert!(during.first() != Some(&true));
+            prop_assert_eq!(during.get(1..).unwrap_or_default(), found.iter().map(|m| m.burns).collect::<Vec<_>>());
+        }
+    }
+}
+
+#[test]
+fn sub_programs_are_called_and_a_bead_is_never_cut() {
+    let mut cell = cell(&[400.0 / 3.0]);
+    cell.lines_per_program.value = 50;
+    cell.points_per_program.value = 20;
+    let layers = (0..5).map(|i| {
+        let mut layer = Layer::new(i + 1, 0.0);
+        let points = (0..8).map(|k| DVec3::new(f64::from(k) * 10.0, 0.0, f64::from(i) * 1.6));
+        layer.polyline(head(i, Role::Contour), points);
+        layer
+    });
+    let short = toolpath(400.0 / 3.0, layers.collect());
+    let mut long = Layer::new(1, 0.0);
+    long.polyline(
+        head(1, Role::Contour),
+        (0..80).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)),
+    );
+    let long = toolpath(400.0 / 3.0, vec![long]);
+    for dialect in [Dialect::Krl, Dialect::Rapid] {
+        let built_short = built(&short, &cell, dialect).unwrap();
+        assert!(built_short.programs.len() > 2);
+        let files = written(&built_short, &cell).unwrap();
+        let parsed: Vec<Program> = files
+            .iter()
+            .map(|f| read(dialect, f, &cell).program)
+            .collect();
+        let beads = executed(&parsed, &cell).iter().filter(|m| m.burns).count();
+        assert_eq!(beads, 5 * 7);
+        let refused = written(&built(&long, &cell, dialect).unwrap(), &cell).unwrap_err();
+        assert!(
+            refused.to_string().contains("goes on in another program"),
+            "{refused}"
+        );
+    }
+    // a script is one file, whatever its length
+    assert_eq!(
+        built(&long, &cell, Dialect::UrScript)
+            .unwrap()
+            .programs
+            .len(),
+        1
+    );
+}
+
+#[test]
+fn what_a_cell_does_not_say_is_asked_for() {
+    let told =
+        |cell: &CellProgramming, dialect| built(&small(), cell, dialect).unwrap_err().to_string();
+    for (dialect, key) in [
+        (Dialect::Krl, "krl"),
+        (Dialect::Rapid, "rapid"),
+        (Dialect::UrScript, "script"),
+    ] {
+        let found = told(&arcmate(), dialect);
+        assert!(found.contains(&format!("write program.{key}")), "{found}");
+        let mut silent = cell(&[100.0]);
+        silent.blend.value = None;
+        assert!(told(&silent, dialect).contains("write program.blend"));
+        let found = told(&cell(&[100.0]), dialect);
+        assert!(
+            found.contains("8.00 m/min of pass 1") && found.contains("lists 6.00 m/min"),
+            "{found}"
+        );
+        let mut other = cell(&[400.0 / 3.0, 100.0]);
+        other.schedules.value[1].values.value[1] = 7.0;
+        assert!(
+            told(&other, dialect).contains("weld schedule 2"),
+            "{}",
+            told(&other, dialect)
+        );
+    }
+}
+
+#[test]
+fn what_a_dialect_has_no_words_for_is_told() {
+    let cell = cell(&[400.0 / 3.0, 100.0]);
+    let mut program = built(&small(), &cell, Dialect::Krl)
+        .unwrap()
+        .programs
+        .remove(0);
+    let bead = program
+        .instructions
+        .iter()
+        .position(|i| matches!(i, Instruction::Motion(m) if m.arc.is_some()));
+    program
+        .instructions
+        .insert(bead.unwrap() + 1, Instruction::Wait(0.5));
+    for dialect in [Dialect::Krl, Dialect::Rapid] {
+        program.dialect = dialect;
+        for instruction in &mut program.instructions {
+            if let Instruction::Motion(m) = instruction
+                && m.kind == meltpath_programs::program::MotionKind::Joint
+            {
+                m.speed = match dialect {
+                    Dialect::Krl => m.speed,
+                    _ => Speed::Maximum,
+                };
+            }
+        }
+        let told = dialect::write(&program, &cell).unwrap_err().to_string();
+        assert!(told.contains("a wait with the arc on"), "{told}");
+    }
+    // no robot was named
+    let plain = build(&small(), &cell, &asked(Dialect::UrScript), &Reporter::new()).unwrap();
+    let told = dialect::write(&plain.programs[0], &cell)
+        .unwrap_err()
+        .to_string();
+    assert!(told.contains("machine.robot"), "{told}");
+}
+
+const SEAM_SRC: &str = include_str!("../data/arctech_seam.src");
+const SEAM_DAT: &str = include_str!("../data/arctech_seam.dat");
+const MODULE: &str = include_str!("../data/two_seams.mod");
+const SCRIPT: &str = include_str!("../data/hand_written.script");
+
+#[test]
+fn a_kuka_program_of_inline_forms_is_read() {
+    let cell = cell(&[100.0]);
+    let all = dialect::read(
+        Dialect::Krl,
+        SEAM_SRC.as_bytes(),
+        Some(SEAM_DAT.as_bytes()),
+        &cell,
+    )
+    .unwrap();
+    assert_eq!(
+        all.iter()
+            .map(|p| p.program.name.as_str())
+            .collect::<Vec<_>>(),
+        ["SEAM", "HELP"]
+    );
+    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
+    let reading =
+        read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
+    let moves = motions(&reading);
+    let told: Vec<_> = moves
+        .iter()
+        .map(|m| (m.burns, m.speed, m.to.x, m.control.smoothing))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (false, Some(25.0), 100.0, None),
+            (true, Some(6.0), 150.0, Some(0.5)),
+            (true, Some(7.5), 200.0, None),
+            (false, Some(200.0), 200.0, None),
+        ]
+    );
+    assert_eq!(moves[1].wire_feed, Some(8000.0 / 60.0));
+    assert_eq!(moves[1].control.frames, (10, 1));
+    // the unknown word is kept and told, with its line, and what follows is read
+    let gaps: Vec<_> = reading
+        .gaps
+        .iter()
+        .map(|g| (g.line, g.text.as_str(), &g.why))
+        .collect();
+    assert_eq!(gaps.len(), 1, "{gaps:?}");
+    let line = SEAM_SRC
+        .lines()
+        .position(|l| l.contains("TS_Search"))
+        .unwrap() as u32
+        + 1;
+    assert_eq!(gaps[0].0, line);
+    assert!(
+        matches!(gaps[0].2, Missing::Call(name) if name == "TS_SEARCH"),
+        "{gaps:?}"
+    );
+}
+
+#[test]
+fn an_abb_module_of_another_is_read() {
+    let mut cell = cell(&[100.0]);
+    cell.arc_values.value = files::peek::<CellProgramming>(
+        &meltpath_data::cells::ARCMATE_120IC.text.replace(
+            "name_length = 32",
+            "name_length = 32\narc_values = [\"schedule\", \"other\", \"other\", \"wire feed, mm/s\"]",
+        ),
+        &["program"],
+    )
+    .unwrap()
+    .unwrap()
+    .arc_values
+    .value;
+    let all = dialect::read(Dialect::Rapid, MODULE.as_bytes(), None, &cell).unwrap();
+    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
+    assert_eq!(
+        programs.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(),
+        ["main", "rSeam"]
+    );
+    let reading =
+        read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
+    let moves = motions(&reading);
+    let told: Vec<_> = moves
+        .iter()
+        .map(|m| (m.burns, m.speed, m.wire_feed, m.to.x))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (false, Some(100.0), None, 10.0),
+            (true, Some(6.0), Some(120.0), 60.0),
+            (true, Some(8.0), Some(140.0), 80.0),
+            (false, Some(200.0), None, 80.0),
+        ]
+    );
+    assert_eq!(moves[1].control.smoothing, Some(0.25));
+    let gaps: Vec<_> = reading
+        .gaps
+        .iter()
+        .map(|g| (g.line, g.text.as_str()))
+        .collect();
+    let line = |text: &str| MODULE.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
+    assert_eq!(
+        gaps,
+        [(
+            line("SearchL"),
+            "SearchL \\Stop,diTouch,pFound,p10,v20,tGun\\WObj:=wTable"
+        )]
+    );
+}
+
+#[test]
+fn a_script_of_another_is_read() {
+    let mut cell = cell(&[100.0]);
+    let words = cell.script.value.as_mut().unwrap();
+    words.part.value = "plane".to_owned();
+    let mut all = dialect::read(Dialect::UrScript, SCRIPT.as_bytes(), None, &cell).unwrap();
+    let program = all.remove(0).program;
+    let reading = read_toolpath(
+        std::slice::from_ref(&program),
+        &cell.execution(10.0),
+        1000.0,
+        &Reporter::new(),
+    )
+    .unwrap();
+    let moves = motions(&reading);
+    let told: Vec<_> = moves
+        .iter()
+        .map(|m| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (true, Some(10.0), Some(133.0), 150.0),
+            (true, Some(12.0), Some(133.0), 200.0),
+            (false, Some(100.0), None, 200.0),
+        ]
+    );
+    let gaps: Vec<_> = reading
+        .gaps
+        .iter()
+        .map(|g| (g.line, g.text.as_str()))
+        .collect();
+    let line = |text: &str| SCRIPT.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
+    assert_eq!(
+        gaps,
+        [(
+            line("movep("),
+            "movep(pose_trans(plane,p[0.2,0.0,0.0,0,3.14159265,0]),a=1.2,v=0.01,r=0.001)"
+        )]
+    );
+    assert!(
+        program
+            .instructions
+            .iter()
+            .any(|i| matches!(i, Instruction::Motion(m) if m.termination == Termination::Fine))
+    );
+}
+
+#[test]
+fn texts_that_are_no_programs_are_refused() {
+    let cell = arcmate();
+    for dialect in OTHERS {
+        let none = dialect::read(dialect, b"G1 X10 Y20\n", None, &cell);
+        assert!(matches!(none, Err(ParseError::Other { .. })), "{none:?}");
+    }
+    for (dialect, text) in [
+        (Dialect::Krl, "DEF A( )\nLIN XP1\n"),
+        (Dialect::Rapid, "MODULE m\nPROC a()\nMoveL p1,v10,fine,t;\n"),
+        (Dialect::UrScript, "def a():\n  sleep(1)\n"),
+    ] {
+        let cut = dialect::read(dialect, text.as_bytes(), None, &cell);
+        assert!(matches!(cut, Err(ParseError::Unended { .. })), "{cut:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// An error or a program, never a panic; and what is read can be executed, or is refused with its line.
+    #[test]
+    fn damaged_texts(which in 0_usize..4, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
+        let (dialect, text) = [
+            (Dialect::Krl, SEAM_SRC), (Dialect::Krl, SEAM_DAT), (Dialect::Rapid, MODULE), (Dialect::UrScript, SCRIPT),
+        ][which];
+        let mut bytes = text.as_bytes().to_vec();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if cuts {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let cell = cell(&[100.0]);
+        let all = match which {
+            0 => dialect::read(dialect, &bytes, Some(SEAM_DAT.as_bytes()), &cell),
+            1 => dialect::read(dialect, SEAM_SRC.as_bytes(), Some(&bytes), &cell),
+            _ => dialect::read(dialect, &bytes, None, &cell),
+        };
+        if let Ok(all) = all {
+            let programs: Vec<Program> = all.into_iter().map(|p| p.program).collect();
+            let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
+            if let Ok(reading) = read {
+                for layer in &reading.toolpath.layers {
+                    prop_assert_eq!(layer.sanity_check(), Ok(()));
+                }
+            }
+            for program in &programs {
+                if let Ok(files) = dialect::write(program, &cell) {
+                    let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
+                    let again = dialect::read(dialect, bytes(0).unwrap(), bytes(1), &cell);
+                    prop_assert!(again.is_ok(), "{:?}\n{}", again, files[0].text);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! How an arm stands, in the words of its maker: CONFIG of FANUC, status and turn of KUKA, confdata of ABB. Universal Robots have
+//! none: there the joints themselves are said.
+//!
+//! Sources: FANUC see [`Configuration`]. KUKA: manual of KSS 8 (status: overhead, elbow, fifth axis; turn: the signs of the axes),
+//! checked against seven taught positions of published programs, see the tests. ABB: RAPID reference, `confdata` (quarter turns of
+//! axes 1, 4, 6; cfx by wrist in front of or behind axis 1 and lower arm, and the sign of axis 5).
+
+use std::fmt;
+
+use super::layout::{Cell, Maker};
+use crate::kinematics::{Arm, Configuration, Geometry};
+
+/// Angles nearer to a border than this are on it, deg: controllers show three digits.
+const SHOWN: f64 = 1e-3;
+/// Joints that are said by their values are held so near, deg: what is read has the digits of a file.
+const SAME: f64 = 0.5;
+
+/// How an arm stands, in the words of its maker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stance {
+    /// CONFIG.
+    Fanuc(Configuration),
+    /// Status and turn.
+    Kuka {
+        /// Bits: 1 overhead, 2 elbow, 4 fifth axis below zero.
+        status: u8,
+        /// Bits: 1 where the first axis is below zero, 2 the second, and so on.
+        turn: u8,
+    },
+    /// cf1, cf4, cf6, cfx.
+    Abb([i32; 4]),
+    /// The joints, deg.
+    Joints([f64; 6]),
+}
+
+impl fmt::Display for Stance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stance::Fanuc(configuration) => configuration.fmt(f),
+            Stance::Kuka { status, turn } => write!(f, "S {status}, T {turn}"),
+            Stance::Abb([a, b, c, d]) => write!(f, "{a},{b},{c},{d}"),
+            Stance::Joints(joints) => {
+                let all = joints.map(|j| format!("{j:.4}"));
+                f.write_str(&all.join(","))
+            }
+        }
+    }
+}
+
+impl Stance {
+    /// What a position says; nothing where it says nothing, or not in this maker's words.
+    pub fn read(maker: Maker, text: &str) -> Option<Stance> {
+        match maker {
+            Maker::Fanuc => text.parse().ok().map(Stance::Fanuc),
+            Maker::Kuka => {
+                let (status, turn) = text.split_once(',')?;
+                let number = |text: &str, letter: char| -> Option<u8> {
+                    text.trim().strip_prefix(letter)?.trim().parse().ok()
+                };
+                // bits beyond these say how accurate the robot is
+                Some(Stance::Kuka {
+                    status: number(status, 'S')? & 7,
+                    turn: number(turn, 'T')? & 63,
+                })
+            }
+            Maker::Abb => numbers(text).map(Stance::Abb),
+            Maker::Universal => numbers(text).map(Stance::Joints),
+            Maker::Yaskawa | Maker::Staubli | Maker::Other => None,
+        }
+    }
+
+    /// Whether an arm that stands so stands as `other` says.
+    pub fn agrees(&self, other: &Stance) -> bool {
+        match (self, other) {
+            (Stance::Joints(a), Stance::Joints(b)) => {
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME)
+            }
+            _ => self == other,
+        }
+    }
+}
+
+fn numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let all: Option<Vec<T>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    all?.try_into().ok()
+}
+
+impl Cell {
+    /// How the arm stands with these joints (rad); nothing where its maker has no words that are known here.
+    pub fn stance(&self, joints: [f64; 6]) -> Option<Stance> {
+        let shown = self.arm.shown(joints).map(f64::to_degrees);
+        match self.maker {
+            Maker::Fanuc => self.arm.configuration(joints).map(Stance::Fanuc),
+            Maker::Kuka => kuka(&self.arm, joints, shown),
+            Maker::Abb => abb(&self.arm, joints, shown),
+            Maker::Universal => Some(Stance::Joints(shown)),
+            Maker::Yaskawa | Maker::Staubli | Maker::Other => None,
+        }
+    }
+}
+
+/// Whether the centre of the wrist lies behind the first axis, and whether the elbow is bent back.
+fn behind(arm: &Arm, joints: [f64; 6]) -> Option<[bool; 2]> {
+    match arm.geometry {
+        Geometry::SphericalWrist(lengths) => Some(lengths.behind(joints)),
+        Geometry::OffsetWrist(_) | Geometry::Other => None,
+    }
+}
+
+fn kuka(arm: &Arm, joints: [f64; 6], shown: [f64; 6]) -> Option<Stance> {
+    let [overhead, back] = behind(arm, joints)?;
+    let fifth = (-180.0..-SHOWN).contains(&shown[4]) || shown[4] >= 180.0;
+    let bits = [overhead, !back, fifth];
+    let status = bits.iter().zip(0..).map(|(on, i)| u8::from(*on) << i).sum();
+    let turn = shown
+        .iter()
+        .zip(0..)
+        .map(|(angle, i)| u8::from(*angle < -SHOWN) << i)
+        .sum();
+    Some(Stance::Kuka { status, turn })
+}
+
+fn abb(arm: &Arm, joints: [f64; 6], shown: [f64; 6]) -> Option<Stance> {
+    let [overhead, back] = behind(arm, joints)?;
+    let quarter = |angle: f64| ((angle + SHOWN) / 90.0).floor() as i32;
+    let cfx = 4 * i32::from(overhead) + 2 * i32::from(back) + i32::from(shown[4] < -SHOWN);
+    Some(Stance::Abb([
+        quarter(shown[0]),
+        quarter(shown[3]),
+        quarter(shown[5]),
+        cfx,
+    ]))
+}
