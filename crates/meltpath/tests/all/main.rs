@@ -11,6 +11,7 @@ mod dialects;
 mod ebm;
 mod fit;
 mod foreign;
+mod foretold;
 mod health;
 mod identify;
 mod lpbf;
