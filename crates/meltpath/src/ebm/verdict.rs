@@ -78,24 +78,24 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         section
             .check(
                 IN_WINDOW,
-                Figure::share(in_window),
+                &Figure::share(in_window),
                 Limit::AtLeast(100.0 * limits.in_window),
                 &into_window(settings, section.tally),
             )
             .because(&words),
-        section.check(UNMELTED, unmelted, at_most(limits.unmelted), MORE),
+        section.check(UNMELTED, &unmelted, at_most(limits.unmelted), MORE),
         section.check(
             UNFUSED,
-            unfused,
+            &unfused,
             at_most(limits.unfused),
             "more power, slower lines, lines closer together, or thinner layers",
         ),
         section
-            .check(OUTSIDE, outside, at_most(limits.outside), less_beyond)
+            .check(OUTSIDE, &outside, at_most(limits.outside), less_beyond)
             .because(&format!("beyond {} mm of the contour", limits.rim)),
         section.check(
             FARTHEST,
-            farthest,
+            &farthest,
             Limit::AtMost(limits.farthest),
             less_beyond,
         ),
@@ -171,7 +171,7 @@ struct Section<'a> {
 impl Section<'_> {
     /// A figure against its limit. Beyond it in every run it fails, and `cure` says what to do; else it passes only where it is
     /// converged, over the whole section, and where something melts at all. Each doubt says how to end it.
-    fn check(&self, [id, title]: [&str; 2], figure: Figure, limit: Limit, cure: &str) -> Check {
+    fn check(&self, [id, title]: [&str; 2], figure: &Figure, limit: Limit, cure: &str) -> Check {
         let title = format!("{title}, on the reference solver");
         let spread = figure.factor * figure.share.spread();
         let value = Measure::new(figure.factor * figure.share.value, spread, figure.unit);
@@ -194,7 +194,7 @@ impl Section<'_> {
         }
         let beyond = matches!(check.status, Status::Fail | Status::Warn);
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
-        let doubts = [self.moved(&figure), self.hot(), self.in_part()];
+        let doubts = [self.moved(figure), self.hot(), self.in_part()];
         let check = doubts.into_iter().flatten().fold(check, |check, doubt| {
             remedies.push(doubt.remedy);
             Check {

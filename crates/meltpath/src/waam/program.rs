@@ -197,7 +197,7 @@ pub fn main_of(path: &Path, cell: &CellProgramming) -> Result<PathBuf, ProgramSt
             path: path.to_path_buf(),
             found: mains
                 .iter()
-                .flat_map(|&i| programs[i].first())
+                .filter_map(|&i| programs[i].first())
                 .map(|p| p.program.name.clone())
                 .collect(),
         }),
