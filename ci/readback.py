@@ -66,7 +66,7 @@ def check_vtk(path):
 def check_volume(path, data):
     """A volume of voxels: as many values as cells, classes in the order of temperatures."""
     cells = arrays(data.GetCellData())
-    heat, classes = cells.get("highest temperature [°C]"), cells.get("class")
+    heat, classes = cells.get("highest_temperature_C"), cells.get("class")
     if heat is None or classes is None:
         return
     expect(len(heat) == len(classes) == data.GetNumberOfCells(), f"{path}: other counts than its {data.GetNumberOfCells()} cells")

@@ -11,6 +11,8 @@ pub trait Observer: Send + Sync {
     fn stage(&self, name: &str, total: u64);
     /// `done` more units of the current stage are finished.
     fn advance(&self, done: u64);
+    /// Something a person should read now, before the command ends.
+    fn note(&self, _text: &str) {}
     /// Whether the stage should stop as soon as it can.
     fn cancelled(&self) -> bool;
 

@@ -101,7 +101,7 @@ pub(crate) enum Command {
         /// The shell.
         shell: Shell,
     },
-    /// Write pages for `man`, one for each command.
+    /// Write pages for `man`, one for each command, and the reference of job files and data files.
     Man {
         /// The folder to write them into.
         out: PathBuf,

@@ -116,6 +116,13 @@ impl Observer for Progress {
         });
     }
 
+    fn note(&self, text: &str) {
+        self.with(|s| match &s.bar {
+            Some(bar) => bar.suspend(|| progress_line(text)),
+            None => progress_line(text),
+        });
+    }
+
     fn cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }

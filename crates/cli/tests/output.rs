@@ -78,6 +78,11 @@ fn shells_and_man_are_served() {
     printed(&["man", "pages"], dir.path());
     let page = fs::read_to_string(dir.path().join("pages/meltpath-run.1")).unwrap();
     assert!(page.contains(".TH meltpath-run"), "{page}");
+    // beside them what the book says of files
+    for (name, key) in [("job.md", "`[waam]`"), ("data.md", "## wire")] {
+        let page = fs::read_to_string(dir.path().join("pages").join(name)).unwrap();
+        assert!(page.contains(key), "{name}");
+    }
 }
 
 /// Errors are JSON too, beside the words for people.

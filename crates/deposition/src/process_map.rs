@@ -299,6 +299,11 @@ impl ProcessMap {
         Some(measured.at(programmed, self.feed_factor.0 * programmed, band))
     }
 
+    /// Whether beads at a wire feed and a travel speed, mm/s, lie where the map was measured.
+    pub fn covers(&self, wire_feed: f64, travel_speed: f64) -> bool {
+        self.holds(wire_feed / M_PER_MIN, travel_speed / M_PER_MIN)
+    }
+
     /// Whether settings (m/min) lie where the map holds.
     fn holds(&self, vf: f64, vr: f64) -> bool {
         let in_law = match &self.law {

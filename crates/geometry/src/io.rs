@@ -5,7 +5,7 @@ pub mod threemf;
 
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, Cursor, Seek},
+    io::{self, BufRead, BufReader, Seek},
     path::Path,
 };
 
@@ -109,20 +109,6 @@ pub fn read_mesh(
         reporter,
         observer,
     )
-}
-
-/// Reads the meshes of a file held in memory.
-///
-/// # Errors
-/// See [`ReadMeshError`].
-pub fn read_mesh_bytes(
-    bytes: &[u8],
-    format: MeshFormat,
-    reporter: &Reporter,
-    observer: &dyn Observer,
-) -> Result<Vec<NamedMesh>, ReadMeshError> {
-    let length = Some(bytes.len() as u64);
-    read_format(Cursor::new(bytes), format, length, reporter, observer)
 }
 
 fn read_format(

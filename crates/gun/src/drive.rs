@@ -265,7 +265,12 @@ mod tests {
                 ..PassHead::default()
             };
             let mut pass = layer.begin(head, DVec3::new(1.0, 0.0, 0.0));
-            pass.arc_to(DVec3::new(0.0, 1.0, 0.0), DVec3::new(-1.0, 0.0, 0.0));
+            pass.go(
+                Move::Arc {
+                    via: DVec3::new(0.0, 1.0, 0.0),
+                },
+                DVec3::new(-1.0, 0.0, 0.0),
+            );
             pass.set(Channel::Speed, 500.0).set(Channel::Power, 600.0);
             pass.go(Move::Spot { time: 0.001 }, DVec3::new(0.0, 3.0, 0.0));
             pass.set(Channel::Speed, 500.0).set(Channel::Power, 120.0);

@@ -250,6 +250,20 @@ fn highest(file: &Path, material: &Material) -> Result<Field, Box<dyn Error>> {
     Ok(simulation.highest_temperature())
 }
 
+/// Mean of the top plane's cells within `radius` mm of a point; `None` where there is none.
+fn mean_on_top(field: &Field, [x, y]: [f64; 2], radius: f64) -> Option<f64> {
+    let (grid, top) = (&field.grid, field.grid.planes() - 1);
+    let cells = (0..grid.cells[1]).flat_map(|j| (0..grid.cells[0]).map(move |i| (i, j)));
+    let near = cells.filter(|(i, j)| {
+        let c = grid.centre(*i, *j, top);
+        (c.x - x).hypot(c.y - y) <= radius
+    });
+    let (sum, count) = near.fold((0.0, 0.0), |(sum, count), (i, j)| {
+        (sum + field.at(i, j, top), count + 1.0)
+    });
+    (count > 0.0).then_some(sum / count)
+}
+
 /// Figures 3.3.10, 3.3.13 and 3.3.18: highest temperatures of rectangle and triangle.
 fn prisms(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     let mut plots = Vec::new();
@@ -261,7 +275,7 @@ fn prisms(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
             .filter_map(|i| {
                 let x = grid.centre(i, 0, 0).x;
                 // over three lines, so that what lies between them does not show
-                let mean = field.mean_on_top([x, y], 0.2)? - CELSIUS;
+                let mean = mean_on_top(field, [x, y], 0.2)? - CELSIUS;
                 (mean > 1700.0).then_some([x, mean])
             })
             .collect()

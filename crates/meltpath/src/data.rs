@@ -58,7 +58,7 @@ pub fn is_file(name: &str) -> bool {
 
 /// The folder of data files of one's own that every job finds by their names: `MELTPATH_DATA` where that is set, else `meltpath` in
 /// the folder of settings (`XDG_CONFIG_HOME`, else `~/.config`; `%APPDATA%` on Windows).
-pub fn user_folder() -> Option<PathBuf> {
+fn user_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     if let Some(folder) = set("MELTPATH_DATA") {
         return Some(folder.into());

@@ -170,7 +170,7 @@ fn search(
                     "the fitted {} lies at the limit of what is physical, {:.2}",
                     p.name, fitted.values[n]
                 ),
-                "the measurements ask for more than this model can give: do not trust the correction",
+                "do not use the correction; look at the measured sizes, their units, and the beam of each body",
             );
         }
     }

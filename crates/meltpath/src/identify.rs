@@ -6,8 +6,8 @@ use meltpath_base::Reporter;
 use meltpath_perception::{Mapping, RecordError, read};
 use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::friction::{RampFriction, friction_of_ramps};
+use meltpath_scan_head::identification::joint::{Joint, joint};
 use meltpath_scan_head::identification::modes::{ModeSearch, identify_modes};
-use meltpath_scan_head::identification::motor::Identified;
 use meltpath_scan_head::identification::prediction::{Prediction, predict};
 use meltpath_scan_head::identification::ramps::steady_ramps;
 use meltpath_scan_head::identification::record::{BenchRecord, Excitation, Method};
@@ -41,7 +41,7 @@ pub enum IdentifyError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
     /// The motor with its deviations.
-    pub found: Identified,
+    pub found: Joint,
     /// The prediction of the unseen part.
     pub prediction: Prediction,
     /// Samples of the record and of its fitted part.
@@ -129,8 +129,9 @@ pub fn identify(
         source,
     };
     let method = Method::at(record.period);
-    let found =
-        identify_modes(&first, excitation, &method, &ModeSearch::default()).map_err(wrong)?;
+    let found = identify_modes(&first, excitation, &method, &ModeSearch::default())
+        .and_then(|start| joint(&first, &start))
+        .map_err(wrong)?;
     for peak in &found.refused {
         reporter.warn(
             "peak-refused",
@@ -141,7 +142,8 @@ pub fn identify(
             "",
         );
     }
-    let prediction = predict(&found.motor, &whole, fitted).map_err(wrong)?;
+    let delays = found.delays.map(|d| d[0]);
+    let prediction = predict(&found.motor, delays, &whole, fitted).map_err(wrong)?;
     for (what, quality) in [
         ("current", &prediction.current),
         ("angle", &prediction.angle),
@@ -150,7 +152,7 @@ pub fn identify(
             reporter.warn(
                 "prediction-coloured",
                 format!(
-                    "the error of the predicted {what} is more than white noise at {:.0} % of the lags: dry friction, a drift or further modes are not in this model",
+                    "the error of the predicted {what} is more than white noise at {:.0} % of the lags: friction of another law, a drift or further modes are not in this model",
                     100.0 * quality.coloured
                 ),
                 "",
@@ -201,6 +203,9 @@ impl Identification {
                 100.0 * sigma
             ));
         }
+        if self.friction.is_none() {
+            lines.extend(self.dry(&file));
+        }
         if let Some((friction, ramps)) = &self.friction {
             for (name, [value, sigma]) in [("coulomb", friction.coulomb), ("bias", friction.bias)] {
                 lines.push(format!(
@@ -231,6 +236,17 @@ impl Identification {
                 ));
             }
         }
+        for (what, [delay, sigma]) in ["current", "angle"].iter().zip(self.found.delays) {
+            lines.push(format!(
+                "# the {what} is read {:.2} ± {:.2} µs after the voltage's samples",
+                1e6 * delay,
+                1e6 * sigma
+            ));
+        }
+        let [current, angle] = self.found.rms.map(|left| 1e3 * left);
+        lines.push(format!(
+            "# fitted part: {current:.4} mA and {angle:.5} mrad rms are left"
+        ));
         for (what, unit, scale, q) in [
             ("current", "mA", 1e3, &self.prediction.current),
             ("angle", "mrad", 1e3, &self.prediction.angle),
@@ -243,5 +259,22 @@ impl Identification {
             ));
         }
         lines
+    }
+
+    /// Dry friction as the record tells it.
+    fn dry(&self, file: &str) -> Vec<String> {
+        let line = |name: &str, [value, sigma]: [f64; 2]| {
+            format!(
+                "{name} = {{ value = \"{value:.5e} N·m\", source = \"identified from {file}, ± {sigma:.1e} N·m\" }}"
+            )
+        };
+        let bias = self.found.bias;
+        match self.found.coulomb {
+            Some(coulomb) => vec![line("coulomb", coulomb), line("bias", bias)],
+            None => vec![format!(
+                "# no dry friction is told from none by this record; a torque of {:.1e} ± {:.1e} N·m is the same both ways",
+                bias[0], bias[1]
+            )],
+        }
     }
 }

@@ -156,8 +156,13 @@ The part file's axes are the part frame (the robot's user frame), turned so that
 it so that the lowest point of the part lies on the plate, z = 0. Across the build direction nothing is moved.
 ";
 
-/// The page of the book on job files and tuning files.
-pub fn page() -> String {
+/// The pages of the book on files, each with its name there.
+pub fn pages() -> [(&'static str, String); 2] {
+    [("job.md", page()), ("data.md", data_page())]
+}
+
+/// On job files and tuning files.
+fn page() -> String {
     let mut page = HEAD.to_owned();
     for (kind, heading) in PROCESSES {
         if let Some(table) = table_of(kind) {
@@ -210,8 +215,8 @@ All mistakes of a file are told at once, each with its place. For an editor that
 schema, `meltpath schema wire > wire.schema.json`, and begin the file with `#:schema ./wire.schema.json`.
 ";
 
-/// The page of the book on data files.
-pub fn data_page() -> String {
+/// On data files.
+fn data_page() -> String {
     let mut page = DATA_HEAD.to_owned();
     for (subject, named) in DATA {
         if let Some(table) = subject.table() {

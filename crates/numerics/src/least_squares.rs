@@ -122,6 +122,13 @@ impl Regression {
         self.triangle = stack.block(0..width.min(stack.rows()), 0..width);
     }
 
+    /// The equations folded into as few as say the same: row k is without the unknowns before k, so rows from k on are what is said
+    /// of the others where the first k are free. The last column is the right side.
+    pub fn triangle(mut self) -> Matrix {
+        self.fold();
+        self.triangle
+    }
+
     /// The unknowns that leave the least sum of squares.
     ///
     /// # Errors
@@ -199,6 +206,29 @@ mod tests {
                 && (x[2] - 0.5).abs() < 1e-12
                 && found.variance < 1e-24
         );
+    }
+
+    #[test]
+    fn what_is_free_in_each_piece_leaves_the_common_unknown() {
+        // two pieces with an offset of their own and one common slope: eliminated piece by piece, and solved at once
+        let y = |piece: usize, t: f64| 3.0 * piece as f64 - 1.5 * t + 0.01 * (7.0 * t).sin();
+        let (mut all, mut common) = (Regression::new(3), Regression::new(1));
+        for piece in 0..2 {
+            let mut own = Regression::new(2);
+            for k in 0..300 {
+                let t = f64::from(k) * 0.01;
+                own.push([1.0, t], y(piece, t));
+                let offset = |p: usize| if p == piece { 1.0 } else { 0.0 };
+                all.push([offset(0), offset(1), t], y(piece, t));
+            }
+            let left = own.triangle();
+            for i in 1..left.rows() {
+                common.push([left[(i, 1)]], left[(i, 2)]);
+            }
+        }
+        let (all, common) = (all.solve().unwrap(), common.solve().unwrap());
+        assert!((all.values[2] - common.values[0]).abs() < 1e-12);
+        assert!((all.spread[(2, 2)] / common.spread[(0, 0)] - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Vector lists: the moves of a scan head as comma-separated values, one straight move a line, read and written layer by layer.
 //!
-//! The form is this project's: a heading line, then one line for each vector with where it ends. `kind`, `x [mm]` and `y [mm]` are
-//! needed; `z [mm]`, `speed [mm/s]`, `power [W]`, `wait [s]`, `part`, `layer` and `height [mm]` are not, and may be blank in any
+//! The form is this project's: a heading line, then one line for each vector with where it ends. `kind`, `x_mm` and `y_mm` are
+//! needed; `z_mm`, `speed_mm_s`, `power_W`, `wait_s`, `part`, `layer` and `height_mm` are not, and may be blank in any
 //! line. The first vector of each layer is a `start`. Commas, semicolons or tabs separate; `#` begins a comment.
 
 mod read;
@@ -39,7 +39,7 @@ mod tests {
     fn mistakes_are_named_with_their_line() {
         for (text, line, words) in [
             ("", 1, "empty"),
-            ("kind,x [mm]\n", 1, "y [mm]"),
+            ("kind,x [mm]\n", 1, "y_mm"),
             ("kind,x [mm],y [mm],x [mm]\n", 1, "twice"),
             ("kind,x,y\n", 1, "no column \"x\""),
             ("kind,x [mm],y [mm]\n", 1, "no vector"),
@@ -84,7 +84,12 @@ mod tests {
             ..PassHead::default()
         };
         let mut contour = layer.begin(head, DVec3::ZERO);
-        contour.arc_to(DVec3::new(1.0, 1.0, 0.0), DVec3::X * 2.0);
+        contour.go(
+            Move::Arc {
+                via: DVec3::new(1.0, 1.0, 0.0),
+            },
+            DVec3::X * 2.0,
+        );
         contour.set(Channel::Speed, 700.0);
         head.role = Role::Fill;
         layer.polyline(head, [DVec3::X * 3.0, DVec3::X * 4.0]);

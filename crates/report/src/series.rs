@@ -36,14 +36,39 @@ impl Column {
         }
     }
 
-    /// The name with its unit, as it stands in files: `speed [mm/s]`.
+    /// The name with its unit, as it stands in files: `speed_mm_s`.
     pub fn title(&self) -> String {
-        if self.unit.is_empty() {
-            self.name.clone()
-        } else {
-            format!("{} [{}]", self.name, self.unit)
+        name_in_files(&self.name, &self.unit)
+    }
+}
+
+/// The name of a quantity in files: its words, then its unit, joined by `_` and in plain letters. Numbers alone have the unit 1,
+/// which is not told.
+///
+/// ```
+/// use meltpath_report::series::name_in_files;
+/// assert_eq!(name_in_files("highest temperature", "°C"), "highest_temperature_C");
+/// assert_eq!(name_in_files("laser-on delay", "s"), "laser_on_delay_s");
+/// assert_eq!(name_in_files("speed", "m/min"), "speed_m_min");
+/// assert_eq!(name_in_files("contour error 99 %", "µm"), "contour_error_99_percent_um");
+/// assert_eq!(name_in_files("samples", "1"), "samples");
+/// ```
+pub fn name_in_files(name: &str, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    let mut whole = String::new();
+    for letter in format!("{name} {unit}").chars() {
+        match letter {
+            'µ' => whole.push('u'),
+            '²' => whole.push('2'),
+            '³' => whole.push('3'),
+            '%' => whole.push_str("percent"),
+            '°' => {}
+            letter if letter.is_ascii_alphanumeric() => whole.push(letter),
+            _ if whole.ends_with('_') => {}
+            _ => whole.push('_'),
         }
     }
+    whole.trim_matches('_').to_owned()
 }
 
 /// The values of a column in one block.

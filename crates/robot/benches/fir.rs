@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::Silent;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_robot::{Command, Controller, Kind, Smoothing, simulate};
+use meltpath_robot::{Command, Controller, Kind, Smoothing, Source, simulate};
 use meltpath_toolpath::{MotionBlock, MotionSink};
 
 /// Looks at every block, keeps nothing.
@@ -24,7 +24,10 @@ fn circle(radius: f64, degrees: f64) -> DVec3 {
 }
 
 fn command(i: u32, target: DVec3) -> Command {
-    Command::line(i, target, 12.5, Smoothing::Cnt(0.5)).depositing(150.0)
+    Command {
+        source: Source::On { wire_feed: 150.0 },
+        ..Command::line(i, target, 12.5, Smoothing::Cnt(0.5))
+    }
 }
 
 fn benchmark(c: &mut Criterion) {

@@ -80,13 +80,4 @@ impl Command {
             source: Source::Off,
         }
     }
-
-    /// The same command with the arc on at an actual wire feed speed, mm/s.
-    #[must_use]
-    pub fn depositing(self, wire_feed: f64) -> Self {
-        Command {
-            source: Source::On { wire_feed },
-            ..self
-        }
-    }
 }

@@ -48,7 +48,7 @@ fn identification(c: &mut Criterion) {
         b.iter(|| {
             let found = identify_modes(&record, Excitation::Voltage, &method, &search)
                 .expect("the record holds a motor");
-            predict(&found.motor, &record, 2 * SAMPLES / 3).expect("the motor runs")
+            predict(&found.motor, [0.0; 2], &record, 2 * SAMPLES / 3).expect("the motor runs")
         });
     });
     group.finish();

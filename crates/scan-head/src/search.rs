@@ -426,8 +426,8 @@ impl Search<'_> {
         self.quiet.0.advance(1);
         match ran {
             Ok(_) => {}
-            // shaken out of its travel, or too fast for its sampling
-            Err(HeadError::Axis { .. } | HeadError::Sampling { .. }) => return Ok(candidate),
+            // shaken out of its travel
+            Err(HeadError::Axis { .. }) => return Ok(candidate),
             Err(other) => return Err(other),
         }
         let hits: Vec<_> = blocks.iter().flat_map(|b| b.hit.iter().copied()).collect();

@@ -9,7 +9,6 @@ use meltpath_thermal::grid::Grid;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::file::{Readings, read};
 use meltpath_thermal::numeric::real::Real;
-use meltpath_thermal::numeric::vector::Level;
 use meltpath_thermal::solver::source::{Depth, Spot};
 use meltpath_thermal::solver::surface::Surface;
 use meltpath_thermal::solver::{Face, Faces, Solver, State};
@@ -88,9 +87,6 @@ fn benches(c: &mut Criterion) {
         .build_global()
         .unwrap();
     measure(c, "track f32 vector", track::<f32>());
-    let mut portable = track::<f32>();
-    portable.use_registers(Level::PORTABLE);
-    measure(c, "track f32 portable", portable);
     measure(c, "track f64 vector", track::<f64>());
     measure(c, "molten f32 vector", molten::<f32>());
 }

@@ -244,31 +244,6 @@ impl Field {
         self
     }
 
-    /// Mean of the top plane's values within `radius` mm of a point of the plan, of the cell that holds it at least;
-    /// `None` outside the grid.
-    pub fn mean_on_top(&self, point: [f64; 2], radius: f64) -> Option<f64> {
-        let grid = &self.grid;
-        let index = |a: usize| {
-            let origin = [grid.origin.x, grid.origin.y][a];
-            let at = ((point[a] - origin) / grid.edge[a]).floor();
-            (at >= 0.0 && at < grid.cells[a] as f64).then_some(at as usize)
-        };
-        let (i, j) = (index(0)?, index(1)?);
-        let reach = [0, 1].map(|a| (radius / grid.edge[a]).ceil() as usize);
-        let top = grid.planes() - 1;
-        let (mut sum, mut count) = (0.0, 0.0);
-        for row in j.saturating_sub(reach[1])..(j + reach[1] + 1).min(grid.cells[1]) {
-            for at in i.saturating_sub(reach[0])..(i + reach[0] + 1).min(grid.cells[0]) {
-                let c = grid.centre(at, row, top);
-                if (at, row) == (i, j) || (c.x - point[0]).hypot(c.y - point[1]) <= radius {
-                    sum += self.at(at, row, top);
-                    count += 1.0;
-                }
-            }
-        }
-        Some(sum / count)
-    }
-
     /// The largest value and its cell.
     pub fn largest(&self) -> (f64, [usize; 3]) {
         let mut best = (f32::NEG_INFINITY, 0);

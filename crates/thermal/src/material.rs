@@ -201,7 +201,7 @@ impl Material {
     }
 
     /// What the latent heat adds to the specific heat, J/(kg·K).
-    pub fn latent_bump(&self, kelvin: f64) -> f64 {
+    fn latent_bump(&self, kelvin: f64) -> f64 {
         let width = self.liquidus - self.solidus;
         let inside = (kelvin - self.solidus) / width;
         if !(0.0..=1.0).contains(&inside) {

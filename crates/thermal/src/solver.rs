@@ -17,7 +17,6 @@ use crate::grid::{Field, Grid, GridError, TemperatureField};
 use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy};
 use crate::numeric::real::Real;
-use crate::numeric::vector::Level;
 use crate::solver::block::{Beyond, Block, Shape};
 use crate::solver::source::Spot;
 use crate::solver::surface::{Losses, Surface};
@@ -202,11 +201,6 @@ impl<R: Real> Solver<R> {
         };
         solver.stored_at_start = solver.stored_absolute();
         Ok(solver)
-    }
-
-    /// Uses these vector registers; the widest of the processor otherwise. The bits do not depend on it.
-    pub fn use_registers(&mut self, level: Level) {
-        self.block.level = level;
     }
 
     /// The cells.

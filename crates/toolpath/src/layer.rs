@@ -94,11 +94,6 @@ impl Layer {
         }
     }
 
-    /// Changes the heads of the passes, in order.
-    pub fn heads_mut(&mut self) -> impl Iterator<Item = &mut PassHead> {
-        self.entries.iter_mut().map(|e| &mut e.head)
-    }
-
     /// Moves every point by `by`, mm.
     pub fn translate(&mut self, by: DVec3) {
         let via = self.arcs.iter_mut().map(|(_, via)| via);
@@ -195,11 +190,6 @@ impl PassWriter<'_> {
         self.go(Move::Line, end)
     }
 
-    /// On to `end` on the circle through `via`, mm.
-    pub fn arc_to(&mut self, via: DVec3, end: DVec3) -> &mut Self {
-        self.go(Move::Arc { via }, end)
-    }
-
     /// Says a value of the last move; nothing where there is no move yet.
     pub fn set(&mut self, channel: Channel, value: f64) -> &mut Self {
         let moves = self.layer.move_count();
@@ -268,7 +258,12 @@ mod tests {
         let mut contour = layer.begin(head(7, Role::Contour), DVec3::ZERO);
         contour.event(Event::Weave(2));
         contour.line_to(DVec3::X * 10.0).axis(DVec3::Y);
-        contour.arc_to(DVec3::new(20.0, 10.0, 0.0), DVec3::new(10.0, 20.0, 0.0));
+        contour.go(
+            Move::Arc {
+                via: DVec3::new(20.0, 10.0, 0.0),
+            },
+            DVec3::new(10.0, 20.0, 0.0),
+        );
         contour
             .set(Channel::Speed, 8.0)
             .turn(0.5)
@@ -297,7 +292,12 @@ mod tests {
         let mut layer = Layer::new(1, 0.0);
         for id in 0..3 {
             let mut pass = layer.begin(head(id, Role::Contour), DVec3::ZERO);
-            pass.arc_to(DVec3::new(1.0, 1.0, 0.0), DVec3::Y * f64::from(2 + id));
+            pass.go(
+                Move::Arc {
+                    via: DVec3::new(1.0, 1.0, 0.0),
+                },
+                DVec3::Y * f64::from(2 + id),
+            );
             pass.go(Move::Spot { time: 0.5 }, DVec3::X);
         }
         for pass in layer.passes() {
@@ -386,8 +386,8 @@ mod tests {
         assert!((layer.deposited_length() - laid).abs() < 1e-12);
         layer.polyline(head(3, Role::Jump), [DVec3::Y, DVec3::Y * 5.0]);
         assert!((layer.deposited_length() - laid).abs() < 1e-12);
-        layer.heads_mut().for_each(|h| h.role = Role::Contour);
-        assert!(layer.has(Role::Contour) && !layer.has(Role::Jump));
+        layer.polyline(head(4, Role::Contour), [DVec3::Y, DVec3::Y * 5.0]);
+        assert!(layer.has(Role::Contour) && layer.has(Role::Jump));
         assert!((layer.deposited_length() - laid - 4.0).abs() < 1e-12);
     }
 
@@ -464,7 +464,7 @@ mod tests {
                     let end = DVec3::new(x, 1.0, 0.0);
                     match kind {
                         0 => pass.line_to(end),
-                        1 => pass.arc_to(DVec3::Y * x, end),
+                        1 => pass.go(Move::Arc { via: DVec3::Y * x }, end),
                         _ => pass.go(Move::Spot { time: x.abs() }, end),
                     };
                     if let Some(speed) = speed {

@@ -482,7 +482,8 @@ mod tests {
         bead.axis(DVec3::Z).turn(0.25).external(0, 15.0);
         bead.event(Event::On).event(Event::Synchronise(3));
         bead.line_to(DVec3::X / 3.0).set(Channel::WireFeed, 133.3);
-        bead.arc_to(DVec3::new(0.1, 0.7, 0.0), DVec3::Y);
+        let via = DVec3::new(0.1, 0.7, 0.0);
+        bead.go(Move::Arc { via }, DVec3::Y);
         bead.axis(DVec3::new(0.6, 0.0, 0.8)).event(Event::Off);
         let beside = Neighbour {
             from: 0.1,
@@ -494,16 +495,14 @@ mod tests {
         };
         wire.set_neighbours(vec![(0, beside)]);
         let mut laser = Layer::new(2, 0.03);
-        for (id, role) in [
+        let roles = [
             Role::Jump,
             Role::Run,
             Role::Fill,
             Role::Run,
             Role::Connection,
-        ]
-        .into_iter()
-        .enumerate()
-        {
+        ];
+        for (id, role) in roles.into_iter().enumerate() {
             let from = DVec3::X * id as f64;
             let mut vector = laser.begin(head(id as u32, role, 1), from);
             vector.line_to(from + DVec3::X).set(Channel::Speed, 1200.0);

@@ -139,7 +139,7 @@ pub enum SynthesisError {
     #[error("assumption {0}")]
     Assumption(Assumption),
     /// No controller reaches the level.
-    #[error("no controller reaches γ = {gamma}: {obstacle}")]
+    #[error("no controller reaches γ = {gamma}: {obstacle}{}", far(*gamma))]
     Infeasible {
         /// The level.
         gamma: f64,
@@ -159,6 +159,14 @@ pub enum SynthesisError {
     /// A system could not be built.
     #[error(transparent)]
     System(#[from] SystemError),
+}
+
+/// What a level that no sound problem needs says of the plant.
+fn far(gamma: f64) -> &'static str {
+    if gamma < 1e8 {
+        return "";
+    }
+    "; so high a level means that rounding stands in the way: weight the commands (D12) and the measurements' noise (D21) by more, not below a thousandth of the other entries, and scale units"
 }
 
 impl From<DenseError> for SynthesisError {

@@ -14,7 +14,8 @@ use crate::state_space::StateSpace;
 pub struct SynthesisOptions {
     /// Relative width to which the optimum is bracketed.
     pub tolerance: f64,
-    /// Delivered level over the optimum: at the optimum itself the controller grows a spurious, very fast pole.
+    /// Delivered level over the optimum: at the optimum itself the controller grows a spurious, very fast pole. Where rounding spoils
+    /// the controller there, it is delivered a little higher; [`Synthesis::bound`] says where.
     pub margin: f64,
     /// Levels above this are not accepted.
     pub ceiling: f64,
@@ -49,6 +50,9 @@ pub struct Synthesis {
     pub trials: usize,
 }
 
+/// Levels over the one asked for that are tried where rounding spoils its controller.
+const WIDER: [f64; 5] = [1.02, 1.05, 1.1, 1.25, 1.5];
+
 /// The best level of a plant, and a verified controller slightly above it.
 ///
 /// # Errors
@@ -60,7 +64,16 @@ pub fn synthesise(
 ) -> Result<Synthesis, SynthesisError> {
     let scaled = prepared(plant)?;
     let search = Search::run(&scaled, options)?;
-    let mut out = deliver(plant, &scaled, options.margin * search.high.gamma)?;
+    let level = options.margin * search.high.gamma;
+    let mut found = deliver(plant, &scaled, level);
+    for wider in WIDER {
+        let Err(SynthesisError::Unverified { .. }) = found else {
+            break;
+        };
+        // the first failure is what is told
+        found = deliver(plant, &scaled, wider * level).or(found);
+    }
+    let mut out = found?;
     out.optimum = search.high.gamma;
     out.limit = Some(search.limit);
     out.trials = search.trials;

@@ -1,7 +1,12 @@
 //! Linear systems, synthesis and export: acceptance cases of the scan head, stored plants, exported controllers.
-#![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that fails stops here, and says what it found"
+)]
 
 mod export;
+mod hard_plants;
 mod reference;
 mod scan_head;
 mod synthesis_table;

@@ -527,22 +527,3 @@ pub fn write_stl(mesh: &Mesh, name: &str, writer: &mut impl Write) -> io::Result
     }
     Ok(())
 }
-
-/// Writes a text STL with every digit of the coordinates, so that reading it back gives the same mesh.
-///
-/// # Errors
-/// Writing failed.
-pub fn write_stl_text(mesh: &Mesh, name: &str, writer: &mut impl Write) -> io::Result<()> {
-    let name = name.replace(char::is_control, " ");
-    writeln!(writer, "solid {name}")?;
-    for t in 0..mesh.triangles.len() {
-        let corners = mesh.corners(t);
-        let n = normal(corners);
-        writeln!(writer, "facet normal {} {} {}\nouter loop", n.x, n.y, n.z)?;
-        for p in corners {
-            writeln!(writer, "vertex {} {} {}", p.x, p.y, p.z)?;
-        }
-        writeln!(writer, "endloop\nendfacet")?;
-    }
-    writeln!(writer, "endsolid {name}")
-}

@@ -303,7 +303,6 @@ fn windows(
         places: Vec::new(),
         every: f64::INFINITY,
     };
-    observer.stage("draw the good body", Variant::ALL.len() as u64);
     let drawn = variants(resolution, Variant::ALL.len(), &|wanted, _| {
         let body = body(settings, &ground);
         let seen = (Some(&focus), &nothing);
@@ -335,7 +334,6 @@ struct Court<'a> {
     plan: &'a Plan,
     judging: &'a Judge,
     resolution: Resolution,
-    windows: Vec<Classes>,
     on_charts: &'a Classes,
 }
 
@@ -347,6 +345,7 @@ impl Court<'_> {
 
     /// Share of the section over metal whose foot stays solid.
     fn unfused(&self, foot: &Field) -> f64 {
+        let melting = self.plan.settings.material.liquidus;
         let grid = &foot.grid;
         let top = grid.planes() - 1;
         let (mut cells, mut solid) = (0_u32, 0_u32);
@@ -362,15 +361,22 @@ impl Court<'_> {
                 let metal = !self.plan.lower.is_empty() || self.plan.below.is_metal(point);
                 if judged && metal && self.plan.contour.depth(point) > 0.0 {
                     cells += 1;
-                    solid += u32::from(foot.at(i, j, top) < self.windows[0].melting);
+                    solid += u32::from(foot.at(i, j, top) < melting);
                 }
             }
         }
         f64::from(solid) / f64::from(cells.max(1))
     }
 
-    fn run(&self, n: usize, wanted: Resolution, drawn: &Reference) -> Run {
-        let (plan, classes) = (self.plan, self.windows[n]);
+    /// A run with its own window, and that of the run as set.
+    fn run(
+        &self,
+        n: usize,
+        wanted: Resolution,
+        drawn: &Reference,
+        [classes, as_set]: [&Classes; 2],
+    ) -> Run {
+        let (plan, classes) = (self.plan, *classes);
         let tally = self.tally(&drawn.highest, &classes);
         Run {
             outside: outside(
@@ -386,7 +392,7 @@ impl Court<'_> {
                 step: drawn.step,
                 ..wanted
             },
-            as_it_was: of_all(&self.tally(&drawn.highest, &self.windows[0]), Class::Good),
+            as_it_was: of_all(&self.tally(&drawn.highest, as_set), Class::Good),
             unfused: self.unfused(&drawn.foot),
             vapour: [drawn.vapour, drawn.evaporated],
             tally,
@@ -396,38 +402,45 @@ impl Court<'_> {
         }
     }
 
-    fn judged(
+    /// Draws a path with the first `count` variants.
+    fn drawn(
         &self,
         path: &BeamPath,
         charts: Option<&Field>,
         count: usize,
         observer: &dyn Observer,
-    ) -> Result<JudgedPath, EbmError> {
+    ) -> Result<Vec<(Resolution, Reference)>, EbmError> {
         let (plan, judging) = (self.plan, self.judging);
         let ground = ground(&plan.below);
-        let on_charts = charts.map(|highest| (self.tally(highest, self.on_charts), &highest.grid));
-        let hottest = on_charts.as_ref().map(|(tally, grid)| {
-            let [i, j, k] = tally.hottest.1;
-            grid.centre(i, j, k).to_array()
+        let hottest = charts.map(|highest| {
+            let [i, j, k] = self.tally(highest, self.on_charts).hottest.1;
+            highest.grid.centre(i, j, k).to_array()
         });
         let watch = watch(plan, judging, hottest);
         let focus = judging.part.map(|p| p.grown(judging.beyond));
-        observer.stage("judge the path", count as u64);
-        let drawn = variants(&self.resolution, count, &|wanted, _| {
+        variants(&self.resolution, count, &|wanted, _| {
             let body = body(&plan.settings, &ground);
             let seen = (focus.as_ref(), &watch);
             let drawn = watched(&body, &plan.lower, path, wanted, seen, &Quiet(observer))?;
             observer.advance(1);
             Ok(drawn)
-        })?;
-        let runs = drawn.iter().enumerate();
+        })
+    }
+
+    fn judged(
+        &self,
+        drawn: Vec<(Resolution, Reference)>,
+        windows: &[Classes],
+        charts: Option<&Field>,
+    ) -> Result<JudgedPath, EbmError> {
+        let runs = drawn.iter().zip(windows).enumerate();
         let runs = runs
-            .map(|(n, (wanted, drawn))| self.run(n, *wanted, drawn))
+            .map(|(n, ((wanted, drawn), own))| self.run(n, *wanted, drawn, [own, &windows[0]]))
             .collect();
         let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
         Ok(JudgedPath {
             runs,
-            on_charts: on_charts.map(|(tally, _)| tally),
+            on_charts: charts.map(|highest| self.tally(highest, self.on_charts)),
             highest: first.highest,
             watched: first.watched,
         })
@@ -462,21 +475,40 @@ pub fn judge_paths(
         plan,
         judging,
         resolution,
-        windows: windows(plan, judging, &resolution, observer)?,
         on_charts,
     };
     let all = Variant::ALL.len();
     // of a path that gives way to a better one nothing is claimed
     let count = if better.is_some() { 1 } else { all };
-    let highest = Some(&given.highest);
-    let given = court.judged(&given.path, highest, count, observer)?;
-    let better = better
-        .map(|(path, drawn)| court.judged(path, drawn.map(|d| &d.highest), all, observer))
-        .transpose()?;
+    let of_good = match plan.window {
+        Window::Fixed(_) => 0,
+        Window::Good { .. } => all,
+    };
+    let of_better = if better.is_some() { all } else { 0 };
+    observer.stage("judge the path", (of_good + count + of_better) as u64);
+    // all at once: cores share whole runs better than the steps of one
+    let draw = |path: &BeamPath, charts: Option<&Field>, count: usize| {
+        court.drawn(path, charts, count, observer)
+    };
+    let on_given = Some(&given.highest);
+    let on_better = better.and_then(|(_, drawn)| drawn.map(|d| &d.highest));
+    let (windows, (given, better)) = rayon::join(
+        || windows(plan, judging, &resolution, observer),
+        || {
+            rayon::join(
+                || draw(&given.path, on_given, count),
+                || better.map(|(path, _)| draw(path, on_better, all)),
+            )
+        },
+    );
+    let windows = windows?;
     Ok(Judged {
-        classes: court.windows[0],
-        given,
-        better,
+        classes: windows[0],
+        given: court.judged(given?, &windows, on_given)?,
+        better: better
+            .transpose()?
+            .map(|drawn| court.judged(drawn, &windows, on_better))
+            .transpose()?,
     })
 }
 

@@ -2,7 +2,7 @@
 //! figures are not converged it cannot say either.
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
-use meltpath_melt_strategy::judgement::{CONVERGED, Share};
+use meltpath_melt_strategy::judgement::{CONVERGED, Share, Variant};
 use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
@@ -10,6 +10,7 @@ use meltpath_thermal::material::{CELSIUS, Material};
 use super::judge::{JudgedPath, Run, of_all};
 use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
+use crate::job::ebm::JudgeGround;
 
 const IN_WINDOW: [&str; 2] = [
     "in-window",
@@ -28,6 +29,7 @@ const FARTHEST: [&str; 2] = [
     "molten-farthest",
     "farthest from the contour that metal melts",
 ];
+const MORE: &str = "more power, slower lines, or lines closer together";
 const JUDGE: &str =
     "let the solver judge the whole section: take  solver = \"none\"  out of [judge]";
 
@@ -61,49 +63,42 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let cell = path.runs[0].resolution.cell;
     let in_window = path.in_window();
     let words = in_words(path, &in_window, judged.classes.window);
+    let less_beyond = "lines that end further inside the contour, or less power along it";
+    let at_most = |share: f64| Limit::AtMost(100.0 * share);
+    let farthest = Figure {
+        share: path.moved(|run| run.outside.farthest),
+        converged: cell,
+        factor: 1.0,
+        unit: "mm",
+    };
+    let unmelted = Figure::share(path.moved(|run| of_all(&run.tally, Class::Unmelted)));
+    let unfused = Figure::share(path.moved(|run| run.unfused));
+    let outside = Figure::share(path.moved(|run| run.outside.share));
     vec![
         section
             .check(
                 IN_WINDOW,
                 Figure::share(in_window),
                 Limit::AtLeast(100.0 * limits.in_window),
+                &into_window(settings, section.tally),
             )
-            .because(&words)
-            .remedy(into_window(settings, section.tally)),
+            .because(&words),
+        section.check(UNMELTED, unmelted, at_most(limits.unmelted), MORE),
+        section.check(
+            UNFUSED,
+            unfused,
+            at_most(limits.unfused),
+            "more power, slower lines, lines closer together, or thinner layers",
+        ),
         section
-            .check(
-                UNMELTED,
-                Figure::share(path.moved(|run| of_all(&run.tally, Class::Unmelted))),
-                Limit::AtMost(100.0 * limits.unmelted),
-            )
-            .remedy("more power, slower lines, or lines closer together"),
-        section
-            .check(
-                UNFUSED,
-                Figure::share(path.moved(|run| run.unfused)),
-                Limit::AtMost(100.0 * limits.unfused),
-            )
-            .remedy("more power, slower lines, lines closer together, or thinner layers"),
-        section
-            .check(
-                OUTSIDE,
-                Figure::share(path.moved(|run| run.outside.share)),
-                Limit::AtMost(100.0 * limits.outside),
-            )
-            .because(&format!("beyond {} mm of the contour", limits.rim))
-            .remedy("lines that end further inside the contour, or less power along it"),
-        section
-            .check(
-                FARTHEST,
-                Figure {
-                    share: path.moved(|run| run.outside.farthest),
-                    converged: cell,
-                    factor: 1.0,
-                    unit: "mm",
-                },
-                Limit::AtMost(limits.farthest),
-            )
-            .remedy("lines that end further inside the contour, or less power along it"),
+            .check(OUTSIDE, outside, at_most(limits.outside), less_beyond)
+            .because(&format!("beyond {} mm of the contour", limits.rim)),
+        section.check(
+            FARTHEST,
+            farthest,
+            Limit::AtMost(limits.farthest),
+            less_beyond,
+        ),
     ]
 }
 
@@ -129,7 +124,7 @@ fn into_window(settings: &Settings, tally: &Tally) -> String {
     let mut remedy = if overheated > porous + unmelted {
         "less power, faster lines, or lines further apart"
     } else {
-        "more power, slower lines, or lines closer together"
+        MORE
     }
     .to_owned();
     if settings.optimise.is_none() {
@@ -174,72 +169,118 @@ struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// A figure against its limit. Beyond it in every run it fails; else it passes only where it is converged, over the whole section,
-    /// and where something melts at all.
-    fn check(&self, [id, title]: [&str; 2], figure: Figure, limit: Limit) -> Check {
+    /// A figure against its limit. Beyond it in every run it fails, and `cure` says what to do; else it passes only where it is
+    /// converged, over the whole section, and where something melts at all. Each doubt says how to end it.
+    fn check(&self, [id, title]: [&str; 2], figure: Figure, limit: Limit, cure: &str) -> Check {
+        let title = format!("{title}, on the reference solver");
+        let spread = figure.factor * figure.share.spread();
+        let value = Measure::new(figure.factor * figure.share.value, spread, figure.unit);
+        let check = Check::judge(id, &title, value, limit);
+        if self.tally.voxels == 0 {
+            let check = Check {
+                status: check.status.max(Status::CannotSay),
+                ..check
+            };
+            return check
+                .because("no cell of the judge lies in what is to be judged")
+                .remedy("a larger judge.part, or finer cells (judge.cell)");
+        }
+        if self.tally.molten() == 0 {
+            let check = Check {
+                status: Status::Fail,
+                ..check
+            };
+            return check.because("nothing melts").remedy(MORE);
+        }
+        let beyond = matches!(check.status, Status::Fail | Status::Warn);
+        let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
+        let doubts = [self.moved(&figure), self.hot(), self.in_part()];
+        let check = doubts.into_iter().flatten().fold(check, |check, doubt| {
+            remedies.push(doubt.remedy);
+            Check {
+                status: check.status.max(Status::CannotSay),
+                ..check.because(&doubt.reason)
+            }
+        });
+        if remedies.is_empty() {
+            // the uncertainty alone is larger than the limit
+            remedies.push(cure.to_owned());
+        }
+        check.remedy(remedies.join("; "))
+    }
+
+    /// Where a figure is not converged.
+    fn moved(&self, figure: &Figure) -> Option<Doubt> {
         let Figure {
             share,
             converged,
             factor,
             unit,
         } = figure;
-        let value = Measure::new(factor * share.value, factor * share.spread(), unit);
-        let check = Check::judge(
-            id,
-            &format!("{title}, on the reference solver"),
-            value,
-            limit,
-        );
-        let unsure = |check: Check, reason: &str| Check {
-            status: check.status.max(Status::CannotSay),
-            ..check.because(reason)
-        };
-        if self.tally.voxels == 0 {
-            return unsure(check, "no cell of the judge lies in what is to be judged");
+        if share.within(*converged) {
+            return None;
         }
-        if self.tally.molten() == 0 {
-            let check = check.because("nothing melts");
-            return Check {
-                status: Status::Fail,
-                ..check
-            };
-        }
-        let check = if share.within(converged) {
-            check
-        } else {
-            let by: Vec<String> = share
-                .changes
-                .iter()
-                .filter(|(_, change)| change.is_nan() || change.abs() > converged)
-                .map(|(variant, _)| variant.words().to_owned())
-                .collect();
-            unsure(
-                check,
-                &format!(
-                    "NOT CONVERGED: it moves by more than {} {} with {}",
-                    factor * converged,
-                    if unit == "%" { "points" } else { unit },
-                    by.join(", ")
-                ),
-            )
+        let moved = || {
+            let changes = share.changes.iter();
+            let by = changes.filter(|(_, c)| c.is_nan() || c.abs() > *converged);
+            by.map(|(variant, _)| *variant)
         };
+        let by: Vec<&str> = moved().map(Variant::words).collect();
+        let mut remedies: Vec<&str> = moved().filter_map(|v| self.settles(v)).collect();
+        remedies.dedup();
+        Some(Doubt {
+            reason: format!(
+                "NOT CONVERGED: it moves by more than {} {} with {}",
+                factor * converged,
+                if *unit == "%" { "points" } else { unit },
+                by.join(", ")
+            ),
+            remedy: remedies.join(", "),
+        })
+    }
+
+    /// Where the laws of the material end.
+    fn hot(&self) -> Option<Doubt> {
         let [_, most] = self.material.range;
-        let check = if self.hottest > most {
-            let reason = format!(
+        (self.hottest > most).then(|| Doubt {
+            reason: format!(
                 "the hottest place reaches {:.0} °C, where the laws of {} end at {:.0} °C",
                 self.hottest - CELSIUS,
                 self.material.name,
                 most - CELSIUS
-            );
-            unsure(check, &reason)
-        } else {
-            check
-        };
-        match self.judging.part {
-            Some(_) => unsure(check, "only judge.part was judged, not the whole section"),
-            None => check,
+            ),
+            remedy:
+                "less power or faster lines, or a material whose laws reach further (ebm.material)"
+                    .to_owned(),
+        })
+    }
+
+    /// What makes a figure move less with a variant.
+    fn settles(&self, variant: Variant) -> Option<&'static str> {
+        match variant {
+            Variant::Base | Variant::TwiceCell => Some("finer cells (judge.cell)"),
+            Variant::MorePlanes => Some("more planes (judge.planes)"),
+            Variant::HalfStep => Some("shorter steps (judge.step)"),
+            Variant::Deeper | Variant::Wider => (self.judging.ground != JudgeGround::HalfSpace)
+                .then_some("judge.ground = \"half-space\""),
+            Variant::LessPower | Variant::MorePower | Variant::LittleLess | Variant::LittleMore => {
+                Some("a beam whose figures lie further from their limits")
+            }
         }
     }
+
+    fn in_part(&self) -> Option<Doubt> {
+        self.judging.part.map(|_| Doubt {
+            reason: "only judge.part was judged, not the whole section".to_owned(),
+            remedy: "leave judge.part out".to_owned(),
+        })
+    }
+}
+
+/// Why a figure decides nothing, and what ends that.
+struct Doubt {
+    reason: String,
+    remedy: String,
 }
 
 /// The share in the window as the reports tell it.

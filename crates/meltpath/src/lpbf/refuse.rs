@@ -3,6 +3,7 @@
 use meltpath_base::Length;
 use meltpath_base::settings::Problem;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::recipe::Recipe;
 use meltpath_scan_head::head::survey::Survey;
@@ -20,7 +21,9 @@ use crate::tune::choose::ready_for;
 /// [`Problem`] with the place in the job and what to change.
 pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> {
     let name = &job.lpbf.head;
-    let head = plan.settings.data.head.ready().map_err(|e| {
+    let ready = plan.settings.data.head.ready();
+    let head = ready.and_then(|head| head.check_stable().map(|()| head));
+    let head = head.map_err(|e| {
         let message = format!("\"{}\" is not sound: {e}", **name);
         name.problem(message).help(head_help(&e))
     })?;
@@ -71,6 +74,12 @@ fn head_help(error: &HeadError) -> &'static str {
         }
         HeadError::Correction(CorrectionError::Geometry(GeometryError::Travel { .. })) => {
             "the mirrors must reach the whole field: a smaller head.field, or the travel that they have"
+        }
+        HeadError::Axis {
+            source: AxisError::Oscillates { .. } | AxisError::RanAway { .. },
+            ..
+        } => {
+            "lpbf.controller: one that was tuned on this head (`meltpath tune`); or slower loops or a shorter delay in the table of that axis"
         }
         HeadError::Axis { .. } => "change it in the table of that axis in the head's file",
         _ => "change it in [geometry], [focus] or [head] of the head's file",

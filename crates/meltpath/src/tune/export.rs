@@ -1,6 +1,7 @@
 //! What leaves: the chosen controllers for drives and for whole jobs, and the responses as tables.
 
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_report::series::name_in_files;
 use meltpath_scan_head::axis::control::AngleUnit;
 use meltpath_scan_head::servo::compare::TrackingError;
 use meltpath_scan_head::servo::file::{AxisController, ControllerFile, SCHEMA, StoredLaw};
@@ -122,11 +123,13 @@ fn responses(
     let name = format!("multi-step-{}.csv", result.task.name.letter());
     let every = result.set_points.len().div_ceil(ROWS).max(1);
     folder.write(&name, |w| {
-        write!(w, "time [s],set-point [deg]")?;
+        write!(w, "time_s,set_point_deg")?;
         for c in &result.candidates {
-            write!(w, ",{} [deg]", c.name)?;
+            let name = c.name.to_lowercase();
+            write!(w, ",{}", name_in_files(&name, "deg"))?;
             if c.filtered.is_some() {
-                write!(w, ",{} with pre-filter [deg]", c.name)?;
+                let name = format!("{name} with pre-filter");
+                write!(w, ",{}", name_in_files(&name, "deg"))?;
             }
         }
         writeln!(w)?;

@@ -86,7 +86,7 @@ pub(crate) fn write(
         }
         if !r.front.is_empty() {
             folder.write(&format!("series/delays-{}.csv", k + 1), |w| {
-                writeln!(w, "laser-on [s],laser-off [s],spurious [mm],missing [mm]")?;
+                writeln!(w, "laser_on_s,laser_off_s,spurious_mm,missing_mm")?;
                 for s in &r.front {
                     let (on, off) = (s.delays.on, s.delays.off);
                     writeln!(w, "{on},{off},{:.4},{:.4}", s.spurious(), s.missing())?;
@@ -95,7 +95,7 @@ pub(crate) fn write(
             })?;
         }
         folder.write(&format!("marked-path-{}.csv", k + 1), |w| {
-            writeln!(w, "x [mm],y [mm],lit,vector")?;
+            writeln!(w, "x_mm,y_mm,lit,vector")?;
             let p = &r.path;
             for ((hit, lit), vector) in p.hits.iter().zip(&p.lit).zip(&p.vectors) {
                 writeln!(w, "{:.6},{:.6},{},{vector}", hit.x, hit.y, u8::from(*lit))?;

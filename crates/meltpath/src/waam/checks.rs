@@ -2,6 +2,7 @@
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_robot::command::Source;
 use meltpath_toolpath::Toolpath;
 
 use super::heights::{ASSEMBLED, EDGE_BEADS, assembled};
@@ -57,6 +58,82 @@ pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
         ..Check::not_checked("borrowed", title, &why)
     };
     Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
+}
+
+/// A stretch of bead: wire feed as set and travel speed, mm/s, length, mm, and where it is.
+pub(crate) struct Stretch {
+    pub(crate) wire_feed: f64,
+    pub(crate) speed: f64,
+    pub(crate) length: f64,
+    pub(crate) place: Place,
+}
+
+/// Whether beads are laid at settings that the process map was not made of; `None` where none is.
+pub(crate) fn range_check(
+    beads: impl Iterator<Item = Stretch>,
+    settings: &Settings,
+) -> Option<Check> {
+    let (mut all, mut outside, mut first) = (0.0, 0.0, None);
+    for bead in beads {
+        all += bead.length;
+        if !settings.map.covers(bead.wire_feed, bead.speed) {
+            outside += bead.length;
+            first.get_or_insert(bead);
+        }
+    }
+    let first = first?;
+    let per_minute = |v: f64| 0.06 * v;
+    let range = &settings.map.validity;
+    let check = Check::judge(
+        "range",
+        "beads laid at settings outside the process map",
+        Measure::exact(100.0 * outside / all, "%"),
+        Limit::AtMost(0.0),
+    );
+    let reason = format!(
+        "first at {:.2} m/min wire feed and {:.3} m/min travel; the map {} holds from {:.2} to {:.2} and from {:.2} to {:.2} m/min",
+        per_minute(first.wire_feed),
+        per_minute(first.speed),
+        settings.map.id,
+        range.wire_feed.0,
+        range.wire_feed.1,
+        range.travel_speed.0,
+        range.travel_speed.1
+    );
+    let check = Check {
+        status: Status::CannotSay,
+        reason,
+        ..check
+    };
+    Some(
+        check
+            .at(first.place)
+            .remedy("a weld schedule inside the map, or beads measured there and added to it"),
+    )
+}
+
+/// The stretches of a program.
+pub(crate) fn programmed(
+    commands: &Commands,
+    settings: &Settings,
+) -> impl Iterator<Item = Stretch> {
+    let factor = settings.feed_factor();
+    let starts =
+        std::iter::once(commands.start.position).chain(commands.commands.iter().map(|c| c.target));
+    let layers = commands.layer_of_command.iter();
+    let moves = commands.commands.iter().zip(starts).zip(layers);
+    moves.filter_map(move |((command, from), layer)| match command.source {
+        Source::On { wire_feed } if command.target != from => Some(Stretch {
+            wire_feed: wire_feed / factor,
+            speed: command.speed,
+            length: command.target.distance(from),
+            place: Place {
+                layer: Some(*layer),
+                ..Place::at(from.to_array())
+            },
+        }),
+        _ => None,
+    })
 }
 
 /// What the plan tells: area without a bead, growth by a second opinion.

@@ -7,16 +7,16 @@ use meltpath_geometry::math::DVec2;
 use meltpath_programs::Dialect;
 use meltpath_robot::command::{Command, Source};
 
-use super::checks::{borrowed_check, build_facts};
+use super::checks::{borrowed_check, build_facts, programmed, range_check};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
+use super::metal::against_part;
 use super::plan;
 use super::program::{self, Commands};
 use super::reach;
 use super::run::{
-    SHOWN_WARNINGS, Shown, against_part, built, load, load_part, other_process, subtitle,
-    write_common,
+    SHOWN_WARNINGS, Shown, built, load, load_part, other_process, subtitle, write_common,
 };
 use super::settings::{Settings, resolve};
 use super::simulate::{PlannedLayer, simulate};
@@ -69,15 +69,12 @@ pub fn simulate_program(
     )?;
     // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
     let growth = settings.growth_error(1.0);
+    let (limits, remedies) = (&settings.limits, &settings.remedies);
     let mut checks = Vec::new();
     if let Some(part) = &part {
         let (metal, over) = (&simulation.deposit.map, settings.least_over());
         let outcome = against_part(part, settings, over, metal, &growth, (&reporter, observer))?;
-        checks.extend(target_checks(
-            &outcome,
-            &settings.limits,
-            &settings.remedies,
-        ));
+        checks.extend(target_checks(&outcome, limits, remedies));
     } else {
         checks.push(Check::not_checked(
             "part",
@@ -85,18 +82,15 @@ pub fn simulate_program(
             "no job was given: name one with --job to judge the part",
         ));
     }
-    checks.extend(layer_checks(
-        &simulation.layers,
-        &growth,
-        &settings.limits,
-        &settings.remedies,
-    ));
-    checks.extend(tube::checks(&simulation, &growth, settings));
+    let (layers, ctwd) = (&simulation.layers, &simulation.ctwd);
+    checks.extend(layer_checks(layers, &growth, limits, remedies));
+    checks.extend(tube::checks(layers, ctwd, &growth, settings));
     checks.extend(borrowed_check(settings));
     let dialect = parsed.first().map_or(Dialect::FanucLs, |p| p.dialect);
     let mut doubts = doubts(job, &commands, settings);
     doubts.extend(doubt::of_corners(dialect, settings));
     doubt::undecided(&mut checks, &doubts);
+    checks.extend(job.and_then(|_| range_check(programmed(&commands, settings), settings)));
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
     let along = reach::along(&parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));

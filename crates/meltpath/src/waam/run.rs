@@ -16,16 +16,15 @@ use meltpath_toolpath::{Toolpath, storage};
 use super::checks::{
     borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check,
 };
-use super::doubt;
 use super::error::WaamError;
-use super::judge::{GrowthError, TargetOutcome, layer_checks, target_checks};
+use super::foretell::{self, foretell};
+use super::judge::GrowthError;
+use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, PlannedLayer, Simulation, simulate};
-use super::target::{Allowance, Target, compare};
-use super::tube;
 use crate::inputs;
 use crate::job::common::SubstrateTable;
 use crate::job::{self, Job, JobError, WaamJob};
@@ -153,6 +152,10 @@ pub fn run(
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
+    let foretold = foretell(&part, &plan, settings, observer)?;
+    for line in foretell::lines(&foretold) {
+        observer.note(&line);
+    }
     let own = settings.cell.program.dialect.value;
     let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
@@ -164,23 +167,12 @@ pub fn run(
     let simulation = simulate(build, &reporter, observer)?;
     observer.stage("compare with the part", 0);
     let growth = settings.growth_error(plan.single);
-    let outcome = against_part(
-        &part,
-        settings,
-        plan.over.value,
-        &simulation.deposit.map,
-        &growth,
-        (&reporter, observer),
-    )?;
-    let mut checks = target_checks(&outcome, &settings.limits, &settings.remedies);
-    checks.extend(layer_checks(
-        &simulation.layers,
-        &growth,
-        &settings.limits,
-        &settings.remedies,
-    ));
-    checks.extend(tube::checks(&simulation, &growth, settings));
-    doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
+    let laid = Laid {
+        layers: &simulation.layers,
+        ctwd: &simulation.ctwd,
+        map: &simulation.deposit.map,
+    };
+    let mut checks = metal::checks(&laid, (&part, &plan), settings, (&reporter, observer))?;
     checks.extend(borrowed_check(settings));
     checks.push(overhang_check(&plan, settings));
     checks.extend(plate_check(&plan, settings));
@@ -191,6 +183,7 @@ pub fn run(
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
+    facts.push(foretell::fact(&foretold));
     let verdict = Verdict {
         checks,
         facts,
@@ -228,30 +221,6 @@ pub fn run(
     Ok(Outcome {
         folder: folder.commit()?,
         verdict,
-    })
-}
-
-/// The metal compared with the finished part, at the predicted growth and one standard deviation beside it; `over`: metal
-/// planned over faces that look up, mm.
-pub(super) fn against_part(
-    part: &Part,
-    settings: &Settings,
-    over: f64,
-    metal: &HeightMap,
-    growth: &GrowthError,
-    (reporter, observer): (&Reporter, &dyn Observer),
-) -> Result<TargetOutcome, WaamError> {
-    let allowance = Allowance {
-        side: settings.allowance,
-        top: over,
-    };
-    let target = Target::new(&part.mesh, allowance, metal, reporter, observer)?;
-    let at = |deviations: f64| compare(metal, &target, |h: f64| growth.shifted(h, deviations));
-    Ok(TargetOutcome {
-        volume: target.volume,
-        expected: at(0.0),
-        low: at(-1.0),
-        high: at(1.0),
     })
 }
 
@@ -414,15 +383,6 @@ pub fn program_to_folder(
     Ok(written.into_iter().map(|f| f.name).collect())
 }
 
-/// What keeps a plan's metal from being decided about.
-fn doubts(lean: Option<&plan::Lean>, settings: &Settings) -> Vec<doubt::Doubt> {
-    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
-    lean.map(doubt::of_lean)
-        .into_iter()
-        .chain(corners)
-        .collect()
-}
-
 /// The files that the job asks for, those for other controllers than the cell's own too, each read back; and their check.
 fn written(
     loaded: &Loaded,
@@ -450,14 +410,18 @@ fn written(
     Ok((files, program_check(&all, toolpath)))
 }
 
-/// What is resolved in a job, and what it warns of.
+/// What is resolved in a job, what it warns of, and what its plan is expected to fail.
 ///
 /// # Errors
-/// [`WaamError`] for whatever a run refuses before it computes: a part that cannot be used too.
+/// [`WaamError`] for whatever a run refuses before it simulates: a part or a plan that cannot be used too.
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
-    load_part(&loaded, &reporter, observer)?;
+    let part = load_part(&loaded, &reporter, observer)?;
+    // layer by layer a plan warns of much: the run tells it
+    let quiet = Reporter::new();
+    let plan = plan::plan(&part, &loaded.settings, &quiet, observer)?;
+    let foretold = foretell(&part, &plan, &loaded.settings, observer)?;
     let map = &loaded.settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
@@ -466,7 +430,7 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
         )
     });
     Ok(Examined {
-        notes: laws.into_iter().collect(),
+        notes: laws.into_iter().chain(foretell::lines(&foretold)).collect(),
         provenance: loaded.settings.provenance,
         warnings: reporter.warnings(),
     })

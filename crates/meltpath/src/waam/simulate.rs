@@ -206,7 +206,11 @@ pub fn simulate(
 }
 
 /// The outcome of one layer.
-fn outcome(record: &LayerRecord, map: &HeightMap, plan: Option<&PlannedLayer>) -> LayerOutcome {
+pub(super) fn outcome(
+    record: &LayerRecord,
+    map: &HeightMap,
+    plan: Option<&PlannedLayer>,
+) -> LayerOutcome {
     let inner = plan.and_then(|p| layer_top(map, &map.z, &p.inner));
     let crests = || {
         let mut z: Vec<f64> = record.path.iter().map(|p| p.crest.z).collect();

@@ -263,7 +263,7 @@ fn least_stock(map: &HeightMap, target: &Target) -> Option<(f64, SurfacePoint)> 
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn surface_points(
+fn surface_points(
     mesh: &Mesh,
     base: f64,
     spacing: f64,

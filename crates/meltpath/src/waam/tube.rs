@@ -6,15 +6,15 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 
 use super::judge::{GrowthError, LayerOutcome, TubePlace};
 use super::settings::Settings;
-use super::simulate::Simulation;
+use super::simulate::{CtwdPoint, Simulation};
 
 /// Checks of every simulated sample: nearest and farthest contact tube, and whether the wire feed is known there.
 pub(super) fn checks(
-    simulation: &Simulation,
+    layers: &[LayerOutcome],
+    ctwd: &[CtwdPoint],
     growth: &GrowthError,
     settings: &Settings,
 ) -> Vec<Check> {
-    let layers = &simulation.layers;
     let limits = &settings.limits;
     let mut checks: Vec<Check> = [
         (End::Nearest, Limit::AtLeast(limits.ctwd_min)),
@@ -24,7 +24,7 @@ pub(super) fn checks(
     .filter_map(|(end, limit)| local(layers, growth, end, limit))
     .map(|check| check.remedy(remedy(settings)))
     .collect();
-    checks.extend(known(simulation, settings));
+    checks.extend(known(layers, ctwd, settings));
     checks
 }
 
@@ -91,10 +91,9 @@ fn local(layers: &[LayerOutcome], growth: &GrowthError, end: End, limit: Limit) 
 }
 
 /// Whether the feed of the wire is known wherever metal is laid: beyond the distances at which it was measured nothing can be said.
-fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
+fn known(layers: &[LayerOutcome], ctwd: &[CtwdPoint], settings: &Settings) -> Option<Check> {
     const ID: &str = "ctwd-known";
     const TITLE: &str = "contact tube beyond the distances at which the wire feed was measured";
-    let layers = &simulation.layers;
     let (near, far) = (End::Nearest.worst(layers)?, End::Farthest.worst(layers)?);
     let Some(measured) = &settings.map.feed_response else {
         let why = format!(
@@ -111,8 +110,8 @@ fn known(simulation: &Simulation, settings: &Settings) -> Option<Check> {
     let (nearer, farther) = (least - near.1.at.distance, far.1.at.distance - greatest);
     let (layer, found) = if nearer > farther { near } else { far };
     let outside = |d: f64| d < least || d > greatest;
-    let count = simulation.ctwd.iter().filter(|(_, d)| outside(*d)).count();
-    let share = 100.0 * count as f64 / simulation.ctwd.len().max(1) as f64;
+    let count = ctwd.iter().filter(|(_, d)| outside(*d)).count();
+    let share = 100.0 * count as f64 / ctwd.len().max(1) as f64;
     let check = Check::judge(
         ID,
         TITLE,

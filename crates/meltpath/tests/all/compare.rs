@@ -6,6 +6,8 @@ use meltpath::compare::quantity::Quantity;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
+use super::names::in_style;
+
 /// A small run with pictures in time, and its folder.
 fn run(folder: &Path) -> PathBuf {
     let mut path = "t_s,x_mm,y_mm,U_V,I_A,I_f_A,on\n".to_owned();
@@ -155,6 +157,7 @@ fn charts_are_compared_with_their_judge() {
     assert!(highest.bias.abs() < 150.0, "{highest:?}");
     let froze = &of(Quantity::Solidified).apart;
     assert!(froze.mean < 5e-4, "{froze:?}");
+    assert!(in_style(&out) > 10 && in_style(&run) > 10);
     for name in [
         "pairs.csv",
         "pairs-highest.csv",

@@ -329,10 +329,10 @@ fn a_doctor_tells_every_default() {
         "\ndensity = corrected    (default: ",
         "\nefficiency = 90 %    (default: ",
         "\nlow = 2700 °C    (default: ",
-        "\njudge] not written: ",
+        "\n[optimise] not written: ",
+        "\n[judge]\nsolver = none    (the job)\n",
     ] {
-        let line = line.replace("\njudge", "\n[judge");
-        assert!(lines.contains(&line), "{line}: {lines}");
+        assert!(lines.contains(line), "{line}: {lines}");
     }
 }
 
@@ -402,11 +402,11 @@ fn a_small_job_is_judged() {
     let file = job(dir.path(), extra, 4e-3);
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-    assert!(
-        outcome.verdict.checks[0]
-            .reason
-            .contains("cells of 125.0 µm")
-    );
+    let check = &outcome.verdict.checks[0];
+    assert!(check.title.ends_with("on the reference solver"));
+    for said in ["cells of 125.0 µm", "in the window as it was"] {
+        assert!(check.reason.contains(said), "{said}: {}", check.reason);
+    }
     let told = &outcome.verdict.facts;
     assert!(told.iter().any(|f| f.id == "in-window-charts"), "{told:?}");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();

@@ -1,7 +1,7 @@
 //! `meltpath fit`: the thesis' struts, and a beam that is found again from what it would build.
 use std::path::Path;
 
-use meltpath::fit::fit;
+use meltpath::fit::{fit, measurements};
 use meltpath::views::fit::lines;
 use meltpath_base::Silent;
 
@@ -55,7 +55,7 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
     };
     let file = dir.path().join("m.toml");
     std::fs::write(&file, text(1.0, 1.0, 0.0)).unwrap();
-    let measured = meltpath::fit::measurements::read(&file).unwrap();
+    let measured = measurements::read(&file).unwrap();
     let material = meltpath_thermal::material::file::read(
         meltpath_data::materials::TI6AL4V_EBM.text,
         meltpath_thermal::material::file::Readings::default(),
@@ -101,4 +101,82 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
         "{:?}",
         found.fitted
     );
+}
+
+const BEAM: &str = "voltage = \"60 kV\"\nfocus = \"4 mA\"\n";
+
+/// What the message of a file that does not read says to write is written, and the file reads.
+#[test]
+fn remedies_of_a_file_of_measurements_are_true() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("m.toml");
+    let strut = format!(
+        "[[strut]]\nmeasured = \"0.66 mm\"\nsigma = \"50 µm\"\nradii = [\"0.2 mm\", \"0.1 mm\"]\ncurrents = [\"2 mA\", \"2.4 mA\"]\nspeed = \"470 mm/s\"\n{BEAM}"
+    );
+    let wall = format!(
+        "[[wall]]\nmeasured = \"0.8 mm\"\nsigma = \"5 µm\"\nlargest_grain = \"100 µm\"\ncurrent = \"3 mA\"\nspeed = \"800 mm/s\"\n{BEAM}"
+    );
+    let predict = "[predict]\ndiameter = \"1 mm\"\n";
+    let (both, predicted) = (format!("{strut}{wall}"), format!("{predict}{strut}"));
+    let with = |text: &str, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
+    };
+    let thin = with(&wall, "0.8 mm", "0.02 mm");
+    for (bad, named, cured) in [
+        (
+            with(&both, ", \"2.4 mA\"", ""),
+            "one current for each circle",
+            &both,
+        ),
+        ("layers = 3\n".to_owned(), "at least one [[strut]]", &both),
+        (with(&both, "\"3 mA\"", "\"3\""), "mA", &both),
+        (with(&both, "\"5 µm\"", "5"), "µm", &both),
+        (
+            format!("{predict}{wall}"),
+            "struts like the last one",
+            &predicted,
+        ),
+        (format!("focus = \"mine\"\n{both}"), "a1-beraud-2016", &both),
+        (
+            thin.clone(),
+            "measured without them",
+            &with(&thin, "largest_grain = \"100 µm\"\n", ""),
+        ),
+    ] {
+        std::fs::write(&file, &bad).unwrap();
+        let error = measurements::read(&file).unwrap_err().to_string();
+        assert!(error.contains(named), "{error}");
+        std::fs::write(&file, cured).unwrap();
+        let read = measurements::read(&file);
+        assert!(read.is_ok(), "{named}: {read:?}");
+    }
+}
+
+/// A thickness in the wrong unit is explained by no beam: the warning says to look at it, and ends where it is right.
+#[test]
+fn remedies_of_a_fit_are_true() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("m.toml");
+    let codes = |measured: &str, out: &str| {
+        let text = format!(
+            "layers = 1\nspacing = \"100 µm\"\n[[wall]]\nmeasured = \"{measured}\"\nsigma = \"20 µm\"\ncurrent = \"3 mA\"\nspeed = \"800 mm/s\"\n{BEAM}"
+        );
+        std::fs::write(&file, text).unwrap();
+        let found = fit(&file, Some(&dir.path().join(out)), dir.path(), &Silent).unwrap();
+        super::names::in_style(&found.folder);
+        println!(
+            "{measured}: {:?} {:?} {:?}",
+            found.before, found.fitted, found.verdict.warnings
+        );
+        let warnings = found.verdict.warnings.into_iter();
+        let all: Vec<(String, Option<String>)> = warnings.map(|w| (w.code, w.remedy)).collect();
+        (all, found.before[0])
+    };
+    let (told, believed) = codes("8 mm", "wrong");
+    let told = told.iter().find(|w| w.0 == "not-explained");
+    let remedy = told.and_then(|w| w.1.clone()).unwrap_or_default();
+    assert!(remedy.contains("look at the measurement"), "{told:?}");
+    let (told, _) = codes(&format!("{believed:.3} mm"), "right");
+    assert!(told.is_empty(), "{told:?}");
 }

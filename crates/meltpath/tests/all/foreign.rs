@@ -9,7 +9,6 @@ use meltpath_base::{Check, Silent, Status, Verdict};
 
 /// A wall of two beads, 100 mm long, with `lines` before its first bead.
 fn program(folder: &Path, lines: &[&str]) -> PathBuf {
-    let mut text = "/PROG WALL\n/MN\n".to_owned();
     let before = ["UFRAME_NUM=1", "UTOOL_NUM=1", "J P[1] 20% FINE"];
     let beads = [
         "L P[2] 20mm/sec FINE Arc Start[7]",
@@ -18,20 +17,25 @@ fn program(folder: &Path, lines: &[&str]) -> PathBuf {
         "L P[4] 20mm/sec FINE Arc Start[7]",
         "L P[5] WELD_SPEED FINE Arc End[7]",
     ];
-    for (n, line) in before.iter().chain(lines).chain(&beads).enumerate() {
-        writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
-    }
-    text += "/POS\n";
-    for (n, [x, z]) in [
+    let all = [&before, lines, &beads].concat();
+    let places = [
         [0.0, 60.0],
         [0.0, 0.0],
         [100.0, 0.0],
         [100.0, 1.7],
         [0.0, 1.7],
-    ]
-    .iter()
-    .enumerate()
-    {
+    ];
+    written(folder, &all, &places)
+}
+
+/// A program of `lines` between places (x and z, mm) in the plane y = 0.
+fn written(folder: &Path, lines: &[&str], places: &[[f64; 2]]) -> PathBuf {
+    let mut text = "/PROG WALL\n/MN\n".to_owned();
+    for (n, line) in lines.iter().enumerate() {
+        writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
+    }
+    text += "/POS\n";
+    for (n, [x, z]) in places.iter().enumerate() {
         let n = n + 1;
         writeln!(text, "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};").unwrap();
     }
@@ -68,6 +72,29 @@ fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
 fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
     let found = verdict.checks.iter().find(|c| c.id == id);
     found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
+}
+
+/// A program that feeds more than any bead of the map was fed: nothing is known of its beads.
+#[test]
+fn a_feed_outside_the_map_is_undecided_where_it_begins() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let cell = dir.path().join("cell.toml");
+    let text = std::fs::read_to_string(&cell).unwrap();
+    let usual = "wire_feed = \"8 m/min\"";
+    assert!(
+        simulated(dir.path(), &[], Some(&job))
+            .checks
+            .iter()
+            .all(|c| c.id != "range")
+    );
+    std::fs::write(&cell, text.replace(usual, "wire_feed = \"14 m/min\"")).unwrap();
+    let verdict = simulated(dir.path(), &[], Some(&job));
+    let range = check(&verdict, "range");
+    assert_eq!(range.status, Status::CannotSay);
+    assert!(range.reason.contains("14.00 m/min wire feed"), "{range:?}");
+    assert_eq!(range.place.as_ref().unwrap().layer, Some(1));
+    assert!(range.remedy.is_some());
 }
 
 /// Checks of the metal, which stand and fall with the whole program.

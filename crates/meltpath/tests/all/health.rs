@@ -21,14 +21,10 @@ fn at(time: &str) -> Circumstances {
 fn simulated(folder: &Path, time: &str, changes: &[&str]) -> meltpath::health::Outcome {
     let subject = Subject::find("demo", "two-axis-150", "Y").unwrap();
     let changes = changes.iter().map(|c| (*c).to_owned()).collect();
-    test(
-        &subject,
-        &Bench::Simulated(changes),
-        folder,
-        &at(time),
-        &Reporter::new(),
-    )
-    .unwrap()
+    let bench = Bench::Simulated(changes);
+    let outcome = test(&subject, &bench, folder, &at(time), &Reporter::new()).unwrap();
+    super::names::in_style(&outcome.folder);
+    outcome
 }
 
 #[test]
@@ -77,23 +73,84 @@ fn drift_is_told_against_the_history_with_fault_and_action() {
         20
     );
 
-    // a broken line is named, and nothing is added
+    // a broken line is named, and nothing is added; without it the history goes on
     fs::write(&file, format!("{text}{{\"schema\":\n")).unwrap();
     let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
-    let error = test(
-        &subject,
-        &Bench::Simulated(Vec::new()),
-        &folder,
-        &at("2026-05-05T08:00:00Z"),
-        &Reporter::new(),
-    )
-    .unwrap_err();
-    assert!(error.to_string().contains("line 5"), "{error}");
+    let as_new = || {
+        let (bench, when) = (Bench::Simulated(Vec::new()), at("2026-05-05T08:00:00Z"));
+        test(&subject, &bench, &folder, &when, &Reporter::new())
+    };
+    let error = as_new().unwrap_err().to_string();
+    assert!(
+        error.contains("line 5") && error.contains("remove the line"),
+        "{error}"
+    );
     assert!(
         fs::read_to_string(&file)
             .unwrap()
             .ends_with("{\"schema\":\n")
     );
+    fs::write(&file, text).unwrap();
+    assert_eq!(as_new().unwrap().tests, 5);
+}
+
+/// Each part of an axis that is changed fails a check, whose remedy names that part; as it was, all passes. What was replaced on
+/// purpose passes once it was accepted.
+#[test]
+fn remedies_of_a_drift_are_true() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("history");
+    simulated(&folder, "2026-01-05T08:00:00Z", &[]);
+    let time = "2026-02-05T08:00:00Z";
+    for (change, id, named) in [
+        ("resistance=1.4", "drift-resistance", "the coil"),
+        (
+            "inductance=1.4",
+            "drift-inductance",
+            "short-circuited turns",
+        ),
+        (
+            "torque-constant=0.7",
+            "drift-torque-constant",
+            "replace the galvanometer",
+        ),
+        ("inertia=1.12", "drift-inertia", "check the mirror"),
+        ("mode=0.85", "drift-mode-1", "check the mount"),
+        (
+            "viscous=2",
+            "drift-viscous-coefficient",
+            "replace the bearings",
+        ),
+        ("coulomb=2", "drift-Coulomb-torque", "replace the bearings"),
+    ] {
+        let bad = simulated(&folder, time, &[change]);
+        let failed = bad.verdict.checks.iter().find(|c| c.id == id).unwrap();
+        assert_ne!(failed.status, Status::Pass, "{failed:?}");
+        let remedy = failed.remedy.as_ref().unwrap();
+        assert!(remedy.starts_with("likely"), "{remedy}");
+        // what is found by way of the coil sends there first
+        let (part, _) = change.split_once('=').unwrap();
+        let coil = ["resistance", "inductance", "torque-constant"].contains(&part);
+        let named = part.replace('-', " ");
+        for other in bad.verdict.checks.iter().filter(|c| coil && c.id != id) {
+            let first = |remedy: &String| remedy.starts_with(&format!("mend what the {named}"));
+            assert!(
+                other.remedy.as_ref().is_none_or(first),
+                "{change}: {other:?}"
+            );
+        }
+    }
+    let mended = simulated(&folder, time, &[]);
+    assert_eq!(mended.verdict.status(), Status::Pass, "{:?}", mended.drifts);
+    let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
+    let mirror = Bench::Simulated(vec!["inertia=1.12".to_owned()]);
+    let accepted = Circumstances {
+        accept: true,
+        ..at(time)
+    };
+    test(&subject, &mirror, &folder, &accepted, &Reporter::new()).unwrap();
+    let passed = simulated(&folder, time, &["inertia=1.12"]);
+    assert_eq!(passed.verdict.status(), Status::Pass, "{:?}", passed.drifts);
 }
 
 #[test]
@@ -114,6 +171,17 @@ fn axes_heads_and_changes_that_are_none_are_named() {
         assert!(error.to_string().contains("NAME=FACTOR"), "{error}");
     }
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+    // what a message says there is, there is
+    let error = Subject::find("demo", "two-axis-150", "z")
+        .unwrap_err()
+        .to_string();
+    let (_, axes) = error.split_once("it has ").unwrap();
+    for axis in axes.split(", ") {
+        assert!(
+            Subject::find("demo", "two-axis-150", axis).is_ok(),
+            "{axis}"
+        );
+    }
 }
 
 /// Records made by the simulated bench and written as another program would write them give the simulated test's own values.
@@ -163,33 +231,43 @@ fn records_give_what_the_bench_gave() {
     let folder = dir.path().join("history");
     simulated(&folder, "2026-01-05T08:00:00Z", &[]);
     let subject = Subject::find("demo", "two-axis-150", "y").unwrap();
-    let records = |second: &str| Bench::Records {
-        first: dir.path().join("one.csv"),
-        second: dir.path().join(second),
-        mapping: dir.path().join("map.toml"),
+    let tried = |second: &str, mapping: &str, history: &Path| {
+        let bench = Bench::Records {
+            first: dir.path().join("one.csv"),
+            second: dir.path().join(second),
+            mapping: dir.path().join(mapping),
+        };
+        let when = at("2026-02-05T08:00:00Z");
+        test(&subject, &bench, history, &when, &Reporter::new())
     };
-    let outcome = test(
-        &subject,
-        &records("two.csv"),
-        &folder,
-        &at("2026-02-05T08:00:00Z"),
-        &Reporter::new(),
-    )
-    .unwrap();
+    let outcome = tried("two.csv", "map.toml", &folder).unwrap();
     assert_eq!(outcome.rating, Rating::Good, "{:?}", outcome.drifts[0]);
     for d in &outcome.drifts {
         assert!(d.change.abs() < 0.01, "{d:?}");
     }
+    // without its set-points the second stage is taken to begin at once; what is said to record ends that
+    let told = |outcome: &meltpath::health::Outcome| {
+        let mut all = outcome.verdict.warnings.iter();
+        all.any(|w| w.code == "no-set-point")
+    };
+    assert!(!told(&outcome));
+    let blind = mapping.split_once("[channels.set-point]").unwrap().0;
+    fs::write(dir.path().join("blind.toml"), blind).unwrap();
+    let other = dir.path().join("blind");
+    assert!(told(&tried("two.csv", "blind.toml", &other).unwrap()));
+    // a record at another period than the head's
+    let slow = text.lines().enumerate().filter(|(n, _)| n % 2 == 0);
+    let slow: Vec<&str> = slow.map(|(_, line)| line).collect();
+    fs::write(dir.path().join("slow.csv"), slow.join("\n")).unwrap();
+    let refused = |second: &str| tried(second, "map.toml", &folder).unwrap_err().to_string();
+    let error = refused("slow.csv");
+    assert!(
+        error.contains("record at the head's sample time"),
+        "{error}"
+    );
     // another signal in the second stage: named, and the history stays as it was
-    let error = test(
-        &subject,
-        &records("one.csv"),
-        &folder,
-        &at("2026-03-05T08:00:00Z"),
-        &Reporter::new(),
-    )
-    .unwrap_err();
-    assert!(error.to_string().contains("second stage"), "{error}");
+    let error = refused("one.csv");
+    assert!(error.contains("second stage"), "{error}");
     let history = History::open(&folder, &subject.name()).unwrap();
     assert_eq!(history.entries().len(), 2);
 }

@@ -242,3 +242,67 @@ fn a_probe_at_the_end_of_its_range_is_noted() {
         "{warnings:?} {result:?}"
     );
 }
+
+/// What a complaint about a record says to write in the mapping, or to record, is done; a motor is found then.
+#[test]
+fn remedies_of_a_bad_record_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = bench(&motor(), 90_000, f64::INFINITY);
+    let tried = |record: &str, mapping: &str| {
+        fs::write(at("bench.csv"), record).unwrap();
+        fs::write(at("map.toml"), mapping).unwrap();
+        let found = identify(&at("bench.csv"), &at("map.toml"), &Reporter::new());
+        found.map(drop).map_err(|e| e.to_string())
+    };
+    let kept = |keep: &dyn Fn(usize) -> bool| {
+        let lines = text.lines().enumerate().filter(|(n, _)| keep(*n));
+        lines.map(|(_, line)| line).collect::<Vec<_>>().join("\n")
+    };
+    let whole = |error: &str| {
+        let rows = &error[error.find("rows = [").unwrap()..];
+        format!("{}\n{MAPPING}", &rows[..=rows.find(']').unwrap()])
+    };
+    let gap = kept(&|n| !(1001..1011).contains(&n));
+    let blank = text.replacen(&format!("\n{},", 50 * 80_000), "\n,", 1);
+    for record in [&gap, &blank] {
+        let error = tried(record, MAPPING).unwrap_err();
+        assert_eq!(tried(record, &whole(&error)), Ok(()), "{error}");
+    }
+    let turned = MAPPING.replace("unit = \"mA\"", "unit = \"mA\"\nscale = -1.0");
+    for (record, mapping, named) in [
+        (
+            &text,
+            format!("sample_time = \"40 us\"\n{MAPPING}"),
+            "correct or remove sample_time",
+        ),
+        (
+            &text,
+            MAPPING.replace("channels.current", "channels.amps"),
+            "add [channels.current]",
+        ),
+        (
+            &text,
+            MAPPING.replace("\"i\"", "\"I\""),
+            "it has \"t\", \"U\", \"i\", \"n\"",
+        ),
+        (&text, turned, "a negative `scale` in the mapping turns it"),
+        (&kept(&|n| n < 3_000), MAPPING.to_owned(), "record longer"),
+    ] {
+        let error = tried(record, &mapping).unwrap_err();
+        assert!(error.contains(named), "{error}");
+    }
+    let upside_down = text.lines().map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        match cells[2].parse::<f64>() {
+            Ok(current) => format!("{},{},{},{}\n", cells[0], cells[1], -current, cells[3]),
+            Err(_) => format!("{line}\n"),
+        }
+    });
+    let upside_down: String = upside_down.collect();
+    let error = tried(&upside_down, MAPPING).unwrap_err();
+    assert!(error.contains("a negative `scale`"), "{error}");
+    let turned = MAPPING.replace("unit = \"mA\"", "unit = \"mA\"\nscale = -1.0");
+    assert_eq!(tried(&upside_down, &turned), Ok(()));
+    assert_eq!(tried(&text, MAPPING), Ok(()));
+}

@@ -148,7 +148,7 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
     let mut lines = motion.lines();
     assert_eq!(
         lines.next().unwrap(),
-        "time [s],x [mm],y [mm],z [mm],speed [mm/s],power [W],vector"
+        "time_s,x_mm,y_mm,z_mm,speed_mm_s,power_W,vector"
     );
     let rows: Vec<Vec<f64>> = lines
         .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
@@ -170,6 +170,91 @@ fn layers_of_a_cli_file_run_as_text_and_as_binary() {
     );
     let page = fs::read_to_string(a.join("report.html")).unwrap();
     assert!(page.contains("2 layers of 3, 2 to 3, of a.cli"));
+}
+
+/// A layer of a CLI file in text, each unit a micrometre.
+fn micrometres(entities: &[String]) -> String {
+    format!(
+        "$$HEADERSTART\n$$ASCII\n$$UNITS/0.001\n$$VERSION/200\n$$LAYERS/1\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/30\n{}\n$$GEOMETRYEND\n",
+        entities.join("\n")
+    )
+}
+
+fn polyline(points: &[[i64; 2]]) -> String {
+    let numbers: Vec<String> = points.iter().flatten().map(ToString::to_string).collect();
+    format!("$$POLYLINE/1,2,{},{}", points.len(), numbers.join(","))
+}
+
+fn hatches(lines: &[[i64; 4]]) -> String {
+    let numbers: Vec<String> = lines.iter().flatten().map(ToString::to_string).collect();
+    format!("$$HATCHES/1,{},{}", lines.len(), numbers.join(","))
+}
+
+#[test]
+fn layers_of_other_hatchers_run_whatever_their_marks() {
+    let dir = tempfile::tempdir().unwrap();
+    // a square with doubled points and a step of a micrometre
+    let outline = polyline(&[
+        [0, 0],
+        [0, 0],
+        [2000, 0],
+        [2001, 0],
+        [2001, 2000],
+        [2001, 2000],
+        [0, 2000],
+        [0, 0],
+    ]);
+    let lines: Vec<[i64; 4]> = (1..20).map(|k| [100, 100 * k, 1900, 100 * k]).collect();
+    // islands of half a millimetre, each with specks of a few micrometres and one without length at its corner
+    let islands: Vec<String> = (0..4)
+        .map(|i| {
+            let at = [500 * i, 700 * i];
+            let mut lines: Vec<[i64; 4]> = (0..5)
+                .map(|k| [at[0], at[1] + 90 * k, at[0] + 450, at[1] + 90 * k])
+                .collect();
+            for length in [0, 1, 4, 30] {
+                let y = at[1] + 460;
+                lines.push([at[0], y, at[0] + length, y]);
+            }
+            hatches(&lines)
+        })
+        .collect();
+    let far = |points: &[[i64; 2]]| {
+        let moved: Vec<[i64; 2]> = points.iter().map(|p| p.map(|c| c + 400_000_000)).collect();
+        polyline(&moved)
+    };
+    for (name, entities, origin) in [
+        ("contours", vec![outline.clone()], 1.0),
+        ("lines", vec![hatches(&lines)], 1.0),
+        ("both", vec![outline, hatches(&lines)], 1.0),
+        ("islands", islands, 1.0),
+        (
+            "far",
+            vec![far(&[[0, 0], [2000, 0], [2000, 2000], [0, 0]])],
+            400_001.0,
+        ),
+    ] {
+        fs::write(
+            dir.path().join(format!("{name}.cli")),
+            micrometres(&entities),
+        )
+        .unwrap();
+        let job = |delays: &str| {
+            let first = JOB.replace("\"recipe\"", &format!("\"{delays}\""));
+            format!(
+                "{first}layers = \"{name}.cli\"\n[layers]\norigin = [\"{origin} mm\", \"{origin} mm\"]\n[checks]\nfill_rate = \"20 %\"\n"
+            )
+        };
+        let out = run(dir.path(), name, &job("recipe"));
+        let verdict = fs::read_to_string(out.join("verdict.json")).unwrap();
+        let filled = name != "contours" && name != "far";
+        assert_eq!(verdict.contains("\"fill-1\""), filled, "{name}: {verdict}");
+        assert_eq!(
+            verdict.contains("short-marks"),
+            !matches!(name, "lines" | "far"),
+            "{name}"
+        );
+    }
 }
 
 /// A plate written as a vector list with every value of its recipe gives the plate's own figures.
@@ -288,6 +373,7 @@ fn a_faster_recipe_is_found_and_run() {
     // the found recipe is a recipe file: run from it, it does the same
     let found = fs::read_to_string(out.join("recipe-optimised.toml")).unwrap();
     files::parse_recipe(&found).unwrap().check().unwrap();
+    assert!(super::names::in_style(&out) > 10);
     let tried = fs::read_to_string(out.join("series/recipes-tried.csv")).unwrap();
     assert!(tried.lines().count() > 10);
     assert!(out.join("series/delays-2.csv").exists());

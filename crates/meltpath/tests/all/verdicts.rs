@@ -1,5 +1,6 @@
 //! Remedies of verdicts are applied: what a check says to change is changed in the job, and the check passes then.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -8,12 +9,14 @@ use meltpath_base::{Check, Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::{Mesh, shapes};
 
+use super::names::in_style;
+
 fn run(folder: &Path, text: &str) -> Verdict {
     let job = folder.join("job.toml");
     fs::write(&job, text).unwrap();
-    chain::run(&job, None, &folder.join("runs"), &Silent)
-        .unwrap()
-        .verdict
+    let outcome = chain::run(&job, None, &folder.join("runs"), &Silent).unwrap();
+    assert!(in_style(&outcome.folder) > 3);
+    outcome.verdict
 }
 
 fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
@@ -30,8 +33,28 @@ struct Case {
     cure: &'static str,
 }
 
+/// Verdicts of the jobs that ran in a folder: many cases share the job that is good.
+struct Runs<'a> {
+    folder: &'a Path,
+    done: BTreeMap<String, Verdict>,
+}
+
+impl<'a> Runs<'a> {
+    fn new(folder: &'a Path) -> Self {
+        let done = BTreeMap::new();
+        Runs { folder, done }
+    }
+
+    fn verdict(&mut self, text: String) -> &Verdict {
+        let folder = self.folder;
+        self.done
+            .entry(text)
+            .or_insert_with_key(|text| run(folder, text))
+    }
+}
+
 impl Case {
-    fn is_cured_by_its_remedy(&self, folder: &Path, good: &str) {
+    fn is_cured_by_its_remedy(&self, runs: &mut Runs<'_>, good: &str) {
         let Case {
             id,
             from,
@@ -40,16 +63,16 @@ impl Case {
             cure,
         } = *self;
         assert!(good.contains(from), "{from}");
-        let before = run(folder, &good.replacen(from, bad, 1));
-        let failed = check(&before, id);
+        let before = runs.verdict(good.replacen(from, bad, 1));
+        let failed = check(before, id);
         assert!(
             matches!(failed.status, Status::Fail | Status::CannotSay),
             "{failed:?}"
         );
         let remedy = failed.remedy.as_deref().unwrap_or_default();
         assert!(remedy.contains(named), "{id}: {remedy}");
-        let after = run(folder, &good.replacen(from, cure, 1));
-        let passed = check(&after, id);
+        let after = runs.verdict(good.replacen(from, cure, 1));
+        let passed = check(after, id);
         assert_eq!(passed.status, Status::Pass, "{passed:?}");
     }
 }
@@ -129,8 +152,9 @@ fn remedies_of_a_wire_arc_verdict_are_true() {
     let folder = tempfile::tempdir().unwrap();
     let block = shapes::extrude(&[shapes::plate(40.0, 24.0)], 8.0);
     part(folder.path(), &block);
+    let mut runs = Runs::new(folder.path());
     for case in CASES {
-        case.is_cured_by_its_remedy(folder.path(), WAAM);
+        case.is_cured_by_its_remedy(&mut runs, WAAM);
     }
     // a cone on its tip hangs over; turned, it does not
     part(folder.path(), &shapes::cone(20.0, 8.0, 10.0));
@@ -141,7 +165,7 @@ fn remedies_of_a_wire_arc_verdict_are_true() {
         named: "build_direction",
         cure: "[0.0, 0.0, 1.0]",
     };
-    turned.is_cured_by_its_remedy(folder.path(), WAAM);
+    turned.is_cured_by_its_remedy(&mut Runs::new(folder.path()), WAAM);
 }
 
 /// Lines of 2 mm over a square. The charts see most of it below the window of the thesis.
@@ -177,6 +201,72 @@ fn remedies_of_an_electron_beams_verdict_are_true() {
         !remedy.contains("window.body") && remedy.contains("[judge]"),
         "{remedy}"
     );
+}
+
+const JUDGED: &str = r#"[process]
+kind = "ebm"
+[ebm]
+efficiency = "50 %"
+[hatch]
+current = "5 mA"
+overrun = "0.15 mm"
+[charts]
+spacing = "50 µm"
+stop = "2400 °C"
+[simulation]
+frames = 1
+[window]
+low = "1700 °C"
+high = "9000 °C"
+[region]
+contour = [["0 mm", "0 mm"], ["2 mm", "0 mm"], ["2 mm", "0.6 mm"], ["0 mm", "0.6 mm"]]
+[checks]
+rim = "0.2 mm"
+farthest = "0.3 mm"
+[judge]
+solver = "reference"
+cell = "0.15 mm"
+step = "10 us"
+"#;
+
+/// The solver judges: what a check says to change, and what ends a doubt. The job as it stands is the cure of all.
+#[test]
+fn remedies_of_the_electron_beams_judge_are_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = run(folder.path(), JUDGED);
+    let (weak, hot) = ("current = \"1.5 mA\"", "current = \"9 mA\"");
+    let (long, coarse) = ("overrun = \"0.6 mm\"", "cell = \"0.3 mm\"");
+    let part = "cell = \"0.15 mm\"\npart = [[\"0.5 mm\", \"0.1 mm\"], [\"1.5 mm\", \"0.5 mm\"]]";
+    for (bad, ids, named) in [
+        (
+            weak,
+            &["in-window", "unmelted", "unfused", "molten-outside"][..],
+            "more power",
+        ),
+        (hot, &["in-window", "unmelted"], "less power"),
+        (
+            long,
+            &["molten-outside", "molten-farthest"],
+            "lines that end further inside",
+        ),
+        (
+            coarse,
+            &["in-window", "unmelted"],
+            "finer cells (judge.cell)",
+        ),
+        (part, &["in-window", "unmelted"], "leave judge.part out"),
+    ] {
+        let (key, _) = bad.split_once(" = ").unwrap();
+        let line = JUDGED.lines().find(|l| l.starts_with(key)).unwrap();
+        let verdict = run(folder.path(), &JUDGED.replacen(line, bad, 1));
+        for id in ids {
+            let failed = check(&verdict, id);
+            let undecided = matches!(failed.status, Status::Fail | Status::CannotSay);
+            let remedy = failed.remedy.as_deref().unwrap_or_default();
+            assert!(undecided && remedy.contains(named), "{bad}: {failed:?}");
+            assert_eq!(check(&good, id).status, Status::Pass, "{id}");
+        }
+    }
 }
 
 /// A recipe as it ships, with other values.
@@ -235,8 +325,9 @@ fn remedies_of_a_laser_verdict_are_true() {
         (&more_fill, Case { id: "fill-1", from: wide, bad: wide, named: "a closer hatch", cure: "hatch = \"0.08 mm\"" }),
         (&heat, Case { id: "fusion-1", from: "fast.toml", bad: "fast.toml", named: "slower marks", cure: "slow.toml" }),
     ];
+    let mut runs = Runs::new(folder.path());
     for (good, case) in cases {
-        case.is_cured_by_its_remedy(folder.path(), good);
+        case.is_cured_by_its_remedy(&mut runs, good);
     }
 }
 
@@ -251,6 +342,7 @@ fn remedies_of_a_tuning_are_true() {
         );
         fs::write(&file, text).unwrap();
         let outcome = tune::tune(&file, None, &folder.path().join("runs"), &Silent).unwrap();
+        in_style(&outcome.folder);
         check(&outcome.verdict, "y-mode").clone()
     };
     let export = "[export]\ncontroller = \"h-infinity\"\n";

@@ -9,7 +9,7 @@ use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_robot::command::{Command, Smoothing};
+use meltpath_robot::command::{Command, Smoothing, Source};
 use meltpath_toolpath::{Weave, WeaveShape};
 
 const LENGTH: f64 = 150.0;
@@ -51,8 +51,11 @@ fn woven_wall(
                 (to + LIFT, 50.0, false),
             ] {
                 let id = commands.len() as u32;
-                let line = Command::line(id, target, speed, Smoothing::Fine);
-                commands.push(if arc { line.depositing(feed) } else { line });
+                let mut line = Command::line(id, target, speed, Smoothing::Fine);
+                if arc {
+                    line.source = Source::On { wire_feed: feed };
+                }
+                commands.push(line);
                 layer_of_command.push(layer);
             }
         }

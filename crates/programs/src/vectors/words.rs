@@ -17,13 +17,13 @@ pub(super) const KINDS: [(Role, &str); 5] = [
 /// The columns and their headings.
 pub(super) const COLUMNS: [&str; 10] = [
     "kind",
-    "x [mm]",
-    "y [mm]",
-    "z [mm]",
-    "speed [mm/s]",
-    "power [W]",
-    "wait [s]",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "speed_mm_s",
+    "power_W",
+    "wait_s",
     "part",
     "layer",
-    "height [mm]",
+    "height_mm",
 ];

@@ -73,7 +73,12 @@ fn small() -> Toolpath {
     first
         .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
         .line_to(p(50.0, 0.0, 0.0))
-        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .go(
+            Move::Arc {
+                via: p(57.071_067, 2.928_933, 0.0),
+            },
+            p(60.0, 10.0, 0.0),
+        )
         .line_to(p(60.0, 40.0, 0.0));
     let mut second = Layer::new(2, 0.0);
     let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
@@ -252,7 +257,13 @@ fn unsound_passes_are_refused_by_number() {
             .to_string()
             .contains("wire feed")
     );
-    let other_profile = |t: &mut Toolpath| t.layers[0].heads_mut().for_each(|h| h.profile = 7);
+    let other_profile = |t: &mut Toolpath| {
+        let bead = PassHead {
+            profile: 7,
+            ..head(9, Role::Fill)
+        };
+        t.layers[0].polyline(bead, [DVec3::ZERO, DVec3::X]);
+    };
     assert!(refused(other_profile).to_string().contains("profile"));
     assert_eq!(refused(|t| t.layers.clear()), BuildError::Empty);
     let mut cell = arcmate();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::cli::{CliError, Form, Reader, Writer};
-use meltpath_toolpath::{Layer, PassHead, PassId, Role};
+use meltpath_toolpath::{Layer, Move, PassHead, PassId, Role};
 use proptest::prelude::*;
 
 fn read(bytes: &[u8]) -> Result<Vec<Layer>, CliError> {
@@ -79,8 +79,8 @@ fn planned_layers_are_written_as_shape() {
         ..PassHead::default()
     };
     let mut disc = layer.begin(head(Role::Contour), p(1.0, 0.0));
-    disc.arc_to(p(0.0, 1.0), p(-1.0, 0.0));
-    disc.arc_to(p(0.0, -1.0), p(1.0, 0.0));
+    disc.go(Move::Arc { via: p(0.0, 1.0) }, p(-1.0, 0.0));
+    disc.go(Move::Arc { via: p(0.0, -1.0) }, p(1.0, 0.0));
     layer.polyline(head(Role::Jump), [p(1.0, 0.0), p(0.2, 0.0)]);
     layer.polyline(
         head(Role::Contour),

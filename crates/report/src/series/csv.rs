@@ -14,7 +14,7 @@ use super::{Column, Kind, SeriesError, Values, check};
 /// use meltpath_report::series::csv::write_columns;
 /// let mut out = Vec::new();
 /// write_columns(&mut out, &[("x", "mm", vec![0.0, 0.5]), ("temperature", "K", vec![300.0, 1900.0])]).unwrap();
-/// assert_eq!(String::from_utf8(out).unwrap(), "x [mm],temperature [K]\r\n0,300\r\n0.5,1900\r\n");
+/// assert_eq!(String::from_utf8(out).unwrap(), "x_mm,temperature_K\r\n0,300\r\n0.5,1900\r\n");
 /// ```
 pub fn write_columns(
     out: &mut dyn Write,

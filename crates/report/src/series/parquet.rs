@@ -156,7 +156,7 @@ mod tests {
             .map(Result::unwrap)
             .collect();
         let names: Vec<&String> = rows[0].get_column_iter().map(|c| c.0).collect();
-        assert_eq!(names, ["time [s]", "layer", "note"]);
+        assert_eq!(names, ["time_s", "layer", "note"]);
         let values: Vec<&Field> = rows[4].get_column_iter().map(|c| c.1).collect();
         assert_eq!(
             values,

@@ -117,12 +117,3 @@ impl<'a> Document<'a> {
         out.write_all(b"\n</AppendedData>\n</VTKFile>\n")
     }
 }
-
-/// Name of an array with its unit, such as `speed [mm/s]`.
-pub(super) fn titled(name: &str, unit: &str) -> String {
-    if unit.is_empty() {
-        name.to_owned()
-    } else {
-        format!("{name} [{unit}]")
-    }
-}

@@ -5,8 +5,9 @@ use std::io::Write;
 use meltpath_geometry::math::DVec3;
 
 use super::VtkError;
-use super::appended::{Document, Values, titled};
+use super::appended::{Document, Values};
 use crate::scene::{Grid, SceneError};
+use crate::series::name_in_files;
 
 /// A field over the cells of a grid.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +60,7 @@ pub fn write_height_image(
         grid.origin.x, grid.origin.y, grid.cell
     ));
     for field in fields {
-        document.array(&titled(field.name, field.unit), field.values);
+        document.array(&name_in_files(field.name, field.unit), field.values);
     }
     document.xml("</PointData>\n</Piece>");
     Ok(document.write(out)?)
@@ -105,7 +106,7 @@ pub fn write_volume(
         volume.origin.x, volume.origin.y, volume.origin.z, edge.x, edge.y, edge.z
     ));
     for field in fields {
-        document.array(&titled(field.name, field.unit), field.values);
+        document.array(&name_in_files(field.name, field.unit), field.values);
     }
     document.xml("</CellData>\n</Piece>");
     Ok(document.write(out)?)

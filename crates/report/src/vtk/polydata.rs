@@ -8,8 +8,9 @@
 use std::io::Write;
 
 use super::VtkError;
-use super::appended::{Document, Values, titled};
+use super::appended::{Document, Values};
 use crate::scene::{LineSet, Scalar};
+use crate::series::name_in_files;
 
 /// Writes polylines with their layer (cell data) and scalars (point data) as `.vtp`; mm.
 ///
@@ -48,7 +49,7 @@ fn point_data<'a>(document: &mut Document<'a>, scalars: &'a [Scalar]) {
     document.xml("<PointData>");
     for scalar in scalars {
         document.array(
-            &titled(&scalar.name, &scalar.unit),
+            &name_in_files(&scalar.name, &scalar.unit),
             Values::Float32(&scalar.values),
         );
     }

@@ -10,7 +10,7 @@ use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::cell::{self, Cell, Values};
 use meltpath_robot::collision::{Body, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::posture::{Rotation, Task, hold};
-use meltpath_robot::{Command, Smoothing};
+use meltpath_robot::{Command, Smoothing, Source};
 
 /// The ABB with a straight torch of 330 mm, nozzle 80 mm by 12 mm, body 20 mm.
 fn abb() -> Cell {
@@ -41,8 +41,10 @@ fn plate(from: f64, height: f64) -> Metal {
 /// A bead of 100 mm along y at x = 0, the wire's tip at `z`.
 fn closest(cell: &Cell, metal: &Metal, z: f64) -> Vec<Closest> {
     let start = Pose::from_wpr(DVec3::new(0.0, -50.0, z), DVec3::new(PI, 0.0, 0.0));
-    let commands =
-        [Command::line(0, DVec3::new(0.0, 50.0, z), 10.0, Smoothing::Fine).depositing(100.0)];
+    let commands = [Command {
+        source: Source::On { wire_feed: 100.0 },
+        ..Command::line(0, DVec3::new(0.0, 50.0, z), 10.0, Smoothing::Fine)
+    }];
     let configurations = BTreeMap::new();
     let task = Task {
         cell,

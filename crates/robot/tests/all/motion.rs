@@ -6,7 +6,9 @@ mod closed_form;
 use meltpath_base::{Observer, Silent};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DQuat, DVec3};
-use meltpath_robot::{Command, Controller, Kind, MotionError, Smoothing, Summary, simulate};
+use meltpath_robot::{
+    Command, Controller, Kind, MotionError, Smoothing, Source, Summary, simulate,
+};
 use meltpath_toolpath::MotionBlock;
 
 fn arcmate() -> Controller {
@@ -340,8 +342,9 @@ fn a_polygon_of_long_sides_is_corners() {
 #[test]
 fn wire_is_fed_exactly_while_the_arc_is_on() {
     let c = arcmate();
-    let cnt = |id, x, y| {
-        Command::line(id, DVec3::new(x, y, 0.0), 12.5, Smoothing::Cnt(0.5)).depositing(153.3)
+    let cnt = |id, x, y| Command {
+        source: Source::On { wire_feed: 153.3 },
+        ..Command::line(id, DVec3::new(x, y, 0.0), 12.5, Smoothing::Cnt(0.5))
     };
     let fine = |id, x, y| Command::line(id, DVec3::new(x, y, 0.0), 40.0, Smoothing::Fine);
     let commands = [
@@ -420,7 +423,10 @@ fn a_million_points_end_exactly() {
         .map(|i| {
             let t = f64::from(i) * 1e-3;
             let p = DVec3::new(80.0 * t.cos(), 60.0 * (1.3 * t).sin(), 0.01 * t);
-            Command::line(i, p, 12.5, Smoothing::Cnt(0.5)).depositing(150.0)
+            Command {
+                source: Source::On { wire_feed: 150.0 },
+                ..Command::line(i, p, 12.5, Smoothing::Cnt(0.5))
+            }
         })
         .collect();
     let mut last = Last(DVec3::ZERO, 0, 0);
@@ -510,7 +516,12 @@ fn what_cannot_be_executed_is_refused_by_number() {
             kind: Kind::Wait { time: -1.0 },
             ..good
         },
-        good.depositing(f64::INFINITY),
+        Command {
+            source: Source::On {
+                wire_feed: f64::INFINITY,
+            },
+            ..good
+        },
     ] {
         let error = try_it(bad).unwrap_err();
         assert!(

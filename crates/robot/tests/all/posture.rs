@@ -12,7 +12,7 @@ use meltpath_robot::cell::{self, Cell, Stance, Values};
 use meltpath_robot::kinematics::numeric::distance;
 use meltpath_robot::kinematics::{Configuration, Unreachable};
 use meltpath_robot::posture::{Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold};
-use meltpath_robot::{Command, Kind, Smoothing};
+use meltpath_robot::{Command, Kind, Smoothing, Source};
 
 static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
 
@@ -27,11 +27,11 @@ fn down(position: DVec3) -> Pose {
 /// Beads through points, with the torch straight down.
 fn beads(points: &[DVec3]) -> (Pose, Vec<Command>) {
     let lines = points[1..].iter().zip(0..);
-    let commands = lines.map(|(p, id)| Command::line(id, *p, 12.5, Smoothing::Fine));
-    (
-        down(points[0]),
-        commands.map(|c| c.depositing(130.0)).collect(),
-    )
+    let commands = lines.map(|(p, id)| Command {
+        source: Source::On { wire_feed: 130.0 },
+        ..Command::line(id, *p, 12.5, Smoothing::Fine)
+    });
+    (down(points[0]), commands.collect())
 }
 
 /// Squares of 200 mm, one over the other.

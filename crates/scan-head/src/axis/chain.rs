@@ -10,9 +10,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{Cascade, Controller, Law, Limits, Measured, Sampled, SpeedSource};
 use crate::axis::error::{AxisError, not_negative, positive};
+use crate::axis::friction::Friction;
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES};
 use crate::axis::plant::Plant;
 use crate::axis::prefilter::{self, PreFilter};
+
+/// The step after which swinging is looked at, over the travel: far from the drive's limits.
+const SMALL_STEP: f64 = 1e-6;
+/// For how long, s.
+const SWINGING: f64 = 0.2;
+/// Swings below this share of the step have settled.
+const SETTLED: f64 = 1e-3;
 
 /// The angle sensor.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -171,6 +179,43 @@ impl Axis {
         not_negative("the encoder's noise", self.encoder.noise)?;
         not_negative("the loop delay", self.delay)?;
         positive("the travel", self.travel)
+    }
+
+    /// Refuses an axis whose loop is unstable, as its swinging after a small step tells: without dry friction, which holds small
+    /// swings, and without the encoder's steps and noise, which keep them up.
+    ///
+    /// # Errors
+    /// [`AxisError::Oscillates`], [`AxisError::RanAway`]; [`AxisError`] as [`Axis::start`].
+    pub fn check_stable(&self, period: f64) -> Result<(), AxisError> {
+        let mut smooth = self.clone();
+        smooth.motor.friction = Friction::None;
+        smooth.encoder = Encoder::default();
+        let step = SMALL_STEP * self.travel;
+        let samples = (SWINGING / period).ceil() as usize;
+        let angle = smooth
+            .start(period, 0.0, 1)?
+            .record(&vec![step; samples])?
+            .angle;
+        let swing = |from: usize, to: usize| {
+            let piece = angle.get(from..to).unwrap_or_default();
+            let (low, high) = piece
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(l, h), a| (l.min(*a), h.max(*a)));
+            (high - low, 0.5 * (low + high))
+        };
+        let (before, _) = swing(samples / 4, samples / 2);
+        let (after, middle) = swing(samples - samples / 4, samples);
+        if after > SETTLED * step && (after > before || after > 10.0 * step) {
+            let last = angle.get(samples - samples / 4..).unwrap_or_default();
+            let turns = last
+                .windows(2)
+                .filter(|w| (w[0] < middle) != (w[1] < middle))
+                .count();
+            return Err(AxisError::Oscillates {
+                frequency: 0.5 * turns as f64 / (last.len() as f64 * period),
+            });
+        }
+        Ok(())
     }
 
     /// The axis at rest at `angle` rad, sampled every `period` s; `seed` is that of the sensor's noise.

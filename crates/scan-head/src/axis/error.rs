@@ -49,6 +49,14 @@ pub enum AxisError {
         /// The travel, deg.
         travel_deg: f64,
     },
+    /// The loop is unstable: the smallest step makes it swing more and more.
+    #[error(
+        "the loop is unstable with this plant, sampling and delay: after the smallest step it swings at {frequency:.0} Hz, more and more"
+    )]
+    Oscillates {
+        /// How often, Hz.
+        frequency: f64,
+    },
     /// Changes of speed that the drives do not follow, however the path is smoothed ahead.
     #[error(
         "a preview cannot keep the drives within their limits: the path changes the mirrors' speeds by {:.0} and {:.0} deg/s at once, even smoothed over {:.0} µs to either side: slower jumps, or no preview",

@@ -338,6 +338,26 @@ mod tests {
         }
     }
 
+    /// The current rises to what friction holds in a third of the step: the rotor rests until then, and slides from then on.
+    #[test]
+    fn a_rotor_breaks_away_within_a_step_as_it_does_in_short_ones() {
+        let motor = motor(Friction::Coulomb {
+            coulomb: 3e-5,
+            bias: 0.0,
+        });
+        let moved = |length: f64, steps: u32| {
+            let mut plant = Plant::<5>::new(&motor, &[length], 0.0).unwrap();
+            for _ in 0..steps {
+                plant.advance(0, 0.06, 0.0);
+            }
+            (plant.angle(), plant.speed())
+        };
+        let ((angle, speed), (a, s)) = (moved(50e-6, 1), moved(0.5e-6, 100));
+        println!("{angle:e} {a:e} rad, {speed:e} {s:e} rad/s");
+        assert!(a > 0.0 && (angle / a - 1.0).abs() < 0.05, "{angle} {a}");
+        assert!((speed / s - 1.0).abs() < 0.05, "{speed} {s}");
+    }
+
     #[test]
     fn two_half_steps_are_one_step() {
         let motor = motor(Friction::None);

@@ -37,20 +37,6 @@ pub enum HeadError {
         /// Where it goes.
         source: CorrectionError,
     },
-    /// The axes' sampling does not suit the job.
-    #[error(
-        "at {frequency:.0} Hz a mark of {length:.4} mm at {speed:.0} mm/s (up to vector {index}) is over before one sample: mark slower, or leave it out"
-    )]
-    Sampling {
-        /// Position in the job, from 0.
-        index: usize,
-        /// Its length, mm.
-        length: f64,
-        /// Its speed, mm/s.
-        speed: f64,
-        /// Sampling frequency, Hz.
-        frequency: f64,
-    },
     /// Delays that leave every mark dark.
     #[error(
         "no mark is lit: the laser-on delay, {:.0} µs, outlasts the longest mark between jumps, {:.0} µs, and the laser-off delay, {:.0} µs: a shorter laser-on delay, or tuned delays",

@@ -37,6 +37,21 @@ impl ReadyHead {
         self.focus.as_ref()
     }
 
+    /// Refuses a head of which an axis is unstable.
+    ///
+    /// # Errors
+    /// [`HeadError::Axis`].
+    pub fn check_stable(&self) -> Result<(), HeadError> {
+        for (axis, letter) in self.head.axes().zip(LETTERS) {
+            axis.check_stable(self.head.period)
+                .map_err(|source| HeadError::Axis {
+                    axis: letter,
+                    source,
+                })?;
+        }
+        Ok(())
+    }
+
     /// The same head with the set-points of its mirrors shaped, the path ahead being known.
     #[must_use]
     pub fn with_previews(mut self, previews: Previews) -> Self {
@@ -87,7 +102,7 @@ impl ReadyHead {
         Ok(largest.to_array())
     }
 
-    /// The same layers, each checked as it comes: a job ends where one leaves the field or has vectors without samples.
+    /// The same layers, each checked as it comes: a job ends where one leaves the field.
     pub(super) fn checked<'a>(&'a self, layers: Layers<'a>) -> Layers<'a> {
         let mut layers = layers.fuse();
         let mut checking = Some(Checking::default());
@@ -95,7 +110,7 @@ impl ReadyHead {
             let known = checking.as_mut()?;
             let found = match layers.next() {
                 Some(layer) => layer.and_then(|l| known.layer(self, &l).map(|()| Some(l))),
-                None => known.end(self).map(|()| None),
+                None => known.end().map(|()| None),
             };
             if !matches!(found, Ok(Some(_))) {
                 checking = None;
@@ -177,10 +192,6 @@ impl ReadyHead {
 struct Checking {
     /// Whether anything was marked.
     marks: bool,
-    /// The chain of marks that goes on: its last vector and that one's speed, mm/s; its length, mm; its samples.
-    chain: Option<(usize, f64)>,
-    length: f64,
-    samples: f64,
 }
 
 impl Checking {
@@ -191,38 +202,13 @@ impl Checking {
             head.inside(0, job.start.truncate())?;
         }
         for (i, v) in job.vectors.iter().enumerate() {
-            let index = layer.first as usize + i;
-            if !v.kind.is_mark() {
-                self.close(head)?;
-            }
-            head.inside(index, v.end.truncate())?;
-            if v.kind.is_mark() {
-                self.marks = true;
-                self.chain = Some((index, v.speed));
-                self.length += job.length_of(i);
-                self.samples += job.length_of(i) / (v.speed * head.head.period);
-            }
+            head.inside(layer.first as usize + i, v.end.truncate())?;
+            self.marks |= v.kind.is_mark();
         }
         Ok(())
     }
 
-    /// Ends a chain: short vectors of a curve take a sample each; a whole chain of marks needs one at its own speed.
-    fn close(&mut self, head: &ReadyHead) -> Result<(), HeadError> {
-        let (length, samples) = (self.length, self.samples);
-        (self.length, self.samples) = (0.0, 0.0);
-        match self.chain.take() {
-            Some((index, speed)) if length > 0.0 && samples < 1.0 => Err(HeadError::Sampling {
-                index,
-                length,
-                speed,
-                frequency: 1.0 / head.head.period,
-            }),
-            _ => Ok(()),
-        }
-    }
-
-    fn end(&mut self, head: &ReadyHead) -> Result<(), HeadError> {
-        self.close(head)?;
+    fn end(self) -> Result<(), HeadError> {
         if self.marks {
             Ok(())
         } else {

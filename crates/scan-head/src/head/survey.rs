@@ -41,7 +41,7 @@ pub struct Survey {
 }
 
 impl ReadyHead {
-    /// Looks through a job, and refuses one that leaves the field or has vectors without samples.
+    /// Looks through a job, and refuses one that leaves the field.
     ///
     /// # Errors
     /// [`HeadError`].

@@ -10,11 +10,11 @@ use meltpath_control::discretise::{Hold, discretise};
 use meltpath_control::frequency::Point;
 use meltpath_control::welch::estimate;
 use meltpath_control::{Complex64, ZeroPoleGain};
-use meltpath_numerics::least_squares::{self, Fit};
+use meltpath_numerics::least_squares::{self, Fit, LeastSquaresError};
 
 use crate::axis::galvanometer::{Galvanometer, MOST_MODES, Mode};
 use crate::identification::error::IdentificationError;
-use crate::identification::motor::{Identified, RIGID, identify, motor};
+use crate::identification::motor::{Identified, RIGID, identify, motor, viscous_near};
 use crate::identification::record::{BenchRecord, Excitation, Method};
 use crate::identification::refusal::{Refusal, RefusedPeak};
 use crate::identification::responses::responses;
@@ -49,7 +49,7 @@ const APART: f64 = 0.15;
 /// Below this share of the angle that answers the current a peak is noise.
 const COHERENT: f64 = 0.5;
 /// Relative deviation of pulsation, damping or gain beyond which a mode is not known.
-const KNOWN: f64 = 0.5;
+pub(super) const KNOWN: f64 = 0.5;
 /// Peaks refused before the search ends: noise has many.
 const MOST_REFUSED: usize = 8;
 /// Lengths of the running median that takes single outliers away.
@@ -79,7 +79,16 @@ pub fn identify_modes(
         if found.is_empty() {
             return Ok(Identified { refused, ..rigid });
         }
-        let fit = fit(&rigid.motor, &found, &angle, &current, record.period)?;
+        let fit = match fit(&rigid.motor, &found, &angle, &current, record.period) {
+            Err(IdentificationError::Fit(LeastSquaresError::Undetermined { index }))
+                if (RIGID..RIGID + 3 * found.len()).contains(&index) =>
+            {
+                let peak = found.remove((index - RIGID) / 3);
+                refused.push(peak.refused(Refusal::Undetermined));
+                continue;
+            }
+            fit => fit?,
+        };
         let sigma = |i: usize| fit.sigma.get(i).copied().unwrap_or(f64::NAN);
         let mode_sigma: Vec<[f64; 3]> = (0..found.len())
             .map(|m| std::array::from_fn(|i| sigma(RIGID + 3 * m + i)))
@@ -88,11 +97,7 @@ pub fn identify_modes(
         let fitted = motor(&fit.values);
         if let Some((k, why)) = least_known(&fitted.modes, &mode_sigma, resolved) {
             let peak = found.remove(k);
-            refused.push(RefusedPeak {
-                frequency: peak.mode.omega / TAU,
-                ratio: peak.ratio,
-                why,
-            });
+            refused.push(peak.refused(why));
             continue;
         }
         let weight: f64 = angle.iter().chain(&current).map(|p| p.weight).sum();
@@ -156,8 +161,9 @@ fn fit(
             (mode.gain / per_inertia).ln(),
         ]);
     }
+    let near = viscous_near(&start, angle, current);
     let residuals = |x: &[f64]| -> Vec<f64> {
-        let count = 2 * (angle.len() + current.len());
+        let count = 2 * (angle.len() + current.len()) + 1;
         sampled(&motor(x), period).map_or_else(
             |_| vec![f64::INFINITY; count],
             |model| {
@@ -170,6 +176,7 @@ fn fit(
                         let z = (value / p.response).ln() * p.weight.sqrt();
                         [z.re, z.im]
                     })
+                    .chain([near(x)])
                     .collect()
             },
         )
@@ -221,6 +228,16 @@ struct Peak {
     mode: Mode,
     /// How far it stands out of the rigid motor's response.
     ratio: f64,
+}
+
+impl Peak {
+    fn refused(&self, why: Refusal) -> RefusedPeak {
+        RefusedPeak {
+            frequency: self.mode.omega / TAU,
+            ratio: self.ratio,
+            why,
+        }
+    }
 }
 
 /// Modes read off the peaks of the measured angle over current against the rigid motor's, by ascending frequency, and the

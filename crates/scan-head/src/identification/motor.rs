@@ -52,12 +52,7 @@ pub fn identify(
     check_channels(&angle_over_current, &current_over_voltage)?;
     let fit = fit(&angle_over_current, &current_over_voltage, record.period)?;
     let sigma = [0, 1, 2, 3, 4].map(|i| fit.sigma.get(i).copied().unwrap_or(f64::NAN));
-    for (what, sigma) in [("R", sigma[0]), ("Kc", sigma[2]), ("J", sigma[3])] {
-        // a deviation of the logarithm: beyond one not even the order is known
-        if sigma.is_nan() || sigma > 1.0 {
-            return Err(IdentificationError::Unsure { what, sigma });
-        }
-    }
+    known(sigma)?;
     Ok(Identified {
         motor: motor(&fit.values),
         sigma,
@@ -67,6 +62,17 @@ pub fn identify(
         angle_over_current,
         current_over_voltage,
     })
+}
+
+/// Refuses a motor of which not even the order is known, by the deviations of R, L, Kc, J, B.
+pub(super) fn known(sigma: [f64; RIGID]) -> Result<(), IdentificationError> {
+    for (what, sigma) in [("R", sigma[0]), ("Kc", sigma[2]), ("J", sigma[3])] {
+        // a deviation of the logarithm: beyond one not even the order is known
+        if sigma.is_nan() || sigma > 1.0 {
+            return Err(IdentificationError::Unsure { what, sigma });
+        }
+    }
+    Ok(())
 }
 
 /// The motor of the logarithms of R, L, Kc, J, B and, for each mode, ω, ξ, K over Kc/J.
@@ -98,7 +104,9 @@ pub(super) fn motor(logs: &[f64]) -> Galvanometer {
 fn fit(angle: &[Point], current: &[Point], period: f64) -> Result<Fit, IdentificationError> {
     let start = motor_of(&guess(angle, current))
         .map_or_else(|_| from_asymptotes(angle, current), |m| logs(&m));
+    let near = viscous_near(&start, angle, current);
     let residuals = |x: &[f64]| -> Vec<f64> {
+        let near = near(x);
         let motor = motor(x);
         let angle = angle.iter().map(|p| {
             let s = Complex64::new(0.0, p.omega);
@@ -116,6 +124,7 @@ fn fit(angle: &[Point], current: &[Point], period: f64) -> Result<Fit, Identific
                 let z = (model / p.response).ln() * p.weight.sqrt();
                 [z.re, z.im]
             })
+            .chain([near])
             .collect()
     };
     let mut fit = least_squares::fit(residuals, &start)?;
@@ -124,6 +133,18 @@ fn fit(angle: &[Point], current: &[Point], period: f64) -> Result<Fit, Identific
     let points = (angle.len() + current.len()) as f64;
     fit.rms *= (points / weight).sqrt();
     Ok(fit)
+}
+
+/// What keeps viscous damping near its start where the responses say nothing of it, as where dry friction hides it: a millionth of
+/// what they weigh.
+pub(super) fn viscous_near(
+    start: &[f64],
+    angle: &[Point],
+    current: &[Point],
+) -> impl Fn(&[f64]) -> f64 + use<> {
+    let weight: f64 = angle.iter().chain(current).map(|p| p.weight).sum();
+    let first = start.get(RIGID - 1).copied().unwrap_or(0.0);
+    move |x| 1e-6 * weight.sqrt() * (x.get(RIGID - 1).copied().unwrap_or(first) - first)
 }
 
 fn logs(m: &Galvanometer) -> Vec<f64> {

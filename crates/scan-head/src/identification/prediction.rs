@@ -16,13 +16,15 @@ pub struct Prediction {
     pub angle: Quality,
 }
 
-/// Drives the motor with the voltage of a record, from rest at its first angle, and judges the samples from number `from` on:
+/// Drives the motor with the voltage of a record, from rest at its first angle, reads current and angle late by `delays` s, and judges
+/// the samples from number `from` on:
 /// 0 for a record that the motor was not fitted to, the end of the fitted part where it was fitted to a first part.
 ///
 /// # Errors
 /// [`IdentificationError::Axis`] for a motor that cannot be simulated, [`IdentificationError::Lengths`].
 pub fn predict(
     motor: &Galvanometer,
+    delays: [f64; 2],
     record: &BenchRecord<'_>,
     from: usize,
 ) -> Result<Prediction, IdentificationError> {
@@ -32,6 +34,8 @@ pub fn predict(
         2 => driven::<7>(motor, record)?,
         _ => driven::<{ 3 + 2 * MOST_MODES }>(motor, record)?,
     };
+    let [current, angle] = [(current, delays[0]), (angle, delays[1])]
+        .map(|(c, delay)| late(&c, delay / record.period));
     let quality = |what, predicted: &[f64], measured: &[f64]| {
         let (seen, wanted) = (measured.get(from..), predicted.get(from..));
         Quality::of(wanted.unwrap_or_default(), seen.unwrap_or_default()).ok_or(
@@ -46,6 +50,21 @@ pub fn predict(
         current: quality("the current", &current, record.current)?,
         angle: quality("the angle", &angle, record.angle)?,
     })
+}
+
+/// A column read late by a share of samples, straight between them; the first sample stands before the begin.
+fn late(column: &[f64], samples: f64) -> Vec<f64> {
+    let at = |k: f64| {
+        let k = (k.max(0.0) as usize).min(column.len() - 1);
+        column[k]
+    };
+    (0..column.len())
+        .map(|k| {
+            let when = k as f64 - samples;
+            let before = at(when.floor());
+            before + (when - when.floor()) * (at(when.floor() + 1.0) - before)
+        })
+        .collect()
 }
 
 /// Current and angle at each sample under the record's voltage.

@@ -44,4 +44,9 @@ pub enum Refusal {
         /// The largest of the three relative deviations.
         sigma: f64,
     },
+    /// What it does to the record other parameters do, too.
+    #[error(
+        "the record does not tell its frequency, damping and gain from the other parameters: record longer, excite more, or sample faster"
+    )]
+    Undetermined,
 }

@@ -66,7 +66,7 @@ impl Cells {
     }
 
     /// Cells over lines, of which those count whose centre lies beside a line, at most half of `hatch` mm away.
-    pub fn beside_lines(lines: &[(DVec2, DVec2)], hatch: f64, cell: f64) -> Self {
+    fn beside_lines(lines: &[(DVec2, DVec2)], hatch: f64, cell: f64) -> Self {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &(a, b) in lines {
             low = low.min(a).min(b);

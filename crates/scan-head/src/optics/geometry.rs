@@ -316,7 +316,7 @@ impl Geometry {
     ///
     /// # Errors
     /// [`GeometryError::Singular`].
-    pub fn inverse_jacobian(&self, angles: DVec2) -> Result<DMat2, GeometryError> {
+    fn inverse_jacobian(&self, angles: DVec2) -> Result<DMat2, GeometryError> {
         let j = self.jacobian(angles);
         let scale = j.x_axis.length() * j.y_axis.length();
         let determinant = j.determinant().abs();

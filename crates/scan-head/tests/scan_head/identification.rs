@@ -84,7 +84,7 @@ fn lpbf_ac09_direct_identification_of_the_reference_motor() {
     }
     // a record that it has not seen, from rest: another amplitude, reversed
     let unseen = from_rest(&motor, -0.3, 2);
-    let quality = predict(&found.motor, &record(&unseen), 0).unwrap();
+    let quality = predict(&found.motor, [0.0; 2], &record(&unseen), 0).unwrap();
     println!(
         "prediction: current {:.4}, angle {:.4}",
         quality.current.fit, quality.angle.fit
@@ -128,8 +128,8 @@ fn flexible_modes_are_found_with_all_parameters() {
     }
     let unseen = from_rest(&motor, -0.3, 2);
     let rigid = identify(&record(&columns), Excitation::Voltage, &method).unwrap();
-    let with = predict(&found.motor, &record(&unseen), 0).unwrap();
-    let without = predict(&rigid.motor, &record(&unseen), 0).unwrap();
+    let with = predict(&found.motor, [0.0; 2], &record(&unseen), 0).unwrap();
+    let without = predict(&rigid.motor, [0.0; 2], &record(&unseen), 0).unwrap();
     println!(
         "unseen current: {:.4} rigid, {:.4} with the mode",
         without.current.fit, with.current.fit
@@ -244,6 +244,7 @@ fn lpbf_ac10_indirect_identification_through_the_closed_loop() {
     let unseen = run(&axis, &drawn, head.period, 1).unwrap();
     let quality = predict(
         &modes.motor,
+        [0.0; 2],
         &BenchRecord {
             period: head.period,
             voltage: &unseen.voltage,

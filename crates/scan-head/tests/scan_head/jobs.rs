@@ -5,6 +5,7 @@ use std::sync::Arc;
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::axis::friction::Friction;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::error::HeadError;
@@ -529,15 +530,21 @@ fn jobs_that_cannot_run_are_refused() {
         .run(&job, recipe.delays, 1, &Silent, &mut Vec::new())
         .unwrap_err();
     assert!(matches!(error, HeadError::Field { .. }), "{error}");
-    let mut wild = recipe.clone();
-    wild.fill_speed = 2e6;
-    let job = job_of(&one(data.plate), &wild);
-    let error = ready
-        .run(&job, recipe.delays, 1, &Silent, &mut Vec::new())
-        .unwrap_err();
-    assert!(matches!(error, HeadError::Sampling { .. }), "{error}");
+    // found before anything moves, too
     let mut unstable = data.head.clone();
     unstable.mirrors[0].delay = 300e-6;
+    assert!(ready.check_stable().is_ok());
+    let error = unstable.ready().unwrap().check_stable();
+    assert!(
+        matches!(
+            &error,
+            Err(HeadError::Axis {
+                axis: 'X',
+                source: AxisError::Oscillates { .. }
+            })
+        ),
+        "{error:?}"
+    );
     let job = job_of(&one(data.plate), recipe);
     let error = unstable
         .ready()

@@ -14,6 +14,7 @@ mod geometry;
 mod h_infinity;
 mod identification;
 mod identification_channels;
+mod identification_time;
 mod jobs;
 mod km0;
 mod layers;

@@ -73,7 +73,7 @@ impl Levels {
     }
 
     /// Temperature at a place, K, the build plane at z = 0; of the cell in the plane, straight between planes. `None` outside.
-    pub fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
+    fn kelvin_at(&self, [x, y, z]: [f64; 3]) -> Option<f64> {
         let origin = self.matter.frame.origin;
         let (level, tile, cell) = self.levels.iter().enumerate().find_map(|(n, level)| {
             let size = self.tree.size(n);

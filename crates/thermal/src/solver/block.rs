@@ -381,3 +381,49 @@ fn fill_ghosts<R: Real>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::material::CELSIUS;
+    use crate::material::file::{Readings, read};
+    use crate::solver::source::{Depth, Spot};
+    use crate::solver::surface::Surface;
+    use crate::solver::{Face, Faces, Solver};
+    use meltpath_geometry::math::DVec3;
+
+    /// A beam that melts and evaporates, under these registers.
+    fn melted(level: Level) -> Vec<f32> {
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
+        let material = read(text, Readings::default()).unwrap();
+        let low = DVec3::new(-0.4, -0.4, -0.3);
+        let grid = Grid::covering(low, DVec3::new(0.6, 0.4, 0.0), DVec3::splat(0.04)).unwrap();
+        let faces = Faces {
+            top: Surface::Evaporating {
+                surroundings: 300.0 + CELSIUS,
+                evaporation: material.evaporation.unwrap(),
+            },
+            sides: Face::Imposed(material.start),
+            bottom: Face::Imposed(material.start),
+        };
+        let mut solver = Solver::<f32>::new(grid, material, faces).unwrap();
+        solver.block.level = level;
+        for _ in 0..300 {
+            let spot = Spot {
+                centre: [0.0, 0.0],
+                diameter: 0.4,
+                power: 270.0,
+                depth: Depth::Surface,
+            };
+            solver.step(2e-6, &[spot]).unwrap();
+        }
+        assert!(solver.ledger().evaporated > 0.0);
+        solver.temperature().values
+    }
+
+    #[test]
+    fn the_bits_do_not_depend_on_registers() {
+        assert_eq!(melted(Level::PORTABLE), melted(Level::widest()));
+    }
+}

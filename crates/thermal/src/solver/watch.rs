@@ -56,18 +56,6 @@ pub struct Watched {
     pub outside: Vec<[f64; 3]>,
 }
 
-impl Watched {
-    /// Counts times from a moment `earlier` seconds before; for a path that is a part of another one.
-    pub fn count_from(&mut self, earlier: f64) {
-        for time in &mut self.freezing.fell.values {
-            *time = (f64::from(*time) + earlier) as f32;
-        }
-        for sample in &mut self.samples {
-            sample.time += earlier;
-        }
-    }
-}
-
 /// Looks at a solver while it draws a path.
 pub struct Watcher {
     planes: Grid,

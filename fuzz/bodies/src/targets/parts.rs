@@ -4,9 +4,8 @@ use std::io::{Cursor, Read, Write};
 
 use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::brep::{Tolerance, tessellate};
-use meltpath_geometry::io::stl::{write_stl, write_stl_text};
-use meltpath_geometry::io::threemf::write_3mf;
-use meltpath_geometry::io::{MeshFormat, read_mesh_bytes};
+use meltpath_geometry::io::stl::{read_stl, write_stl};
+use meltpath_geometry::io::threemf::{read_3mf, write_3mf};
 use meltpath_geometry::mesh::NamedMesh;
 use meltpath_geometry::{Mesh, shapes, step};
 
@@ -36,28 +35,41 @@ fn part() -> Mesh {
     shapes::flange((60.0, 12.0), (30.0, 35.0), 18.0, 6, 45.0, 5.5)
 }
 
+/// An STL as text; normals are not read.
+fn text(mesh: &Mesh) -> String {
+    let facet = |t| {
+        let corners = mesh
+            .corners(t)
+            .map(|p| format!("vertex {} {} {}", p.x, p.y, p.z));
+        let loop_of = corners.join("\n");
+        format!("facet normal 0 0 1\nouter loop\n{loop_of}\nendloop\nendfacet\n")
+    };
+    let facets: String = (0..mesh.triangles.len()).map(facet).collect();
+    format!("solid part\n{facets}endsolid part\n")
+}
+
 /// STL files, binary and text.
 pub(super) const STL: Target = Target {
     name: "stl",
     form: Form::Binary,
     seeds: || {
-        let (mut binary, mut text) = (Vec::new(), Vec::new());
+        let mut binary = Vec::new();
         let small = shapes::flange((10.0, 5.0), (6.0, 8.0), 4.0, 0, 8.0, 1.0);
         write_stl(&part(), "part", &mut binary).unwrap();
-        write_stl_text(&small, "part", &mut text).unwrap();
-        vec![binary, text]
+        vec![binary, text(&small).into_bytes()]
     },
     body: |bytes| {
-        let Ok(meshes) = read_mesh_bytes(bytes, MeshFormat::Stl, &Reporter::new(), &Silent) else {
+        let read = |bytes: &[u8]| {
+            let length = Some(bytes.len() as u64);
+            read_stl(Cursor::new(bytes), length, &Reporter::new(), &Silent)
+        };
+        let Ok(stl) = read(bytes) else {
             return;
         };
-        for named in &meshes {
-            let mut written = Vec::new();
-            write_stl(&named.mesh, "again", &mut written).unwrap();
-            let again = read_mesh_bytes(&written, MeshFormat::Stl, &Reporter::new(), &Silent);
-            let again = again.expect("what is written can be read");
-            assert_eq!(again[0].mesh.triangles.len(), named.mesh.triangles.len());
-        }
+        let mut written = Vec::new();
+        write_stl(&stl.mesh, "again", &mut written).unwrap();
+        let again = read(&written).expect("what is written can be read");
+        assert_eq!(again.mesh.triangles.len(), stl.mesh.triangles.len());
     },
 };
 
@@ -72,7 +84,7 @@ fn package() -> Vec<u8> {
 }
 
 fn read_package(bytes: &[u8]) {
-    if let Ok(meshes) = read_mesh_bytes(bytes, MeshFormat::ThreeMf, &Reporter::new(), &Silent) {
+    if let Ok(meshes) = read_3mf(Cursor::new(bytes), &Reporter::new(), &Silent) {
         for named in meshes {
             let count = named.mesh.vertices.len() as u32;
             assert!(named.mesh.triangles.iter().flatten().all(|v| *v < count));

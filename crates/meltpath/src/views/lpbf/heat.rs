@@ -225,10 +225,7 @@ pub(super) fn write(
         write_height_image(w, &grid, -map.depth, &fields).map_err(std::io::Error::other)
     })?;
     folder.write(&format!("series/pools-{number}.csv"), |w| {
-        writeln!(
-            w,
-            "time [s],x [mm],y [mm],width [mm],depth [mm],length [mm]"
-        )?;
+        writeln!(w, "time_s,x_mm,y_mm,width_mm,depth_mm,length_mm")?;
         for t in &heat.drawings[1].trace {
             let [x, y] = t.place;
             let p = &t.pool;

@@ -5,19 +5,14 @@ use std::path::{Path, PathBuf};
 use meltpath::chain;
 use meltpath_base::Silent;
 
-/// Columns of a CSV by their heads' first word, rows as written.
+/// Columns of a CSV by their heads, rows as written.
 fn table(file: &Path, wanted: &[&str]) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut lines = text.lines();
     let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
     let at: Vec<usize> = wanted
         .iter()
-        .map(|w| {
-            heads
-                .iter()
-                .position(|h| h.split([' ', '[']).next() == Some(w))
-                .unwrap()
-        })
+        .map(|w| heads.iter().position(|h| h == w).unwrap())
         .collect();
     lines
         .map(|line| {
@@ -66,7 +61,7 @@ fn ebm_q09_modulated_energy_evens_out_an_overhang() {
         let out = drawn(dir.path(), name, &job);
         let voxels = table(
             &out.join("series/voxels.csv"),
-            &["x", "y", "highest_temperature"],
+            &["x_mm", "y_mm", "highest_temperature_C"],
         );
         let moments = |x: std::ops::Range<f64>| {
             let judged = voxels
@@ -107,7 +102,7 @@ fn ebm_q10_passes_lie_farther_apart_near_powder() {
     let dir = tempfile::tempdir().unwrap();
     let job = |hatch: &str| {
         format!(
-            "[process]\nkind = \"ebm\"\n{CHARTS}[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"6 mm\", \"0 mm\"], [\"6 mm\", \"4 mm\"], [\"0 mm\", \"4 mm\"]]\n{hatch}"
+            "[process]\nkind = \"ebm\"\n{CHARTS}voxel = \"0.2 mm\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"6 mm\", \"0 mm\"], [\"6 mm\", \"4 mm\"], [\"0 mm\", \"4 mm\"]]\n{hatch}"
         )
     };
     let law = "[hatch]\nstrategy = \"modulated\"\n[modulation]\nacross = \"70 %\"\nacross_length = \"1 mm\"\n";
@@ -176,7 +171,7 @@ fn ebm_q12_parts_far_apart_are_drawn_together_as_alone() {
             let out = drawn(folder, &name, &job);
             table(
                 &out.join("series/voxels.csv"),
-                &["x", "y", "highest_temperature"],
+                &["x_mm", "y_mm", "highest_temperature_C"],
             )
         };
         let alone = [voxels("left", &[0.0]), voxels("right", &[12.0])];

@@ -28,7 +28,7 @@ fn times_of_spots_are_found_through_a_job() {
     let dir = tempfile::tempdir().unwrap();
     let how = |rounds: u32| {
         format!(
-            "method = \"predictive\"\nchange = \"dwell\"\nsolver = \"reference\"\nrounds = {rounds}\norders = [\"every-second\"]\n"
+            "method = \"predictive\"\nchange = \"dwell\"\nsolver = \"reference\"\nrounds = {rounds}\norders = [\"every-second\"]\ncell = \"0.1 mm\"\nstep = \"15 us\"\n"
         )
     };
     let file = job(dir.path(), "spots", &how(2));

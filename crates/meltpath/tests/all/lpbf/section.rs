@@ -148,8 +148,7 @@ fn a_wall_narrower_than_the_spacing_is_one_line() {
     let verdict = fs::read_to_string(out.join("verdict.json")).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
     let checks = verdict["checks"].as_array().unwrap();
-    let fill = checks.iter().find(|c| c["id"] == "fill-1").unwrap();
-    assert_eq!(fill["status"], "not-checked");
+    assert!(checks.iter().all(|c| c["id"] != "fill-1"));
 }
 
 /// Part, what the job says more, how the line begins that is to blame, and words of the refusal.

@@ -1,0 +1,341 @@
+//! The motor under a held voltage, exact between samples: dry friction turns where the speed does, not at the next sample.
+//!
+//! Sliding and sticking are linear with constant inputs, so a step without an event is one product with the matrix exponential. Where
+//! the rotor stops, turns round or lets go, the step is written as a power series in time and the instant is its root.
+
+use meltpath_control::discretise::{Hold, discretise};
+use meltpath_control::{Matrix, StateSpace};
+
+use crate::axis::error::AxisError;
+use crate::axis::friction::Friction;
+use crate::axis::galvanometer::Galvanometer;
+
+/// Latest that a channel may be read after the motor's time, samples.
+pub(super) const LATEST: usize = 16;
+/// Terms of the power series over one step: enough for modes up to half the sampling frequency.
+const TERMS: usize = 26;
+/// Stops, turns and starts followed within one step.
+const EVENTS: usize = 8;
+/// Points of a step at which a change of sign is looked for where one may be.
+const GRID: usize = 16;
+
+/// A value linear in the state, the voltage and the friction torque.
+#[derive(Debug, Clone, Copy)]
+struct Row<const N: usize> {
+    state: [f64; N],
+    voltage: f64,
+    torque: f64,
+}
+
+impl<const N: usize> Row<N> {
+    const ZERO: Self = Row {
+        state: [0.0; N],
+        voltage: 0.0,
+        torque: 0.0,
+    };
+
+    #[inline]
+    fn of(&self, x: &[f64; N], u: f64, t: f64) -> f64 {
+        let sum: f64 = self.state.iter().zip(x).map(|(a, x)| a * x).sum();
+        sum + self.voltage * u + self.torque * t
+    }
+
+    /// A weighed sum of rows.
+    fn sum(weights: &[f64; N], rows: &[Row<N>; N]) -> Self {
+        let mut out = Row::ZERO;
+        for (w, row) in weights.iter().zip(rows) {
+            for (o, s) in out.state.iter_mut().zip(&row.state) {
+                *o += w * s;
+            }
+            out.voltage += w * row.voltage;
+            out.torque += w * row.torque;
+        }
+        out
+    }
+}
+
+/// The motor while it slides, or while it sticks.
+#[derive(Debug, Clone)]
+struct Regime<const N: usize> {
+    /// Rates of the state, per second.
+    rates: [Row<N>; N],
+    /// The state after a whole step.
+    whole: [Row<N>; N],
+    /// What decides on an event, in the middle of a step.
+    middle: Row<N>,
+    /// Current and angle at their instants of the step.
+    read: [Row<N>; 2],
+}
+
+/// Rows of a state space with inputs voltage and torque.
+fn rows<const N: usize>(a: &Matrix, b: &Matrix) -> [Row<N>; N] {
+    std::array::from_fn(|i| Row {
+        state: std::array::from_fn(|j| a[(i, j)]),
+        voltage: b[(i, 0)],
+        torque: b[(i, 1)],
+    })
+}
+
+impl<const N: usize> Regime<N> {
+    fn new(
+        a: Matrix,
+        b: Matrix,
+        period: f64,
+        watch: &[f64; N],
+        read: &[([f64; N], f64); 2],
+    ) -> Result<Self, AxisError> {
+        let rates = rows(&a, &b);
+        let outputs = Matrix::zeros(1, N);
+        let motor = StateSpace::continuous(a, b, outputs, Matrix::zeros(1, 2))?;
+        let after = |share: f64| -> Result<[Row<N>; N], AxisError> {
+            let held = discretise(&motor, share * period, Hold::Zero)?;
+            Ok(rows(&held.a, &held.b))
+        };
+        let at = |weights: &[f64; N], share: f64| -> Result<Row<N>, AxisError> {
+            if share > 0.0 {
+                return Ok(Row::sum(weights, &after(share)?));
+            }
+            Ok(Row {
+                state: *weights,
+                ..Row::ZERO
+            })
+        };
+        Ok(Regime {
+            rates,
+            whole: after(1.0)?,
+            middle: at(watch, 0.5)?,
+            read: [at(&read[0].0, read[0].1)?, at(&read[1].0, read[1].1)?],
+        })
+    }
+}
+
+/// When the channels of a record are read after the motor's time, s: current, then angle.
+pub(super) type Delays = [f64; 2];
+
+/// A motor that is driven by records; `N` = 3 + twice the number of modes.
+#[derive(Debug, Clone)]
+pub(super) struct Drive<const N: usize> {
+    period: f64,
+    coulomb: f64,
+    bias: f64,
+    slide: Regime<N>,
+    stick: Option<Regime<N>>,
+    /// Weights of the rotor's speed, and of the torque that would hold it.
+    speed: [f64; N],
+    hold: [f64; N],
+    /// Weights of current and angle; samples by which they come late, and the share of the step at which they are read.
+    channels: [([f64; N], usize, f64); 2],
+}
+
+fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl<const N: usize> Drive<N> {
+    /// A motor whose record is sampled every `period` s.
+    pub(super) fn new(
+        motor: &Galvanometer,
+        delays: Delays,
+        period: f64,
+    ) -> Result<Self, AxisError> {
+        let (coulomb, bias) = match motor.friction {
+            Friction::Coulomb { coulomb, bias } => (coulomb, bias),
+            _ => (0.0, 0.0),
+        };
+        let linear = motor.linear()?;
+        let speed: [f64; N] = std::array::from_fn(|j| f64::from(j == 1 || j > 3 && j % 2 == 0));
+        let angle: [f64; N] = std::array::from_fn(|j| f64::from(j == 2 || j > 2 && j % 2 == 1));
+        let current: [f64; N] = std::array::from_fn(|j| f64::from(j == 0));
+        // the modes' accelerations, that the rigid part makes up for while the rotor stands still
+        let modal: [f64; N] =
+            std::array::from_fn(|j| (4..N).step_by(2).map(|i| linear.a[(i, j)]).sum());
+        let hold: [f64; N] = std::array::from_fn(|j| motor.inertia * (linear.a[(1, j)] + modal[j]));
+        let channels = [(current, delays[0]), (angle, delays[1])].map(|(weights, delay)| {
+            let late = (delay / period).ceil().clamp(0.0, LATEST as f64);
+            (
+                weights,
+                late as usize,
+                (late - delay / period).clamp(0.0, 1.0),
+            )
+        });
+        let read = channels.map(|(weights, _, share)| (weights, share));
+        let slide = Regime::new(linear.a.clone(), linear.b.clone(), period, &speed, &read)?;
+        let stick = if coulomb > 0.0 {
+            let (mut a, mut b) = (linear.a, linear.b);
+            for (j, modal) in modal.iter().enumerate() {
+                a[(1, j)] = -modal;
+            }
+            b[(1, 1)] = 0.0;
+            Some(Regime::new(a, b, period, &hold, &read)?)
+        } else {
+            None
+        };
+        Ok(Drive {
+            period,
+            coulomb,
+            bias,
+            slide,
+            stick,
+            speed,
+            hold,
+            channels,
+        })
+    }
+
+    /// Current and angle at each sample under held voltages; the first [`LATEST`] samples may be missing (not a number).
+    pub(super) fn run(&self, start: &[f64; N], voltage: &[f64]) -> [Vec<f64>; 2] {
+        let mut out = [(); 2].map(|()| vec![f64::NAN; voltage.len() + LATEST]);
+        let mut x = *start;
+        let mut way = match dot(&self.speed, &x) {
+            _ if self.stick.is_none() => 1.0,
+            0.0 => self.way(&mut x),
+            speed => speed.signum(),
+        };
+        for (k, &u) in voltage.iter().enumerate() {
+            let (regime, torque) = self.regime(way);
+            let next: [f64; N] = std::array::from_fn(|i| regime.whole[i].of(&x, u, torque));
+            let goes_on = self.stick.is_none() || {
+                let watched = self.watched(way);
+                let margins = [
+                    dot(watched, &x),
+                    regime.middle.of(&x, u, torque),
+                    dot(watched, &next),
+                ]
+                .map(|watched| self.margin(way, watched));
+                // a turn between these points would bend the margin by more than what is left of it
+                let [begin, middle, end] = margins;
+                middle.min(end) > (begin - 2.0 * middle + end).abs()
+            };
+            if goes_on {
+                for ((out, read), (_, late, _)) in
+                    out.iter_mut().zip(&regime.read).zip(&self.channels)
+                {
+                    out[k + late] = read.of(&x, u, torque);
+                }
+                x = next;
+            } else {
+                let (read, after) = self.eventful(&mut x, u, way);
+                for ((out, read), (_, late, _)) in out.iter_mut().zip(read).zip(&self.channels) {
+                    out[k + late] = read;
+                }
+                way = after;
+            }
+        }
+        for column in &mut out {
+            column.truncate(voltage.len());
+        }
+        out
+    }
+
+    /// What moves the rotor that way (0: nothing does), and friction's torque.
+    fn regime(&self, way: f64) -> (&Regime<N>, f64) {
+        match &self.stick {
+            Some(stick) if way == 0.0 => (stick, 0.0),
+            Some(_) => (&self.slide, self.bias + way * self.coulomb),
+            None => (&self.slide, self.bias),
+        }
+    }
+
+    /// What ends a regime: speed, or the torque that holds.
+    fn watched(&self, way: f64) -> &[f64; N] {
+        if way == 0.0 { &self.hold } else { &self.speed }
+    }
+
+    /// Below zero once the rotor has turned, or what holds it does not suffice.
+    #[inline]
+    fn margin(&self, way: f64, watched: f64) -> f64 {
+        if way == 0.0 {
+            self.coulomb - (watched - self.bias).abs()
+        } else {
+            way * watched
+        }
+    }
+
+    /// Which way a rotor at rest goes; where it stays its speed is put to zero.
+    fn way(&self, x: &mut [f64; N]) -> f64 {
+        let net = dot(&self.hold, x) - self.bias;
+        if net.abs() > self.coulomb {
+            return net.signum();
+        }
+        x[1] -= dot(&self.speed, x);
+        0.0
+    }
+
+    /// A step with stops, turns or starts: the readings of the channels, the way at its end.
+    fn eventful(&self, x: &mut [f64; N], u: f64, mut way: f64) -> ([f64; 2], f64) {
+        let mut read = [f64::NAN; 2];
+        let mut begin = 0.0;
+        for event in 0..=EVENTS {
+            let (regime, torque) = self.regime(way);
+            let series = self.series(regime, x, u, torque);
+            let left = 1.0 - begin;
+            let watched = self.watched(way);
+            let margin = |at: f64| self.margin(way, dot(watched, &value(&series, at)));
+            let end = if event < EVENTS {
+                first_below(margin, left)
+            } else {
+                None
+            };
+            let until = end.unwrap_or(left);
+            for (read, (weights, _, share)) in read.iter_mut().zip(&self.channels) {
+                if *share >= begin && *share <= begin + until {
+                    *read = dot(weights, &value(&series, share - begin));
+                }
+            }
+            *x = value(&series, until);
+            begin += until;
+            if end.is_none() {
+                break;
+            }
+            way = if way == 0.0 {
+                (dot(&self.hold, x) - self.bias).signum()
+            } else {
+                self.way(x)
+            };
+        }
+        (read, way)
+    }
+
+    /// The state over a step as a power series in its share.
+    fn series(&self, regime: &Regime<N>, x: &[f64; N], u: f64, torque: f64) -> [[f64; N]; TERMS] {
+        let mut out = [[0.0; N]; TERMS];
+        out[0] = *x;
+        for k in 1..TERMS {
+            let (u, t) = if k == 1 { (u, torque) } else { (0.0, 0.0) };
+            let before = out[k - 1];
+            out[k] =
+                std::array::from_fn(|i| self.period / k as f64 * regime.rates[i].of(&before, u, t));
+        }
+        out
+    }
+}
+
+/// A power series at a share of the step.
+fn value<const N: usize>(series: &[[f64; N]; TERMS], at: f64) -> [f64; N] {
+    let mut out = [0.0; N];
+    for term in series.iter().rev() {
+        for (o, c) in out.iter_mut().zip(term) {
+            *o = *o * at + c;
+        }
+    }
+    out
+}
+
+/// The first share up to `left` at which a margin falls below zero.
+fn first_below(margin: impl Fn(f64) -> f64, left: f64) -> Option<f64> {
+    let grid = |k: usize| left * k as f64 / GRID as f64;
+    let after = (1..=GRID).find(|&k| margin(grid(k)) < 0.0)?;
+    let (mut low, mut high) = (grid(after - 1), grid(after));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if margin(middle) < 0.0 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+        if high - low <= 1e-13 {
+            break;
+        }
+    }
+    Some(high)
+}

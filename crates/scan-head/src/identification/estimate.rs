@@ -1,0 +1,115 @@
+//! What the joint fit of a record searches: the motor's parameters, and the state in which each piece of the record begins.
+
+use crate::axis::friction::Friction;
+use crate::axis::galvanometer::{Galvanometer, Mode};
+use crate::identification::drive::{Delays, LATEST};
+
+/// A parameter of the joint fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Parameter {
+    Resistance,
+    Inductance,
+    TorqueConstant,
+    Inertia,
+    Viscous,
+    Bias,
+    Coulomb,
+    /// Delay of the current (0) or of the angle (1).
+    Delay(usize),
+    /// Pulsation (0), damping (1) or gain over Kc/J (2) of a mode.
+    Mode(usize, usize),
+}
+
+/// Parameters of the rigid motor, in the order of [`super::motor::Identified::sigma`].
+pub(super) const RIGID: [Parameter; 5] = [
+    Parameter::Resistance,
+    Parameter::Inductance,
+    Parameter::TorqueConstant,
+    Parameter::Inertia,
+    Parameter::Viscous,
+];
+
+/// Values of all parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) motor: Galvanometer,
+    /// N·m.
+    pub(super) coulomb: f64,
+    pub(super) bias: f64,
+    /// s.
+    pub(super) delays: Delays,
+}
+
+/// Units in which steps are taken where a parameter's logarithm is not.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    /// N·m.
+    pub(super) torque: f64,
+    /// s.
+    pub(super) period: f64,
+}
+
+impl Parameter {
+    /// What one unit of a step is in the parameter's own unit; nothing where the step is of its logarithm.
+    pub(super) fn unit(self, units: Units) -> Option<f64> {
+        match self {
+            Parameter::Bias | Parameter::Coulomb => Some(units.torque),
+            Parameter::Delay(_) => Some(units.period),
+            _ => None,
+        }
+    }
+}
+
+impl Estimate {
+    /// The motor with its friction.
+    pub(super) fn driven(&self) -> Galvanometer {
+        Galvanometer {
+            friction: Friction::Coulomb {
+                coulomb: self.coulomb,
+                bias: self.bias,
+            },
+            ..self.motor.clone()
+        }
+    }
+
+    /// Moved by a step of one parameter; torque constant and back-EMF constant stay equal, modes keep their share of Kc/J.
+    pub(super) fn moved(&self, parameter: Parameter, step: f64, units: Units) -> Self {
+        let mut out = self.clone();
+        let by = step * parameter.unit(units).unwrap_or(1.0);
+        let times = step.exp();
+        let m = &mut out.motor;
+        let share = |modes: &mut [Mode], by: f64| modes.iter_mut().for_each(|m| m.gain *= by);
+        match parameter {
+            Parameter::Resistance => m.resistance *= times,
+            Parameter::Inductance => m.inductance *= times,
+            Parameter::TorqueConstant => {
+                m.torque_constant *= times;
+                m.back_emf *= times;
+                share(&mut m.modes, times);
+            }
+            Parameter::Inertia => {
+                m.inertia *= times;
+                share(&mut m.modes, 1.0 / times);
+            }
+            Parameter::Viscous => m.viscous *= times,
+            Parameter::Bias => out.bias += by,
+            Parameter::Coulomb => out.coulomb = (out.coulomb + by).max(0.0),
+            Parameter::Delay(channel) => {
+                if let Some(delay) = out.delays.get_mut(channel) {
+                    let latest = LATEST as f64 * units.period;
+                    *delay = (*delay + by).clamp(-units.period, latest);
+                }
+            }
+            Parameter::Mode(k, which) => {
+                if let Some(mode) = m.modes.get_mut(k) {
+                    match which {
+                        0 => mode.omega *= times,
+                        1 => mode.damping *= times,
+                        _ => mode.gain *= times,
+                    }
+                }
+            }
+        }
+        out
+    }
+}
