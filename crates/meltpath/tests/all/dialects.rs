@@ -104,16 +104,13 @@ fn programs_of_other_controllers_run_and_are_read_back() {
             Status::CannotSay,
             "{dialect}"
         );
-        // the same metal
+        // the same metal, on a map that lies elsewhere
         let built = |v: &Verdict| {
-            v.facts
-                .iter()
-                .find(|f| f.id == "height-built")
-                .unwrap()
-                .value
-                .clone()
+            let fact = v.facts.iter().find(|f| f.id == "height-built").unwrap();
+            fact.value.as_ref().unwrap().value
         };
-        assert_eq!(built(&again.verdict), built(verdict), "{dialect}");
+        let off = (built(&again.verdict) - built(verdict)).abs();
+        assert!(off < 0.01, "{dialect}: {off} mm");
     }
 }
 
