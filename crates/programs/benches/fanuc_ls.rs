@@ -5,7 +5,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::dialect::Dialect;
+use meltpath_programs::program::Dialect;
 use meltpath_programs::{
     BuildSettings, CellProgramming, ExecutionSettings, Pause, build, fanuc_ls, read_toolpath,
 };

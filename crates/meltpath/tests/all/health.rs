@@ -127,13 +127,16 @@ fn remedies_of_a_drift_are_true() {
         let failed = bad.verdict.checks.iter().find(|c| c.id == id).unwrap();
         assert_ne!(failed.status, Status::Pass, "{failed:?}");
         let remedy = failed.remedy.as_ref().unwrap();
-        assert!(remedy.starts_with("likely"), "{remedy}");
+        assert!(
+            remedy.starts_with("likely") && remedy.contains(named),
+            "{remedy}"
+        );
         // what is found by way of the coil sends there first
         let (part, _) = change.split_once('=').unwrap();
         let coil = ["resistance", "inductance", "torque-constant"].contains(&part);
-        let named = part.replace('-', " ");
+        let coil_part = part.replace('-', " ");
         for other in bad.verdict.checks.iter().filter(|c| coil && c.id != id) {
-            let first = |remedy: &String| remedy.starts_with(&format!("mend what the {named}"));
+            let first = |remedy: &String| remedy.starts_with(&format!("mend what the {coil_part}"));
             assert!(
                 other.remedy.as_ref().is_none_or(first),
                 "{change}: {other:?}"

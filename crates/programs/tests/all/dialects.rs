@@ -9,7 +9,7 @@ use meltpath_programs::{
     BuildError, BuildSettings, Built, CellProgramming, Dialect, Missing, ParseError, Parsed, Pause,
     TextFile, WriteError, build, dialect, read_toolpath,
 };
-use meltpath_toolpath::{Channel, Layer, Role, Toolpath};
+use meltpath_toolpath::{Channel, Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
 
 use crate::built::{arcmate, head, random_toolpath, settings, toolpath};
@@ -101,7 +101,12 @@ fn small() -> Toolpath {
     first
         .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
         .line_to(p(50.0, 0.0, 0.0))
-        .arc_to(p(57.071_067, 2.928_933, 0.0), p(60.0, 10.0, 0.0))
+        .go(
+            Move::Arc {
+                via: p(57.071_067, 2.928_933, 0.0),
+            },
+            p(60.0, 10.0, 0.0),
+        )
         .line_to(p(60.0, 40.0, 0.0));
     let mut second = Layer::new(2, 0.0);
     let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));

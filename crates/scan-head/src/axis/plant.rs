@@ -353,7 +353,6 @@ mod tests {
             (plant.angle(), plant.speed())
         };
         let ((angle, speed), (a, s)) = (moved(50e-6, 1), moved(0.5e-6, 100));
-        println!("{angle:e} {a:e} rad, {speed:e} {s:e} rad/s");
         assert!(a > 0.0 && (angle / a - 1.0).abs() < 0.05, "{angle} {a}");
         assert!((speed / s - 1.0).abs() < 0.05, "{speed} {s}");
     }

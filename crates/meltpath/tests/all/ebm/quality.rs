@@ -24,7 +24,7 @@ fn table(file: &Path, wanted: &[&str]) -> Vec<Vec<f64>> {
 
 fn drawn(folder: &Path, name: &str, job: &str) -> PathBuf {
     let file = folder.join(format!("{name}.toml"));
-    std::fs::write(&file, super::previewed(&job)).unwrap();
+    std::fs::write(&file, super::previewed(job)).unwrap();
     let out = folder.join(name);
     chain::run(&file, Some(&out), folder, &Silent).unwrap();
     out
