@@ -293,7 +293,10 @@ mod tests {
     use super::*;
 
     /// The command that prints what a file says, where its messages name none.
-    const PRINTS: &[(&str, &str)] = &[("waam/foreign.rs", "simulate")];
+    const PRINTS: &[(&str, &str)] = &[
+        ("waam/foreign.rs", "simulate"),
+        ("meltpath/src/health.rs", "health"),
+    ];
 
     fn files(folder: &Path, found: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).unwrap() {

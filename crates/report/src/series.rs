@@ -189,7 +189,7 @@ mod tests {
         );
         assert_eq!(
             wrong(&[Values::Integer(&[1]), Values::Integer(&[1])]),
-            "column \"time [s]\" holds Float values, a block gave Integer"
+            "column \"time_s\" holds Float values, a block gave Integer"
         );
     }
 }

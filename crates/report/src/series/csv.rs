@@ -39,7 +39,7 @@ pub fn write_columns(
 /// let mut csv = CsvWriter::new(&mut out, head).unwrap();
 /// csv.block(&[Values::Float(&[0.1, f64::NAN]), Values::Text(&["a, \"b\"".to_owned(), String::new()])]).unwrap();
 /// csv.finish().unwrap();
-/// assert_eq!(String::from_utf8(out).unwrap(), "time [s],note\r\n0.1,\"a, \"\"b\"\"\"\r\n,\r\n");
+/// assert_eq!(String::from_utf8(out).unwrap(), "time_s,note\r\n0.1,\"a, \"\"b\"\"\"\r\n,\r\n");
 /// ```
 pub struct CsvWriter<'w> {
     out: &'w mut dyn Write,
