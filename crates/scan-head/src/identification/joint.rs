@@ -1,6 +1,6 @@
 //! The motor that a record tells in time: inertia, damping, dry friction, modes and the channels' delays together.
 //!
-//! Source: see [`crate::identification::refine`]; which parameters a record determines is decided by their deviations.
+//! Source: L. Ljung, "System Identification: Theory for the User", 2nd ed., §§ 7.2-7.4, 9.4-9.5; which parameters a record determines is decided by their deviations.
 
 use crate::axis::friction::Friction;
 use crate::axis::galvanometer::Galvanometer;
