@@ -60,6 +60,21 @@ pub struct TextFile {
     pub text: String,
 }
 
+/// What the dialect has no words for in instruction `at`, counted from 0.
+pub(crate) fn no_words(
+    program: &Program,
+    at: usize,
+    what: &str,
+    remedy: &'static str,
+) -> WriteError {
+    WriteError::NoWords {
+        program: program.name.clone(),
+        instruction: at + 1,
+        what: what.to_owned(),
+        remedy,
+    }
+}
+
 /// A fixed number of decimals, without a minus sign before zero.
 pub(crate) fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");

@@ -9,7 +9,7 @@ use super::words::KrlWords;
 use crate::program::{
     ArcAction, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit, Termination,
 };
-use crate::written::{TextFile, WriteError, check, short};
+use crate::written::{TextFile, WriteError, check, no_words, short};
 
 /// The two files of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
@@ -102,12 +102,7 @@ impl Writer<'_> {
     }
 
     fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        WriteError::NoWords {
-            program: self.program.name.clone(),
-            instruction: self.at + 1,
-            what: what.to_owned(),
-            remedy,
-        }
+        no_words(self.program, self.at, what, remedy)
     }
 
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {

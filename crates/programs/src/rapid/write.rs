@@ -9,7 +9,7 @@ use crate::program::{
     ArcAction, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
     SpeedUnit, Termination,
 };
-use crate::written::{TextFile, WriteError, check, short};
+use crate::written::{TextFile, WriteError, check, no_words, short};
 
 /// Speeds of reorientation (deg/s), of linear (mm/s) and of turning external axes (deg/s): those of ABB's predefined speeds.
 const OTHER_SPEEDS: &str = "500,5000,1000";
@@ -151,12 +151,7 @@ impl Writer<'_> {
     }
 
     fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        WriteError::NoWords {
-            program: self.program.name.clone(),
-            instruction: self.at + 1,
-            what: what.to_owned(),
-            remedy,
-        }
+        no_words(self.program, self.at, what, remedy)
     }
 
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {

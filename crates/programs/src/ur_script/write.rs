@@ -9,7 +9,7 @@ use crate::program::{
     ArcAction, ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
     SpeedUnit, Termination,
 };
-use crate::written::{TextFile, WriteError, check, fixed, short};
+use crate::written::{TextFile, WriteError, check, fixed, no_words, short};
 
 /// The script of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
@@ -56,12 +56,7 @@ impl Writer<'_> {
     }
 
     fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        WriteError::NoWords {
-            program: self.program.name.clone(),
-            instruction: self.at + 1,
-            what: what.to_owned(),
-            remedy,
-        }
+        no_words(self.program, self.at, what, remedy)
     }
 
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
