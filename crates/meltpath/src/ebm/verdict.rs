@@ -196,7 +196,10 @@ impl Section<'_> {
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
         let doubts = [self.moved(figure), self.hot(), self.in_part()];
         let check = doubts.into_iter().flatten().fold(check, |check, doubt| {
-            remedies.push(doubt.remedy);
+            // what fails fails whatever the doubt: its cure alone stands, which may ask for the opposite
+            if check.status != Status::Fail {
+                remedies.push(doubt.remedy);
+            }
             Check {
                 status: check.status.max(Status::CannotSay),
                 ..check.because(&doubt.reason)
