@@ -25,8 +25,6 @@ use crate::measures::fill_rate::FillRate;
 
 /// Lit points are compared with marks commanded at most this long before, s.
 const WINDOW: f64 = 4e-3;
-/// The longest delay tried, s.
-const LONGEST_DELAY: f64 = 1.2e-3;
 /// Steps in which the range of speeds is scanned, from the fastest.
 const SCANNED: u32 = 6;
 /// Halvings between the fastest good speed scanned and the next.
@@ -431,8 +429,8 @@ impl Search<'_> {
             Err(other) => return Err(other),
         }
         let hits: Vec<_> = blocks.iter().flat_map(|b| b.hit.iter().copied()).collect();
-        let radius = head.head().beam.waist;
-        let tuned = DelayTuning::new(&job, &hits, period, LONGEST_DELAY, radius).tune();
+        let (radius, longest) = (head.head().beam.waist, head.head().delays_up_to());
+        let tuned = DelayTuning::new(&job, &hits, period, longest, radius).tune();
         recipe.delays = tuned.best.delays;
         let (errors, fill) = judge(&job, recipe.delays, &mut blocks, self.problem.fill);
         candidate.contour_share = errors.contour.share_below(self.bounds.contour_error);

@@ -12,7 +12,7 @@ use meltpath_scan_head::optics::geometry::GeometryError;
 
 use super::plan::Plan;
 use super::work::{Source, Work};
-use crate::job::lpbf::LpbfJob;
+use crate::job::lpbf::{DelayChoice, LpbfJob};
 use crate::tune::choose::ready_for;
 
 /// Looks through the job of each recipe; refuses a head that cannot be built, squares that are none, and work that leaves the field.
@@ -29,6 +29,11 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
     })?;
     let mut surveys = Vec::with_capacity(plan.settings.recipes.len());
     for (recipe, name) in plan.settings.recipes.iter().zip(job.lpbf.recipes.iter()) {
+        if let Some(message) = too_long(recipe, plan) {
+            let problem = Problem::new(format!("\"{}\" cannot run: {message}", name.get_ref()));
+            let help = "write delays that the head takes, or lpbf.delays = \"tuned\"";
+            return Err(problem.at(name.span()).help(help));
+        }
         let refused = |what: &str, e: &HeadError| {
             Problem::new(format!("\"{}\" cannot run{what}: {e}", name.get_ref())).at(name.span())
         };
@@ -44,6 +49,20 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
             .map_err(|e| refused(" with lpbf.path", &e))?;
     }
     Ok(surveys)
+}
+
+/// What is wrong with a recipe whose own delays the head does not take.
+fn too_long(recipe: &Recipe, plan: &Plan) -> Option<String> {
+    let longest = plan.settings.data.head.longest_delay?;
+    let written = recipe.delays.on.max(recipe.delays.off);
+    let run = plan.settings.delays == DelayChoice::Recipe;
+    (run && written > longest).then(|| {
+        format!(
+            "its laser delay of {:.0} µs is longer than the head's longest_laser_delay, {:.0} µs",
+            1e6 * written,
+            1e6 * longest
+        )
+    })
 }
 
 /// Squares or layers that are no job.

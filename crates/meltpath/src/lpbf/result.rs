@@ -2,6 +2,7 @@
 
 use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
+use meltpath_scan_head::head::gate::Darkness;
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::survey::Survey;
 use meltpath_scan_head::head::vector::ScanJob;
@@ -29,6 +30,8 @@ pub(crate) struct RecipeResult<'a> {
     /// The first square or layer.
     pub(crate) first: ScanJob,
     pub(crate) delays: LaserDelays,
+    /// What the delays do to its marks.
+    pub(crate) darkness: Darkness,
     pub(crate) tuned: Option<Tuned>,
     /// The pairs of delays that no other beats.
     pub(crate) front: Vec<DelayScore>,

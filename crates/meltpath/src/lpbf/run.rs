@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_base::{Check, Limit, Measure, Observer, Reporter, Verdict};
+use meltpath_base::{Check, Limit, Measure, Observer, Place, Reporter, Verdict};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::Controller;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
@@ -36,8 +36,6 @@ use crate::views;
 
 /// Lit points are compared with marks commanded at most this long before, s: longer than any lag and off-delay.
 const WINDOW: f64 = 4e-3;
-/// The longest delay tried by the tuning, s.
-const LONGEST_DELAY: f64 = 1.2e-3;
 /// Step of the delays that are paired in the table of trade-offs, s.
 const FRONT_STEP: f64 = 40e-6;
 /// The largest angles that the mirrors X and Y reach, rad.
@@ -182,8 +180,8 @@ impl<'a> Run<'a> {
         let job = self.plan.work.tuning_job(recipe)?;
         let mut record = HitRecord::default();
         head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
-        let radius = head.head().beam.waist;
-        let tuning = DelayTuning::new(&job, &record.hits, period, LONGEST_DELAY, radius);
+        let (radius, longest) = (head.head().beam.waist, head.head().delays_up_to());
+        let tuning = DelayTuning::new(&job, &record.hits, period, longest, radius);
         let tuned = tuning.tune();
         if tuned.held {
             self.reporter.warn(
@@ -195,13 +193,13 @@ impl<'a> Run<'a> {
                 "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",
             );
         }
-        if tuned.best.delays.on.max(tuned.best.delays.off) > LONGEST_DELAY - 2.0 * period {
+        if tuned.best.delays.on.max(tuned.best.delays.off) > longest - 2.0 * period {
             self.reporter.warn(
                 "delays-long",
                 format!(
                     "{}: the tuned laser delays reach the longest tried, {:.0} µs",
                     recipe.name,
-                    LONGEST_DELAY * 1e6
+                    longest * 1e6
                 ),
                 "longer waits after marks and jumps let the axes settle",
             );
@@ -232,7 +230,7 @@ impl<'a> Run<'a> {
             .tuned()?
             .map_or_else(Default::default, |(t, f)| (Some(t), f));
         let delays = tuned.as_ref().map_or(self.recipe.delays, |t| t.best.delays);
-        self.judge_delays(delays)?;
+        let darkness = self.judge_delays(delays)?;
         let law = self.recipe.power_law;
         let hatch = match &self.plan.work {
             Work::Plate(plate) => plate.hatch,
@@ -286,6 +284,7 @@ impl<'a> Run<'a> {
             survey: self.survey,
             first,
             delays,
+            darkness,
             tuned,
             front,
             duration,
@@ -298,8 +297,8 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Tells delays that leave marks dark or keep the light on between them.
-    fn judge_delays(&self, delays: LaserDelays) -> Result<(), HeadError> {
+    /// Refuses delays that leave every mark dark, tells those that keep the light on between marks.
+    fn judge_delays(&self, delays: LaserDelays) -> Result<Darkness, HeadError> {
         let layers = self.plan.work.layers(self.recipe)?;
         let darkness = Darkness::of(layers, delays, self.head.head().period)?;
         if darkness.dark == darkness.chains {
@@ -310,23 +309,9 @@ impl<'a> Run<'a> {
             });
         }
         let Darkness {
-            chains,
-            dark,
-            bridged,
-            ..
+            chains, bridged, ..
         } = darkness;
         let name = &self.recipe.name;
-        if dark > 0 {
-            self.reporter.warn(
-                "dark-marks",
-                format!(
-                    "{name}: {dark} of {chains} marks between jumps stay dark: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
-                    1e6 * delays.on,
-                    1e6 * delays.off
-                ),
-                "a shorter laser-on delay, with a wait after jumps in its stead; or leave out such short marks",
-            );
-        }
         if bridged > 0 {
             self.reporter.warn(
                 "light-between-marks",
@@ -337,7 +322,7 @@ impl<'a> Run<'a> {
                 "a shorter laser-off delay, or a longer wait after marks",
             );
         }
-        Ok(())
+        Ok(darkness)
     }
 
     /// Tells mirrors that left their travel.
@@ -376,6 +361,30 @@ fn contour_remedy(settings: &Settings) -> String {
     }
 }
 
+/// Marks that no light reaches; `None` where all are lit.
+fn dark_check(number: usize, r: &RecipeResult<'_>) -> Option<Check> {
+    let Darkness { chains, dark, .. } = r.darkness;
+    let (layer, start) = r.darkness.first_dark?;
+    let reason = format!(
+        "of {chains}: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
+        1e6 * r.delays.on,
+        1e6 * r.delays.off
+    );
+    let place = Place {
+        layer: Some(layer),
+        ..Place::at(start.to_array())
+    };
+    let check = Check::judge(
+        &format!("dark-{number}"),
+        &format!("{}: marks between jumps that stay dark", r.recipe.name),
+        Measure::exact(dark as f64, ""),
+        Limit::AtMost(0.0),
+    );
+    Some(check.because(&reason).at(place).remedy(
+        "a shorter laser-on delay, with a wait after jumps in its stead; or leave out such short marks",
+    ))
+}
+
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
@@ -399,11 +408,10 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
                 Measure::exact(below, "%"),
                 Limit::AtLeast(100.0 * settings.contour_share),
             )
-            .at(meltpath_base::Place::at(
-                r.errors.worst.extend(0.0).to_array(),
-            ))
+            .at(Place::at(r.errors.worst.extend(0.0).to_array()))
             .remedy(contour_remedy(settings))
         });
+        checks.extend(dark_check(number, r));
         // contours alone have no surface to fill
         let fills = settings.fill_rate.filter(|_| r.fills());
         checks.extend(fills.map(|limit| {

@@ -9,7 +9,7 @@ use crate::optics::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
 use meltpath_base::settings::{
     self, Json, Kind, Node, Place, Problem, Problems, Reader, Sourced, Value,
 };
-use meltpath_base::{Angle, Length, Pure, choice, table};
+use meltpath_base::{Angle, Length, Pure, Time, choice, table};
 
 table! {
     /// A scan head: its mirrors, its optics, its axes, and the plate on which recipes are compared.
@@ -42,6 +42,8 @@ table! {
         field: Sourced<Length> where positive => required;
         /// Points of the correction table along a side.
         table_points: usize where within(2.0, 4097.0) => none("no correction table: the exact relation");
+        /// The longest laser-on and laser-off delay that its controller takes: delays are tuned up to it, recipes beyond it are refused.
+        longest_laser_delay: Sourced<Time> where positive => none("not stated: delays up to 1.2 ms are tuned, any is run");
     }
 
     /// Two mirrors with perpendicular axes, the beam on both axes.
@@ -236,6 +238,7 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
         focus,
         half_field: 0.5 * file.head.field.0,
         table: *file.head.table_points,
+        longest_delay: file.head.longest_laser_delay.as_ref().map(|t| t.0),
         beam: GaussianBeam {
             waist: file.beam.waist.0,
             wavelength: file.beam.wavelength.0,

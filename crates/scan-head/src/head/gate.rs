@@ -3,6 +3,8 @@
 //! Source: Rasoanarivo 2020, § 2.6.1. On-delay: from the start of a mark after a jump to laser on. Off-delay: from its end
 //! before a jump to laser off. Marks that follow each other are one chain, lit through. The laser's own dynamics are neglected.
 
+use meltpath_geometry::math::DVec3;
+
 use crate::head::error::HeadError;
 use crate::head::prepared::{Layers, alone};
 use crate::head::recipe::LaserDelays;
@@ -83,6 +85,8 @@ pub struct Darkness {
     pub bridged: u64,
     /// Duration of the longest chain, s.
     pub longest: f64,
+    /// Layer and start of the first dark one: x and y in the field, z the layer's height, mm.
+    pub first_dark: Option<(u32, DVec3)>,
 }
 
 impl Darkness {
@@ -95,6 +99,7 @@ impl Darkness {
         let mut last: Option<f64> = None;
         let (mut window, mut chains) = (Window::new(layers), Chains::new(period));
         while let Some(chain) = chains.next(&mut window) {
+            let held = window.between(chain.first, chain.first);
             window.release(chains.vector);
             let duration = (chain.end - chain.start) as f64 * period;
             let (on, off) = (
@@ -105,6 +110,11 @@ impl Darkness {
             found.longest = found.longest.max(duration);
             if off <= on {
                 found.dark += 1;
+                let start = held.first().map(|l| {
+                    let at = l.job.start_of((chain.first - l.first) as usize);
+                    (l.number, at.with_z(l.height))
+                });
+                found.first_dark = found.first_dark.or(start);
                 continue;
             }
             found.bridged += u64::from(last.is_some_and(|l| l >= on));

@@ -23,14 +23,24 @@ pub struct ScanHead {
     pub half_field: f64,
     /// Points a side of the correction table; without a table the inverse is computed exactly.
     pub table: Option<usize>,
+    /// The longest laser delay that its controller takes, s, where that is known.
+    pub longest_delay: Option<f64>,
     /// The beam at the powder.
     pub beam: GaussianBeam,
 }
+
+/// The longest laser delay that is tuned where the head states none, s.
+const LONGEST_DELAY: f64 = 1.2e-3;
 
 /// The axes' letters.
 pub(super) const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
 
 impl ScanHead {
+    /// Up to which laser delays are tuned, s.
+    pub fn delays_up_to(&self) -> f64 {
+        self.longest_delay.unwrap_or(LONGEST_DELAY)
+    }
+
     pub(super) fn axes(&self) -> impl Iterator<Item = &Axis> {
         self.mirrors
             .iter()

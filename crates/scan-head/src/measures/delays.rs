@@ -73,6 +73,8 @@ pub struct DelayTuning {
     starts: EndCost,
     ends: EndCost,
     longest: i64,
+    /// The longest delay that is tried, samples.
+    tried: i64,
     /// Length of all marks, mm.
     marked: f64,
 }
@@ -95,6 +97,7 @@ impl DelayTuning {
             starts: EndCost::default(),
             ends: EndCost::default(),
             longest,
+            tried: (reach / period + 1e-9).floor() as i64,
             marked: job.length(VectorKind::Contour) + job.length(VectorKind::Fill),
         };
         let chains = Chains::all(job, period);
@@ -267,7 +270,7 @@ impl DelayTuning {
 
     /// Every on-delay with the off-delay 0, then every off-delay with the on-delay found: the table that was searched.
     fn table(&self, of: impl Fn(f64) -> LaserDelays) -> Vec<DelayScore> {
-        (0..=self.longest)
+        (0..=self.tried)
             .map(|k| self.score(of(k as f64 * self.period)))
             .collect()
     }
@@ -294,7 +297,7 @@ impl DelayTuning {
     /// rising spurious length.
     pub fn pareto(&self, step: usize) -> Vec<DelayScore> {
         // starts depend on the on-delay alone and ends on the off-delay alone: the two fronts are found apart, then joined
-        let values: Vec<f64> = (0..=self.longest)
+        let values: Vec<f64> = (0..=self.tried)
             .step_by(step.max(1))
             .map(|k| k as f64 * self.period)
             .collect();

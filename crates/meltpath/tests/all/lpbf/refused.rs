@@ -187,15 +187,67 @@ fn delays_longer_than_marks_are_told() {
     };
     // lines of a square of 2 mm last 2 ms at most, its contours 5 ms and their waits
     for (key, value, words) in [
-        ("laser_on_delay", "3 ms", "marks between jumps stay dark"),
+        (
+            "laser_on_delay",
+            "3 ms",
+            "marks between jumps that stay dark",
+        ),
         ("laser_off_delay", "5 ms", "the light stays on between"),
     ] {
         fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
         let verdict = job("own.toml").verdict(dir.path(), key);
         assert!(verdict.contains(words), "{verdict}");
+        if key == "laser_on_delay" {
+            let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
+            let checks = verdict["checks"].as_array().unwrap();
+            let dark = checks.iter().find(|c| c["id"] == "dark-1").unwrap();
+            assert_eq!(
+                (&dark["status"], &verdict["status"]),
+                (&"fail".into(), &"fail".into())
+            );
+            assert_eq!(dark["place"]["layer"], 1);
+            assert_eq!(dark["place"]["position"].as_array().unwrap().len(), 3);
+        }
     }
     let verdict = job("industrial").verdict(dir.path(), "own");
     assert!(!verdict.contains("the light stays on"), "{verdict}");
+    // the shortest lines of the square last less than 0.3 ms
+    assert!(verdict.contains("dark-1"), "{verdict}");
+    let text = with(INDUSTRIAL, "laser_on_delay", "100 us");
+    fs::write(dir.path().join("own.toml"), text).unwrap();
+    let verdict = job("own.toml").verdict(dir.path(), "soon");
+    assert!(!verdict.contains("dark-1"), "{verdict}");
+}
+
+/// A head whose controller takes delays of 60 µs: none longer is tuned, and a recipe with longer ones is refused.
+#[test]
+fn delays_stay_within_what_the_head_takes() {
+    let dir = tempfile::tempdir().unwrap();
+    let longest = "longest_laser_delay = { value = \"60 us\", source = \"a trial\" }\n[geometry]";
+    let head = THREE.replacen("[geometry]", longest, 1);
+    fs::write(dir.path().join("head.toml"), head).unwrap();
+    let job = |lpbf| Job {
+        head: "head.toml",
+        lpbf,
+        rest: "[plate]\nblock = [1, 1]\nside = \"2 mm\"",
+        told_before: true,
+        ..Job::default()
+    };
+    let error = job("delays = \"recipe\"").refused(dir.path());
+    assert!(
+        error.contains("longer than the head's longest_laser_delay, 60 µs"),
+        "{error}"
+    );
+    let verdict = job("delays = \"tuned\"").verdict(dir.path(), "tuned");
+    assert!(verdict.contains("delays-long"), "{verdict}");
+    let table = fs::read_to_string(dir.path().join("tuned/series/delays-1.csv")).unwrap();
+    let delays = table
+        .lines()
+        .skip(1)
+        .flat_map(|line| line.split(',').take(2));
+    for delay in delays {
+        assert!(delay.parse::<f64>().unwrap() <= 60e-6, "{table}");
+    }
 }
 
 #[test]
