@@ -11,9 +11,9 @@ pub struct Place {
     /// Layer, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub layer: Option<u32>,
-    /// Pass identifier.
+    /// Bead of that layer, counted from 1 in the order in which they are laid.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub pass: Option<u32>,
+    pub bead: Option<u32>,
     /// File, and line in it counted from 1.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub file: Option<String>,
@@ -52,8 +52,8 @@ impl std::fmt::Display for Place {
         if let Some(layer) = self.layer {
             parts.push(format!("layer {layer}"));
         }
-        if let Some(pass) = self.pass {
-            parts.push(format!("pass {pass}"));
+        if let Some(bead) = self.bead {
+            parts.push(format!("bead {bead}"));
         }
         if let Some([x, y, z]) = self.position {
             parts.push(format!("x {x:.1}, y {y:.1}, z {z:.1} mm"));

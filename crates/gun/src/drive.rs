@@ -1,7 +1,7 @@
 //! The beam along a toolpath: passes at their speeds, jumps between them.
 
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Channel, MotionBlock, Move, Pass, Profile, Times, Toolpath};
+use meltpath_toolpath::{Channel, MotionBlock, Move, Pass, PassPlace, Profile, Times, Toolpath};
 
 /// How a gun follows passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,11 +17,11 @@ pub struct Drive {
 pub enum DriveError {
     /// A speed, power or spot that no beam has.
     #[error(
-        "move {index} of pass {pass}: {what} is {value}, it must be {range}; correct the pass or its profile"
+        "move {index} of {pass}: {what} is {value}, it must be {range}; correct the pass or its profile"
     )]
     Value {
-        /// Identifier of the pass.
-        pass: u32,
+        /// The pass.
+        pass: PassPlace,
         /// The move, from 0.
         index: usize,
         /// What is wrong.
@@ -32,10 +32,10 @@ pub enum DriveError {
         range: &'static str,
     },
     /// A profile that does not exist.
-    #[error("pass {pass} refers to profile {profile}; there are {known}")]
+    #[error("{pass} refers to profile {profile}; there are {known}")]
     Profile {
-        /// Identifier of the pass.
-        pass: u32,
+        /// The pass.
+        pass: PassPlace,
         /// What it refers to.
         profile: u16,
         /// How many there are.
@@ -132,7 +132,7 @@ pub fn drive(toolpath: &Toolpath, drive: Drive, time: f64) -> Result<MotionBlock
     for pass in toolpath.passes() {
         let profile = toolpath.profiles.get(usize::from(pass.head.profile));
         let profile = profile.ok_or(DriveError::Profile {
-            pass: pass.head.id.0,
+            pass: pass.place(),
             profile: pass.head.profile,
             known: toolpath.profiles.len(),
         })?;
@@ -149,7 +149,7 @@ fn draw(pen: &mut Pen, pass: &Pass<'_>, profile: &Profile) -> Result<(), DriveEr
         let power = value(Channel::Power, profile.power);
         let spot = value(Channel::Spot, profile.spot);
         let wrong = |what, value, range| DriveError::Value {
-            pass: pass.head.id.0,
+            pass: pass.place(),
             index,
             what,
             value,
@@ -299,11 +299,21 @@ mod tests {
         };
         for speed in [0.0, -1.0, f64::INFINITY] {
             let words = refused(Channel::Speed, speed);
-            assert!(words.starts_with("move 0 of pass 0: the speed"), "{words}");
+            assert!(
+                words.starts_with(
+                    "move 0 of pass 1 of layer 1 (from x 0.0, y 0.0, z 0.0 mm): the speed"
+                ),
+                "{words}"
+            );
         }
         for power in [-1.0, f64::INFINITY] {
             let words = refused(Channel::Power, power);
-            assert!(words.starts_with("move 0 of pass 0: the power"), "{words}");
+            assert!(
+                words.starts_with(
+                    "move 0 of pass 1 of layer 1 (from x 0.0, y 0.0, z 0.0 mm): the power"
+                ),
+                "{words}"
+            );
         }
         for time in [-1.0, f64::INFINITY, f64::NAN] {
             let mut layer = Layer::new(1, 0.0);

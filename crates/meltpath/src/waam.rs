@@ -19,7 +19,6 @@ pub mod record;
 pub mod run;
 pub mod settings;
 pub mod simulate;
-mod standing;
 pub mod target;
 mod tube;
 

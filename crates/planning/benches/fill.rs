@@ -31,7 +31,10 @@ fn flange_layer(c: &mut Criterion) {
         ("zigzag", Strategy::Zigzag { angle }),
         ("contour", Strategy::Contour { order }),
     ] {
-        for (speeds, paces) in [("one speed", None), ("speeds", Some(Paces::about(12.5)))] {
+        for (speeds, paces) in [
+            ("one speed", None),
+            ("speeds", Some(Paces::about(12.5, (0.0, 50.0)))),
+        ] {
             let settings = FillSettings {
                 strategy,
                 paces,

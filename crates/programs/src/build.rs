@@ -170,8 +170,7 @@ impl Builder<'_> {
     fn check(&self, pass: &Pass<'_>) -> Result<(), BuildError> {
         let fail = |what, value, wanted| {
             Err(BuildError::Pass {
-                pass: pass.head.id.0,
-                layer: pass.layer,
+                pass: pass.place(),
                 what,
                 value,
                 wanted,
@@ -196,8 +195,7 @@ impl Builder<'_> {
         }
         if let Some((_, event)) = pass.events().next() {
             return Err(BuildError::Event {
-                pass: pass.head.id.0,
-                layer: pass.layer,
+                pass: pass.place(),
                 event,
             });
         }
@@ -237,8 +235,7 @@ impl Builder<'_> {
                 return Err(BuildError::NoSchedule {
                     wire_feed: feed,
                     known: self.cell.schedules.iter().map(|s| s.wire_feed.0).collect(),
-                    pass: pass.head.id.0,
-                    layer: pass.layer,
+                    pass: pass.place(),
                 });
             }
         }
@@ -251,8 +248,7 @@ impl Builder<'_> {
         }
         Err(BuildError::Schedules {
             available,
-            pass: pass.head.id.0,
-            layer: pass.layer,
+            pass: pass.place(),
         })
     }
 
@@ -401,8 +397,8 @@ impl Builder<'_> {
                     self.reporter.warn(
                         "pass-cut",
                         format!(
-                            "pass {} of layer {} is longer than a program of this cell: it goes on in the next, arc on",
-                            pass.head.id.0, pass.layer
+                            "{} is longer than a program of this cell: it goes on in the next, arc on",
+                            pass.place()
                         ),
                         "raise lines_per_program and points_per_program in the cell file if the controller allows",
                     );
@@ -492,8 +488,8 @@ impl Builder<'_> {
             self.reporter.warn(
                 "pass-too-short",
                 format!(
-                    "pass {} of layer {} is shorter than a program's digits: left out",
-                    pass.head.id.0, pass.layer
+                    "{} is shorter than a program's digits: left out",
+                    pass.place()
                 ),
                 "",
             );

@@ -107,7 +107,7 @@ mod tests {
         let mut writer = Writer::new(Vec::new()).unwrap();
         assert!(matches!(
             writer.layer(&spots),
-            Err(VectorWriteError::Spot { layer: 5, .. })
+            Err(VectorWriteError::Spot { pass }) if pass.layer == 5
         ));
         writer.layer(&layer).unwrap();
         assert!(matches!(

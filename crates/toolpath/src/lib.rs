@@ -14,7 +14,7 @@ pub mod vocabulary;
 pub use error::PathError;
 pub use layer::{Layer, PassWriter};
 pub use motion::{MotionBlock, MotionSink, Times};
-pub use pass::Pass;
+pub use pass::{Pass, PassPlace};
 pub use toolpath::{Profile, Toolpath};
 pub use vocabulary::{
     Channel, Event, Move, Neighbour, PassHead, PassId, Role, Side, Weave, WeaveShape,

@@ -24,7 +24,43 @@ pub struct Pass<'a> {
     pub(crate) neighbours: &'a [(u32, Neighbour)],
 }
 
+/// Which pass, for people: where it stands in the order, and where it begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassPlace {
+    /// Its number in its layer, counted from 1.
+    pub number: u32,
+    /// Its layer, counted from 1.
+    pub layer: u32,
+    /// Its first point, mm.
+    pub start: DVec3,
+}
+
+impl std::fmt::Display for PassPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let PassPlace {
+            number,
+            layer,
+            start: DVec3 { x, y, z },
+        } = self;
+        write!(
+            f,
+            "pass {number} of layer {layer} (from x {x:.1}, y {y:.1}, z {z:.1} mm)"
+        )
+    }
+}
+
 impl<'a> Pass<'a> {
+    /// Which pass it is, for people.
+    pub fn place(&self) -> PassPlace {
+        // a pass has one move less than points
+        let before = self.first.0 - self.first.1;
+        PassPlace {
+            number: before as u32 + 1,
+            layer: self.layer,
+            start: self.points[0],
+        }
+    }
+
     /// Number of moves.
     pub fn move_count(&self) -> usize {
         self.points.len().saturating_sub(1)

@@ -3,7 +3,7 @@
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
 use meltpath_robot::command::Source;
-use meltpath_toolpath::Toolpath;
+use meltpath_toolpath::{Channel, Toolpath};
 
 use super::heights::{ASSEMBLED, EDGE_BEADS, assembled};
 use super::judge::LayerOutcome;
@@ -108,7 +108,7 @@ pub(crate) fn range_check(
     Some(
         check
             .at(first.place)
-            .remedy("a weld schedule inside the map, or beads measured there and added to it"),
+            .remedy("a waam.bead, or a weld schedule of the program, inside the map; or beads measured there and added to it"),
     )
 }
 
@@ -121,18 +121,43 @@ pub(crate) fn programmed(
     let starts =
         std::iter::once(commands.start.position).chain(commands.commands.iter().map(|c| c.target));
     let layers = commands.layer_of_command.iter();
-    let moves = commands.commands.iter().zip(starts).zip(layers);
-    moves.filter_map(move |((command, from), layer)| match command.source {
-        Source::On { wire_feed } if command.target != from => Some(Stretch {
-            wire_feed: wire_feed / factor,
-            speed: command.speed,
-            length: command.target.distance(from),
+    let beads = commands.bead_of_command.iter();
+    let moves = commands.commands.iter().zip(starts).zip(layers.zip(beads));
+    moves.filter_map(
+        move |((command, from), (layer, bead))| match command.source {
+            Source::On { wire_feed } if command.target != from => Some(Stretch {
+                wire_feed: wire_feed / factor,
+                speed: command.speed,
+                length: command.target.distance(from),
+                place: Place {
+                    layer: Some(*layer),
+                    bead: *bead,
+                    ..Place::at(from.to_array())
+                },
+            }),
+            _ => None,
+        },
+    )
+}
+
+/// The stretches of a plan.
+pub(crate) fn planned(toolpath: &Toolpath) -> impl Iterator<Item = Stretch> {
+    let profiles = &toolpath.profiles;
+    let laid = toolpath.passes().filter(|p| p.head.role.deposits());
+    laid.flat_map(move |pass| {
+        let profile = profiles.get(usize::from(pass.head.profile));
+        let usual = profile.map_or([f64::NAN; 2], |p| [p.wire_feed, p.speed]);
+        let of = move |channel, i, usual| pass.value(channel, i).unwrap_or(usual);
+        (0..pass.move_count()).map(move |i| Stretch {
+            wire_feed: of(Channel::WireFeed, i, usual[0]),
+            speed: of(Channel::Speed, i, usual[1]),
+            length: pass.move_length(i),
             place: Place {
-                layer: Some(*layer),
-                ..Place::at(from.to_array())
+                layer: Some(pass.layer),
+                bead: Some(pass.place().number),
+                ..Place::at(pass.points[i].to_array())
             },
-        }),
-        _ => None,
+        })
     })
 }
 

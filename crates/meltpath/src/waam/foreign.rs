@@ -15,11 +15,9 @@ use super::metal::against_part;
 use super::plan;
 use super::program::{self, Commands};
 use super::reach;
-use super::run::{
-    SHOWN_WARNINGS, Shown, built, load, load_part, other_process, subtitle, write_common,
-};
+use super::run::{SHOWN_WARNINGS, Shown, load, load_part, other_process, subtitle, write_common};
 use super::settings::{Settings, resolve};
-use super::simulate::{PlannedLayer, simulate};
+use super::simulate::{Build, PlannedLayer, simulate};
 use super::tube;
 use crate::job::{self, Job, JobError};
 use crate::outcome::{self, Outcome, record_inputs};
@@ -62,11 +60,8 @@ pub fn simulate_program(
         .transpose()?;
     let map = plan::plate(laid(&commands).into_iter(), settings)?;
     let layers = levels(&commands, settings);
-    let simulation = simulate(
-        built(&commands, &layers, map, settings),
-        &reporter,
-        observer,
-    )?;
+    let build = Build::of(&commands, &layers, map, settings).beside_robot(settings);
+    let simulation = simulate(build, &reporter, observer)?;
     // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
     let growth = settings.growth_error(1.0);
     let (limits, remedies) = (&settings.limits, &settings.remedies);

@@ -1,32 +1,28 @@
-//! What a plan is expected to fail, before program and machine: its beads as drawn, laid in coarse steps, and judged by the checks of
-//! the run. The torch takes the time that the controller's dwells cost it, and its path is the plan's; ignition, corners cut by
-//! smoothing and the program's roundings are left out. It never says "pass".
+//! What a plan is expected to fail: its program driven by the machine's model, its metal laid in coarse steps and judged by the
+//! checks of the run. It never says "pass".
 
 use std::fmt::Write as _;
 
-use meltpath_base::{Check, Fact, Observer, Reporter, Status};
-use meltpath_deposition::deposit::{self, Deposition, LayerRecord, Levelling, Mode};
-use meltpath_geometry::workpiece::HeightMap;
-use meltpath_toolpath::{Channel, MotionBlock, MotionSink, Pass, Times};
+use meltpath_base::{Check, Fact, Observer, Quiet, Reporter, Status};
+use meltpath_deposition::deposit::{self, Levelling, Mode};
 
-use super::checks::{borrowed_check, overhang_check, plate_check};
 use super::error::WaamError;
-use super::judge::{LayerOutcome, TubePlace};
 use super::metal::{self, Laid};
 use super::plan::{Plan, PlanStageError};
+use super::program::Commands;
 use super::settings::Settings;
-use super::simulate::{CtwdPoint, SimulateError, outcome};
-use super::standing::Standing;
+use super::simulate::{Build, simulate};
 use crate::stages::part::Part;
 
 /// Travel between two solutions of the pool, mm, and longest step along the path.
-const STEP: f64 = 1.0;
+const STEP: f64 = 0.5;
 
 /// The checks that the plan is expected to fail, or to be unable to tell; what is expected to pass or to come near its limit is not
 /// among them.
 pub(super) fn foretell(
     part: &Part,
     plan: &Plan,
+    commands: &Commands,
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Vec<Check>, WaamError> {
@@ -42,107 +38,21 @@ pub(super) fn foretell(
         },
         ..settings.clone()
     };
-    let quiet = Reporter::new();
-    let (layers, ctwd, map) = lay(plan, &coarse, observer)?;
-    let laid = Laid {
-        layers: &layers,
-        ctwd: &ctwd,
-        map: &map,
-    };
-    let mut checks = metal::checks(&laid, (part, plan), &coarse, (&quiet, observer))?;
-    checks.extend(borrowed_check(settings));
-    checks.push(overhang_check(plan, settings));
-    checks.extend(plate_check(plan, settings));
-    checks.retain(|c| matches!(c.status, Status::Fail | Status::CannotSay));
-    Ok(checks)
-}
-
-/// The plan's beads, laid one after the other.
-fn lay(
-    plan: &Plan,
-    settings: &Settings,
-    observer: &dyn Observer,
-) -> Result<(Vec<LayerOutcome>, Vec<CtwdPoint>, HeightMap), WaamError> {
+    let quiet = (&Reporter::new(), &Quiet(observer));
     let map = plan.plate(settings)?;
-    let planned = plan
+    let layers = plan
         .planned_layers(&map, settings)
         .map_err(PlanStageError::Planar)?;
-    let passes: Vec<Pass<'_>> = plan.toolpath.passes().collect();
-    let (mut layers, mut ctwd) = (Vec::new(), Vec::new());
-    let on_layer = |record: &LayerRecord, map: &HeightMap| {
-        let plan = planned.iter().find(|p| p.layer == record.layer);
-        let tube = record
-            .tube
-            .map(|ends| ends.map(|at| TubePlace { at, pass: None }));
-        layers.push(LayerOutcome {
-            tube,
-            ..outcome(record, map, plan)
-        });
-        ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
+    let build = Build::of(commands, &layers, map, &coarse);
+    let simulation = simulate(build, quiet.0, quiet.1)?;
+    let laid = Laid {
+        layers: &simulation.layers,
+        ctwd: &simulation.ctwd,
+        map: &simulation.deposit.map,
     };
-    let mut deposition = Deposition::new(map, settings.bead_model, settings.pool, settings.deposit)
-        .map_err(SimulateError::from)?
-        .with_layers(passes.iter().map(|p| p.layer).collect())
-        .on_layer(on_layer);
-    let mut time = 0.0;
-    for (number, pass) in passes.iter().enumerate() {
-        observer.check()?;
-        let block = motion(pass, number as u32, time, settings);
-        time = block.time(block.len() - 1);
-        deposition.block(&block);
-    }
-    let deposit = deposition.finish();
-    Ok((layers, ctwd, deposit.map))
-}
-
-/// A pass as the torch would travel it without a machine: at the plan's speeds, standing where the machine stands. The wire of the
-/// first sample is none: a bead begins.
-fn motion(pass: &Pass<'_>, number: u32, start: f64, settings: &Settings) -> MotionBlock {
-    let bead = &settings.bead_model;
-    let nominal = settings.bead.travel_speed;
-    let per_length = bead.area / (bead.wire_section * bead.efficiency);
-    let mut block = MotionBlock::default();
-    let mut times = Vec::new();
-    let mut time = start;
-    // a place, the length of bead fed since the place before
-    let mut go = |at, fed: f64| {
-        time += fed / nominal;
-        times.push(time);
-        block.position.push(at);
-        block.wire.push(fed * per_length);
-        block.command.push(number);
-    };
-    go(pass.points[0], 0.0);
-    let standing = Standing::of(&settings.controller, settings.smoothing, nominal);
-    let places = standing.places(pass);
-    let mut stops = places.iter().peekable();
-    let (points, along) = pass.flatten(0.05);
-    let ends: Vec<(f64, f64)> = (0..pass.move_count())
-        .scan(0.0, |end, i| {
-            *end += pass.move_length(i);
-            let speed = pass.value(Channel::Speed, i).unwrap_or(nominal);
-            Some((*end, nominal / speed))
-        })
-        .collect();
-    for (p, l) in points.windows(2).zip(along.windows(2)) {
-        while let Some((_, stood)) = stops.next_if(|s| s.0 <= l[0] + 1e-6) {
-            go(p[0], *stood);
-        }
-        let pieces = ((l[1] - l[0]) / STEP).ceil().max(1.0);
-        let middle = 0.5 * (l[0] + l[1]);
-        let of_move = ends.partition_point(|e| e.0 < middle);
-        let slow = ends.get(of_move).map_or(1.0, |e| e.1);
-        for k in 1..=pieces as u32 {
-            let at = p[0].lerp(p[1], f64::from(k) / pieces);
-            go(at, slow * (l[1] - l[0]) / pieces);
-        }
-    }
-    let last = points.last().copied().unwrap_or(pass.points[0]);
-    for (_, stood) in stops {
-        go(last, *stood);
-    }
-    block.times = Times::Each(times);
-    block
+    let mut checks = metal::checks(&laid, (part, plan), &coarse, (quiet.0, quiet.1))?;
+    checks.retain(|c| matches!(c.status, Status::Fail | Status::CannotSay));
+    Ok(checks)
 }
 
 /// What was foretold, for the verdict.
@@ -170,7 +80,7 @@ pub(super) fn lines(foretold: &[Check]) -> Vec<String> {
 
 fn line(check: &Check) -> String {
     let mut text = format!("foretold: {}: {}", check.status.words(), check.title);
-    // the times in reasons are those of a program
+    // a value near its limit is an estimate, and so is what its reason tells
     let (means, found) = match &check.value {
         Some(_) => (
             ", about ",

@@ -64,13 +64,13 @@ pub struct Limits {
     pub clearance: f64,
 }
 
-/// Where the contact tube was at a distance, and in which pass, where the program tells it.
+/// Where the contact tube was at a distance, and on which bead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TubePlace {
     /// Distance, place and time.
     pub at: TubeDistance,
-    /// The pass.
-    pub pass: Option<u32>,
+    /// The bead of its layer, counted from 1.
+    pub bead: Option<u32>,
 }
 
 /// What was predicted of one layer.

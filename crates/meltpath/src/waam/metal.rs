@@ -3,6 +3,7 @@
 use meltpath_base::{Check, Observer, Reporter};
 use meltpath_geometry::workpiece::HeightMap;
 
+use super::checks::{borrowed_check, overhang_check, planned, plate_check, range_check};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{GrowthError, LayerOutcome, TargetOutcome, layer_checks, target_checks};
@@ -23,7 +24,7 @@ pub(super) struct Laid<'a> {
     pub(super) map: &'a HeightMap,
 }
 
-/// The checks of a plan's metal.
+/// The checks of a plan and of its metal.
 pub(super) fn checks(
     laid: &Laid<'_>,
     (part, plan): (&Part, &Plan),
@@ -49,6 +50,10 @@ pub(super) fn checks(
     ));
     checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
     doubt::undecided(&mut checks, &doubts(plan.lean.as_ref(), settings));
+    checks.extend(range_check(planned(&plan.toolpath), settings));
+    checks.extend(borrowed_check(settings));
+    checks.push(overhang_check(plan, settings));
+    checks.extend(plate_check(plan, settings));
     Ok(checks)
 }
 

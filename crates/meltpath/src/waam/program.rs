@@ -2,6 +2,7 @@
 //!
 //! The simulation starts from what was read back, rounding included.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Ratio, Reporter};
@@ -346,8 +347,8 @@ pub struct Commands {
     pub commands: Vec<Command>,
     /// The layer of each command, from 1.
     pub layer_of_command: Vec<u32>,
-    /// The pass of each command, where the program tells it.
-    pub pass_of_command: Vec<Option<u32>>,
+    /// The bead of each command, counted from 1 in its layer; `None` on travels.
+    pub bead_of_command: Vec<Option<u32>>,
     /// The weave of each command, in [`Commands::weaves`] from 1; 0 for none.
     pub weave_of_command: Vec<u32>,
     /// The weaves.
@@ -405,12 +406,18 @@ pub fn commands(
     let count = reading.controls.len();
     let mut commands: Vec<Command> = Vec::with_capacity(count);
     let mut layer_of_command = Vec::with_capacity(count);
-    let mut pass_of_command = Vec::with_capacity(count);
+    let mut bead_of_command = Vec::with_capacity(count);
+    let mut beads = BTreeMap::<u32, u32>::new();
     let mut weave_of_command = Vec::with_capacity(count);
     let line_of_command = reading.controls.iter().map(|c| (c.program, c.line));
     let line_of_command = line_of_command.collect();
     let mut controls = reading.controls.iter();
     for pass in toolpath.passes() {
+        let bead = pass.head.role.deposits().then(|| {
+            let laid = beads.entry(pass.layer).or_default();
+            *laid += 1;
+            *laid
+        });
         let mut events = pass.events().peekable();
         let mut weave = 0;
         for (i, control) in (0..pass.move_count()).zip(controls.by_ref()) {
@@ -422,7 +429,7 @@ pub fn commands(
             let id = commands.len() as u32;
             commands.push(command(id, &pass, i, *control, settings));
             layer_of_command.push(pass.layer);
-            pass_of_command.push((pass.head.id.0 > 0).then_some(pass.head.id.0));
+            bead_of_command.push(bead);
             weave_of_command.push(weave);
         }
     }
@@ -430,7 +437,7 @@ pub fn commands(
         start,
         commands,
         layer_of_command,
-        pass_of_command,
+        bead_of_command,
         weave_of_command,
         weaves: reading.weaves,
         line_of_command,

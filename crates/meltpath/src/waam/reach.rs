@@ -114,10 +114,6 @@ pub(super) fn along(
     }))
 }
 
-/// Sides of the columns that stand for metal, mm, and how many of them there are along the longer side of a plate at most.
-pub(super) const COLUMN: f64 = 2.0;
-pub(super) const COLUMNS: f64 = 250.0;
-
 /// How near bodies come. While a layer is laid its metal counts as laid already.
 fn swept(
     task: &Task<'_>,
@@ -592,7 +588,7 @@ impl Commands {
         Place {
             position: Some(position.to_array()),
             layer: self.layer_of_command.get(i).copied(),
-            pass: self.pass_of_command.get(i).copied().flatten(),
+            bead: self.bead_of_command.get(i).copied().flatten(),
             ..Place::default()
         }
     }

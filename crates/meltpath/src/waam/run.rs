@@ -7,15 +7,12 @@ use std::path::{Path, PathBuf};
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
 use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
-use meltpath_geometry::workpiece::HeightMap;
 use meltpath_programs::TextFile;
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{
-    borrowed_check, build_facts, overhang_check, plan_facts, plate_check, program_check,
-};
+use super::checks::{build_facts, plan_facts, program_check};
 use super::error::WaamError;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
@@ -24,7 +21,7 @@ use super::plan::{self, PlanStageError};
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, laws_tried, resolve};
-use super::simulate::{Build, PlannedLayer, Simulation, simulate};
+use super::simulate::{Build, Simulation, simulate};
 use crate::inputs;
 use crate::job::common::SubstrateTable;
 use crate::job::{self, Job, JobError, WaamJob};
@@ -152,18 +149,18 @@ pub fn run(
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
-    let foretold = foretell(&part, &plan, settings, observer)?;
-    for line in foretell::lines(&foretold) {
-        observer.note(&line);
-    }
     let own = settings.cell.program.dialect.value;
     let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
+    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
+    for line in foretell::lines(&foretold) {
+        observer.note(&line);
+    }
     let map = plan.plate(settings)?;
     let layers = plan
         .planned_layers(&map, settings)
         .map_err(PlanStageError::Planar)?;
-    let build = built(&commands, &layers, map, settings);
+    let build = Build::of(&commands, &layers, map, settings).beside_robot(settings);
     let simulation = simulate(build, &reporter, observer)?;
     observer.stage("compare with the part", 0);
     let growth = settings.growth_error(plan.single);
@@ -173,9 +170,6 @@ pub fn run(
         map: &simulation.deposit.map,
     };
     let mut checks = metal::checks(&laid, (&part, &plan), settings, (&reporter, observer))?;
-    checks.extend(borrowed_check(settings));
-    checks.push(overhang_check(&plan, settings));
-    checks.extend(plate_check(&plan, settings));
     let (written, check) = written(&loaded, &plan.toolpath, &programs, &commands)?;
     checks.push(check);
     let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
@@ -247,32 +241,6 @@ pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
         settings.mode.to_uppercase(),
         settings.cell_name
     )
-}
-
-pub(super) fn built<'a>(
-    commands: &'a Commands,
-    layers: &'a [PlannedLayer],
-    map: HeightMap,
-    settings: &'a Settings,
-) -> Build<'a> {
-    let (low, high) = map.bounds();
-    let shapes = settings.robot.as_ref().and_then(|r| r.shapes.as_ref());
-    let columns = shapes.map(|_| reach::COLUMN.max((high - low).max_element() / reach::COLUMNS));
-    Build {
-        start: commands.start,
-        commands: &commands.commands,
-        layer_of_command: commands.layer_of_command.clone(),
-        pass_of_command: &commands.pass_of_command,
-        weave_of_command: &commands.weave_of_command,
-        weaves: &commands.weaves,
-        layers,
-        controller: &settings.controller,
-        map,
-        bead: settings.bead_model,
-        pool: settings.pool,
-        settings: settings.deposit,
-        columns,
-    }
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -421,8 +389,12 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     // layer by layer a plan warns of much: the run tells it
     let quiet = Reporter::new();
     let plan = plan::plan(&part, &loaded.settings, &quiet, observer)?;
-    let foretold = foretell(&part, &plan, &loaded.settings, observer)?;
-    let map = &loaded.settings.map;
+    let settings = &loaded.settings;
+    let own = settings.cell.program.dialect.value;
+    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &quiet)?;
+    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &quiet)?;
+    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
+    let map = &settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
             "process map {}, laws by their errors on beads left out: {laws}; the first is taken",

@@ -20,7 +20,7 @@ use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 
-use super::bead::{check_heights, datum, feed_response, solve_bead};
+use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
@@ -161,16 +161,19 @@ pub fn resolve(
             "set fill.stepover to \"0.70 w\" or less",
         );
     }
-    let fill = fill_settings(&mut r, &job.fill, width, step.value, bead.travel_speed);
+    let controller = controller(&cell);
+    let speed = bead.travel_speed;
+    let mut fill = FillSettings::new(width, step.value);
+    fill.paces = paces(&mut r, &job.fill, speed, map.validity.travel_speed);
+    let fill = fill_settings(&mut r, &job.fill, fill);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
     let limits = limits(&job.checks, ctwd, &map, &mut r);
     models(&cell, &mut r);
-    let dialect = cell.program.dialect.value;
     let programs = job.output.programs.value.clone();
-    let programs = programs.unwrap_or_else(|| vec![dialect]);
+    let programs = programs.unwrap_or_else(|| vec![*cell.program.dialect]);
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,
@@ -195,11 +198,7 @@ pub fn resolve(
         heights: job.layers.height.value.clone(),
         count: *job.layers.count,
         pause: job.layers.pause.0,
-        controller: cell
-            .motion
-            .value
-            .clone()
-            .unwrap_or_else(Controller::without_corners),
+        controller,
         cell,
         cell_name: machine.cell.value.clone(),
         robot,
@@ -318,19 +317,9 @@ fn check_stepover(written: &Setting<Auto<Stepover>>, step: f64, width: f64) -> R
     Err(written.problem(message).help(help))
 }
 
-fn fill_settings(
-    r: &mut Provenance,
-    table: &FillTable,
-    width: f64,
-    step: f64,
-    travel_speed: f64,
-) -> FillSettings {
+/// How layers are filled with the bead of `bead`, as the job's table says.
+fn fill_settings(r: &mut Provenance, table: &FillTable, bead: FillSettings) -> FillSettings {
     let strategy = *table.strategy;
-    let usual = match strategy {
-        FillStrategy::Hybrid | FillStrategy::Zigzag => Speeds::Adapted,
-        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => Speeds::Constant,
-    };
-    let speeds = table.speeds.or_computed(r, usual);
     let quarter = if strategy == FillStrategy::Raster {
         0.0
     } else {
@@ -387,11 +376,26 @@ fn fill_settings(
             Starts::Spread => StartPoints::Spread,
             Starts::Aligned => StartPoints::Aligned,
         },
-        paces: match speeds {
-            Speeds::Adapted => Some(Paces::about(travel_speed)),
-            Speeds::Constant => None,
-        },
-        ..FillSettings::new(width, step)
+        ..bead
+    }
+}
+
+/// The cell's controller; one that goes round corners unchanged where the cell does not tell.
+fn controller(cell: &Cell) -> Controller {
+    let motion = cell.motion.value.clone();
+    motion.unwrap_or_else(Controller::without_corners)
+}
+
+/// The speeds that beads may take, about the nominal one, mm/s, within those (m/min) of which the process map knows beads.
+fn paces(r: &mut Provenance, table: &FillTable, nominal: f64, known: (f64, f64)) -> Option<Paces> {
+    let usual = match *table.strategy {
+        FillStrategy::Hybrid | FillStrategy::Zigzag => Speeds::Adapted,
+        FillStrategy::Raster | FillStrategy::Contour | FillStrategy::Spiral => Speeds::Constant,
+    };
+    let known = (known.0 / PER_MINUTE, known.1 / PER_MINUTE);
+    match table.speeds.or_computed(r, usual) {
+        Speeds::Adapted => Some(Paces::about(nominal, known)),
+        Speeds::Constant => None,
     }
 }
 

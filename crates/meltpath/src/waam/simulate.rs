@@ -16,9 +16,14 @@ use meltpath_robot::weave::Weaving;
 use meltpath_toolpath::{MotionBlock, MotionSink, Weave};
 
 use super::judge::{LayerOutcome, TubePlace};
+use super::program::Commands;
 use super::record::{Recorder, Sample};
+use super::settings::Settings as JobSettings;
 use super::target::layer_top;
 
+/// Sides of the columns that stand for metal, mm, and how many of them there are along the longer side of a plate at most.
+const COLUMN: f64 = 2.0;
+const COLUMNS: f64 = 250.0;
 /// Height errors beyond this take the end colours, mm.
 const SHOWN_ERROR: f64 = 2.0;
 
@@ -56,8 +61,8 @@ pub struct Build<'a> {
     pub commands: &'a [Command],
     /// The layer of each command; 0 for none.
     pub layer_of_command: Vec<u32>,
-    /// The pass of each command, where the program tells it; empty where it tells none.
-    pub pass_of_command: &'a [Option<u32>],
+    /// The bead of each command, counted from 1 in its layer; empty where nobody asks.
+    pub bead_of_command: &'a [Option<u32>],
     /// The weave of each command, in `weaves` from 1; 0 for none.
     pub weave_of_command: &'a [u32],
     /// The weaves.
@@ -76,6 +81,41 @@ pub struct Build<'a> {
     pub settings: Settings,
     /// Side of the columns in which each layer's metal is kept for collisions, mm; `None`: it is not.
     pub columns: Option<f64>,
+}
+
+impl<'a> Build<'a> {
+    /// The build of a program by the settings of a job; no metal is kept for collisions.
+    pub(super) fn of(
+        commands: &'a Commands,
+        layers: &'a [PlannedLayer],
+        map: HeightMap,
+        settings: &'a JobSettings,
+    ) -> Self {
+        Build {
+            start: commands.start,
+            commands: &commands.commands,
+            layer_of_command: commands.layer_of_command.clone(),
+            bead_of_command: &commands.bead_of_command,
+            weave_of_command: &commands.weave_of_command,
+            weaves: &commands.weaves,
+            layers,
+            controller: &settings.controller,
+            map,
+            bead: settings.bead_model,
+            pool: settings.pool,
+            settings: settings.deposit,
+            columns: None,
+        }
+    }
+
+    /// Keeps each layer's metal in columns, where the job's robot has shapes that may touch it.
+    #[must_use]
+    pub(super) fn beside_robot(self, settings: &JobSettings) -> Self {
+        let (low, high) = self.map.bounds();
+        let shapes = settings.robot.as_ref().and_then(|r| r.shapes.as_ref());
+        let columns = shapes.map(|_| COLUMN.max((high - low).max_element() / COLUMNS));
+        Build { columns, ..self }
+    }
 }
 
 /// A point where the contact tube's distance is known: time, s, and distance, mm.
@@ -138,13 +178,13 @@ pub fn simulate(
     let mut trouble = None;
     let mut metal = Vec::new();
     let columns = build.columns;
-    let (planned, passes) = (build.layers, build.pass_of_command);
+    let (planned, beads) = (build.layers, build.bead_of_command);
     let on_layer = |record: &LayerRecord, map: &HeightMap| {
         let plan = planned.iter().find(|p| p.layer == record.layer);
         let tube = record.tube.map(|ends| {
             ends.map(|at| TubePlace {
                 at,
-                pass: passes.get(at.command as usize).copied().flatten(),
+                bead: beads.get(at.command as usize).copied().flatten(),
             })
         });
         layers.push(LayerOutcome {

@@ -168,7 +168,7 @@ pub(super) fn distribution(simulation: &Simulation) -> Option<Fact> {
 fn place(layer: &LayerOutcome, found: &TubePlace) -> Place {
     Place {
         layer: Some(layer.layer),
-        pass: found.pass,
+        bead: found.bead,
         ..Place::at(found.at.tool.to_array())
     }
 }
@@ -204,7 +204,7 @@ mod tests {
                 time: 192.0,
                 command: 3,
             },
-            pass: Some(9),
+            bead: Some(9),
         }
     }
 
@@ -233,7 +233,7 @@ mod tests {
         );
         assert!(check.reason.contains("at 3 min 12 s"), "{}", check.reason);
         let place = check.place.unwrap();
-        assert_eq!((place.layer, place.pass), (Some(25), Some(9)));
+        assert_eq!((place.layer, place.bead), (Some(25), Some(9)));
         assert_eq!(place.position, Some([10.0, 0.0, 5.0]));
         // an uncertain map cannot say
         let check = local(&drifting_wall(), &growth(0.5), End::Nearest, limit).unwrap();

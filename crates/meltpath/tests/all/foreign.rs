@@ -74,6 +74,65 @@ fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
     found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
 }
 
+/// A wall whose middle is bridged after eight layers with a gap: the contact tube is 26 to 30 mm from what lies in the gap, for four
+/// layers, along a seventh of their length. The torch's gas does not reach there, and what the source feeds was not measured.
+#[test]
+fn a_contact_tube_that_drifts_in_the_middle_fails_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let mut lines = vec!["UFRAME_NUM=1".to_owned(), "UTOOL_NUM=1".to_owned()];
+    let mut places = Vec::new();
+    for layer in 0..12_u32 {
+        let z = 1.7 * f64::from(layer);
+        let beads: &[[f64; 2]] = match layer {
+            0..8 => &[[0.0, 42.0], [58.0, 100.0]],
+            _ => &[[0.0, 100.0]],
+        };
+        for &ends in beads {
+            // to and fro: a bead's end fills what its start leaves low
+            let ends = if layer % 2 == 0 {
+                ends
+            } else {
+                [ends[1], ends[0]]
+            };
+            places.extend(ends.map(|x| [x, z]));
+            let n = places.len();
+            lines.push(format!("L P[{}] 20mm/sec FINE Arc Start[7]", n - 1));
+            lines.push(format!("L P[{n}] WELD_SPEED FINE Arc End[7]"));
+            places.push([ends[1], z + 40.0]);
+            lines.push(format!("L P[{}] 100mm/sec FINE", places.len()));
+        }
+    }
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    let program = written(dir.path(), &lines, &places);
+    let verdict = simulate_program(
+        &program,
+        Some(&job),
+        None,
+        &dir.path().join("runs"),
+        &Silent,
+    )
+    .unwrap()
+    .verdict;
+    for (id, status) in [
+        ("ctwd-max", Status::Fail),
+        ("ctwd-known", Status::CannotSay),
+    ] {
+        let check = check(&verdict, id);
+        assert_eq!(check.status, status, "{check:?}");
+        let value = check.value.as_ref().unwrap().value;
+        assert!(
+            id != "ctwd-max" || (24.0..31.0).contains(&value),
+            "{check:?}"
+        );
+        let place = check.place.as_ref().unwrap();
+        assert!((9..=12).contains(&place.layer.unwrap()), "{place:?}");
+        let x = place.position.unwrap()[0];
+        assert!((43.0..57.0).contains(&x), "{place:?}");
+        assert!(check.reason.contains(" min "), "{check:?}");
+    }
+}
+
 /// A program that feeds more than any bead of the map was fed: nothing is known of its beads.
 #[test]
 fn a_feed_outside_the_map_is_undecided_where_it_begins() {

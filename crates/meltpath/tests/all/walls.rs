@@ -76,7 +76,7 @@ fn woven_wall(
         },
         commands: &commands,
         layer_of_command,
-        pass_of_command: &[],
+        bead_of_command: &[],
         weave_of_command: &woven,
         weaves: weave.as_slice(),
         layers: &[],

@@ -147,14 +147,14 @@ pub struct Paces {
 }
 
 impl Paces {
-    /// Slower by a fifth and up to twice as fast as `nominal`, mm/s: at constant wire feed beads of 0.7 to 1.1 times the
-    /// width (width goes about with the root of metal per length), within the range in which bead sections keep their
+    /// Slower by a fifth and up to twice as fast as `nominal`, within the speeds `known` of the bead's map, all mm/s.
+    /// At constant wire feed these are beads of 0.7 to 1.1 times the width (width goes about with the root of metal per length), within the range in which bead sections keep their
     /// shape (Rouchon 2022, § 2.3.3: 0.2 to 1.5 m/min).
-    pub fn about(nominal: f64) -> Self {
+    pub fn about(nominal: f64, known: (f64, f64)) -> Self {
         Paces {
             nominal,
-            slowest: 0.8,
-            fastest: 2.0,
+            slowest: (known.0 / nominal).clamp(0.8, 1.0),
+            fastest: (known.1 / nominal).clamp(1.0, 2.0),
         }
     }
 }

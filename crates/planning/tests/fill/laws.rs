@@ -97,7 +97,7 @@ proptest! {
         };
         let s = FillSettings {
             starts: [StartPoints::Aligned, StartPoints::Spread, StartPoints::Random { seed: 7 }][starts],
-            paces: Some(Paces::about(12.5)),
+            paces: Some(Paces::about(12.5, (0.0, 50.0))),
             ..settings(*ALL.get(which).unwrap_or(&centre_out))
         };
         let reporter = Reporter::new();

@@ -166,7 +166,7 @@ fn speeds_even_the_metal_out() {
                 let off = metal.iter().filter(|m| (*m - 1.0).abs() > 0.25).count();
                 off as f64 / metal.len() as f64
             };
-            let (one, adapted) = (spread(None), spread(Some(Paces::about(12.5))));
+            let (one, adapted) = (spread(None), spread(Some(Paces::about(12.5, (0.0, 50.0)))));
             // where turns meet and links run, contours heap metal at one speed; a zigzag's turning points come nearer
             let most = match strategy {
                 Fill::Contour { .. } | Fill::Spiral { .. } => 0.005 + 0.4 * one,
@@ -181,7 +181,7 @@ fn speeds_even_the_metal_out() {
 fn speeds_keep_to_their_range_and_the_mean() {
     for (name, regions) in zoo() {
         let s = FillSettings {
-            paces: Some(Paces::about(12.5)),
+            paces: Some(Paces::about(12.5, (0.0, 50.0))),
             ..settings(CONTOUR)
         };
         let plan = plan_on(1, &regions, &s);
@@ -204,7 +204,7 @@ fn speeds_keep_to_their_range_and_the_mean() {
     }
     // a wall one bead wide has no reason to change its speed but near its ends
     let s = FillSettings {
-        paces: Some(Paces::about(12.5)),
+        paces: Some(Paces::about(12.5, (0.0, 50.0))),
         ..settings(RASTER)
     };
     let wall = plan_on(1, &[outlines::plate(150.0, 7.0)], &s);
@@ -284,7 +284,7 @@ fn the_corner_of_a_bent_bar_has_no_hole() {
         };
         let bar = outset(&[outlines::ell(110.0, 80.0, arm)], 2.0, round).unwrap();
         let s = FillSettings {
-            paces: Some(Paces::about(12.5)),
+            paces: Some(Paces::about(12.5, (0.0, 50.0))),
             width: 6.54,
             stepover: 4.82,
             ..settings(HYBRID)

@@ -1,17 +1,15 @@
 //! Why a toolpath cannot become a program.
 
-use meltpath_toolpath::Event;
+use meltpath_toolpath::{Event, PassPlace};
 
 /// Why a toolpath cannot become a program.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BuildError {
     /// A pass cannot be executed.
-    #[error("pass {pass} (layer {layer}): {what} is {value}, but must be {wanted}")]
+    #[error("{pass}: {what} is {value}, but must be {wanted}")]
     Pass {
-        /// Its id.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
+        /// Which.
+        pass: PassPlace,
         /// What is wrong.
         what: &'static str,
         /// Its value.
@@ -21,31 +19,27 @@ pub enum BuildError {
     },
     /// Something happens within a pass that these programs cannot say.
     #[error(
-        "pass {pass} (layer {layer}): {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
+        "{pass}: {event:?} within a pass cannot be written for this controller; plan it as passes of their own, or without it"
     )]
     Event {
-        /// Its id.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
+        /// Which.
+        pass: PassPlace,
         /// What happens.
         event: Event,
     },
     /// More wire feeds than schedules.
     #[error(
-        "the toolpath needs more than the {available} weld schedules of this cell, from pass {pass} (layer {layer}) on: use fewer different wire feeds, or raise arc.schedules in the cell file"
+        "the toolpath needs more than the {available} weld schedules of this cell, from {pass} on: use fewer different wire feeds, or raise arc.schedules in the cell file"
     )]
     Schedules {
         /// Schedules of the cell.
         available: u32,
         /// First pass without a schedule.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
+        pass: PassPlace,
     },
     /// No schedule of the cell sets a wire feed.
     #[error(
-        "no weld schedule of the cell sets the {} m/min of pass {pass} (layer {layer}): list what the controller is given for it as [[program.schedule]] of the cell file (number, wire_feed, values){}",
+        "no weld schedule of the cell sets the {} m/min of {pass}: list what the controller is given for it as [[program.schedule]] of the cell file (number, wire_feed, values){}",
         shown_feed(*.wire_feed), listed(.known)
     )]
     NoSchedule {
@@ -54,9 +48,7 @@ pub enum BuildError {
         /// Those that the cell lists, mm/s.
         known: Vec<f64>,
         /// First pass without a schedule.
-        pass: u32,
-        /// Its layer.
-        layer: u32,
+        pass: PassPlace,
     },
     /// The values of a schedule contradict its wire feed.
     #[error(

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 
 use meltpath_geometry::math::DVec3;
-use meltpath_toolpath::{Channel, Layer, Move, Pass, Role};
+use meltpath_toolpath::{Channel, Layer, Move, Pass, PassPlace, Role};
 
 use super::words::{COLUMNS, START};
 
@@ -18,12 +18,10 @@ pub enum VectorWriteError {
     #[error("the vector list cannot be written: {0}")]
     Io(#[from] io::Error),
     /// A spot is no vector.
-    #[error("layer {layer}: pass {pass} stays on spots, which a vector list cannot hold")]
+    #[error("{pass} stays on spots, which a vector list cannot hold")]
     Spot {
-        /// The layer.
-        layer: u32,
         /// The pass.
-        pass: u32,
+        pass: PassPlace,
     },
     /// The vectors of a layer must follow one another.
     #[error("layer {layer} comes again: a vector list holds each layer once; number it anew")]
@@ -101,10 +99,7 @@ impl<W: Write> Writer<W> {
         let (word, part) = (word(pass.head.role), pass.head.part);
         for i in first..pass.move_count() {
             if let Move::Spot { .. } = pass.move_at(i) {
-                return Err(VectorWriteError::Spot {
-                    layer: layer.number,
-                    pass: pass.head.id.0,
-                });
+                return Err(VectorWriteError::Spot { pass: pass.place() });
             }
             let [speed, power, wait] = [Channel::Speed, Channel::Power, Channel::Dwell]
                 .map(|channel| pass.value(channel, i));
