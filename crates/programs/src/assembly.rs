@@ -173,7 +173,7 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     let (application, opening) = match dialect {
         Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
         Dialect::Krl => (Vec::new(), krl::opening()),
-        Dialect::Rapid | Dialect::UrScript => (Vec::new(), Vec::new()),
+        Dialect::Rapid | Dialect::UrScript | Dialect::Inform => (Vec::new(), Vec::new()),
     };
     Program {
         dialect,

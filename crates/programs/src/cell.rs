@@ -4,6 +4,7 @@ use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table}
 use meltpath_toolpath::{Weave, WeaveShape};
 
 use crate::execute::{ExecutionSettings, WeldSettings};
+use crate::inform::InformWords;
 use crate::krl::KrlWords;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
@@ -74,6 +75,8 @@ table! {
         rapid: RapidWords => none("needed for abb-rapid");
         /// What a Universal Robot needs.
         script: ScriptWords => none("needed for ur-script");
+        /// What a Yaskawa needs.
+        inform: InformWords => none("needed for yaskawa-inform");
     }
 
     /// A weld schedule of the controller.

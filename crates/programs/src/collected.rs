@@ -60,6 +60,14 @@ impl Collected {
         false
     }
 
+    /// The arc is switched at the end of the move before, where that is the last thing that was read.
+    pub(crate) fn switch(&mut self, word: ArcWord) {
+        match self.program.instructions.last_mut() {
+            Some(Instruction::Motion(motion)) if motion.arc.is_none() => motion.arc = Some(word),
+            _ => self.push(Instruction::Arc(word)),
+        }
+    }
+
     /// A position that has no name.
     pub(crate) fn place(
         &mut self,

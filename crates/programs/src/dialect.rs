@@ -4,7 +4,7 @@ use crate::cell::CellProgramming;
 use crate::parsed::{ParseError, Parsed};
 use crate::program::{Dialect, Program};
 use crate::written::{TextFile, WriteError};
-use crate::{fanuc_ls, krl, rapid, ur_script};
+use crate::{fanuc_ls, inform, krl, rapid, ur_script};
 
 impl Dialect {
     /// The dialect of files whose names end so, in any case.
@@ -14,6 +14,7 @@ impl Dialect {
             "src" => Some(Dialect::Krl),
             "mod" | "modx" | "prg" => Some(Dialect::Rapid),
             "script" => Some(Dialect::UrScript),
+            "jbi" => Some(Dialect::Inform),
             _ => None,
         }
     }
@@ -25,6 +26,7 @@ impl Dialect {
             Dialect::Krl => "src",
             Dialect::Rapid => "mod",
             Dialect::UrScript => "script",
+            Dialect::Inform => "JBI",
         }
     }
 
@@ -58,6 +60,10 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
             program,
             cell.script.as_ref().ok_or_else(|| missing("script"))?,
         ),
+        Dialect::Inform => inform::write(
+            program,
+            cell.inform.as_ref().ok_or_else(|| missing("inform"))?,
+        ),
     }
 }
 
@@ -77,5 +83,6 @@ pub fn read(
         Dialect::Krl => krl::read(bytes, data, values),
         Dialect::Rapid => rapid::read(bytes, values),
         Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
+        Dialect::Inform => inform::read(bytes, cell.inform.as_ref()),
     }
 }

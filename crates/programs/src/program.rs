@@ -17,6 +17,8 @@ choice! {
         Rapid = "abb-rapid",
         /// Universal Robots script (`.script`), arc by lines of your own.
         UrScript = "ur-script",
+        /// Yaskawa INFORM (`.JBI`), arc by condition files.
+        Inform = "yaskawa-inform",
     }
 }
 
@@ -410,6 +412,7 @@ impl Dialect {
             Dialect::Krl => "KUKA KRL",
             Dialect::Rapid => "ABB RAPID",
             Dialect::UrScript => "URScript",
+            Dialect::Inform => "Yaskawa INFORM",
         }
     }
 }

@@ -219,6 +219,7 @@ fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<Stance> {
         Stance::Kuka { .. } => Dialect::Krl,
         Stance::Abb(_) => Dialect::Rapid,
         Stance::Joints(_) => Dialect::UrScript,
+        Stance::Yaskawa(_) => Dialect::Inform,
     };
     (spoken == dialect).then_some(stance)
 }
@@ -453,7 +454,7 @@ fn config(along: &Along, cell: &Cell) -> Check {
             "config",
             CONFIG,
             &format!(
-                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB); {} has none that are known here",
+                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa); {} has none that are known here",
                 cell.name
             ),
         );

@@ -19,7 +19,8 @@ fn cell(dialect: &str) -> String {
     text + "[program.krl]\nsource = \"test\"\njob_mode = \"CMT\"\n\
         [program.rapid]\nsource = \"test\"\ntool = \"tTorch\"\nwork_object = \"wPart\"\nseam = \"sm1\"\n\
         [program.script]\nsource = \"test\"\npart = \"Part\"\narc_start = [\"set_job({1})\", \"set_digital_out(0, True)\"]\n\
-        arc_end = [\"set_digital_out(0, False)\"]\n"
+        arc_end = [\"set_digital_out(0, False)\"]\n\
+        [program.inform]\nsource = \"test\"\nzones = [\"0.5 mm\", \"1 mm\", \"2 mm\"]\n"
 }
 
 fn job(folder: &Path, machine: &str, rest: &str) -> PathBuf {
@@ -59,6 +60,7 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         ),
         ("abb-rapid", "abb-irb2600-12-185", &["JOB.mod"]),
         ("ur-script", "universal-ur10e", &["JOB.script"]),
+        ("yaskawa-inform", "yaskawa-ar2010", &["JOB.JBI"]),
     ] {
         let dir = tempfile::tempdir().unwrap();
         // programs are called after the folder

@@ -162,6 +162,10 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             ],
             &["POPUP(", "HALT"],
         ),
+        Dialect::Inform => (
+            &["DOUT", "PULSE", "MSG", "CLS", "CLEAR", "WVOF"],
+            &["WAIT", "PAUSE", "TIMER"],
+        ),
     }
 }
 

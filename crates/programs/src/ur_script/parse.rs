@@ -1,13 +1,12 @@
 //! A program from script. Never panics; what it does not know it keeps and lists.
 
-use super::template::recognised;
 use super::words::ScriptWords;
 use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, Axis, CommentMark, Coordinates, Dialect, Instruction, Motion,
-    MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+    Axis, CommentMark, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed,
+    SpeedUnit, Termination,
 };
 use crate::scan::{strip_prefix, tidy};
 
@@ -128,31 +127,11 @@ impl Reader<'_> {
     /// Takes in the lines that switch the arc; how many they are.
     fn arc_lines(&mut self, lines: &[&str]) -> usize {
         let Some(words) = self.words else { return 0 };
-        if let Some(values) = recognised(&words.arc_start, lines) {
-            let arguments = values.join(",");
-            self.switch(ArcAction::Start, arguments.clone());
-            self.arc = Some(arguments);
-            return words.arc_start.len();
-        }
-        if let Some(values) = recognised(&words.arc_end, lines) {
-            let on = self.arc.take().unwrap_or_else(|| values.join(","));
-            self.switch(ArcAction::End, on);
-            return words.arc_end.len();
-        }
-        0
-    }
-
-    /// The arc is switched at the end of the move before, where that is the last thing that was read.
-    fn switch(&mut self, action: ArcAction, arguments: String) {
-        let word = ArcWord {
-            action,
-            style: ArcStyle::Arc,
-            arguments,
+        let Some((taken, word)) = words.arc().read(lines, &mut self.arc) else {
+            return 0;
         };
-        match self.out.program.instructions.last_mut() {
-            Some(Instruction::Motion(motion)) if motion.arc.is_none() => motion.arc = Some(word),
-            _ => self.out.push(Instruction::Arc(word)),
-        }
+        self.out.switch(word);
+        taken
     }
 
     fn statement(&mut self, line: &str) {

@@ -15,7 +15,12 @@ use proptest::prelude::*;
 use crate::built::{arcmate, head, random_toolpath, settings, toolpath};
 use crate::told::{Told, motions};
 
-const OTHERS: [Dialect; 3] = [Dialect::Krl, Dialect::Rapid, Dialect::UrScript];
+const OTHERS: [Dialect; 4] = [
+    Dialect::Krl,
+    Dialect::Rapid,
+    Dialect::UrScript,
+    Dialect::Inform,
+];
 
 /// A cell that has words for every dialect, and schedules for these wire feeds, mm/s.
 fn cell(feeds: &[f64]) -> CellProgramming {
@@ -39,6 +44,9 @@ source = "test"
 part = "Part"
 arc_start = ["set_job({1})", "set_analog_out(0, {2})", "set_digital_out(0, True)"]
 arc_end = ["set_digital_out(0, False)"]
+[program.inform]
+source = "test"
+zones = ["0.5 mm", "1 mm", "2 mm", "4 mm"]
 "#;
     for (n, feed) in (1..).zip(feeds) {
         let metres = feed * 0.06;
@@ -69,6 +77,7 @@ fn built(
         Dialect::UrScript => "0,-90.5,90,-90,-90,12.25",
         Dialect::Krl => "S 2, T 35",
         Dialect::Rapid => "0,-1,0,1",
+        Dialect::Inform => "1,0,0,0,0,0",
         Dialect::FanucLs => return Ok(built),
     };
     for position in built.programs.iter_mut().flat_map(|p| &mut p.positions) {
@@ -146,6 +155,11 @@ fn golden_ur_script() {
     insta::assert_snapshot!(golden(Dialect::UrScript));
 }
 
+#[test]
+fn golden_inform() {
+    insta::assert_snapshot!(golden(Dialect::Inform));
+}
+
 fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
     let reading = read_toolpath(programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
     assert_eq!(reading.gaps, []);
@@ -180,6 +194,14 @@ fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
                 }
                 on |= line == "set_digital_out(0, True)";
                 on &= line != "set_digital_out(0, False)";
+            }
+            Dialect::Inform => {
+                // those that say how they end are moves of the plan, the others begin circles
+                if line.starts_with("MOV") && line.contains(" PL=") {
+                    during.push(on);
+                }
+                on |= line.starts_with("ARCON") || line.starts_with("ARCSET");
+                on &= line != "ARCOF";
             }
             Dialect::FanucLs => {}
         }
@@ -238,7 +260,7 @@ fn sub_programs_are_called_and_a_bead_is_never_cut() {
         (0..80).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)),
     );
     let long = toolpath(400.0 / 3.0, vec![long]);
-    for dialect in [Dialect::Krl, Dialect::Rapid] {
+    for dialect in [Dialect::Krl, Dialect::Rapid, Dialect::Inform] {
         let built_short = built(&short, &cell, dialect).unwrap();
         assert!(built_short.programs.len() > 2);
         let files = written(&built_short, &cell).unwrap();
@@ -272,6 +294,7 @@ fn what_a_cell_does_not_say_is_asked_for() {
         (Dialect::Krl, "krl"),
         (Dialect::Rapid, "rapid"),
         (Dialect::UrScript, "script"),
+        (Dialect::Inform, "inform"),
     ] {
         let found = told(&arcmate(), dialect);
         assert!(found.contains(&format!("write program.{key}")), "{found}");
@@ -323,17 +346,18 @@ fn what_a_dialect_has_no_words_for_is_told() {
         assert!(told.contains("a wait with the arc on"), "{told}");
     }
     // no robot was named
-    let plain = build(&small(), &cell, &asked(Dialect::UrScript), &Reporter::new()).unwrap();
-    let told = dialect::write(&plain.programs[0], &cell)
-        .unwrap_err()
-        .to_string();
-    assert!(told.contains("machine.robot"), "{told}");
+    for dialect in [Dialect::UrScript, Dialect::Inform] {
+        let plain = build(&small(), &cell, &asked(dialect), &Reporter::new()).unwrap();
+        let told = dialect::write(&plain.programs[0], &cell).unwrap_err();
+        assert!(told.to_string().contains("machine.robot"), "{told}");
+    }
 }
 
 const SEAM_SRC: &str = include_str!("../data/arctech_seam.src");
 const SEAM_DAT: &str = include_str!("../data/arctech_seam.dat");
 const MODULE: &str = include_str!("../data/two_seams.mod");
 const SCRIPT: &str = include_str!("../data/hand_written.script");
+const JOB: &str = include_str!("../data/taught.JBI");
 
 #[test]
 fn a_kuka_program_of_inline_forms_is_read() {
@@ -490,6 +514,55 @@ fn a_script_of_another_is_read() {
 }
 
 #[test]
+fn a_yaskawa_job_of_another_is_read() {
+    let cell = cell(&[100.0, 120.0]);
+    let parsed = dialect::read(Dialect::Inform, JOB.as_bytes(), None, &cell)
+        .unwrap()
+        .remove(0);
+    let line = |text: &str| JOB.lines().position(|l| l.starts_with(text)).unwrap() as u32 + 1;
+    // a station's position stands outside the instructions
+    let outside: Vec<u32> = parsed.unread.iter().map(|u| u.line).collect();
+    assert!(outside.contains(&line("EC00000")), "{outside:?}");
+    let program = parsed.program;
+    let reading = read_toolpath(
+        std::slice::from_ref(&program),
+        &cell.execution(10.0),
+        1000.0,
+        &Reporter::new(),
+    )
+    .unwrap();
+    let moves = motions(&reading);
+    let told: Vec<_> = moves
+        .iter()
+        .map(|m| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (true, Some(6.0), Some(120.0), 60.0),
+            (true, Some(8.0), Some(120.0), 80.0),
+            (true, Some(6.0), Some(120.0), 10.0),
+            (false, Some(200.0), None, 80.0),
+        ]
+    );
+    assert!(matches!(moves[1].shape, Move::Arc { via } if via.x == 75.0));
+    assert_eq!(moves[0].control.frames, (3, 2));
+    assert_eq!(moves[0].control.smoothing, Some(0.125));
+    let gaps: Vec<_> = reading.gaps.iter().map(|g| (g.line, &g.why)).collect();
+    // how a circle without a level ends is the controller's; the shift and the call are not known
+    let [
+        (circle, Missing::Termination(_)),
+        (shift, Missing::Unknown(_)),
+        (call, _),
+    ] = gaps[..]
+    else {
+        panic!("{gaps:?}")
+    };
+    let wanted = [line("MOVC C00005"), line("SFTON"), line("CALL")];
+    assert_eq!([circle, shift, call], wanted);
+}
+
+#[test]
 fn texts_that_are_no_programs_are_refused() {
     let cell = arcmate();
     for dialect in OTHERS {
@@ -500,6 +573,7 @@ fn texts_that_are_no_programs_are_refused() {
         (Dialect::Krl, "DEF A( )\nLIN XP1\n"),
         (Dialect::Rapid, "MODULE m\nPROC a()\nMoveL p1,v10,fine,t;\n"),
         (Dialect::UrScript, "def a():\n  sleep(1)\n"),
+        (Dialect::Inform, "/JOB\n//INST\nNOP\n"),
     ] {
         let cut = dialect::read(dialect, text.as_bytes(), None, &cell);
         assert!(matches!(cut, Err(ParseError::Unended { .. })), "{cut:?}");
@@ -511,9 +585,10 @@ proptest! {
 
     /// An error or a program, never a panic; and what is read can be executed, or is refused with its line.
     #[test]
-    fn damaged_texts(which in 0_usize..4, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
+    fn damaged_texts(which in 0_usize..5, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
         let (dialect, text) = [
             (Dialect::Krl, SEAM_SRC), (Dialect::Krl, SEAM_DAT), (Dialect::Rapid, MODULE), (Dialect::UrScript, SCRIPT),
+            (Dialect::Inform, JOB),
         ][which];
         let mut bytes = text.as_bytes().to_vec();
         for (at, value) in changes {
