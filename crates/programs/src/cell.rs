@@ -9,6 +9,7 @@ use crate::krl::KrlWords;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
 use crate::ur_script::ScriptWords;
+use crate::val3::Val3Words;
 
 table! {
     /// Frames, words, speeds and limits of the programs of one cell.
@@ -77,6 +78,8 @@ table! {
         script: ScriptWords => none("needed for ur-script");
         /// What a Yaskawa needs.
         inform: InformWords => none("needed for yaskawa-inform");
+        /// What a Stäubli needs.
+        val3: Val3Words => none("needed for staubli-val3");
     }
 
     /// A weld schedule of the controller.

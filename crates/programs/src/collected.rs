@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
-    ArcWord, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
+    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
 };
 use crate::scan::tidy;
 
@@ -42,6 +42,14 @@ impl Collected {
         }
         self.program.instructions.push(instruction);
         self.program.lines.push(self.line);
+    }
+
+    /// A comment for people.
+    pub(crate) fn remark(&mut self, text: &str) {
+        self.push(Instruction::Comment {
+            mark: CommentMark::Remark,
+            text: text.trim_end().to_owned(),
+        });
     }
 
     /// Keeps the line being read as it is.

@@ -4,7 +4,7 @@ use crate::cell::CellProgramming;
 use crate::parsed::{ParseError, Parsed};
 use crate::program::{Dialect, Program};
 use crate::written::{TextFile, WriteError};
-use crate::{fanuc_ls, inform, krl, rapid, ur_script};
+use crate::{fanuc_ls, inform, krl, rapid, ur_script, val3};
 
 impl Dialect {
     /// The dialect of files whose names end so, in any case.
@@ -15,6 +15,7 @@ impl Dialect {
             "mod" | "modx" | "prg" => Some(Dialect::Rapid),
             "script" => Some(Dialect::UrScript),
             "jbi" => Some(Dialect::Inform),
+            "pgx" => Some(Dialect::Val3),
             _ => None,
         }
     }
@@ -27,12 +28,17 @@ impl Dialect {
             Dialect::Rapid => "mod",
             Dialect::UrScript => "script",
             Dialect::Inform => "JBI",
+            Dialect::Val3 => "pgx",
         }
     }
 
     /// How the name of the file ends that holds a program's data beside it.
     pub fn companion(self) -> Option<&'static str> {
-        (self == Dialect::Krl).then_some("dat")
+        match self {
+            Dialect::Krl => Some("dat"),
+            Dialect::Val3 => Some("dtx"),
+            _ => None,
+        }
     }
 }
 
@@ -64,6 +70,7 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
             program,
             cell.inform.as_ref().ok_or_else(|| missing("inform"))?,
         ),
+        Dialect::Val3 => val3::write(program, cell.val3.as_ref().ok_or_else(|| missing("val3"))?),
     }
 }
 
@@ -84,5 +91,6 @@ pub fn read(
         Dialect::Rapid => rapid::read(bytes, values),
         Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
         Dialect::Inform => inform::read(bytes, cell.inform.as_ref()),
+        Dialect::Val3 => val3::read(bytes, data, cell.val3.as_ref()),
     }
 }

@@ -19,6 +19,7 @@ pub mod reading;
 mod scan;
 mod template;
 pub mod ur_script;
+pub mod val3;
 pub mod vectors;
 mod written;
 

@@ -19,6 +19,8 @@ choice! {
         UrScript = "ur-script",
         /// Yaskawa INFORM (`.JBI`), arc by condition files.
         Inform = "yaskawa-inform",
+        /// Stäubli VAL3 (a project: `.pjx`, `.pgx`, `.dtx`), arc by lines of your own.
+        Val3 = "staubli-val3",
     }
 }
 
@@ -413,6 +415,7 @@ impl Dialect {
             Dialect::Rapid => "ABB RAPID",
             Dialect::UrScript => "URScript",
             Dialect::Inform => "Yaskawa INFORM",
+            Dialect::Val3 => "Stäubli VAL3",
         }
     }
 }

@@ -47,6 +47,11 @@ impl<'a> Wording<'a> {
         }
     }
 
+    /// Whether the arm must stand where the arc is set anew: outputs are switched at once, moves are queued.
+    pub(super) fn stands_for_arc(&self) -> bool {
+        self.dialect == Dialect::Val3
+    }
+
     /// How a move ends that is smoothed by a share.
     pub(super) fn smoothed(&self, share: Ratio) -> Termination {
         if self.dialect == Dialect::FanucLs {
@@ -112,6 +117,11 @@ fn needs(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
             cell.script.is_some(),
         ),
         Dialect::Inform => ("inform", "the zones of PL", cell.inform.is_some()),
+        Dialect::Val3 => (
+            "val3",
+            "where part and torch lie and what switches the arc",
+            cell.val3.is_some(),
+        ),
     };
     let blend = (
         "blend",

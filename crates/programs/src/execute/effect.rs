@@ -166,6 +166,19 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             &["DOUT", "PULSE", "MSG", "CLS", "CLEAR", "WVOF"],
             &["WAIT", "PAUSE", "TIMER"],
         ),
+        Dialect::Val3 => (
+            &[
+                "CLS(",
+                "PUT(",
+                "PUTLN(",
+                "USERPAGE(",
+                "LOGMSG(",
+                "POPUPMSG(",
+                "SETPAYLOAD(",
+                "ENABLEPOWER(",
+            ],
+            &["WAIT(", "WATCH("],
+        ),
     }
 }
 

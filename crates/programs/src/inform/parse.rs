@@ -6,8 +6,8 @@ use super::words::InformWords;
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, Unread, decoded};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, CommentMark, Dialect, Instruction, Motion, MotionKind,
-    PositionRef, Termination,
+    ArcAction, ArcStyle, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef,
+    Termination,
 };
 use crate::scan::{strip_prefix, strip_word, word};
 
@@ -205,10 +205,7 @@ impl Reader<'_> {
 
     fn statement(&mut self, line: &str) {
         if let Some(text) = line.strip_prefix('\'') {
-            return self.out.push(Instruction::Comment {
-                mark: CommentMark::Remark,
-                text: text.trim_end().to_owned(),
-            });
+            return self.out.remark(text);
         }
         if line.eq_ignore_ascii_case("NOP") {
             return;

@@ -122,6 +122,12 @@ impl Writer<'_> {
             Instruction::Call { program, .. } => self.line(&format!("CALL JOB:{program}")),
             Instruction::Comment { text, .. } => self.line(&format!("'{text}")),
             Instruction::End => self.line("RET"),
+            Instruction::Raw(text) if names_position(text) => {
+                return Err(self.no_words(
+                    "a line that names a position by its number",
+                    "positions are numbered anew: leave the line out, or write it as a move",
+                ));
+            }
             Instruction::Raw(text) => self.line(text),
             Instruction::Label { .. } | Instruction::Jump(_) => {
                 return Err(self.no_words("a jump", "write the moves one after the other"));
@@ -248,4 +254,13 @@ impl Writer<'_> {
             )),
         }
     }
+}
+
+/// Whether a word of a line is one of the job's positions, such as `C00012`.
+fn names_position(text: &str) -> bool {
+    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+    words.any(|w| {
+        let number = w.strip_prefix(['C', 'c']).unwrap_or_default();
+        !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
+    })
 }

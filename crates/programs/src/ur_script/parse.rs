@@ -5,10 +5,10 @@ use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    Axis, CommentMark, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed,
-    SpeedUnit, Termination,
+    Axis, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit,
+    Termination,
 };
-use crate::scan::{strip_prefix, tidy};
+use crate::scan::{called, routine_name, strip_prefix, tidy};
 
 /// Frame and tool of every position: script has one of each at a time.
 const FRAMES: (Option<u32>, Option<u32>) = (Some(1), Some(1));
@@ -73,8 +73,7 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
 /// The name of the function that a line begins.
 fn begins(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("def ")?;
-    let name = rest.split('(').next()?.trim();
-    line.ends_with(':').then_some(name)
+    line.ends_with(':').then(|| routine_name(rest))?
 }
 
 struct Reader<'w> {
@@ -84,25 +83,6 @@ struct Reader<'w> {
     depth: u32,
     /// The values of the arc that is on.
     arc: Option<String>,
-}
-
-/// The arguments of a call, its brackets and parentheses kept together.
-fn arguments<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
-    let inner = line
-        .strip_prefix(name)?
-        .trim_start()
-        .strip_prefix('(')?
-        .strip_suffix(')')?;
-    let mut depth = 0_i32;
-    let parts = inner.split(|c: char| {
-        match c {
-            '(' | '[' => depth += 1,
-            ')' | ']' => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0
-    });
-    Some(parts.map(str::trim).collect())
 }
 
 /// The numbers of a list in brackets.
@@ -139,10 +119,7 @@ impl Reader<'_> {
             return;
         }
         if let Some(text) = line.strip_prefix('#') {
-            return self.out.push(Instruction::Comment {
-                mark: CommentMark::Remark,
-                text: text.trim_end().to_owned(),
-            });
+            return self.out.remark(text);
         }
         let line = line.split('#').next().unwrap_or_default().trim();
         if self.acts(line).is_some() {
@@ -163,16 +140,16 @@ impl Reader<'_> {
     }
 
     fn acts(&mut self, line: &str) -> Option<()> {
-        if let Some(all) = arguments(line, "sleep") {
+        if let Some(all) = called(line, "sleep") {
             let seconds: f64 = all.first()?.parse().ok()?;
             let sound = seconds.is_finite() && seconds >= 0.0;
             return sound.then(|| self.out.push(Instruction::Wait(seconds)));
         }
-        if let Some(all) = arguments(line, "movej") {
+        if let Some(all) = called(line, "movej") {
             return self.joint(&all);
         }
         for (name, process) in [("movel", false), ("movep", true)] {
-            if let Some(all) = arguments(line, name) {
+            if let Some(all) = called(line, name) {
                 // movep keeps its speed round corners: how is the controller's
                 if process {
                     return None;
@@ -181,7 +158,7 @@ impl Reader<'_> {
                 return self.path(MotionKind::Linear, target, all.get(1..)?);
             }
         }
-        if let Some(all) = arguments(line, "movec") {
+        if let Some(all) = called(line, "movec") {
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             return self.path(MotionKind::Circular { via }, target, all.get(2..)?);
@@ -204,7 +181,7 @@ impl Reader<'_> {
 
     /// The pose in the part of `pose_trans(part, p[…])` or `p[…]`.
     fn pose(&self, text: &str) -> Option<Coordinates> {
-        let pose = match arguments(text, "pose_trans") {
+        let pose = match called(text, "pose_trans") {
             Some(all) => {
                 let [part, pose] = all[..] else { return None };
                 // another frame than the part's is not known
@@ -256,7 +233,7 @@ impl Reader<'_> {
     fn joint(&mut self, all: &[&str]) -> Option<()> {
         let to = *all.first()?;
         let degrees = |joints: [f64; 6]| joints.map(|j| scaled(j.to_degrees(), 1.0));
-        let place = if let Some(inner) = arguments(to, "get_inverse_kin") {
+        let place = if let Some(inner) = called(to, "get_inverse_kin") {
             let [pose, near] = inner[..] else { return None };
             let mut place = self.pose(pose)?;
             if let Coordinates::Cartesian { config, .. } = &mut place {

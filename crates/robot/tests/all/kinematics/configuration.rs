@@ -121,6 +121,7 @@ fn a_stance_names_one_way() {
         ("kuka-kr16-r2010-2", Maker::Kuka),
         ("abb-irb2600-12-185", Maker::Abb),
         ("yaskawa-ar2010", Maker::Yaskawa),
+        ("staubli-rx60bl", Maker::Staubli),
     ] {
         let cell = shipped(name);
         for (joints, stance) in stances(name, 500) {
