@@ -14,6 +14,8 @@ use crate::written::{GOES_ON, TextFile, WriteError, check, fixed, no_words, shor
 
 /// Longest wait of one `TIMER`, s.
 const LONGEST: f64 = 655.35;
+/// Longest wait in all, s: a day.
+const DAY: f64 = 86_400.0;
 /// A job carries the time of its making; ours are the same whenever they are made.
 const DATE: &str = "///DATE 2000/01/01 00:00";
 
@@ -109,6 +111,9 @@ impl Writer<'_> {
                 }
             }
             Instruction::Arc(word) => self.arc(word)?,
+            Instruction::Wait(seconds) if *seconds > DAY => {
+                return Err(self.no_words("a wait of more than a day", "wait by hand"));
+            }
             Instruction::Wait(seconds) => {
                 let mut left = *seconds;
                 while left > LONGEST {

@@ -20,6 +20,19 @@ const OTHER_SPEEDS: &str = "500,5000,1000";
 /// [`WriteError`] where a number is not finite, or RAPID has no words for something.
 pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, WriteError> {
     check(program)?;
+    let data = program.sections.iter().flat_map(|s| &s.lines);
+    let raw = program.instructions.iter().filter_map(|i| match i {
+        Instruction::Raw(text) => Some(text),
+        _ => None,
+    });
+    // a text that does not end would swallow the lines behind it
+    if let Some(text) = data.chain(raw).find(|t| t.matches('"').count() % 2 == 1) {
+        return Err(WriteError::Text {
+            program: program.name.clone(),
+            what: "a declaration or instruction",
+            text: text.clone(),
+        });
+    }
     let mut writer = Writer {
         program,
         words,

@@ -7,7 +7,7 @@ use quick_xml::escape::escape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::words::{Val3OutputKind, Val3Words};
+use super::words::Val3Words;
 use crate::orientation::{wpr_of_xyz, xyz_of_wpr};
 use crate::program::{Axis, Coordinates, Termination};
 use crate::written::{fixed, short};
@@ -253,11 +253,9 @@ impl Written {
         data("fPart", "frame", &[part]);
         data("tTorch", "tool", &[tool]);
         for output in words.outputs.iter() {
-            let value = match *output.kind {
-                Val3OutputKind::Number => "value=\"0\"".to_owned(),
-                Val3OutputKind::Digital | Val3OutputKind::Analog => {
-                    format!("link=\"{}\"", escape(output.link.as_str()))
-                }
+            let value = match output.link.as_ref() {
+                Some(link) => format!("link=\"{}\"", escape(link.as_str())),
+                None => "value=\"0\"".to_owned(),
             };
             data(&output.name, (*output.kind).word(), &[value]);
         }

@@ -44,7 +44,7 @@ table! {
         /// What it is.
         kind: Val3OutputKind => default("dio", "on or off");
         /// What an output is tied to on the controller.
-        link: String => default("", "nothing: a number");
+        link: String => none("nothing: a number");
     }
 }
 

@@ -242,7 +242,7 @@ fn a_staubli_project_of_another_is_read() {
     assert_eq!(gaps, told.map(line));
 }
 
-/// Found by damaging texts: a wire feed that no source has, a routine without a name, a line that names a position by its number.
+/// Found by damaging texts: numbers and names that none has, and lines that would mean something else when written anew.
 #[test]
 fn what_no_controller_has_is_not_taken_for_it() {
     let cell = cell(&[100.0]);
@@ -262,6 +262,17 @@ fn what_no_controller_has_is_not_taken_for_it() {
     assert!(
         matches!(nameless, Err(ParseError::Other { .. })),
         "{nameless:?}"
+    );
+    let endless = JOB.replace("T=0.30", "T=99999999999999999999");
+    let job = dialect::read(Dialect::Inform, endless.as_bytes(), None, &cell).unwrap();
+    let told = dialect::write(&job[0].program, &cell).unwrap_err();
+    assert!(told.to_string().contains("more than a day"), "{told}");
+    let open = b"MODULE m\nCONST\"\n4;PROC m;\nENDPROC\n";
+    let module = dialect::read(Dialect::Rapid, open, None, &cell).unwrap();
+    let told = dialect::write(&module[0].program, &cell).unwrap_err();
+    assert!(
+        matches!(told, meltpath_programs::WriteError::Text { .. }),
+        "{told}"
     );
     let text = JOB.replace("SFTON P010", "MOVL C00001 V=6.0 UNTIL IN#(1)=ON");
     let job = dialect::read(Dialect::Inform, text.as_bytes(), None, &cell).unwrap();
