@@ -16,6 +16,7 @@ use meltpath_geometry::math::DVec3;
 use crate::grid::{Field, Grid, GridError, TemperatureField};
 use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy};
+use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
 use crate::solver::block::{Beyond, Block, Shape};
 use crate::solver::source::Spot;
@@ -59,6 +60,8 @@ pub struct Ledger {
     pub radiated: f64,
     /// Carried away by evaporation.
     pub evaporated: f64,
+    /// Mass of each component of the material's vapour that left, kg.
+    pub vapour: [f64; Evaporation::MOST],
     /// Conducted out through imposed faces.
     pub conducted: f64,
     /// Taken out or brought in by [`Solver::add_layer`] and [`Solver::set_temperature`].
@@ -66,6 +69,24 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Adds what another one holds.
+    pub(crate) fn add(&mut self, other: &Ledger) {
+        self.absorbed += other.absorbed;
+        self.missed += other.missed;
+        self.radiated += other.radiated;
+        self.evaporated += other.evaporated;
+        for (mass, more) in self.vapour.iter_mut().zip(other.vapour) {
+            *mass += more;
+        }
+        self.conducted += other.conducted;
+        self.reset += other.reset;
+    }
+
+    /// Share of the beam's heat that vapour carried away.
+    pub fn vapour_share(&self) -> f64 {
+        self.evaporated / self.absorbed.max(f64::MIN_POSITIVE)
+    }
+
     /// Heat that should have stayed, J.
     pub fn net(&self) -> f64 {
         self.absorbed - self.radiated - self.evaporated - self.conducted + self.reset
@@ -369,20 +390,19 @@ impl<R: Real> Solver<R> {
         let top = self.block.planes() - 1;
         let height = self.grid.heights[top];
         let plane = self.block.plane();
-        let volume = self.grid.volume(top);
+        let area = self.grid.edge[0] * self.grid.edge[1];
         let block = &mut self.block;
         let nx = block.shape.cells[0];
         for rows in &block.awake {
             let cells = top * plane + rows.start * nx..top * plane + rows.end * nx;
-            let [radiated, evaporated] = self.losses.take(
-                &block.formulas,
-                block.level,
-                [dt, height],
+            let own = [
                 &mut block.enthalpy[cells.clone()],
                 &mut block.density[cells],
-            );
-            self.ledger.radiated += radiated * volume;
-            self.ledger.evaporated += evaporated * volume;
+            ];
+            let sizes = [dt, height, area];
+            let (formulas, level) = (&block.formulas, block.level);
+            self.losses
+                .take(formulas, level, sizes, own, &mut self.ledger);
         }
     }
 

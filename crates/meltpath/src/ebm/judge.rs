@@ -8,11 +8,11 @@ use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::material::{CELSIUS, Material};
 use meltpath_thermal::solver::watch::{Watch, Watched};
-use meltpath_thermal::solver::{Face, State};
+use meltpath_thermal::solver::{Face, Ledger, State};
 
 use super::drawn::Drawn;
+use super::ends::{Ends, ends};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
@@ -38,8 +38,8 @@ pub struct Run {
     pub as_it_was: f64,
     /// Share of what lies over metal that does not melt down to it.
     pub unfused: f64,
-    /// Share of the beam's heat, and heat in J, that vapour carried away.
-    pub vapour: [f64; 2],
+    /// Where the heat went, and what left as vapour.
+    pub ledger: Ledger,
     /// What the solver lost of the heat.
     pub residual: f64,
     /// Updates of cells.
@@ -64,6 +64,10 @@ pub struct JudgedPath {
     pub highest: Field,
     /// What else the run as asked showed.
     pub watched: Watched,
+    /// Where a pool of conduction ends.
+    pub ends: Ends,
+    /// Area of whatever melts, mm².
+    pub molten: f64,
     /// The same voxels on the charts, in the charts' window.
     pub on_charts: Option<Tally>,
 }
@@ -162,6 +166,15 @@ pub(super) fn tally(
         })
         .collect();
     Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+}
+
+/// Area of the top plane that melts, inside the contour or not, mm².
+fn molten_area(highest: &Field, melting: f64) -> f64 {
+    let grid = &highest.grid;
+    let [nx, ny] = grid.cells;
+    let top = grid.planes() - 1;
+    let cells = (0..nx * ny).filter(|n| highest.at(n % nx, n / nx, top) >= melting);
+    cells.count() as f64 * grid.edge[0] * grid.edge[1]
 }
 
 /// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
@@ -394,7 +407,7 @@ impl Court<'_> {
             },
             as_it_was: of_all(&self.tally(&drawn.highest, as_set), Class::Good),
             unfused: self.unfused(&drawn.foot),
-            vapour: [drawn.vapour, drawn.evaporated],
+            ledger: drawn.ledger,
             tally,
             classes,
             residual: drawn.residual,
@@ -429,6 +442,7 @@ impl Court<'_> {
 
     fn judged(
         &self,
+        path: &BeamPath,
         drawn: Vec<(Resolution, Reference)>,
         windows: &[Classes],
         charts: Option<&Field>,
@@ -441,6 +455,13 @@ impl Court<'_> {
         Ok(JudgedPath {
             runs,
             on_charts: charts.map(|highest| self.tally(highest, self.on_charts)),
+            ends: ends(
+                &self.plan.settings,
+                path,
+                &first.surface,
+                |field, classes| self.tally(field, classes),
+            ),
+            molten: molten_area(&first.highest, self.plan.settings.material.liquidus),
             highest: first.highest,
             watched: first.watched,
         })
@@ -455,8 +476,8 @@ pub fn judge_paths(
     plan: &Plan,
     judging: &Judge,
     on_charts: &Classes,
-    given: &Drawn,
-    better: Option<(&BeamPath, Option<&Drawn>)>,
+    given_path: &Drawn,
+    better_path: Option<(&BeamPath, Option<&Drawn>)>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
     let resolution = Resolution {
@@ -479,58 +500,37 @@ pub fn judge_paths(
     };
     let all = Variant::ALL.len();
     // of a path that gives way to a better one nothing is claimed
-    let count = if better.is_some() { 1 } else { all };
+    let count = if better_path.is_some() { 1 } else { all };
     let of_good = match plan.window {
         Window::Fixed(_) => 0,
         Window::Good { .. } => all,
     };
-    let of_better = if better.is_some() { all } else { 0 };
+    let of_better = if better_path.is_some() { all } else { 0 };
     observer.stage("judge the path", (of_good + count + of_better) as u64);
     // all at once: cores share whole runs better than the steps of one
     let draw = |path: &BeamPath, charts: Option<&Field>, count: usize| {
         court.drawn(path, charts, count, observer)
     };
-    let on_given = Some(&given.highest);
-    let on_better = better.and_then(|(_, drawn)| drawn.map(|d| &d.highest));
+    let on_given = Some(&given_path.highest);
+    let on_better = better_path.and_then(|(_, drawn)| drawn.map(|d| &d.highest));
     let (windows, (given, better)) = rayon::join(
         || windows(plan, judging, &resolution, observer),
         || {
             rayon::join(
-                || draw(&given.path, on_given, count),
-                || better.map(|(path, _)| draw(path, on_better, all)),
+                || draw(&given_path.path, on_given, count),
+                || better_path.map(|(path, _)| draw(path, on_better, all)),
             )
         },
     );
     let windows = windows?;
     Ok(Judged {
         classes: windows[0],
-        given: court.judged(given?, &windows, on_given)?,
-        better: better
-            .transpose()?
-            .map(|drawn| court.judged(drawn, &windows, on_better))
-            .transpose()?,
+        given: court.judged(&given_path.path, given?, &windows, on_given)?,
+        better: match better_path.zip(better) {
+            Some(((path, _), drawn)) => Some(court.judged(path, drawn?, &windows, on_better)?),
+            None => None,
+        },
     })
-}
-
-/// Warns where fields of the reference solver leave the range of the laws.
-pub(super) fn tell<'a>(
-    fields: impl Iterator<Item = &'a Field>,
-    material: &Material,
-    reporter: &Reporter,
-) {
-    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
-    if hottest > material.range[1] {
-        reporter.warn(
-            "laws-extrapolated-reference",
-            format!(
-                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
-                hottest - CELSIUS,
-                material.name,
-                material.range[1] - CELSIUS
-            ),
-            "shares compare strategies on one scale; read no boiling or evaporation from them",
-        );
-    }
 }
 
 /// Warns of places of the job that the judge did not draw.

@@ -47,7 +47,7 @@ pub fn run(
     let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
         checks: verdict::checks(settings, &outcome),
-        facts: verdict::facts(&outcome),
+        facts: verdict::facts(settings, &outcome),
         warnings: reporter.warnings(),
     };
     let mut provenance = settings.provenance.clone();
@@ -58,7 +58,7 @@ pub fn run(
     if outcome.judged.is_some() {
         provenance.model(
             "judge",
-            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour by Hertz, Knudsen and Clausius-Clapeyron",
+            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour of each component by Hertz, Knudsen and Clausius-Clapeyron, against the chamber's gas by Knight 1979; a pool of conduction up to where recoil passes surface tension",
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");

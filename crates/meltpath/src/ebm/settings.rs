@@ -207,6 +207,8 @@ pub struct Settings {
     pub checks: Checks,
     /// What the build plane sees, on the solver.
     pub surface: Surface,
+    /// Pressure of the gas in the chamber, Pa.
+    pub chamber: f64,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -272,7 +274,8 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
             outside: job.checks.outside.0,
             farthest: job.checks.farthest.0,
         },
-        surface: surface(job, &material),
+        surface: surface(job),
+        chamber: job.ebm.chamber.0,
         material,
         material_file: loaded.file,
         beam: Beam {
@@ -406,14 +409,14 @@ fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &R
 }
 
 /// What the build plane sees.
-fn surface(job: &EbmJob, material: &Material) -> Surface {
+fn surface(job: &EbmJob) -> Surface {
     let surroundings = job.ebm.shield.0;
-    match (*job.ebm.evaporation, material.evaporation) {
-        (Vapour::Free, Some(evaporation)) => Surface::Evaporating {
+    match *job.ebm.evaporation {
+        Vapour::Free => Surface::Evaporating {
             surroundings,
-            evaporation,
+            ambient: job.ebm.chamber.0,
         },
-        _ => Surface::Radiating { surroundings },
+        Vapour::None => Surface::Radiating { surroundings },
     }
 }
 

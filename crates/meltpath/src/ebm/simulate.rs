@@ -12,6 +12,7 @@ use meltpath_thermal::solver::State;
 use super::charts::{Charts, charts_of};
 use super::cost::{Cost, extent};
 use super::drawn::Drawn;
+use super::ends;
 use super::error::EbmError;
 use super::film::{self, Film};
 use super::judge::{self, Judged};
@@ -243,7 +244,7 @@ pub fn simulate(
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
-    judge::tell(fields, &settings.material, reporter);
+    ends::tell(fields, settings, reporter);
     Ok(Outcome {
         classes,
         given,

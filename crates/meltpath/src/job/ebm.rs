@@ -2,8 +2,8 @@
 
 use meltpath_base::settings::{File, Many, Problem, broken};
 use meltpath_base::{
-    Angle, Current, Length, Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
-    choice, table,
+    Angle, Current, Length, Pressure, Ratio, Speed, Temperature, TemperatureDifference, Time,
+    Voltage, choice, table,
 };
 use meltpath_thermal::material::file::{DensityReading, PorosityReading};
 
@@ -91,7 +91,10 @@ table! {
         /// What lies under the first layer; a part says it itself.
         ground: Ground => default("metal", "dense metal everywhere");
         /// What leaves the build plane as vapour, on the solver; charts know of none.
-        evaporation: Vapour => default("free", "process vacuum, some 0.2 Pa of helium");
+        evaporation: Vapour => default("free", "what the material's law and the chamber's gas let go");
+        /// Pressure of the gas in the chamber. Vapour leaves freely where its own saturation is some five times that, and not at all
+        /// below it.
+        chamber: Pressure where not_negative => default("0.2 Pa", "helium while an electron beam melts");
         /// Temperature of the heat shield above the build plane.
         shield: Temperature => default("300 °C", "measured by Neira Arce, quoted in Béraud 2016, section 3.2.2.1");
     }
@@ -276,7 +279,7 @@ choice! {
 
     /// What leaves the build plane as vapour.
     pub enum Vapour {
-        /// As much as into a vacuum, by the material's law.
+        /// As much as the gas in the chamber lets go, by the material's law.
         Free = "free",
         /// Nothing.
         None = "none",

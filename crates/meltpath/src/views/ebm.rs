@@ -172,7 +172,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
-                Cell::Fixed(100.0 * run.vapour[0], 1),
+                Cell::Fixed(100.0 * run.ledger.vapour_share(), 1),
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
         }
