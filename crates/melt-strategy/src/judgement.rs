@@ -12,7 +12,7 @@ use crate::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::levels::{BEND, Levels, LevelsError, Setup};
-use meltpath_thermal::solver::Ledger;
+use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
 /// Largest change of a share that is called converged.

@@ -7,6 +7,7 @@ pub mod enthalpy;
 pub mod file;
 pub mod law;
 pub mod medium;
+pub mod pool_limit;
 pub mod vapour;
 
 use meltpath_base::choice;

@@ -5,6 +5,7 @@ use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::material::pool_limit::pool_limit;
 
 use super::settings::Settings;
 
@@ -54,7 +55,7 @@ pub(super) fn ends(
     let material = &settings.material;
     let on = path.points().iter().filter(|p| p.is_on());
     let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
-    let pool = material.pool_limit(radius, settings.chamber);
+    let pool = pool_limit(material, radius, settings.chamber);
     let surface_ends = pool.map(|limit| {
         let pressure = limit.pressure;
         (End::Surface { radius, pressure }, limit.kelvin)

@@ -1,6 +1,6 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
-use meltpath_base::{Observer, Quiet, Reporter};
+use meltpath_base::{Observer, Quiet};
 use meltpath_melt_strategy::bed::{Body, Domain, Reading, Resolution};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::{Drawn as Reference, Share, Variant, watched};
@@ -8,10 +8,10 @@ use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
+use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
-use meltpath_thermal::solver::{Face, Ledger, State};
+use meltpath_thermal::solver::{Face, State};
 
-use super::drawn::Drawn;
 use super::ends::{Ends, ends};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
@@ -96,6 +96,15 @@ impl JudgedPath {
 /// Share of all points in a class.
 pub fn of_all(tally: &Tally, class: Class) -> f64 {
     tally.counts[class as usize] as f64 / tally.voxels as f64
+}
+
+/// A path, and its highest temperatures on charts where these drew it, K.
+#[derive(Debug, Clone, Copy)]
+pub struct Previewed<'a> {
+    /// The path.
+    pub path: &'a BeamPath,
+    /// What charts say.
+    pub highest: Option<&'a Field>,
 }
 
 /// What the judge found.
@@ -347,7 +356,7 @@ struct Court<'a> {
     plan: &'a Plan,
     judging: &'a Judge,
     resolution: Resolution,
-    on_charts: &'a Classes,
+    on_charts: Option<&'a Classes>,
 }
 
 impl Court<'_> {
@@ -418,15 +427,15 @@ impl Court<'_> {
     /// Draws a path with the first `count` variants.
     fn drawn(
         &self,
-        path: &BeamPath,
-        charts: Option<&Field>,
+        previewed: Previewed<'_>,
         count: usize,
         observer: &dyn Observer,
     ) -> Result<Vec<(Resolution, Reference)>, EbmError> {
         let (plan, judging) = (self.plan, self.judging);
         let ground = ground(&plan.below);
-        let hottest = charts.map(|highest| {
-            let [i, j, k] = self.tally(highest, self.on_charts).hottest.1;
+        let Previewed { path, highest } = previewed;
+        let hottest = highest.zip(self.on_charts).map(|(highest, classes)| {
+            let [i, j, k] = self.tally(highest, classes).hottest.1;
             highest.grid.centre(i, j, k).to_array()
         });
         let watch = watch(plan, judging, hottest);
@@ -442,10 +451,9 @@ impl Court<'_> {
 
     fn judged(
         &self,
-        path: &BeamPath,
+        previewed: Previewed<'_>,
         drawn: Vec<(Resolution, Reference)>,
         windows: &[Classes],
-        charts: Option<&Field>,
     ) -> Result<JudgedPath, EbmError> {
         let runs = drawn.iter().zip(windows).enumerate();
         let runs = runs
@@ -454,10 +462,13 @@ impl Court<'_> {
         let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
         Ok(JudgedPath {
             runs,
-            on_charts: charts.map(|highest| self.tally(highest, self.on_charts)),
+            on_charts: previewed
+                .highest
+                .zip(self.on_charts)
+                .map(|(highest, classes)| self.tally(highest, classes)),
             ends: ends(
                 &self.plan.settings,
-                path,
+                previewed.path,
                 &first.surface,
                 |field, classes| self.tally(field, classes),
             ),
@@ -468,16 +479,16 @@ impl Court<'_> {
     }
 }
 
-/// Judges the path as given and the better one: its path, and what charts say of it where they can.
+/// Judges the path as given and the better one.
 ///
 /// # Errors
 /// [`EbmError`].
 pub fn judge_paths(
     plan: &Plan,
     judging: &Judge,
-    on_charts: &Classes,
-    given_path: &Drawn,
-    better_path: Option<(&BeamPath, Option<&Drawn>)>,
+    on_charts: Option<&Classes>,
+    given: Previewed<'_>,
+    better: Option<Previewed<'_>>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
     let resolution = Resolution {
@@ -500,56 +511,28 @@ pub fn judge_paths(
     };
     let all = Variant::ALL.len();
     // of a path that gives way to a better one nothing is claimed
-    let count = if better_path.is_some() { 1 } else { all };
+    let count = if better.is_some() { 1 } else { all };
     let of_good = match plan.window {
         Window::Fixed(_) => 0,
         Window::Good { .. } => all,
     };
-    let of_better = if better_path.is_some() { all } else { 0 };
+    let of_better = if better.is_some() { all } else { 0 };
     observer.stage("judge the path", (of_good + count + of_better) as u64);
     // all at once: cores share whole runs better than the steps of one
-    let draw = |path: &BeamPath, charts: Option<&Field>, count: usize| {
-        court.drawn(path, charts, count, observer)
-    };
-    let on_given = Some(&given_path.highest);
-    let on_better = better_path.and_then(|(_, drawn)| drawn.map(|d| &d.highest));
-    let (windows, (given, better)) = rayon::join(
+    let draw = |path: Previewed<'_>, count: usize| court.drawn(path, count, observer);
+    let (windows, (on_given, on_better)) = rayon::join(
         || windows(plan, judging, &resolution, observer),
-        || {
-            rayon::join(
-                || draw(&given_path.path, on_given, count),
-                || better_path.map(|(path, _)| draw(path, on_better, all)),
-            )
-        },
+        || rayon::join(|| draw(given, count), || better.map(|path| draw(path, all))),
     );
     let windows = windows?;
+    let better = better.zip(on_better);
     Ok(Judged {
         classes: windows[0],
-        given: court.judged(&given_path.path, given?, &windows, on_given)?,
-        better: match better_path.zip(better) {
-            Some(((path, _), drawn)) => Some(court.judged(path, drawn?, &windows, on_better)?),
-            None => None,
-        },
+        given: court.judged(given, on_given?, &windows)?,
+        better: better
+            .map(|(path, drawn)| court.judged(path, drawn?, &windows))
+            .transpose()?,
     })
-}
-
-/// Warns of places of the job that the judge did not draw.
-pub(super) fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, reporter: &Reporter) {
-    let Some(outside) = paths.map(|p| &p.watched.outside).find(|o| !o.is_empty()) else {
-        return;
-    };
-    let places: Vec<String> = outside
-        .iter()
-        .map(|[x, y, z]| format!("({x}, {y}, {z}) mm"))
-        .collect();
-    reporter.warn(
-        "places-outside",
-        format!(
-            "judge.places {} lie outside what the reference solver draws: nothing is kept of them",
-            places.join(", ")
-        ),
-        "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
-    );
 }
 
 #[cfg(test)]

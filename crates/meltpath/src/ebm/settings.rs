@@ -21,8 +21,8 @@ use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable, Point, Ring,
-    Vapour,
+    ChartMemory, ChartPreview, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
+    Point, Ring, Vapour,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -177,6 +177,8 @@ pub struct Settings {
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
+    /// What charts do.
+    pub preview: ChartPreview,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
     /// Heating of charts stops, cooling begins, K; spacing, mm.
@@ -247,6 +249,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         focus,
         penetration: job.ebm.penetration.0,
         layer: job.ebm.layer.0,
+        preview: *charts.preview,
         chart_files: charts.files.iter().map(|f| folder.join(&**f)).collect(),
         chart_stop: charts.stop.0,
         chart_cooling_from: charts.cooling_from.0.min(charts.stop.0),

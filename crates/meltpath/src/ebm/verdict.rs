@@ -9,6 +9,7 @@ use meltpath_thermal::material::{CELSIUS, Material};
 
 use super::ends::Ends;
 use super::judge::{JudgedPath, Run, of_all};
+use super::plan::Plan;
 use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
 use crate::job::ebm::JudgeGround;
@@ -38,7 +39,11 @@ const JUDGE: &str =
 pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
-        let drawn = Shown::of(outcome);
+        // a job without charts has a judge
+        let Some(drawn) = Shown::of(outcome) else {
+            let nothing = "nothing drew the path";
+            return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
+        };
         let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window {
             let change = into_window(settings, drawn.tally);
             format!("the preview has less than that in the window: {change}; then {JUDGE}")
@@ -333,33 +338,33 @@ struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    fn of(outcome: &'a Outcome) -> Self {
+    fn of(outcome: &'a Outcome) -> Option<Self> {
         if let Some(judged) = &outcome.judged {
             let path = judged.better.as_ref().unwrap_or(&judged.given);
-            return Shown {
+            return Some(Shown {
                 highest: &path.highest,
                 tally: &path.runs[0].tally,
                 words: "on the reference solver",
-            };
+            });
         }
         let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
         if let Some(there) = there {
-            return Shown {
+            return Some(Shown {
                 highest: &there.better.0,
                 tally: &there.better.1,
                 words: "preview by one run of the reference solver",
-            };
+            });
         }
         Self::on_charts(outcome)
     }
 
-    fn on_charts(outcome: &'a Outcome) -> Self {
-        let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
-        Shown {
+    fn on_charts(outcome: &'a Outcome) -> Option<Self> {
+        let drawn = outcome.preview.as_ref()?.shown();
+        Some(Shown {
             highest: &drawn.highest,
             tally: &drawn.tally,
             words: "preview by charts",
-        }
+        })
     }
 
     /// The share in the window of what melts, and what stays powder, as facts.
@@ -406,7 +411,7 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     let lost = shares.map(|(share, lost)| lost / (share * layer).max(f64::MIN_POSITIVE));
     let lost = law.components.iter().zip(lost);
     if let Some((component, share)) = lost.max_by(|a, b| a.1.total_cmp(&b.1)) {
-        let title = format!("{} that the layer loses, of its own", component.name);
+        let title = format!("share of its {} that the layer loses", component.name);
         let share = Measure::exact(100.0 * share, "%");
         let told = format!("at most: the surface is taken as rich in it as the melt, {words}");
         facts.push(Fact::new("vapour-element", &title, share, &told));
@@ -415,20 +420,22 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
 }
 
 /// What is told beside the checks.
-pub(super) fn facts(settings: &Settings, outcome: &Outcome) -> Vec<Fact> {
-    let path = &outcome.better.as_ref().unwrap_or(&outcome.given).path;
-    let path = outcome.found.as_ref().map_or(path, |f| &f.path);
-    let shown = Shown::of(outcome);
+pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
+    let path = outcome.path(plan);
+    let time = Measure::exact(path.end() - path.begin(), "s");
+    let time = Fact::new("time-path", "time of the path", time, "");
+    let Some(shown) = Shown::of(outcome) else {
+        return vec![time];
+    };
     let (hottest, [i, j, k]) = shown.tally.hottest;
     let place = if hottest.is_finite() {
         Place::at(shown.highest.grid.centre(i, j, k).to_array())
     } else {
         Place::default()
     };
-    let time = Measure::exact(path.end() - path.begin(), "s");
     let celsius = Measure::exact(hottest - CELSIUS, "°C");
     let mut facts = vec![
-        Fact::new("time-path", "time of the path", time, ""),
+        time,
         Fact::new(
             "hottest",
             "hottest place of the region",
@@ -439,7 +446,7 @@ pub(super) fn facts(settings: &Settings, outcome: &Outcome) -> Vec<Fact> {
     ];
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
-        facts.extend(vapour(settings, path));
+        facts.extend(vapour(&plan.settings, path));
         for (id, title, class) in [
             (
                 "below-window",
@@ -462,6 +469,11 @@ pub(super) fn facts(settings: &Settings, outcome: &Outcome) -> Vec<Fact> {
     {
         facts.extend(shown.shares(["in-window-search", "unmelted-search"]));
     }
-    facts.extend(Shown::on_charts(outcome).shares(["in-window-charts", "unmelted-charts"]));
+    let on_charts = Shown::on_charts(outcome);
+    facts.extend(
+        on_charts
+            .iter()
+            .flat_map(|s| s.shares(["in-window-charts", "unmelted-charts"])),
+    );
     facts
 }

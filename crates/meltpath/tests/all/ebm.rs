@@ -1,6 +1,7 @@
 //! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
 
 mod charts;
+mod judged;
 mod material;
 mod part;
 mod quality;
@@ -15,7 +16,7 @@ use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
 use meltpath::job::{Job, load};
 use meltpath::{chain, compare};
-use meltpath_base::{Reporter, Silent, Status, Verdict};
+use meltpath_base::{Reporter, Silent, Status};
 
 /// Lines of 2 mm every 0.125 mm at 980 mm/s, 60 kV, 5 mA and `focus` A.
 fn path(lines: u32, focus: f64) -> String {
@@ -488,69 +489,6 @@ fn the_whole_section_is_judged() {
         status == Status::CannotSay && reason.contains("no cell"),
         "{reason}"
     );
-}
-
-/// Vapour: what the verdict says of its mass and of the element that loses most, where a pool of conduction ends, and that the
-/// remedy ends the doubt. A gas in the chamber holds vapour down; without the laws nobody knows.
-#[test]
-fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
-    let dir = tempfile::tempdir().unwrap();
-    let verdict = |beam: &str| {
-        let extra = format!(
-            "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
-        );
-        let file = job(dir.path(), &extra, 4e-3);
-        let out = dir.path().join("out");
-        let verdict = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
-        verdict.verdict
-    };
-    let check = |verdict: &Verdict| {
-        let mut checks = verdict.checks.iter();
-        checks.find(|c| c.id == "in-window").unwrap().clone()
-    };
-    let fact = |verdict: &Verdict, id: &str| {
-        let found = verdict.facts.iter().find(|f| f.id == id).unwrap().clone();
-        (found.value.unwrap().value, found.title)
-    };
-    let hot = verdict("");
-    let told = check(&hot);
-    println!("{:?}: {}", told.status, told.reason);
-    assert_eq!(told.status, Status::CannotSay);
-    for said in [
-        "recoil of vapour",
-        "2895 °C",
-        "radius of 0.21 mm",
-        "% of the section",
-    ] {
-        assert!(told.reason.contains(said), "{said}: {}", told.reason);
-    }
-    let remedy = told.remedy.unwrap();
-    assert!(remedy.contains("less power"), "{remedy}");
-    let (mass, _) = fact(&hot, "vapour-mass");
-    let (aluminium, title) = fact(&hot, "vapour-element");
-    println!("{mass:.4} mg, {title}: {aluminium:.2} %");
-    assert!(title.starts_with("aluminium") && (0.1..50.0).contains(&aluminium));
-    // the metal loses less of itself than of its aluminium
-    let layer = 4309e-9 * 1e6 * 0.05 * 2.4 * 1.0;
-    assert!(
-        mass > 0.0 && 100.0 * mass / layer < aluminium,
-        "{mass} {aluminium}"
-    );
-    // less power, as it says
-    let cold = check(&verdict("efficiency = \"50 %\"\n"));
-    assert_eq!(cold.status, Status::Pass, "{}", cold.reason);
-    // a gas of a bar lets less go
-    let (free, _) = fact(&hot, "vapour");
-    let (held, _) = fact(&verdict("chamber = \"1 bar\"\n"), "vapour");
-    assert!(held < 0.5 * free, "{held} {free}");
-    // the same metal without its surface tension
-    let text = meltpath_data::materials::TI6AL4V_EBM.text;
-    let (before, _) = text.split_once("[surface_tension]").unwrap();
-    std::fs::write(dir.path().join("own.toml"), before).unwrap();
-    let unknown = check(&verdict("material = \"own.toml\"\nefficiency = \"50 %\"\n"));
-    assert_eq!(unknown.status, Status::CannotSay);
-    assert!(unknown.remedy.unwrap().contains("[surface_tension]"));
 }
 
 /// Lines go beyond the contour where the job says so; the region that is judged stays, on voxels of two planes a layer.

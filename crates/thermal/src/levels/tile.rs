@@ -2,8 +2,8 @@
 
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
-use crate::solver::Ledger;
 use crate::solver::kernel::warm;
+use crate::solver::ledger::Ledger;
 
 /// Cells along an edge of a tile.
 pub(crate) const N: usize = 16;

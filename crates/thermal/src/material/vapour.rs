@@ -4,16 +4,12 @@
 //! back through the layer of collisions over the surface: C. J. Knight, AIAA Journal 17, 1979, 519; S. I. Anisimov, Soviet Physics
 //! JETP 27, 1968, 182. The surface is taken as rich in each component as the melt below.
 
-use super::Material;
-
 /// Molar gas constant, J/(mol·K).
 const GAS_CONSTANT: f64 = 8.314_462_618;
 /// Pressure at which boiling points are given, Pa.
 const ATMOSPHERE: f64 = 101_325.0;
 /// Heats of a vapour of atoms, at constant pressure over constant volume.
 const ADIABATIC: f64 = 5.0 / 3.0;
-/// Hotter than any melt, K: where a limit is looked for no more.
-const HOTTEST: f64 = 6000.0;
 
 /// One component of the melt.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,37 +112,6 @@ impl Evaporation {
     }
 }
 
-/// What a pool of conduction may reach: where it ends, vapour pushes the melt aside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoolLimit {
-    /// Temperature at which the recoil of vapour equals the pressure of the curved surface, K.
-    pub kelvin: f64,
-    /// That pressure, Pa.
-    pub pressure: f64,
-}
-
-impl Material {
-    /// Where the recoil of the vapour exceeds the pressure `2γ/r` that holds a surface curved by the beam's radius, mm, in a gas at
-    /// `ambient` Pa. None where the material tells no vapour or no surface tension.
-    pub fn pool_limit(&self, radius: f64, ambient: f64) -> Option<PoolLimit> {
-        let (vapour, tension) = (self.evaporation.as_ref()?, self.surface_tension.as_ref()?);
-        let holds = |kelvin: f64| 2.0 * tension.at(kelvin).max(0.0) / (1e-3 * radius);
-        let (mut low, mut high) = (self.liquidus, HOTTEST);
-        while high - low > 1e-3 {
-            let kelvin = 0.5 * (low + high);
-            if vapour.recoil(kelvin, ambient) < holds(kelvin) {
-                low = kelvin;
-            } else {
-                high = kelvin;
-            }
-        }
-        Some(PoolLimit {
-            kelvin: low,
-            pressure: holds(low),
-        })
-    }
-}
-
 /// State of the vapour behind the layer of collisions over the surface, as shares of the saturated state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
@@ -210,11 +175,6 @@ mod tests {
     use crate::material::CELSIUS;
     use crate::material::file::{Readings, read};
 
-    fn titanium() -> Material {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        read(text, Readings::default()).unwrap()
-    }
-
     /// Knight 1979 at the speed of sound: 0.669 of the temperature, 0.31 of the density, 0.21 of the pressure, 18 % come back.
     #[test]
     fn a_sonic_flow_is_that_of_knight() {
@@ -231,12 +191,14 @@ mod tests {
     #[test]
     fn a_gas_holds_the_vapour_down_until_saturation_passes_it() {
         assert_eq!(Jump::between(0.99e5, 1e5).leaves(), 0.0);
-        let shares: Vec<f64> = [1.1, 1.5, 2.0, 3.0, 4.0, 5.0]
+        let shares: Vec<f64> = [1.1, 1.5, 2.0, 3.0]
             .map(|times| Jump::between(times * 1e5, 1e5).leaves())
             .to_vec();
         assert!(shares.windows(2).all(|w| w[0] < w[1] + 1e-12), "{shares:?}");
         assert!((0.05..0.2).contains(&shares[0]), "{shares:?}");
-        assert_eq!(shares[5], Jump::at(1.0).leaves());
+        // just below the speed of sound half a percent more leaves than at it
+        let sonic = Jump::between(5e5, 1e5).leaves();
+        assert!((sonic - 0.816).abs() < 2e-3 && sonic > shares[3], "{sonic}");
         // the flow takes the vapour to the pressure of the gas
         let jump = Jump::between(2e5, 1e5);
         assert!((2e5 * jump.pressure / 1e5 - 1.0).abs() < 1e-9);
@@ -246,7 +208,9 @@ mod tests {
     /// the atoms.
     #[test]
     fn aluminium_leaves_with_its_measured_activity() {
-        let vapour = titanium().evaporation.unwrap();
+        let text = meltpath_data::materials::TI6AL4V_EBM.text;
+        let alloy = read(text, Readings::default()).unwrap();
+        let vapour = alloy.evaporation.unwrap();
         let names: Vec<&str> = vapour.components.iter().map(|c| &*c.name).collect();
         assert_eq!(names, ["titanium", "aluminium", "vanadium"]);
         let atoms: f64 = vapour.components.iter().map(|c| c.share).sum();
@@ -267,34 +231,5 @@ mod tests {
         // hotter, titanium takes over
         let [titanium, aluminium, ..] = vapour.mass(3000.0, 0.2);
         assert!(titanium > aluminium, "{aluminium} {titanium}");
-    }
-
-    /// Pure titanium, radius 0.2 mm: near 3000 °C. The alloy gives way earlier, a narrow beam and a gas around let it go hotter.
-    #[test]
-    fn a_pool_ends_where_recoil_passes_the_curved_surface() {
-        let alloy = titanium();
-        let of = |m: &Material, radius: f64, ambient: f64| {
-            m.pool_limit(radius, ambient).unwrap().kelvin - CELSIUS
-        };
-        let wide = of(&alloy, 0.2068, 0.2);
-        let mut pure = alloy.clone();
-        if let Some(vapour) = &mut pure.evaporation {
-            vapour.components.truncate(1);
-            vapour.components[0].share = 1.0;
-        }
-        let of_titanium = of(&pure, 0.2, 0.2);
-        println!("Ti6Al4V, 0.2068 mm: {wide:.0} °C; titanium, 0.2 mm: {of_titanium:.0} °C");
-        assert!((of_titanium - 3000.0).abs() < 60.0, "{of_titanium}");
-        assert!((2820.0..of_titanium).contains(&wide), "{wide}");
-        assert!(of(&alloy, 0.05, 0.2) > wide + 200.0);
-        assert!(of(&alloy, 0.2068, 1e5) > wide + 200.0);
-        let at = alloy.pool_limit(0.2068, 0.2).unwrap();
-        let recoil = alloy.evaporation.as_ref().unwrap().recoil(at.kelvin, 0.2);
-        assert!((recoil / at.pressure - 1.0).abs() < 1e-4);
-        let unknown = Material {
-            surface_tension: None,
-            ..alloy
-        };
-        assert_eq!(unknown.pool_limit(0.2, 0.2), None);
     }
 }

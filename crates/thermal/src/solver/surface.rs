@@ -5,8 +5,8 @@ use crate::material::enthalpy::{Enthalpy, Formulas, Piecewise};
 use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
 use crate::numeric::vector::{CellLoop, Level};
-use crate::solver::Ledger;
 use crate::solver::kernel::warm;
+use crate::solver::ledger::Ledger;
 
 /// Stefan-Boltzmann constant, W/(mm²·K⁴).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-14;
