@@ -148,8 +148,11 @@ fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> MarginAt {
             f1 = f(x1);
         }
     }
-    let (value, omega) = if f0 < f1 { (f0, x0) } else { (f1, x1) };
-    MarginAt { value, omega }
+    let omega = 0.5 * (low + high);
+    MarginAt {
+        value: f(omega),
+        omega,
+    }
 }
 
 /// Where a function that changes sign between two points is zero.

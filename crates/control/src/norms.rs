@@ -142,6 +142,29 @@ mod tests {
     use crate::{TransferFunction, frequency};
     use proptest::prelude::*;
 
+    /// Poles at 0.95 e^{±0.9 i}: the frequency of the peak, by trying 100,000 of them up to half the rate.
+    #[test]
+    fn the_peak_of_a_sampled_resonance_is_where_its_gain_is_largest() {
+        let period = 1e-4;
+        let (c, d) = (0.95 * 0.9_f64.cos(), 0.95 * 0.9_f64.sin());
+        let g = StateSpace::new(
+            Matrix::from_rows([[c, d], [-d, c]]),
+            Matrix::column([1.0, 0.0]),
+            Matrix::row([1.0, 0.5]),
+            Matrix::zeros(1, 1),
+            Domain::Sampled { period },
+        )
+        .unwrap();
+        let peak = peak_gain(&g, 1e-10).unwrap();
+        let step = std::f64::consts::PI / period / 1e5;
+        let gain = |k: u32| largest_singular_value(&g.response(f64::from(k) * step));
+        let best = (1..100_000)
+            .max_by(|&a, &b| gain(a).total_cmp(&gain(b)))
+            .unwrap();
+        assert!((peak.omega - f64::from(best) * step).abs() <= step);
+        assert!((peak.gain / gain(best) - 1.0).abs() < 1e-8);
+    }
+
     #[test]
     fn direct_part_may_be_the_peak() {
         let g = TransferFunction::new([3.0, 1.0], [1.0, 1.0])

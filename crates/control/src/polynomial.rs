@@ -202,6 +202,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_derivative_of_a_cubic() {
+        let cubic = Polynomial::new([2.0, -3.0, 5.0, 7.0]);
+        assert_eq!(cubic.derivative(), Polynomial::new([6.0, -6.0, 5.0]));
+    }
+
+    #[test]
     fn roots_spread_over_decades() {
         let wanted = [-0.134, -145.0, -1.4e4, -2.2e5];
         let p = Polynomial::from_roots(&wanted.map(|r| Complex64::new(r, 0.0)), 3.0);

@@ -48,18 +48,6 @@ impl Running {
         })
     }
 
-    /// The state now.
-    pub fn state(&self) -> &[f64] {
-        &self.state
-    }
-
-    /// Puts the system in a state; a slice of another length is cut or completed with zeros.
-    pub fn set_state(&mut self, state: &[f64]) {
-        for (i, x) in self.state.iter_mut().enumerate() {
-            *x = state.get(i).copied().unwrap_or(0.0);
-        }
-    }
-
     /// Writes the outputs for this sample's inputs and moves on by one sample. `output` holds as many values as the system
     /// has outputs.
     pub fn step(&mut self, input: &[f64], output: &mut [f64]) {

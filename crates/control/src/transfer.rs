@@ -303,6 +303,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_stands_in_series_delays_by_the_sum() {
+        let late = |delay| {
+            let mut g = TransferFunction::new([1.0], [1.0, 1.0]).unwrap();
+            g.delay = delay;
+            g
+        };
+        let both = late(3e-4).times(&late(2e-4)).unwrap();
+        assert!((both.delay - 5e-4).abs() < 1e-18);
+    }
+
+    #[test]
     fn state_space_keeps_the_response_of_a_badly_scaled_plant() {
         // current loop of a small galvanometer, deg/A (coefficients spread over 24 decades)
         let g = TransferFunction::new(

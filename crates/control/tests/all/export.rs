@@ -136,6 +136,28 @@ fn mat_files_hold_what_runs() {
     assert_eq!(number(23), PERIOD);
 }
 
+/// Whoever changes the C code sees it here, without a compiler; what it computes, [`c_code_gives_the_same_bits`] tells.
+#[test]
+fn c_code_is_as_it_was_reviewed() {
+    // figures that no processor rounds
+    let lag = StateSpace::new(
+        Matrix::from_rows([[0.5]]),
+        Matrix::column([1.0]),
+        Matrix::row([0.25]),
+        Matrix::from_rows([[2.0]]),
+        Domain::Sampled { period: 1e-3 },
+    )
+    .unwrap();
+    let mut code = String::new();
+    for (word, limit) in [(Word::Double, None), (FIXED, Some(3.0))] {
+        for form in [Exported::sections, Exported::state_space] {
+            let export = form("lag", &lag, word, limit, AntiWindup::Conditioned).unwrap();
+            code += &export.to_c();
+        }
+    }
+    insta::assert_snapshot!(code);
+}
+
 /// The C code, compiled and run on the same input, gives the same bits.
 #[test]
 #[ignore = "needs a C compiler (cc)"]

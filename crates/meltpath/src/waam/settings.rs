@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::Auto;
-use meltpath_base::settings::Problem;
+use meltpath_base::settings::{Problem, Setting};
 use meltpath_base::{Angle, Length, Origin, Provenance, Ratio, Reporter, Resolved, Speed};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
@@ -149,6 +149,7 @@ pub fn resolve(
     let pool = process::pool(&pools, &bead, &bead_model);
     let width = bead.width.value;
     let step = resolve_stepover(&job.fill.stepover, width);
+    check_stepover(&job.fill.stepover, step.value, width)?;
     r.value(
         &job.fill.stepover.name,
         Resolved::new(Length(step.value), step.origin.clone()),
@@ -302,6 +303,19 @@ fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
         Auto::Value(Stepover::Length(l)) => Resolved::new(l.0, Origin::Job),
         Auto::Value(Stepover::Widths(n)) => Resolved::new(n.0 * width, Origin::Job),
     }
+}
+
+/// Refuses beads too near or too far apart, at their key.
+fn check_stepover(written: &Setting<Auto<Stepover>>, step: f64, width: f64) -> Result<(), Problem> {
+    let [least, most] = FillSettings::STEPOVERS.map(|w| w * width);
+    if (least..=most).contains(&step) {
+        return Ok(());
+    }
+    let message = format!(
+        "beads {width:.2} mm wide cannot lie {step:.2} mm apart: between {least:.2} and {most:.2} mm they could"
+    );
+    let help = "write stepover = \"auto\", or 0.6 to 0.8 bead widths: \"0.7 w\"";
+    Err(written.problem(message).help(help))
 }
 
 fn fill_settings(

@@ -101,6 +101,12 @@ fn remedies_in_words_end_the_complaint() {
         ),
         (
             ProcessKind::Waam,
+            ("stepover = \"auto\"", "stepover = \"40 mm\""),
+            "0.6 to 0.8 bead widths: \"0.7 w\"",
+            "stepover = \"0.7 w\"",
+        ),
+        (
+            ProcessKind::Waam,
             ("[process]\nkind = \"waam\"\n", ""),
             "add\n[process]\nkind = \"waam\"",
             "[process]\nkind = \"waam\"\n",

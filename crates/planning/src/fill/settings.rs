@@ -196,6 +196,9 @@ pub struct FillSettings {
 pub(super) const CORNER: f64 = 0.349;
 
 impl FillSettings {
+    /// Least and greatest stepover, in bead widths: nearer beads pile up, farther ones leave gaps.
+    pub const STEPOVERS: [f64; 2] = [0.2, 1.5];
+
     /// Hybrid filling with the defaults for beads of `width` at `stepover`.
     pub fn new(width: f64, stepover: f64) -> Self {
         FillSettings {
@@ -239,8 +242,8 @@ impl FillSettings {
         within(
             "stepover",
             self.stepover,
-            0.2 * self.width,
-            1.5 * self.width,
+            Self::STEPOVERS[0] * self.width,
+            Self::STEPOVERS[1] * self.width,
         )?;
         within("shortest bead", self.shortest_bead, 0.0, 1e3 * self.width)?;
         within("narrowest section", self.narrowest, 0.2, 1.0)?;
