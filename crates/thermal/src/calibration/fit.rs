@@ -155,21 +155,7 @@ pub fn fit<E: std::error::Error>(
     let mut covariance = vec![vec![0.0; n]; n];
     let (mut promise, mut steps) = (0.0, 0);
     for _ in 0..rounds {
-        for (k, prior) in priors.iter().enumerate() {
-            // towards the inside of the bounds
-            let mut step = 0.2 * prior.sigma;
-            if values[k] + step > prior.bounds[1] {
-                step = -step;
-            }
-            let mut moved = values.clone();
-            moved[k] += step;
-            for (row, (a, b)) in slopes
-                .iter_mut()
-                .zip(evaluate(&moved)?.iter().zip(&predicted))
-            {
-                row[k] = (a - b) / step;
-            }
-        }
+        slopes = slopes_at(&values, &predicted, priors, &mut evaluate)?;
         let mut system = Regression::new(n);
         for ((m, p), row) in measured.iter().zip(&predicted).zip(&slopes) {
             system.push(row.iter().map(|s| s / m.sigma), (m.value - p) / m.sigma);
@@ -185,16 +171,12 @@ pub fn fit<E: std::error::Error>(
         } = system.solve().map_err(FitError::LeastSquares)?;
         covariance = spread.to_rows();
         let (_, before) = cost(&values, &predicted);
+        let whole: Vec<f64> = (0..n).map(|i| values[i] + step[i]).collect();
+        let straight = along(&predicted, &slopes, &step);
+        promise = before - cost(&whole, &straight).1;
         // a shorter step where a whole one makes it worse
         let mut share = 1.0;
         let mut moved = false;
-        let whole: Vec<f64> = (0..n).map(|i| values[i] + step[i]).collect();
-        let straight: Vec<f64> = predicted
-            .iter()
-            .zip(&slopes)
-            .map(|(p, row)| p + row.iter().zip(&step).map(|(s, d)| s * d).sum::<f64>())
-            .collect();
-        promise = before - cost(&whole, &straight).1;
         while share > 0.1 {
             let next: Vec<f64> = (0..n)
                 .map(|i| {
@@ -234,6 +216,37 @@ pub fn fit<E: std::error::Error>(
         },
         evaluations,
     })
+}
+
+/// Slopes of the model at `values`, where it predicts `predicted`: a row a measurement.
+fn slopes_at<E>(
+    values: &[f64],
+    predicted: &[f64],
+    priors: &[Prior],
+    evaluate: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let mut slopes = vec![vec![0.0; values.len()]; predicted.len()];
+    for (k, prior) in priors.iter().enumerate() {
+        // towards the inside of the bounds
+        let mut step = 0.2 * prior.sigma;
+        if values[k] + step > prior.bounds[1] {
+            step = -step;
+        }
+        let mut moved = values.to_vec();
+        moved[k] += step;
+        let there = evaluate(&moved)?;
+        for (row, (a, b)) in slopes.iter_mut().zip(there.iter().zip(predicted)) {
+            row[k] = (a - b) / step;
+        }
+    }
+    Ok(slopes)
+}
+
+/// What slopes promise a `step` further.
+fn along(predicted: &[f64], slopes: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
+    let further = |row: &[f64]| -> f64 { row.iter().zip(step).map(|(s, d)| s * d).sum() };
+    let both = predicted.iter().zip(slopes);
+    both.map(|(p, row)| p + further(row)).collect()
 }
 
 /// Of two candidate settings with their predictions, which to build: the one whose prediction, spread by its uncertainty, lies
