@@ -159,6 +159,14 @@ mod tests {
     }
 
     #[test]
+    fn the_derivative_acts_on_the_change_in_a_second() {
+        let mut pid = Pid::new(3000.0, 1000.0, [0.0, 0.0, 2e-3], [0.5, 2.0]);
+        assert_eq!(pid.factor(3100.0, 1e-3), 1.0);
+        // by 0.05 of the rise in a millisecond
+        assert!((pid.factor(3200.0, 1e-3) - 1.1).abs() < 1e-12);
+    }
+
+    #[test]
     fn the_integral_does_not_wind_up() {
         let mut pid = Pid::new(3000.0, 1000.0, [1.0, 100.0, 0.0], [0.5, 2.0]);
         for _ in 0..1000 {

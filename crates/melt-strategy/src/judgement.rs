@@ -314,6 +314,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_variant_has_words_of_its_own() {
+        let words: std::collections::BTreeSet<&str> = Variant::ALL.map(Variant::words).into();
+        assert!(words.len() == Variant::ALL.len() && !words.contains(""));
+    }
+
+    #[test]
     fn a_share_that_moves_by_more_than_five_points_is_not_converged() {
         let share = |change: f64| Share {
             value: 0.5,

@@ -287,11 +287,12 @@ mod tests {
             [1.4, 0.6].map(|x| pieces.heating([x, 0.0], 2.0)),
             [Some(1), Some(0)]
         );
-        let told = [None, Some(0.1), None, None, Some(0.2), None, None];
-        let filled = pieces.filled(&told);
-        assert_eq!(
-            filled,
-            [Some(0.1), Some(0.1), None, Some(0.2), Some(0.2), None, None]
+        let all = [Some(0.1), Some(0.1), None, Some(0.2), Some(0.2), None, None];
+        let (back, forth) = (
+            [None, Some(0.1), None, None, Some(0.2), None, None],
+            [Some(0.1), None, None, Some(0.2), None, None, None],
         );
+        assert_eq!(pieces.filled(&back), all);
+        assert_eq!(pieces.filled(&forth), all);
     }
 }

@@ -1,11 +1,14 @@
 //! Acceptance cases of the optimisers and of the bodies they are judged on, on charts.
 use crate::support::{fast, fresh_layer, inner, settings, slow, titanium};
-use meltpath_base::Silent;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use meltpath_base::{Observer, Silent};
 use meltpath_geometry::math::DVec3;
 use meltpath_melt_strategy::controller::{Accelerator, Controller, Pid, control};
 use meltpath_melt_strategy::learning::{Freedom, Learned, Learning, learn};
 use meltpath_melt_strategy::lever::Lever;
 use meltpath_melt_strategy::peaks::{crossed, with_charts};
+use meltpath_melt_strategy::prediction::Engine;
 use meltpath_melt_strategy::speed::SpeedProfile;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::calibration::fit::solve_radius;
@@ -201,10 +204,29 @@ fn apex() -> BeamPath {
     serpentine(5.5, 7.5, side)
 }
 
+/// Counts the work that is told.
+#[derive(Default)]
+struct Told(AtomicU64);
+
+impl Observer for Told {
+    fn stage(&self, _name: &str, total: u64) {
+        self.0.fetch_add(total, Ordering::Relaxed);
+    }
+    fn advance(&self, done: u64) {
+        self.0.fetch_sub(done, Ordering::Relaxed);
+    }
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
 fn controlled(controller: &mut dyn Controller) -> (SpeedProfile, Field) {
     let path = apex();
     let mut simulation = ready(&path);
-    let profile = control(&mut simulation, &path, controller, 4, &Silent).unwrap();
+    let left = Told::default();
+    let profile = control(&mut simulation, &path, controller, 4, &left).unwrap();
+    assert_eq!(left.0.into_inner(), 0, "work that was never told as done");
+    assert!(Engine::hottest(&simulation) > titanium().liquidus);
     (profile, simulation.highest_temperature())
 }
 

@@ -154,10 +154,8 @@ fn advance_plane<R: Real>(plane: Advance<R>) {
         );
         let (down, up) = (&below[row + 1..][..nx], &above[row + 1..][..nx]);
         let [pb, pp, pa] = around.powder;
-        let conduction = around.conduction[1];
-        let powder = pp[j] | pp[j + 1] | pp[j + 2] | pb[j + 1] | pa[j + 1]
-            || conduction[row] < R::ONE
-            || conduction[row + nx + 1] < R::ONE;
+        // beyond the ends of a row lies what lies within: a dense row has dense ends
+        let powder = pp[j] | pp[j + 1] | pp[j + 2] | pb[j + 1] | pa[j + 1];
         let theta = Star {
             here: t,
             sides: [west, east, south, north, down, up],
