@@ -223,7 +223,7 @@ fn slopes_at<E>(
     values: &[f64],
     predicted: &[f64],
     priors: &[Prior],
-    evaluate: &mut dyn FnMut(&[f64]) -> Result<Vec<f64>, E>,
+    evaluate: &mut Model<'_, E>,
 ) -> Result<Vec<Vec<f64>>, E> {
     let mut slopes = vec![vec![0.0; values.len()]; predicted.len()];
     for (k, prior) in priors.iter().enumerate() {
