@@ -147,6 +147,34 @@ pub struct Solid {
     pub uncertainty: f64,
 }
 
+impl Solid {
+    /// An open surface of some of the faces, by their indices, each turned as its shell has it; edges between them stay shared. `None`
+    /// where one of them is not there.
+    pub fn piece(&self, faces: &[u32]) -> Option<Solid> {
+        let turned = |face: u32| {
+            let mut uses = self.shells.iter().flat_map(|s| &s.faces);
+            let found = uses.find(|used| used.face == face);
+            found.map_or(Sense::Forward, |used| used.sense)
+        };
+        let own: Option<Vec<Face>> = faces
+            .iter()
+            .map(|&f| self.faces.get(f as usize).cloned())
+            .collect();
+        let uses = (0..).zip(faces).map(|(face, &old)| FaceUse {
+            face,
+            sense: turned(old),
+        });
+        Some(Solid {
+            faces: own?,
+            shells: vec![Shell {
+                role: ShellRole::Open,
+                faces: uses.collect(),
+            }],
+            ..self.clone()
+        })
+    }
+}
+
 /// A solid in its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlacedSolid {

@@ -4,6 +4,7 @@
 pub mod error;
 pub mod fill;
 pub mod powder;
+pub mod surface;
 
 pub use error::PlanError;
 pub use fill::{

@@ -12,6 +12,7 @@ mod mesh_io;
 mod mesh_large;
 mod mesh_repair;
 mod offset;
+mod sheet;
 mod slice;
 mod solids;
 mod step;

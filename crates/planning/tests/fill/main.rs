@@ -1,4 +1,5 @@
-//! Filling: the walls of the thesis, thin sections, every strategy on a zoo of shapes, and laws on random regions.
+//! Filling: the walls of the thesis, thin sections, every strategy on a zoo of shapes, and laws on random regions; passes on surfaces in
+//! space.
 
 #![allow(
     clippy::unwrap_used,
@@ -23,6 +24,7 @@ use proptest::prelude::*;
 
 mod laws;
 mod strategies;
+mod surface;
 mod walls;
 
 const WIDTH: f64 = 6.5;

@@ -1,0 +1,39 @@
+//! A pass on a surface, point by point.
+
+use meltpath_geometry::math::DVec3;
+
+/// One point of a pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Where, mm.
+    pub position: DVec3,
+    /// Unit normal of the surface.
+    pub normal: DVec3,
+    /// Unit direction along the surface in which the wall grows here: the way on which the distance between passes is measured.
+    pub growth: DVec3,
+    /// Distance from the point of the pass before that the strategy laid it from, mm; `None` where there is none.
+    pub spacing: Option<f64>,
+}
+
+/// One uninterrupted pass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfacePass {
+    /// Its number counted from the base, from 1; pieces of a pass that holes or ends of the surface interrupt share it.
+    pub number: u32,
+    /// Its points; a closed pass repeats its first point at the end.
+    pub points: Vec<SurfacePoint>,
+}
+
+impl SurfacePass {
+    /// Whether it ends where it starts.
+    pub fn is_closed(&self) -> bool {
+        let ends = self.points.first().zip(self.points.last());
+        self.points.len() > 2 && ends.is_some_and(|(a, b)| a.position == b.position)
+    }
+
+    /// Length, mm.
+    pub fn length(&self) -> f64 {
+        let steps = self.points.windows(2);
+        steps.map(|w| w[0].position.distance(w[1].position)).sum()
+    }
+}
