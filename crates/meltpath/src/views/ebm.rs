@@ -7,6 +7,7 @@ mod sections;
 mod shares;
 pub(crate) mod voxels;
 
+use std::fmt::Write as _;
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -260,7 +261,7 @@ fn subtitle(plan: &Plan, outcome: &Outcome) -> String {
     };
     if let Some(preview) = &outcome.preview {
         let voxels = preview.given.simulation.grid().len();
-        told.push_str(&format!(" · {voxels} voxels"));
+        let _ = write!(told, " · {voxels} voxels");
         told.push_str(&window(preview.classes.window));
     } else if let Some(judged) = &outcome.judged {
         told.push_str(&window(judged.classes.window));
