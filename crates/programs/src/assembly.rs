@@ -80,8 +80,8 @@ impl<'a> Assembly<'a> {
 
     /// Whether the current program takes `lines` more instructions and `points` more positions.
     pub fn takes(&self, lines: usize, points: usize) -> bool {
-        // a script calls no other file
-        self.dialect == Dialect::UrScript
+        // a script calls no other file, and a project has one of data
+        matches!(self.dialect, Dialect::UrScript | Dialect::Val3)
             || (self.current.instructions.len() + lines <= *self.cell.lines_per_program
                 && self.current.positions.len() + points <= *self.cell.points_per_program)
     }
@@ -173,7 +173,7 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     let (application, opening) = match dialect {
         Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
         Dialect::Krl => (Vec::new(), krl::opening()),
-        Dialect::Rapid | Dialect::UrScript => (Vec::new(), Vec::new()),
+        _ => (Vec::new(), Vec::new()),
     };
     Program {
         dialect,

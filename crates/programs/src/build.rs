@@ -425,6 +425,7 @@ impl Builder<'_> {
             };
             match *step {
                 Step::Move { index, via, to } => {
+                    let stops = stops || (arc.is_some() && self.wording.stands_for_arc());
                     let termination = match (stops, pass.head.role.deposits()) {
                         (true, _) => Termination::Fine,
                         (false, false) => self.wording.smoothed(*self.cell.travel_smoothing),

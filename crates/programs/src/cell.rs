@@ -4,10 +4,12 @@ use meltpath_base::{Angle, Frequency, Length, Ratio, Speed, Time, choice, table}
 use meltpath_toolpath::{Weave, WeaveShape};
 
 use crate::execute::{ExecutionSettings, WeldSettings};
+use crate::inform::InformWords;
 use crate::krl::KrlWords;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
 use crate::ur_script::ScriptWords;
+use crate::val3::Val3Words;
 
 table! {
     /// Frames, words, speeds and limits of the programs of one cell.
@@ -74,6 +76,10 @@ table! {
         rapid: RapidWords => none("needed for abb-rapid");
         /// What a Universal Robot needs.
         script: ScriptWords => none("needed for ur-script");
+        /// What a Yaskawa needs.
+        inform: InformWords => none("needed for yaskawa-inform");
+        /// What a Stäubli needs.
+        val3: Val3Words => none("needed for staubli-val3");
     }
 
     /// A weld schedule of the controller.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
-    ArcWord, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
+    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
 };
 use crate::scan::tidy;
 
@@ -44,6 +44,14 @@ impl Collected {
         self.program.lines.push(self.line);
     }
 
+    /// A comment for people.
+    pub(crate) fn remark(&mut self, text: &str) {
+        self.push(Instruction::Comment {
+            mark: CommentMark::Remark,
+            text: text.trim_end().to_owned(),
+        });
+    }
+
     /// Keeps the line being read as it is.
     pub(crate) fn keep(&mut self, text: &str) {
         self.push(Instruction::Raw(tidy(text)));
@@ -58,6 +66,14 @@ impl Collected {
             }
         }
         false
+    }
+
+    /// The arc is switched at the end of the move before, where that is the last thing that was read.
+    pub(crate) fn switch(&mut self, word: ArcWord) {
+        match self.program.instructions.last_mut() {
+            Some(Instruction::Motion(motion)) if motion.arc.is_none() => motion.arc = Some(word),
+            _ => self.push(Instruction::Arc(word)),
+        }
     }
 
     /// A position that has no name.

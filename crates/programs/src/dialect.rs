@@ -4,7 +4,7 @@ use crate::cell::CellProgramming;
 use crate::parsed::{ParseError, Parsed};
 use crate::program::{Dialect, Program};
 use crate::written::{TextFile, WriteError};
-use crate::{fanuc_ls, krl, rapid, ur_script};
+use crate::{fanuc_ls, inform, krl, rapid, ur_script, val3};
 
 impl Dialect {
     /// The dialect of files whose names end so, in any case.
@@ -14,6 +14,8 @@ impl Dialect {
             "src" => Some(Dialect::Krl),
             "mod" | "modx" | "prg" => Some(Dialect::Rapid),
             "script" => Some(Dialect::UrScript),
+            "jbi" => Some(Dialect::Inform),
+            "pgx" => Some(Dialect::Val3),
             _ => None,
         }
     }
@@ -25,12 +27,18 @@ impl Dialect {
             Dialect::Krl => "src",
             Dialect::Rapid => "mod",
             Dialect::UrScript => "script",
+            Dialect::Inform => "JBI",
+            Dialect::Val3 => "pgx",
         }
     }
 
     /// How the name of the file ends that holds a program's data beside it.
     pub fn companion(self) -> Option<&'static str> {
-        (self == Dialect::Krl).then_some("dat")
+        match self {
+            Dialect::Krl => Some("dat"),
+            Dialect::Val3 => Some("dtx"),
+            _ => None,
+        }
     }
 }
 
@@ -58,6 +66,11 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
             program,
             cell.script.as_ref().ok_or_else(|| missing("script"))?,
         ),
+        Dialect::Inform => inform::write(
+            program,
+            cell.inform.as_ref().ok_or_else(|| missing("inform"))?,
+        ),
+        Dialect::Val3 => val3::write(program, cell.val3.as_ref().ok_or_else(|| missing("val3"))?),
     }
 }
 
@@ -77,5 +90,7 @@ pub fn read(
         Dialect::Krl => krl::read(bytes, data, values),
         Dialect::Rapid => rapid::read(bytes, values),
         Dialect::UrScript => ur_script::read(bytes, cell.script.as_ref()),
+        Dialect::Inform => inform::read(bytes, cell.inform.as_ref()),
+        Dialect::Val3 => val3::read(bytes, data, cell.val3.as_ref()),
     }
 }

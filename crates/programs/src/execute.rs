@@ -321,6 +321,10 @@ impl Machine<'_> {
                     format!("{count} {times}: the speed {word} of a travel is not known"),
                     "times leave it open",
                 ),
+                "travel-smoothing" => (
+                    format!("{count} {times}: how a travel ends ({word}) is not known"),
+                    "times leave it open",
+                ),
                 _ => (
                     format!(
                         "{count} {times} with {word}: kept, not executed, no metal is laid by it"

@@ -9,6 +9,7 @@ mod collected;
 pub mod dialect;
 mod execute;
 pub mod fanuc_ls;
+pub mod inform;
 pub mod krl;
 mod orientation;
 mod parsed;
@@ -16,7 +17,9 @@ pub mod program;
 pub mod rapid;
 pub mod reading;
 mod scan;
+mod template;
 pub mod ur_script;
+pub mod val3;
 pub mod vectors;
 mod written;
 

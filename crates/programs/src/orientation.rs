@@ -81,6 +81,33 @@ pub(crate) fn wpr_of_rotation_vector(vector: [f64; 3]) -> Option<[f64; 3]> {
     wpr_of_quaternion([half.cos(), axis.x, axis.y, axis.z])
 }
 
+/// rx, ry, rz in degrees of W, P, R in degrees: about x, then about the new y, then about the newest z.
+pub(crate) fn xyz_of_wpr(wpr_degrees: [f64; 3]) -> [f64; 3] {
+    let turned = pose(DVec3::ZERO, stepped(wpr_degrees))
+        .orientation
+        .normalize();
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turned * axis);
+    let level = x.x.hypot(y.x);
+    let ry = z.x.atan2(level);
+    // looking along x one turn stands for both
+    let [rx, rz] = if level > 1e-9 {
+        [(-z.y).atan2(z.z), (-y.x).atan2(x.x)]
+    } else {
+        [0.0, x.y.atan2(y.y)]
+    };
+    [rx, ry, rz].map(|angle| {
+        let degrees = (angle.to_degrees() * 1e8).round() / 1e8;
+        if degrees <= -180.0 { 180.0 } else { degrees }
+    })
+}
+
+/// W, P, R in degrees of rx, ry, rz in degrees; nothing where they are not finite.
+pub(crate) fn wpr_of_xyz(xyz_degrees: [f64; 3]) -> Option<[f64; 3]> {
+    let [x, y, z] = xyz_degrees.map(f64::to_radians);
+    let q = DQuat::from_rotation_x(x) * DQuat::from_rotation_y(y) * DQuat::from_rotation_z(z);
+    wpr_of_quaternion([q.w, q.x, q.y, q.z])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,7 +129,8 @@ mod tests {
             let digits = |v: f64| (v * 1e10).round() / 1e10;
             let q = quaternion_of([w, p, r]).map(digits);
             let v = rotation_vector_of([w, p, r]).map(digits);
-            for found in [wpr_of_quaternion(q).unwrap(), wpr_of_rotation_vector(v).unwrap()] {
+            let e = xyz_of_wpr([w, p, r]);
+            for found in [wpr_of_quaternion(q).unwrap(), wpr_of_rotation_vector(v).unwrap(), wpr_of_xyz(e).unwrap()] {
                 prop_assert!(pose(DVec3::ZERO, found).orientation.angle_between(asked) < 1e-3_f64.to_radians());
             }
             let again = quaternion_of(wpr_of_quaternion(q).unwrap()).map(digits);

@@ -17,6 +17,10 @@ choice! {
         Rapid = "abb-rapid",
         /// Universal Robots script (`.script`), arc by lines of your own.
         UrScript = "ur-script",
+        /// Yaskawa INFORM (`.JBI`), arc by condition files.
+        Inform = "yaskawa-inform",
+        /// Stäubli VAL3 (a project: `.pjx`, `.pgx`, `.dtx`), arc by lines of your own.
+        Val3 = "staubli-val3",
     }
 }
 
@@ -410,6 +414,8 @@ impl Dialect {
             Dialect::Krl => "KUKA KRL",
             Dialect::Rapid => "ABB RAPID",
             Dialect::UrScript => "URScript",
+            Dialect::Inform => "Yaskawa INFORM",
+            Dialect::Val3 => "Stäubli VAL3",
         }
     }
 }

@@ -23,7 +23,7 @@ const SAME_HEIGHT: f64 = 0.5;
 pub struct Reading {
     /// The passes: fills with the arc on, travels without it; waits are spots. Each begins where the one before ended, the first where
     /// the program's first move leads to: where the robot comes from is not in the program. Layers and passes are those that comments
-    /// tell (`Layer n`, `Pass n`; pass 0 where none does), else layers are the heights at which metal is laid. Positions are those of
+    /// tell (`Layer n`, `Pass n`; pass 0 where none does), else layers are the heights at which metal is laid; layers never fall. Positions are those of
     /// the user frame, mm; external axes are those of the robot's group, then those of further groups. A wire feed is said where the weld schedule is known.
     pub toolpath: Toolpath,
     /// What the program alone says, one entry a move, in the order of the passes.
@@ -263,41 +263,92 @@ fn length(shape: Move, from: DVec3, to: DVec3) -> f64 {
     arc.map_or_else(|| from.distance(to), |a| a.length())
 }
 
-/// The layer of each step: as comments tell it, by height where they leave out a move that lays metal. Travels and waits belong to the
-/// layer that was worked on last, those before the first bead to its layer: an arc that is struck or ends during one of them must find
-/// its layer.
+/// Highest number of a layer: what reports tell apart.
+const LAYERS: u32 = 0x7fff;
+
+/// A move that lays metal.
+struct Laid {
+    step: usize,
+    /// Bead, counted from 0: from where the arc is struck to where it ends.
+    bead: usize,
+    /// Height at its end and, of the two ends, the lower, mm.
+    end: f64,
+    lower: f64,
+    told: Option<u32>,
+}
+
+fn laid(steps: &[Executed], start: f64) -> Vec<Laid> {
+    let (mut z, mut bead, mut burnt) = (start, 0, false);
+    let mut all = Vec::new();
+    for (step, executed) in steps.iter().enumerate() {
+        let Executed::Motion(m) = executed else {
+            continue;
+        };
+        let from = std::mem::replace(&mut z, m.target.position.z);
+        let burns = m.arc.is_some();
+        bead += usize::from(burns && !burnt);
+        burnt = burns;
+        if burns {
+            all.push(Laid {
+                step,
+                bead: bead - 1,
+                end: z,
+                lower: from.min(z),
+                told: m.layer,
+            });
+        }
+    }
+    all
+}
+
+/// The layer of each step; they never fall. Those that comments tell count where all that is laid has one; else heights at which metal
+/// is laid. Where these would fall (a bead that goes up and down, one stack after another) a bead has the layer of its lowest
+/// point, and another begins with each bead that lies at another height. Travels and waits belong to the layer that was worked on
+/// last, those before the first bead to its layer: an arc that is struck or ends during one of them must find its layer.
 fn layers(steps: &[Executed], start: f64) -> Vec<u32> {
-    let mut z = start;
-    let laid: Vec<Option<(f64, Option<u32>)>> = steps
-        .iter()
-        .map(|step| match step {
-            Executed::Motion(m) => {
-                z = m.target.position.z;
-                m.arc.map(|_| (z, m.layer))
+    let laid = laid(steps, start);
+    let told: Option<Vec<u32>> = laid.iter().map(|l| l.told).collect();
+    let told = told.filter(|all| all.iter().all(|layer| *layer <= LAYERS));
+    let risen = |layers: &Vec<u32>| layers.is_sorted();
+    let of_laid = told
+        .filter(risen)
+        .or_else(|| Some(levels(laid.iter().map(|l| l.end))).filter(risen))
+        .unwrap_or_else(|| layers_of_beads(&laid));
+    let mut layer = of_laid.first().copied().unwrap_or(1);
+    let mut known = laid.iter().zip(of_laid).peekable();
+    (0..steps.len())
+        .map(|step| {
+            if let Some((_, of_step)) = known.next_if(|(l, _)| l.step == step) {
+                layer = of_step.min(LAYERS);
             }
-            Executed::Wait { .. } => None,
-        })
-        .collect();
-    let told = laid.iter().flatten().all(|(_, layer)| layer.is_some());
-    let heights = heights(laid.iter().flatten().map(|(z, _)| *z));
-    let by_height = |z: f64| heights.partition_point(|h| *h <= z + 1e-9) as u32;
-    let known = laid.iter().map(|l| match l {
-        Some((_, layer)) if told => *layer,
-        Some((z, _)) => Some(by_height(*z)),
-        None => None,
-    });
-    let known: Vec<Option<u32>> = known.collect();
-    let mut layer = known.iter().flatten().copied().next().unwrap_or(1);
-    known
-        .iter()
-        .map(|l| {
-            layer = l.unwrap_or(layer);
             layer
         })
         .collect()
 }
 
-/// The distinct heights, from the plate up; those closer than half a millimetre are one. For programs whose beads are level.
+/// A layer for each change of height from bead to bead.
+fn layers_of_beads(laid: &[Laid]) -> Vec<u32> {
+    let beads = laid.chunk_by(|a, b| a.bead == b.bead);
+    let lowest = beads
+        .clone()
+        .map(|moves| moves.iter().map(|l| l.lower).fold(f64::INFINITY, f64::min));
+    let (mut layer, mut last) = (0, None);
+    let mut all = Vec::with_capacity(laid.len());
+    for (moves, level) in beads.zip(levels(lowest)) {
+        layer += u32::from(last.replace(level) != Some(level));
+        all.resize(all.len() + moves.len(), layer);
+    }
+    all
+}
+
+/// The number of each height among the distinct ones, from 1.
+fn levels(z: impl Iterator<Item = f64> + Clone) -> Vec<u32> {
+    let heights = heights(z.clone());
+    z.map(|z| heights.partition_point(|h| *h <= z + 1e-9) as u32)
+        .collect()
+}
+
+/// The distinct heights, from the plate up; those closer than half a millimetre are one.
 fn heights(z: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut z: Vec<f64> = z.collect();
     z.sort_unstable_by(f64::total_cmp);
@@ -315,24 +366,54 @@ mod tests {
     use super::*;
     use crate::execute::Source;
 
+    fn told(z: f64, arc: Option<Source>, layer: Option<u32>) -> Executed {
+        Executed::Motion(ExecutedMotion {
+            kind: ExecutedKind::Linear,
+            target: Pose::from_wpr(DVec3::new(10.0, 0.0, z), DVec3::ZERO),
+            external: Vec::new(),
+            speed: ExecutedSpeed::Path(12.5),
+            smoothing: None,
+            arc,
+            weave: None,
+            frames: (1, 1),
+            layer,
+            pass: None,
+            program: 0,
+            line: 1,
+        })
+    }
+
+    fn at(z: f64, arc: Option<Source>) -> Executed {
+        told(z, arc, None)
+    }
+
+    #[test]
+    fn layers_never_fall() {
+        let on = Some(Source::default());
+        // a weld line over a hump, and a second on it
+        let hump = [0.0, 2.0, 5.0, 2.0, 0.0].map(|z| at(z, on));
+        let second = [1.6, 3.6, 6.6, 3.6, 1.6].map(|z| at(z, on));
+        let up = [at(30.0, None), at(1.6, None)];
+        let steps: Vec<Executed> = [&hump[..], &up, &second].concat();
+        assert_eq!(layers(&steps, 0.0), [vec![1; 7], vec![2; 5]].concat());
+        // one stack of beads after another, told and not
+        for said in [[1, 2, 1, 2].map(Some), [None; 4]] {
+            let beads = [0.0, 1.6, 0.0, 1.6].iter().zip(said);
+            let steps: Vec<Executed> = beads
+                .flat_map(|(z, said)| [told(*z, on, said), at(20.0, None)])
+                .collect();
+            let wanted: Vec<u32> = (1..=4).flat_map(|n| [n; 2]).collect();
+            assert_eq!(layers(&steps, 30.0), wanted);
+        }
+        // a number that no report shows
+        assert_eq!(layers(&[told(0.0, on, Some(70_000))], 0.0), [1]);
+        // one arc from layer to layer
+        let spiral = [0.0, 0.2, 0.8, 1.0, 1.6].map(|z| at(z, on));
+        assert_eq!(layers(&spiral, 0.0), [1, 1, 2, 2, 3]);
+    }
+
     #[test]
     fn layers_follow_the_height_of_the_deposit() {
-        let at = |z: f64, arc: Option<Source>| {
-            Executed::Motion(ExecutedMotion {
-                kind: ExecutedKind::Linear,
-                target: Pose::from_wpr(DVec3::new(10.0, 0.0, z), DVec3::ZERO),
-                external: Vec::new(),
-                speed: ExecutedSpeed::Path(12.5),
-                smoothing: None,
-                arc,
-                weave: None,
-                frames: (1, 1),
-                layer: None,
-                pass: None,
-                program: 0,
-                line: 1,
-            })
-        };
         let on = Some(Source::default());
         let steps = [
             at(30.0, None),

@@ -73,6 +73,40 @@ pub(crate) fn number(text: &str) -> Option<(f64, &str)> {
     value.is_finite().then_some((value, rest))
 }
 
+/// The parts between commas outside brackets, parentheses and quotes.
+pub(crate) fn arguments(text: &str) -> Vec<&str> {
+    let (mut depth, mut quoted) = (0_i32, false);
+    text.split(|c: char| {
+        quoted ^= c == '"';
+        match c {
+            '[' | '(' | '{' if !quoted => depth += 1,
+            ']' | ')' | '}' if !quoted => depth -= 1,
+            _ => {}
+        }
+        c == ',' && depth == 0 && !quoted
+    })
+    .map(str::trim)
+    .collect()
+}
+
+/// The arguments of a call, such as `movel(p,v)`.
+pub(crate) fn called<'a>(text: &'a str, name: &str) -> Option<Vec<&'a str>> {
+    let inner = text
+        .strip_prefix(name)?
+        .trim_start()
+        .strip_prefix('(')?
+        .strip_suffix(')')?;
+    Some(arguments(inner))
+}
+
+/// The name of a routine at the start of its head, before its parameters.
+pub(crate) fn routine_name(head: &str) -> Option<&str> {
+    let name = head.split('(').next().unwrap_or_default().trim();
+    let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '$');
+    let begins = name.starts_with(|c: char| part(c) && !c.is_ascii_digit());
+    (begins && name.chars().all(part)).then_some(name)
+}
+
 /// White space in runs made single, ends trimmed.
 pub(crate) fn tidy(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")

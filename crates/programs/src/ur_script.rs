@@ -4,7 +4,6 @@
 //! computed (`get_inverse_kin` with them), so a robot must be named. Accelerations are the controller's own.
 
 mod parse;
-mod template;
 mod words;
 mod write;
 

@@ -60,6 +60,12 @@ pub struct TextFile {
     pub text: String,
 }
 
+/// A bead that is cut where the arc's lines cannot be, and what to do.
+pub(crate) const GOES_ON: (&str, &str) = (
+    "a bead that goes on in another program",
+    "raise lines_per_program and points_per_program of the cell file, or plan shorter beads",
+);
+
 /// What the dialect has no words for in instruction `at`, counted from 0.
 pub(crate) fn no_words(
     program: &Program,

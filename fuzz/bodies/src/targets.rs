@@ -1,5 +1,6 @@
 //! The targets: a name, seeds, how they are damaged, and what must hold.
 
+mod dialects;
 mod parts;
 mod paths;
 mod records;
@@ -29,6 +30,11 @@ pub const TARGETS: &[Target] = &[
     parts::THREE_MF,
     parts::THREE_MF_MODEL,
     paths::FANUC_LS,
+    dialects::KRL,
+    dialects::RAPID,
+    dialects::UR_SCRIPT,
+    dialects::INFORM,
+    dialects::VAL3,
     paths::CLI_LAYERS,
     paths::CLI_BINARY,
     paths::VECTOR_LIST,

@@ -1,5 +1,6 @@
 //! A program that other software wrote: read, executed, simulated, and judged as far as every line of it was simulated.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
@@ -28,6 +29,9 @@ use crate::views::waam::sheet::operator_sheet;
 
 /// Beads may begin so far from the plate, mm, before it is asked where the plate lies: a third of the usual distance of the contact tube.
 const FROM_THE_PLATE: f64 = 5.0;
+
+/// Layers that begin nearer to each other end at the same height, mm.
+const SAME_HEIGHT: f64 = 0.5;
 
 /// Simulates a program, or the main program of a folder, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
 /// names one. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
@@ -143,6 +147,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         woven(commands),
+        uneven(commands, settings),
         far_from_plate(commands, settings),
     ];
     all.into_iter().flatten().collect()
@@ -185,31 +190,59 @@ fn woven(commands: &Commands) -> Option<Doubt> {
     })
 }
 
-/// The layers of a program whose plan is unknown: each ends where the next one begins.
+/// A layer has one height, which beads that go up and down do not.
+fn uneven(commands: &Commands, settings: &Settings) -> Option<Doubt> {
+    let mut ends = BTreeMap::<u32, (f64, f64)>::new();
+    let laid = commands.commands.iter().zip(&commands.layer_of_command);
+    for (c, layer) in laid.filter(|(c, _)| matches!(c.source, Source::On { .. })) {
+        let z = c.target.z;
+        let (low, high) = ends.entry(*layer).or_insert((z, z));
+        (*low, *high) = (low.min(z), high.max(z));
+    }
+    // a turn of a spiral rises by as much
+    let least = settings.bead.height.value;
+    let (layer, (low, high)) = ends
+        .into_iter()
+        .find(|(_, (low, high))| high - low > 1.01 * least)?;
+    Some(Doubt {
+        reason: format!(
+            "the beads of layer {layer} lie between z = {low:.1} and {high:.1} mm: layers are judged by one height, and no bead on a slope was measured to hold the model to"
+        ),
+        remedy:
+            "simulate level beads, or compare the surface that the report shows with what was laid"
+                .to_owned(),
+    })
+}
+
+/// The layers of a program whose plan is unknown: each ends at the next height above it where another begins.
 fn levels(commands: &Commands, settings: &Settings) -> Vec<PlannedLayer> {
     let on = commands
         .commands
         .iter()
         .zip(&commands.layer_of_command)
         .filter(|(_, l)| **l > 0);
-    let mut bottoms = std::collections::BTreeMap::<u32, f64>::new();
+    let mut bottoms = BTreeMap::<u32, f64>::new();
     for (c, layer) in on {
         let z = bottoms.entry(*layer).or_insert(c.target.z);
         *z = z.min(c.target.z);
     }
-    let list: Vec<(u32, f64)> = bottoms.into_iter().collect();
-    let step = match list.as_slice() {
-        [.., (_, a), (_, b)] => b - a,
+    let mut heights: Vec<f64> = bottoms.values().copied().collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    heights.dedup();
+    let step = match heights[..] {
+        [.., a, b] => b - a,
         _ => settings.bead.height.value,
     };
-    list.iter()
-        .enumerate()
-        .map(|(i, (layer, bottom))| PlannedLayer {
-            layer: *layer,
-            top: list.get(i + 1).map_or(bottom + step, |next| next.1),
-            ..PlannedLayer::default()
-        })
-        .collect()
+    let top = |bottom: f64| {
+        let next = heights.partition_point(|z| *z <= bottom + SAME_HEIGHT);
+        heights.get(next).copied().unwrap_or(bottom + step)
+    };
+    let planned = |(layer, bottom)| PlannedLayer {
+        layer,
+        top: top(bottom),
+        ..PlannedLayer::default()
+    };
+    bottoms.into_iter().map(planned).collect()
 }
 
 /// Facts that count only where the wire is known.

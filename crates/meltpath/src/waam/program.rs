@@ -188,8 +188,14 @@ pub fn main_of(path: &Path, cell: &CellProgramming) -> Result<PathBuf, ProgramSt
             .iter()
             .any(|name| p.program.name.eq_ignore_ascii_case(name))
     };
+    let acts = |p: &Parsed| {
+        let mut all = p.program.instructions.iter();
+        calls(&p.program).next().is_some() || all.any(|i| matches!(i, Instruction::Motion(_)))
+    };
+    // one that neither moves nor calls, such as what runs at a stop, is nobody's main
     let mains: Vec<usize> = (0..files.len())
         .filter(|&i| !programs[i].iter().any(is_called))
+        .filter(|&i| files.len() == 1 || programs[i].iter().any(acts))
         .collect();
     match mains[..] {
         [main] => Ok(files.swap_remove(main)),
@@ -227,7 +233,8 @@ pub(crate) fn parse_file(
     let dialect = dialect_of(path).unwrap_or(Dialect::FanucLs);
     let data = match (dialect.companion(), path.file_stem()) {
         (Some(ending), Some(name)) => {
-            find_beside(path, &format!("{}.{ending}", name.to_string_lossy()))
+            let own = find_beside(path, &format!("{}.{ending}", name.to_string_lossy()));
+            own.or_else(|| (dialect == Dialect::Val3).then(|| only_beside(path, ending))?)
         }
         _ => None,
     };
@@ -335,6 +342,19 @@ fn find_beside(path: &Path, wanted: &str) -> Option<PathBuf> {
             p.file_name()
                 .is_some_and(|n| n.to_string_lossy().eq_ignore_ascii_case(wanted))
         })
+}
+
+/// The only file beside `path` that ends so: a project's data may be called after the project.
+fn only_beside(path: &Path, ending: &str) -> Option<PathBuf> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let files = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let same = |p: &PathBuf| {
+        p.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    let mut found = files.flatten().map(|e| e.path()).filter(same);
+    let first = found.next()?;
+    found.next().is_none().then_some(first)
 }
 
 /// Commands for the machine model, with what they mean.

@@ -219,6 +219,8 @@ fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<Stance> {
         Stance::Kuka { .. } => Dialect::Krl,
         Stance::Abb(_) => Dialect::Rapid,
         Stance::Joints(_) => Dialect::UrScript,
+        Stance::Yaskawa(_) => Dialect::Inform,
+        Stance::Staubli(_) => Dialect::Val3,
     };
     (spoken == dialect).then_some(stance)
 }
@@ -453,7 +455,7 @@ fn config(along: &Along, cell: &Cell) -> Check {
             "config",
             CONFIG,
             &format!(
-                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB); {} has none that are known here",
+                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa, Stäubli); {} has none that are known here",
                 cell.name
             ),
         );
@@ -478,12 +480,7 @@ fn config(along: &Along, cell: &Cell) -> Check {
 /// The first of many words.
 fn shown(words: &[String]) -> String {
     const MOST: usize = 4;
-    let first = words
-        .iter()
-        .take(MOST)
-        .cloned()
-        .collect::<Vec<_>>()
-        .join("; ");
+    let first = words.chunks(MOST).next().unwrap_or_default().join("; ");
     match words.len().saturating_sub(MOST) {
         0 => first,
         more => format!("{first}; and {more} changes more"),

@@ -219,6 +219,68 @@ fn woven_beads_are_simulated_and_not_decided() {
     }
 }
 
+/// A weld line over a hump, and one on it: shown, and not decided by, for layers have one height.
+#[test]
+fn beads_that_go_up_and_down_are_simulated_and_not_decided() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let lines = [
+        "J P[1] 20% FINE",
+        "L P[2] 20mm/sec FINE Arc Start[7]",
+        "L P[3] WELD_SPEED CNT50",
+        "L P[4] WELD_SPEED FINE Arc End[7]",
+        "L P[1] 100mm/sec CNT100",
+        "L P[5] 20mm/sec FINE Arc Start[7]",
+        "L P[6] WELD_SPEED CNT50",
+        "L P[7] WELD_SPEED FINE Arc End[7]",
+    ];
+    let places = [
+        [0.0, 60.0],
+        [0.0, 0.0],
+        [40.0, 8.0],
+        [80.0, 0.0],
+        [80.0, 1.7],
+        [40.0, 9.7],
+        [0.0, 1.7],
+    ];
+    let program = written(dir.path(), &lines, &places);
+    let runs = dir.path().join("runs");
+    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    for id in METAL {
+        let check = check(&outcome.verdict, id);
+        assert_eq!(check.status, Status::CannotSay, "{id}");
+        let told = "beads of layer 1 lie between z = 0.0 and 8.0 mm";
+        assert!(check.reason.contains(told), "{}", check.reason);
+    }
+    assert_eq!(check(&outcome.verdict, "lines").status, Status::Pass);
+}
+
+/// One stack of beads after another, without comments that tell layers: each bead is judged at its own height.
+#[test]
+fn stacks_one_after_the_other_are_simulated() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let mut lines = vec!["J P[1] 20% FINE".to_owned()];
+    let mut places = vec![[0.0, 60.0]];
+    for x in [0.0, 60.0] {
+        for z in [0.0, 1.7, 3.4] {
+            let n = places.len() + 1;
+            places.extend([[x, z], [x + 40.0, z]]);
+            lines.push(format!("L P[{n}] 20mm/sec FINE Arc Start[7]"));
+            lines.push(format!("L P[{}] WELD_SPEED FINE Arc End[7]", n + 1));
+            lines.push("L P[1] 100mm/sec FINE".to_owned());
+        }
+    }
+    let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+    let program = written(dir.path(), &lines, &places);
+    let runs = dir.path().join("runs");
+    let outcome = simulate_program(&program, Some(&job), None, &runs, &Silent).unwrap();
+    let height = check(&outcome.verdict, "height");
+    // against the top of another stack's layer it would be off by more
+    assert!(height.value.as_ref().unwrap().value < 3.0, "{height:?}");
+    assert_eq!(height.status, Status::Pass, "{height:?}");
+}
+
 #[test]
 fn without_the_cells_table_a_schedule_is_not_guessed() {
     let dir = tempfile::tempdir().unwrap();

@@ -4,6 +4,7 @@ use meltpath_base::Ratio;
 
 use super::error::BuildError;
 use crate::cell::{CellProgramming, WeldSchedule};
+use crate::inform::{InformWords, zone_near};
 use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect, Speed, SpeedUnit, Termination};
 
 /// What programs hold no digits for, mm: points closer than this are one.
@@ -46,6 +47,11 @@ impl<'a> Wording<'a> {
         }
     }
 
+    /// Whether the arm must stand where the arc is set anew: outputs are switched at once, moves are queued.
+    pub(super) fn stands_for_arc(&self) -> bool {
+        self.dialect == Dialect::Val3
+    }
+
     /// How a move ends that is smoothed by a share.
     pub(super) fn smoothed(&self, share: Ratio) -> Termination {
         if self.dialect == Dialect::FanucLs {
@@ -53,6 +59,13 @@ impl<'a> Wording<'a> {
         }
         let full = self.cell.blend.map_or(0.0, |b| b.0);
         let distance = (share.0.clamp(0.0, 1.0) * full / RESOLUTION).round() * RESOLUTION;
+        let distance = match self.dialect {
+            // the controller has a few
+            Dialect::Inform if distance >= RESOLUTION => {
+                zone_near(self.cell.inform.as_ref(), distance)
+            }
+            _ => distance,
+        };
         if distance >= RESOLUTION {
             Termination::Blend(distance)
         } else {
@@ -60,8 +73,12 @@ impl<'a> Wording<'a> {
         }
     }
 
-    /// A speed along the path, mm/s, in the cell's unit and digits; for other controllers than FANUC's in µm/s.
+    /// A speed along the path, mm/s, in the cell's unit and digits; for most other controllers than FANUC's in µm/s.
     pub(super) fn speed(&self, mm_per_second: f64) -> Speed {
+        if self.dialect == Dialect::Inform {
+            let unit = self.cell.inform.as_ref();
+            return Self::in_digits(mm_per_second, unit.map(InformWords::unit), 1);
+        }
         if self.dialect != Dialect::FanucLs {
             return Speed::Value {
                 value: (mm_per_second / RESOLUTION).round() * RESOLUTION,
@@ -69,11 +86,16 @@ impl<'a> Wording<'a> {
             };
         }
         let unit = SpeedUnit::from(*self.cell.speed_unit);
+        Self::in_digits(mm_per_second, Some(unit), *self.cell.speed_decimals)
+    }
+
+    fn in_digits(mm_per_second: f64, unit: Option<SpeedUnit>, decimals: u32) -> Speed {
+        let unit = unit.unwrap_or(SpeedUnit::MillimetrePerSecond);
         let per = match unit {
             SpeedUnit::CentimetrePerMinute => 6.0,
             _ => 1.0,
         };
-        let scale = 10_f64.powi(self.cell.speed_decimals.cast_signed());
+        let scale = 10_f64.powi(decimals.cast_signed());
         let value = (mm_per_second * per * scale).round() / scale;
         Speed::Value { value, unit }
     }
@@ -93,6 +115,12 @@ fn needs(cell: &CellProgramming, dialect: Dialect) -> Result<(), BuildError> {
             "script",
             "where the part lies and what switches the arc",
             cell.script.is_some(),
+        ),
+        Dialect::Inform => ("inform", "the zones of PL", cell.inform.is_some()),
+        Dialect::Val3 => (
+            "val3",
+            "where part and torch lie and what switches the arc",
+            cell.val3.is_some(),
         ),
     };
     let blend = (

@@ -162,6 +162,23 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
             ],
             &["POPUP(", "HALT"],
         ),
+        Dialect::Inform => (
+            &["DOUT", "PULSE", "MSG", "CLS", "CLEAR", "WVOF"],
+            &["WAIT", "PAUSE", "TIMER"],
+        ),
+        Dialect::Val3 => (
+            &[
+                "CLS(",
+                "PUT(",
+                "PUTLN(",
+                "USERPAGE(",
+                "LOGMSG(",
+                "POPUPMSG(",
+                "SETPAYLOAD(",
+                "ENABLEPOWER(",
+            ],
+            &["WAIT(", "WATCH("],
+        ),
     }
 }
 

@@ -197,7 +197,11 @@ impl Machine<'_> {
                 }
             },
             Termination::Other(word) => {
-                self.gap(Missing::Termination(word.clone()));
+                if self.arc.is_some() {
+                    self.gap(Missing::Termination(word.clone()));
+                } else {
+                    self.note("travel-smoothing", word.clone());
+                }
                 100.0
             }
         };

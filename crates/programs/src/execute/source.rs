@@ -12,6 +12,8 @@ use crate::scan::{bracket, number};
 const FREQUENCIES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 const AMPLITUDES: std::ops::RangeInclusive<f64> = 0.01..=50.0;
 const DWELLS: std::ops::RangeInclusive<f64> = 0.0..=10.0;
+/// Faster than any source feeds wire, mm/s.
+const FASTEST_FEED: f64 = 1e4;
 
 impl Machine<'_> {
     /// A schedule that a comment tells, where the cell does not know better.
@@ -54,7 +56,10 @@ impl Machine<'_> {
         let values: Vec<&str> = values.collect();
         let told = &self.settings.arc_values;
         // a template may have places for the first values alone
-        let fewer = self.programs[self.at.0].dialect == Dialect::UrScript;
+        let fewer = matches!(
+            self.programs[self.at.0].dialect,
+            Dialect::UrScript | Dialect::Inform | Dialect::Val3
+        );
         let (mut procedure, mut schedule, mut feed) = (None, None, None);
         match values[..] {
             _ if !told.is_empty()
@@ -83,7 +88,7 @@ impl Machine<'_> {
             let own = self.schedules.get(&(procedure, number));
             own.or_else(|| self.schedules.get(&(None, number)))
         });
-        let feed = feed.filter(|f| *f > 0.0);
+        let feed = feed.filter(|f| *f > 0.0 && *f <= FASTEST_FEED);
         Source {
             wire_feed: feed.or(set.map(|s| s.wire_feed)),
             speed: set.and_then(|s| s.speed),

@@ -10,7 +10,7 @@ use crate::program::{
     ArcAction, ArcStyle, ArcWord, CommentMark, Coordinates, Dialect, Instruction, Motion,
     MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
 };
-use crate::scan::{bracket, number, strip_prefix, strip_word, tidy};
+use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, tidy};
 
 /// What the data list says.
 #[derive(Default)]
@@ -164,8 +164,7 @@ impl Reader<'_> {
     fn line(&mut self, n: u32, line: &str) {
         let Some(routine) = &mut self.open else {
             let header = strip_word(line, "GLOBAL").map_or(line, str::trim_start);
-            if let Some(rest) = strip_word(header, "DEF") {
-                let name = rest.split('(').next().unwrap_or_default().trim();
+            if let Some(name) = strip_word(header, "DEF").and_then(routine_name) {
                 self.open = Some(Routine {
                     out: Collected::new(Dialect::Krl, name),
                     speed: None,

@@ -9,7 +9,7 @@ use super::words::KrlWords;
 use crate::program::{
     ArcAction, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit, Termination,
 };
-use crate::written::{TextFile, WriteError, check, no_words, short};
+use crate::written::{GOES_ON, TextFile, WriteError, check, no_words, short};
 
 /// The two files of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
@@ -46,7 +46,7 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         writer.instruction(instruction)?;
     }
     if writer.arc.is_some() {
-        return Err(writer.no_words(GOES_ON, RAISE));
+        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
     }
     writer.line("END");
     let mut list = format!("&ACCESS RVP\nDEFDAT {}\n", program.name);
@@ -72,10 +72,6 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
     };
     Ok(vec![file("src", writer.text), file("dat", list)])
 }
-
-const GOES_ON: &str = "a bead that goes on in another program";
-const RAISE: &str =
-    "raise lines_per_program and points_per_program of the cell file, or plan shorter beads";
 
 struct Writer<'a> {
     program: &'a Program,
@@ -229,7 +225,7 @@ impl Writer<'_> {
         let word = motion.arc.as_ref();
         let (form, arguments) = match (self.arc.take(), word.map(|w| w.action)) {
             (None, None) => return Ok((None, 0)),
-            (None, Some(ArcAction::End)) => return Err(self.no_words(GOES_ON, RAISE)),
+            (None, Some(ArcAction::End)) => return Err(self.no_words(GOES_ON.0, GOES_ON.1)),
             (Some((set, _)), Some(ArcAction::End)) => return Ok((Some(Form::Off), set)),
             (None, Some(ArcAction::Start)) => {
                 self.seams += 1;
@@ -254,7 +250,7 @@ impl Writer<'_> {
             _ => None,
         });
         let Some(Speed::Value { value: speed, .. }) = next else {
-            return Err(self.no_words(GOES_ON, RAISE));
+            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
         };
         let set = WeldData {
             arguments: arguments.clone(),

@@ -2,9 +2,8 @@
 
 use crate::orientation::{quaternion_of, wpr_of_quaternion};
 use crate::program::{Axis, Coordinates};
+use crate::scan::arguments;
 use crate::written::{fixed, short};
-
-use super::statements::arguments;
 
 /// Deepest nesting of lists that is read.
 const DEEPEST: usize = 6;

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::data::{self, Value, WeldData};
-use super::statements::{Statement, arguments, statements};
+use super::statements::{Statement, statements};
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, Attribute, CommentMark, Coordinates, Dialect, Instruction,
     Motion, MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
 };
-use crate::scan::{strip_prefix, strip_word, tidy};
+use crate::scan::{arguments, routine_name, strip_prefix, strip_word, tidy};
 
 /// The data that a module declares.
 #[derive(Default)]
@@ -139,8 +139,7 @@ impl Reader {
         }
         let Some(routine) = &mut self.open else {
             let head = strip_word(text, "LOCAL").map_or(text, str::trim_start);
-            if let Some(rest) = strip_word(head, "PROC") {
-                let name = rest.split('(').next().unwrap_or_default().trim();
+            if let Some(name) = strip_word(head, "PROC").and_then(routine_name) {
                 self.open = Some(Routine {
                     out: Collected::new(Dialect::Rapid, name),
                     tools: Vec::new(),

@@ -97,25 +97,10 @@ pub(super) fn ends_itself(line: &str) -> bool {
     line.starts_with('!') || (open && !line.ends_with(';'))
 }
 
-/// The parts between commas outside brackets, parentheses and quotes.
-pub(super) fn arguments(text: &str) -> Vec<&str> {
-    let (mut depth, mut quoted) = (0_i32, false);
-    text.split(|c: char| {
-        quoted ^= c == '"';
-        match c {
-            '[' | '(' | '{' if !quoted => depth += 1,
-            ']' | ')' | '}' if !quoted => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0 && !quoted
-    })
-    .map(str::trim)
-    .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::arguments;
 
     #[test]
     fn statements_end_with_a_semicolon() {

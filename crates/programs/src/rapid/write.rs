@@ -9,7 +9,7 @@ use crate::program::{
     ArcAction, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
     SpeedUnit, Termination,
 };
-use crate::written::{TextFile, WriteError, check, no_words, short};
+use crate::written::{GOES_ON, TextFile, WriteError, check, no_words, short};
 
 /// Speeds of reorientation (deg/s), of linear (mm/s) and of turning external axes (deg/s): those of ABB's predefined speeds.
 const OTHER_SPEEDS: &str = "500,5000,1000";
@@ -20,6 +20,19 @@ const OTHER_SPEEDS: &str = "500,5000,1000";
 /// [`WriteError`] where a number is not finite, or RAPID has no words for something.
 pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, WriteError> {
     check(program)?;
+    let data = program.sections.iter().flat_map(|s| &s.lines);
+    let raw = program.instructions.iter().filter_map(|i| match i {
+        Instruction::Raw(text) => Some(text),
+        _ => None,
+    });
+    // a text that does not end would swallow the lines behind it
+    if let Some(text) = data.chain(raw).find(|t| t.matches('"').count() % 2 == 1) {
+        return Err(WriteError::Text {
+            program: program.name.clone(),
+            what: "a declaration or instruction",
+            text: text.clone(),
+        });
+    }
     let mut writer = Writer {
         program,
         words,
@@ -42,7 +55,7 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
         writer.instruction(instruction)?;
     }
     if writer.arc.is_some() {
-        return Err(writer.no_words(GOES_ON, RAISE));
+        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
     }
     let mut text = format!("MODULE m{}\n", program.name);
     // writing to a String cannot fail
@@ -83,10 +96,6 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
         text,
     }])
 }
-
-const GOES_ON: &str = "a bead that goes on in another program";
-const RAISE: &str =
-    "raise lines_per_program and points_per_program of the cell file, or plan shorter beads";
 
 /// Whether every position says how the arm stands.
 fn monitored(program: &Program) -> bool {
@@ -271,7 +280,7 @@ impl Writer<'_> {
             (None, None) => {
                 let word = motion.arc.as_ref();
                 if word.is_some() {
-                    return Err(self.no_words(GOES_ON, RAISE));
+                    return Err(self.no_words(GOES_ON.0, GOES_ON.1));
                 }
                 self.line(&format!("Move{letter} {targets},{speed},{zone},{tool};"));
                 return Ok(());
@@ -329,7 +338,7 @@ impl Writer<'_> {
 
     fn weld(&mut self, arguments: String, speed: Option<f64>) -> Result<String, WriteError> {
         let Some(speed) = speed else {
-            return Err(self.no_words(GOES_ON, RAISE));
+            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
         };
         let Some(value) = written_weld(&WeldData { arguments, speed }) else {
             return Err(self.no_words(

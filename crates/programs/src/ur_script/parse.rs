@@ -1,15 +1,14 @@
 //! A program from script. Never panics; what it does not know it keeps and lists.
 
-use super::template::recognised;
 use super::words::ScriptWords;
 use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, Axis, CommentMark, Coordinates, Dialect, Instruction, Motion,
-    MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+    Axis, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit,
+    Termination,
 };
-use crate::scan::{strip_prefix, tidy};
+use crate::scan::{called, routine_name, strip_prefix, tidy};
 
 /// Frame and tool of every position: script has one of each at a time.
 const FRAMES: (Option<u32>, Option<u32>) = (Some(1), Some(1));
@@ -74,8 +73,7 @@ pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, Pa
 /// The name of the function that a line begins.
 fn begins(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("def ")?;
-    let name = rest.split('(').next()?.trim();
-    line.ends_with(':').then_some(name)
+    line.ends_with(':').then(|| routine_name(rest))?
 }
 
 struct Reader<'w> {
@@ -85,25 +83,6 @@ struct Reader<'w> {
     depth: u32,
     /// The values of the arc that is on.
     arc: Option<String>,
-}
-
-/// The arguments of a call, its brackets and parentheses kept together.
-fn arguments<'a>(line: &'a str, name: &str) -> Option<Vec<&'a str>> {
-    let inner = line
-        .strip_prefix(name)?
-        .trim_start()
-        .strip_prefix('(')?
-        .strip_suffix(')')?;
-    let mut depth = 0_i32;
-    let parts = inner.split(|c: char| {
-        match c {
-            '(' | '[' => depth += 1,
-            ')' | ']' => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0
-    });
-    Some(parts.map(str::trim).collect())
 }
 
 /// The numbers of a list in brackets.
@@ -128,31 +107,11 @@ impl Reader<'_> {
     /// Takes in the lines that switch the arc; how many they are.
     fn arc_lines(&mut self, lines: &[&str]) -> usize {
         let Some(words) = self.words else { return 0 };
-        if let Some(values) = recognised(&words.arc_start, lines) {
-            let arguments = values.join(",");
-            self.switch(ArcAction::Start, arguments.clone());
-            self.arc = Some(arguments);
-            return words.arc_start.len();
-        }
-        if let Some(values) = recognised(&words.arc_end, lines) {
-            let on = self.arc.take().unwrap_or_else(|| values.join(","));
-            self.switch(ArcAction::End, on);
-            return words.arc_end.len();
-        }
-        0
-    }
-
-    /// The arc is switched at the end of the move before, where that is the last thing that was read.
-    fn switch(&mut self, action: ArcAction, arguments: String) {
-        let word = ArcWord {
-            action,
-            style: ArcStyle::Arc,
-            arguments,
+        let Some((taken, word)) = words.arc().read(lines, &mut self.arc) else {
+            return 0;
         };
-        match self.out.program.instructions.last_mut() {
-            Some(Instruction::Motion(motion)) if motion.arc.is_none() => motion.arc = Some(word),
-            _ => self.out.push(Instruction::Arc(word)),
-        }
+        self.out.switch(word);
+        taken
     }
 
     fn statement(&mut self, line: &str) {
@@ -160,10 +119,7 @@ impl Reader<'_> {
             return;
         }
         if let Some(text) = line.strip_prefix('#') {
-            return self.out.push(Instruction::Comment {
-                mark: CommentMark::Remark,
-                text: text.trim_end().to_owned(),
-            });
+            return self.out.remark(text);
         }
         let line = line.split('#').next().unwrap_or_default().trim();
         if self.acts(line).is_some() {
@@ -184,16 +140,16 @@ impl Reader<'_> {
     }
 
     fn acts(&mut self, line: &str) -> Option<()> {
-        if let Some(all) = arguments(line, "sleep") {
+        if let Some(all) = called(line, "sleep") {
             let seconds: f64 = all.first()?.parse().ok()?;
             let sound = seconds.is_finite() && seconds >= 0.0;
             return sound.then(|| self.out.push(Instruction::Wait(seconds)));
         }
-        if let Some(all) = arguments(line, "movej") {
+        if let Some(all) = called(line, "movej") {
             return self.joint(&all);
         }
         for (name, process) in [("movel", false), ("movep", true)] {
-            if let Some(all) = arguments(line, name) {
+            if let Some(all) = called(line, name) {
                 // movep keeps its speed round corners: how is the controller's
                 if process {
                     return None;
@@ -202,7 +158,7 @@ impl Reader<'_> {
                 return self.path(MotionKind::Linear, target, all.get(1..)?);
             }
         }
-        if let Some(all) = arguments(line, "movec") {
+        if let Some(all) = called(line, "movec") {
             let via = self.target(all.first()?);
             let target = self.target(all.get(1)?);
             return self.path(MotionKind::Circular { via }, target, all.get(2..)?);
@@ -225,7 +181,7 @@ impl Reader<'_> {
 
     /// The pose in the part of `pose_trans(part, p[…])` or `p[…]`.
     fn pose(&self, text: &str) -> Option<Coordinates> {
-        let pose = match arguments(text, "pose_trans") {
+        let pose = match called(text, "pose_trans") {
             Some(all) => {
                 let [part, pose] = all[..] else { return None };
                 // another frame than the part's is not known
@@ -277,7 +233,7 @@ impl Reader<'_> {
     fn joint(&mut self, all: &[&str]) -> Option<()> {
         let to = *all.first()?;
         let degrees = |joints: [f64; 6]| joints.map(|j| scaled(j.to_degrees(), 1.0));
-        let place = if let Some(inner) = arguments(to, "get_inverse_kin") {
+        let place = if let Some(inner) = called(to, "get_inverse_kin") {
             let [pose, near] = inner[..] else { return None };
             let mut place = self.pose(pose)?;
             if let Coordinates::Cartesian { config, .. } = &mut place {

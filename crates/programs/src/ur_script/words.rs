@@ -2,6 +2,8 @@
 
 use meltpath_base::table;
 
+use crate::template::ArcLines;
+
 table! {
     /// The part's place, and what switches the arc.
     pub struct ScriptWords {
@@ -13,5 +15,15 @@ table! {
         arc_start: Vec<String> => required;
         /// Lines that end the arc.
         arc_end: Vec<String> => required;
+    }
+}
+
+impl ScriptWords {
+    pub(crate) fn arc(&self) -> ArcLines<'_> {
+        ArcLines {
+            start: &self.arc_start,
+            set: &self.arc_start,
+            end: &self.arc_end,
+        }
     }
 }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::template::filled;
 use super::words::ScriptWords;
 use crate::orientation::rotation_vector_of;
 use crate::program::{
-    ArcAction, ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
-    SpeedUnit, Termination,
+    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    Termination,
 };
+use crate::template::UNFILLED;
 use crate::written::{TextFile, WriteError, check, fixed, no_words, short};
 
 /// The script of a program, with `\n` line ends: 1 µm and 0.0001°.
@@ -86,16 +86,8 @@ impl Writer<'_> {
     }
 
     fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
-        let template = match word.action {
-            ArcAction::Start => &self.words.arc_start,
-            ArcAction::End => &self.words.arc_end,
-        };
-        let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
-        let Some(lines) = filled(template, &values) else {
-            return Err(self.no_words(
-                "an arc word with fewer values than the template has places",
-                "list a value for each place ({1}, {2}, …) in the cell's [[program.schedule]]",
-            ));
+        let Some(lines) = self.words.arc().filled(word, false) else {
+            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
         };
         for line in lines {
             self.line(&line);

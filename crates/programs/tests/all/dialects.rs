@@ -1,13 +1,13 @@
-//! Programs for other controllers than FANUC's: golden texts, what is written is read, the arc by the text alone, programs of others.
+//! Programs for other controllers than FANUC's: golden texts, what is written is read, the arc by the text alone.
 
 use std::fmt::Write as _;
 
 use meltpath_base::{Reporter, settings as files};
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::program::{Coordinates, Instruction, Program, Speed, Termination};
+use meltpath_programs::program::{Coordinates, Instruction, Program, Speed};
 use meltpath_programs::{
-    BuildError, BuildSettings, Built, CellProgramming, Dialect, Missing, ParseError, Parsed, Pause,
-    TextFile, WriteError, build, dialect, read_toolpath,
+    BuildError, BuildSettings, Built, CellProgramming, Dialect, Parsed, Pause, TextFile,
+    WriteError, build, dialect, read_toolpath,
 };
 use meltpath_toolpath::{Channel, Layer, Move, Role, Toolpath};
 use proptest::prelude::*;
@@ -15,10 +15,16 @@ use proptest::prelude::*;
 use crate::built::{arcmate, head, random_toolpath, settings, toolpath};
 use crate::told::{Told, motions};
 
-const OTHERS: [Dialect; 3] = [Dialect::Krl, Dialect::Rapid, Dialect::UrScript];
+pub(crate) const OTHERS: [Dialect; 5] = [
+    Dialect::Krl,
+    Dialect::Rapid,
+    Dialect::UrScript,
+    Dialect::Inform,
+    Dialect::Val3,
+];
 
 /// A cell that has words for every dialect, and schedules for these wire feeds, mm/s.
-fn cell(feeds: &[f64]) -> CellProgramming {
+pub(crate) fn cell(feeds: &[f64]) -> CellProgramming {
     let text = meltpath_data::cells::ARCMATE_120IC.text;
     let mut text = text.replace(
         "name_length = 32",
@@ -39,6 +45,17 @@ source = "test"
 part = "Part"
 arc_start = ["set_job({1})", "set_analog_out(0, {2})", "set_digital_out(0, True)"]
 arc_end = ["set_digital_out(0, False)"]
+[program.inform]
+source = "test"
+zones = ["0.5 mm", "1 mm", "2 mm", "4 mm"]
+[program.val3]
+source = "test"
+part_position = ["500 mm", "0 mm", "100 mm"]
+tool_position = ["0 mm", "0 mm", "330 mm"]
+tool_angles = ["0 deg", "35 deg", "0 deg"]
+output = [{ name = "doArc", link = "BasicIO-1\\%Q0" }, { name = "aoWire", kind = "aio", link = "A1" }, { name = "nJob", kind = "num" }]
+arc_start = ["nJob={1}", "aioSet(aoWire,{2})", "doArc=true"]
+arc_end = ["doArc=false"]
 "#;
     for (n, feed) in (1..).zip(feeds) {
         let metres = feed * 0.06;
@@ -69,6 +86,8 @@ fn built(
         Dialect::UrScript => "0,-90.5,90,-90,-90,12.25",
         Dialect::Krl => "S 2, T 35",
         Dialect::Rapid => "0,-1,0,1",
+        Dialect::Inform => "1,0,0,0,0,0",
+        Dialect::Val3 => "lefty,epositive,wpositive",
         Dialect::FanucLs => return Ok(built),
     };
     for position in built.programs.iter_mut().flat_map(|p| &mut p.positions) {
@@ -146,6 +165,16 @@ fn golden_ur_script() {
     insta::assert_snapshot!(golden(Dialect::UrScript));
 }
 
+#[test]
+fn golden_inform() {
+    insta::assert_snapshot!(golden(Dialect::Inform));
+}
+
+#[test]
+fn golden_val3() {
+    insta::assert_snapshot!(golden(Dialect::Val3));
+}
+
 fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
     let reading = read_toolpath(programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
     assert_eq!(reading.gaps, []);
@@ -154,7 +183,7 @@ fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
 
 /// The arc during each move, by the lines of the text alone.
 fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
-    let (mut on, mut during) = (false, Vec::new());
+    let (mut on, mut queued, mut during) = (false, false, Vec::new());
     for line in text.lines().map(str::trim) {
         let word = line.split([' ', '(']).next().unwrap_or_default();
         match dialect {
@@ -180,6 +209,24 @@ fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
                 }
                 on |= line == "set_digital_out(0, True)";
                 on &= line != "set_digital_out(0, False)";
+            }
+            Dialect::Inform => {
+                // those that say how they end are moves of the plan, the others begin circles
+                if line.starts_with("MOV") && line.contains(" PL=") {
+                    during.push(on);
+                }
+                on |= line.starts_with("ARCON") || line.starts_with("ARCSET");
+                on &= line != "ARCOF";
+            }
+            Dialect::Val3 => {
+                if ["movej", "movel", "movec"].contains(&word) {
+                    during.push(on);
+                    queued = true;
+                }
+                queued &= line != "waitEndMove()";
+                assert!(!(queued && line.starts_with("doArc")), "{line}");
+                on |= line == "doArc=true";
+                on &= line != "doArc=false";
             }
             Dialect::FanucLs => {}
         }
@@ -238,7 +285,7 @@ fn sub_programs_are_called_and_a_bead_is_never_cut() {
         (0..80).map(|k| DVec3::new(f64::from(k), 0.0, 0.0)),
     );
     let long = toolpath(400.0 / 3.0, vec![long]);
-    for dialect in [Dialect::Krl, Dialect::Rapid] {
+    for dialect in [Dialect::Krl, Dialect::Rapid, Dialect::Inform] {
         let built_short = built(&short, &cell, dialect).unwrap();
         assert!(built_short.programs.len() > 2);
         let files = written(&built_short, &cell).unwrap();
@@ -254,14 +301,10 @@ fn sub_programs_are_called_and_a_bead_is_never_cut() {
             "{refused}"
         );
     }
-    // a script is one file, whatever its length
-    assert_eq!(
-        built(&long, &cell, Dialect::UrScript)
-            .unwrap()
-            .programs
-            .len(),
-        1
-    );
+    // a script is one file, whatever its length, and a project has one of data
+    for dialect in [Dialect::UrScript, Dialect::Val3] {
+        assert_eq!(built(&long, &cell, dialect).unwrap().programs.len(), 1);
+    }
 }
 
 #[test]
@@ -272,6 +315,8 @@ fn what_a_cell_does_not_say_is_asked_for() {
         (Dialect::Krl, "krl"),
         (Dialect::Rapid, "rapid"),
         (Dialect::UrScript, "script"),
+        (Dialect::Inform, "inform"),
+        (Dialect::Val3, "val3"),
     ] {
         let found = told(&arcmate(), dialect);
         assert!(found.contains(&format!("write program.{key}")), "{found}");
@@ -323,227 +368,9 @@ fn what_a_dialect_has_no_words_for_is_told() {
         assert!(told.contains("a wait with the arc on"), "{told}");
     }
     // no robot was named
-    let plain = build(&small(), &cell, &asked(Dialect::UrScript), &Reporter::new()).unwrap();
-    let told = dialect::write(&plain.programs[0], &cell)
-        .unwrap_err()
-        .to_string();
-    assert!(told.contains("machine.robot"), "{told}");
-}
-
-const SEAM_SRC: &str = include_str!("../data/arctech_seam.src");
-const SEAM_DAT: &str = include_str!("../data/arctech_seam.dat");
-const MODULE: &str = include_str!("../data/two_seams.mod");
-const SCRIPT: &str = include_str!("../data/hand_written.script");
-
-#[test]
-fn a_kuka_program_of_inline_forms_is_read() {
-    let cell = cell(&[100.0]);
-    let all = dialect::read(
-        Dialect::Krl,
-        SEAM_SRC.as_bytes(),
-        Some(SEAM_DAT.as_bytes()),
-        &cell,
-    )
-    .unwrap();
-    assert_eq!(
-        all.iter()
-            .map(|p| p.program.name.as_str())
-            .collect::<Vec<_>>(),
-        ["SEAM", "HELP"]
-    );
-    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
-    let reading =
-        read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
-    let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.to.x, m.control.smoothing))
-        .collect();
-    assert_eq!(
-        told,
-        [
-            (false, Some(25.0), 100.0, None),
-            (true, Some(6.0), 150.0, Some(0.5)),
-            (true, Some(7.5), 200.0, None),
-            (false, Some(200.0), 200.0, None),
-        ]
-    );
-    assert_eq!(moves[1].wire_feed, Some(8000.0 / 60.0));
-    assert_eq!(moves[1].control.frames, (10, 1));
-    // the unknown word is kept and told, with its line, and what follows is read
-    let gaps: Vec<_> = reading
-        .gaps
-        .iter()
-        .map(|g| (g.line, g.text.as_str(), &g.why))
-        .collect();
-    assert_eq!(gaps.len(), 1, "{gaps:?}");
-    let line = SEAM_SRC
-        .lines()
-        .position(|l| l.contains("TS_Search"))
-        .unwrap() as u32
-        + 1;
-    assert_eq!(gaps[0].0, line);
-    assert!(
-        matches!(gaps[0].2, Missing::Call(name) if name == "TS_SEARCH"),
-        "{gaps:?}"
-    );
-}
-
-#[test]
-fn an_abb_module_of_another_is_read() {
-    let mut cell = cell(&[100.0]);
-    cell.arc_values.value = files::peek::<CellProgramming>(
-        &meltpath_data::cells::ARCMATE_120IC.text.replace(
-            "name_length = 32",
-            "name_length = 32\narc_values = [\"schedule\", \"other\", \"other\", \"wire feed, mm/s\"]",
-        ),
-        &["program"],
-    )
-    .unwrap()
-    .unwrap()
-    .arc_values
-    .value;
-    let all = dialect::read(Dialect::Rapid, MODULE.as_bytes(), None, &cell).unwrap();
-    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
-    assert_eq!(
-        programs.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(),
-        ["main", "rSeam"]
-    );
-    let reading =
-        read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
-    let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.wire_feed, m.to.x))
-        .collect();
-    assert_eq!(
-        told,
-        [
-            (false, Some(100.0), None, 10.0),
-            (true, Some(6.0), Some(120.0), 60.0),
-            (true, Some(8.0), Some(140.0), 80.0),
-            (false, Some(200.0), None, 80.0),
-        ]
-    );
-    assert_eq!(moves[1].control.smoothing, Some(0.25));
-    let gaps: Vec<_> = reading
-        .gaps
-        .iter()
-        .map(|g| (g.line, g.text.as_str()))
-        .collect();
-    let line = |text: &str| MODULE.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
-    assert_eq!(
-        gaps,
-        [(
-            line("SearchL"),
-            "SearchL \\Stop,diTouch,pFound,p10,v20,tGun\\WObj:=wTable"
-        )]
-    );
-}
-
-#[test]
-fn a_script_of_another_is_read() {
-    let mut cell = cell(&[100.0]);
-    let words = cell.script.value.as_mut().unwrap();
-    words.part.value = "plane".to_owned();
-    let mut all = dialect::read(Dialect::UrScript, SCRIPT.as_bytes(), None, &cell).unwrap();
-    let program = all.remove(0).program;
-    let reading = read_toolpath(
-        std::slice::from_ref(&program),
-        &cell.execution(10.0),
-        1000.0,
-        &Reporter::new(),
-    )
-    .unwrap();
-    let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x))
-        .collect();
-    assert_eq!(
-        told,
-        [
-            (true, Some(10.0), Some(133.0), 150.0),
-            (true, Some(12.0), Some(133.0), 200.0),
-            (false, Some(100.0), None, 200.0),
-        ]
-    );
-    let gaps: Vec<_> = reading
-        .gaps
-        .iter()
-        .map(|g| (g.line, g.text.as_str()))
-        .collect();
-    let line = |text: &str| SCRIPT.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
-    assert_eq!(
-        gaps,
-        [(
-            line("movep("),
-            "movep(pose_trans(plane,p[0.2,0.0,0.0,0,3.14159265,0]),a=1.2,v=0.01,r=0.001)"
-        )]
-    );
-    assert!(
-        program
-            .instructions
-            .iter()
-            .any(|i| matches!(i, Instruction::Motion(m) if m.termination == Termination::Fine))
-    );
-}
-
-#[test]
-fn texts_that_are_no_programs_are_refused() {
-    let cell = arcmate();
-    for dialect in OTHERS {
-        let none = dialect::read(dialect, b"G1 X10 Y20\n", None, &cell);
-        assert!(matches!(none, Err(ParseError::Other { .. })), "{none:?}");
-    }
-    for (dialect, text) in [
-        (Dialect::Krl, "DEF A( )\nLIN XP1\n"),
-        (Dialect::Rapid, "MODULE m\nPROC a()\nMoveL p1,v10,fine,t;\n"),
-        (Dialect::UrScript, "def a():\n  sleep(1)\n"),
-    ] {
-        let cut = dialect::read(dialect, text.as_bytes(), None, &cell);
-        assert!(matches!(cut, Err(ParseError::Unended { .. })), "{cut:?}");
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// An error or a program, never a panic; and what is read can be executed, or is refused with its line.
-    #[test]
-    fn damaged_texts(which in 0_usize..4, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
-        let (dialect, text) = [
-            (Dialect::Krl, SEAM_SRC), (Dialect::Krl, SEAM_DAT), (Dialect::Rapid, MODULE), (Dialect::UrScript, SCRIPT),
-        ][which];
-        let mut bytes = text.as_bytes().to_vec();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
-        if cuts {
-            bytes.truncate(cut.index(bytes.len()));
-        }
-        let cell = cell(&[100.0]);
-        let all = match which {
-            0 => dialect::read(dialect, &bytes, Some(SEAM_DAT.as_bytes()), &cell),
-            1 => dialect::read(dialect, SEAM_SRC.as_bytes(), Some(&bytes), &cell),
-            _ => dialect::read(dialect, &bytes, None, &cell),
-        };
-        if let Ok(all) = all {
-            let programs: Vec<Program> = all.into_iter().map(|p| p.program).collect();
-            let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
-            if let Ok(reading) = read {
-                for layer in &reading.toolpath.layers {
-                    prop_assert_eq!(layer.sanity_check(), Ok(()));
-                }
-            }
-            for program in &programs {
-                if let Ok(files) = dialect::write(program, &cell) {
-                    let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
-                    let again = dialect::read(dialect, bytes(0).unwrap(), bytes(1), &cell);
-                    prop_assert!(again.is_ok(), "{:?}\n{}", again, files[0].text);
-                }
-            }
-        }
+    for dialect in [Dialect::UrScript, Dialect::Inform] {
+        let plain = build(&small(), &cell, &asked(dialect), &Reporter::new()).unwrap();
+        let told = dialect::write(&plain.programs[0], &cell).unwrap_err();
+        assert!(told.to_string().contains("machine.robot"), "{told}");
     }
 }

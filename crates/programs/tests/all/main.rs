@@ -7,5 +7,6 @@ mod dialects;
 mod foreign;
 mod logic;
 mod mutation;
+mod others;
 mod source;
 mod told;

@@ -1,9 +1,12 @@
-//! How an arm stands, in the words of its maker: CONFIG of FANUC, status and turn of KUKA, confdata of ABB. Universal Robots have
-//! none: there the joints themselves are said.
+//! How an arm stands, in the words of its maker: CONFIG of FANUC, status and turn of KUKA, confdata of ABB, RCONF of Yaskawa,
+//! config of Stäubli. Universal Robots have none: there the joints themselves are said.
 //!
 //! Sources: FANUC see [`Configuration`]. KUKA: manual of KSS 8 (status: overhead, elbow, fifth axis; turn: the signs of the axes),
 //! checked against seven taught positions of published programs, see the tests. ABB: RAPID reference, `confdata` (quarter turns of
-//! axes 1, 4, 6; cfx by wrist in front of or behind axis 1 and lower arm, and the sign of axis 5).
+//! axes 1, 4, 6; cfx by wrist in front of or behind axis 1 and lower arm, and the sign of axis 5). Yaskawa: NX100 instructions,
+//! "Manipulator types" (flip by the angle of the R axis: -90° to 90° is flip; front or rear by the wrist and the S axis) and DX100 data
+//! transmission manual, `RCONF`; that the arm is "upper" where the elbow lies over the line from shoulder to wrist is our reading.
+//! Stäubli: as published writers of VAL3 have it: lefty where the wrist is in front, elbow and wrist by the signs of axes 3 and 5.
 
 use std::fmt;
 
@@ -31,7 +34,18 @@ pub enum Stance {
     Abb([i32; 4]),
     /// The joints, deg.
     Joints([f64; 6]),
+    /// 1 where: no flip, lower arm, rear, R, T and S at half a turn or more.
+    Yaskawa([u8; 6]),
+    /// Whether shoulder, elbow and wrist are righty, enegative, wnegative.
+    Staubli([bool; 3]),
 }
+
+/// Words of a Stäubli's configuration.
+const STAUBLI: [[&str; 2]; 3] = [
+    ["lefty", "righty"],
+    ["epositive", "enegative"],
+    ["wpositive", "wnegative"],
+];
 
 impl fmt::Display for Stance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -41,6 +55,15 @@ impl fmt::Display for Stance {
             Stance::Abb([a, b, c, d]) => write!(f, "{a},{b},{c},{d}"),
             Stance::Joints(joints) => {
                 let all = joints.map(|j| format!("{j:.4}"));
+                f.write_str(&all.join(","))
+            }
+            Stance::Staubli(which) => {
+                let words = STAUBLI.iter().zip(which);
+                let words: Vec<&str> = words.map(|(w, other)| w[usize::from(*other)]).collect();
+                f.write_str(&words.join(","))
+            }
+            Stance::Yaskawa(bits) => {
+                let all = bits.map(|b| b.to_string());
                 f.write_str(&all.join(","))
             }
         }
@@ -65,7 +88,16 @@ impl Stance {
             }
             Maker::Abb => numbers(text).map(Stance::Abb),
             Maker::Universal => numbers(text).map(Stance::Joints),
-            Maker::Yaskawa | Maker::Staubli | Maker::Other => None,
+            Maker::Yaskawa => numbers(text).map(Stance::Yaskawa),
+            Maker::Staubli => {
+                let words: Vec<&str> = text.split(',').map(str::trim).collect();
+                let which = STAUBLI.iter().zip(&words);
+                let which = which.map(|(known, w)| known.iter().position(|k| k == w));
+                let which: Option<Vec<bool>> = which.map(|i| Some(i? == 1)).collect();
+                (words.len() == 3).then_some(())?;
+                which?.try_into().ok().map(Stance::Staubli)
+            }
+            Maker::Other => None,
         }
     }
 
@@ -94,7 +126,13 @@ impl Cell {
             Maker::Kuka => kuka(&self.arm, joints, shown),
             Maker::Abb => abb(&self.arm, joints, shown),
             Maker::Universal => Some(Stance::Joints(shown)),
-            Maker::Yaskawa | Maker::Staubli | Maker::Other => None,
+            Maker::Yaskawa => yaskawa(&self.arm, joints, shown),
+            Maker::Staubli => {
+                let [rear, _] = behind(&self.arm, joints)?;
+                let below = |i: usize| shown[i] < -SHOWN;
+                Some(Stance::Staubli([rear, below(2), below(4)]))
+            }
+            Maker::Other => None,
         }
     }
 }
@@ -130,4 +168,16 @@ fn abb(arm: &Arm, joints: [f64; 6], shown: [f64; 6]) -> Option<Stance> {
         quarter(shown[5]),
         cfx,
     ]))
+}
+
+fn yaskawa(arm: &Arm, joints: [f64; 6], shown: [f64; 6]) -> Option<Stance> {
+    let [rear, back] = behind(arm, joints)?;
+    let [s, _, _, r, _, t] = shown;
+    // half a turn is of the first turn, as a controller shows it
+    let turned = |angle: f64| angle.abs() > 180.0 + SHOWN;
+    let from_flip = (r + SHOWN).rem_euclid(360.0);
+    let no_flip = (90.0 + 2.0 * SHOWN..270.0 + 2.0 * SHOWN).contains(&from_flip);
+    // behind the first axis an elbow that is bent back lies over the line
+    let bits = [no_flip, back != rear, rear, turned(r), turned(t), turned(s)];
+    Some(Stance::Yaskawa(bits.map(u8::from)))
 }

@@ -120,6 +120,8 @@ fn a_stance_names_one_way() {
     for (name, maker) in [
         ("kuka-kr16-r2010-2", Maker::Kuka),
         ("abb-irb2600-12-185", Maker::Abb),
+        ("yaskawa-ar2010", Maker::Yaskawa),
+        ("staubli-rx60bl", Maker::Staubli),
     ] {
         let cell = shipped(name);
         for (joints, stance) in stances(name, 500) {
@@ -144,6 +146,21 @@ fn a_stance_names_one_way() {
     };
     assert_eq!(said([10.0, 0.0, 0.0, 95.0, 30.0, -10.0]), "0,1,-1,0");
     assert_eq!(said([-100.0, 0.0, 0.0, -5.0, -30.0, 200.0]), "-2,-1,2,1");
+    // of Yaskawa: the R axis turned by half a turn is no flip, and so in front of the S axis with the elbow up
+    let cell = shipped("yaskawa-ar2010");
+    let said = |degrees: [f64; 6]| {
+        let stance = cell.stance(cell.arm.joints(degrees.map(f64::to_radians)));
+        stance.unwrap().to_string()
+    };
+    assert_eq!(said([0.0, 0.0, 0.0, 0.0, -60.0, 0.0]), "0,0,0,0,0,0");
+    assert_eq!(said([0.0, 0.0, 0.0, 90.0, -60.0, 0.0]), "0,0,0,0,0,0");
+    assert_eq!(said([0.0, 0.0, 0.0, 91.0, -60.0, 200.0]), "1,0,0,0,1,0");
+    assert_eq!(said([0.0, 0.0, 0.0, -90.0, -60.0, 0.0]), "1,0,0,0,0,0");
+    let cell = shipped("abb-irb2600-12-185");
+    let said = |degrees: [f64; 6]| {
+        let stance = cell.stance(cell.arm.joints(degrees.map(f64::to_radians)));
+        stance.unwrap().to_string()
+    };
     // leaning back over the first axis
     assert_eq!(
         said([0.0, -80.0, -60.0, 0.0, 30.0, 0.0])

@@ -1,7 +1,63 @@
-//! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again.
+//! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again. By such lines a cell says what switches its arc.
+
+use crate::program::{ArcAction, ArcStyle, ArcWord};
+
+/// The lines that switch a cell's arc.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ArcLines<'a> {
+    /// Strike it.
+    pub(crate) start: &'a [String],
+    /// Set it anew while it burns.
+    pub(crate) set: &'a [String],
+    /// End it.
+    pub(crate) end: &'a [String],
+}
+
+/// What is told of an arc word that does not fill the lines, and what to do.
+pub(crate) const UNFILLED: (&str, &str) = (
+    "an arc word with fewer values than the template has places",
+    "list a value for each place ({1}, {2}, …) in the cell's [[program.schedule]]",
+);
+
+impl ArcLines<'_> {
+    /// The lines for a word; nothing where a value is missing.
+    pub(crate) fn filled(&self, word: &ArcWord, burns: bool) -> Option<Vec<String>> {
+        let values: Vec<&str> = word.arguments.split(',').map(str::trim).collect();
+        let template = match (word.action, burns) {
+            (ArcAction::Start, false) => self.start,
+            (ArcAction::Start, true) => self.set,
+            (ArcAction::End, _) => self.end,
+        };
+        filled(template, &values)
+    }
+
+    /// The word that `lines` begin with, and how many of them it takes; `on` is what the arc burns with.
+    pub(crate) fn read(&self, lines: &[&str], on: &mut Option<String>) -> Option<(usize, ArcWord)> {
+        let first = if on.is_some() {
+            [self.set, self.start]
+        } else {
+            [self.start, self.set]
+        };
+        let word = |action, arguments| ArcWord {
+            action,
+            style: ArcStyle::Arc,
+            arguments,
+        };
+        for template in first {
+            if let Some(values) = recognised(template, lines) {
+                let arguments = values.join(",");
+                *on = Some(arguments.clone());
+                return Some((template.len(), word(ArcAction::Start, arguments)));
+            }
+        }
+        let values = recognised(self.end, lines)?;
+        let arguments = on.take().unwrap_or_else(|| values.join(","));
+        Some((self.end.len(), word(ArcAction::End, arguments)))
+    }
+}
 
 /// The lines of a template with values in their places; nothing where a value is missing.
-pub(super) fn filled(template: &[String], values: &[&str]) -> Option<Vec<String>> {
+fn filled(template: &[String], values: &[&str]) -> Option<Vec<String>> {
     template
         .iter()
         .map(|line| filled_line(line, values))
@@ -48,7 +104,7 @@ fn pieces(line: &str) -> Vec<Piece<'_>> {
 }
 
 /// How many values a template has places for.
-pub(super) fn places(template: &[String]) -> usize {
+fn places(template: &[String]) -> usize {
     let all = template.iter().flat_map(|line| pieces(line));
     let numbers = all.map(|p| match p {
         Piece::Place(n) => n,
@@ -58,7 +114,7 @@ pub(super) fn places(template: &[String]) -> usize {
 }
 
 /// The values in the places of the template that `lines` begin with; nothing where they do not.
-pub(super) fn recognised(template: &[String], lines: &[&str]) -> Option<Vec<String>> {
+fn recognised(template: &[String], lines: &[&str]) -> Option<Vec<String>> {
     let mut values = vec![String::new(); places(template)];
     if template.is_empty() || lines.len() < template.len() {
         return None;

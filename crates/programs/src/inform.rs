@@ -1,0 +1,17 @@
+//! Yaskawa jobs in INFORM, read and written: one `.JBI` with positions in a user frame (a relative job) and instructions; the arc by
+//! condition files.
+//!
+//! Positions carry their `RCONF`, so a robot must be named. Every use of a position has its own entry, as the controller wants it. A
+//! circle is three `MOVC`, the first where the tool already is; between two circles a `MOVL` to that same place parts them. Format:
+//! NX100 and DX100 manuals, "Job data format"; digits: 1 µm, 0.0001°, a tenth of the unit of speed.
+
+mod motion;
+mod parse;
+mod positions;
+mod words;
+mod write;
+
+pub use parse::read;
+pub(crate) use words::zone_near;
+pub use words::{InformSpeed, InformWords};
+pub use write::write;

@@ -1,0 +1,271 @@
+//! A program to INFORM.
+
+use std::collections::BTreeMap;
+
+use super::motion::NO_LEVEL;
+use super::positions::{Entry, Written};
+use super::words::InformWords;
+use crate::program::{
+    ArcAction, ArcWord, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    Termination,
+};
+use crate::template::UNFILLED;
+use crate::written::{GOES_ON, TextFile, WriteError, check, fixed, no_words, short};
+
+/// Longest wait of one `TIMER`, s.
+const LONGEST: f64 = 655.35;
+/// Longest wait in all, s: a day.
+const DAY: f64 = 86_400.0;
+/// A job carries the time of its making; ours are the same whenever they are made.
+const DATE: &str = "///DATE 2000/01/01 00:00";
+
+/// The job of a program, with `\n` line ends: 1 µm and 0.0001°.
+///
+/// # Errors
+/// [`WriteError`] where a number is not finite, or INFORM has no words for something.
+pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, WriteError> {
+    check(program)?;
+    let robot = |p: &crate::program::Position| {
+        let group = p.groups.iter().find(|g| g.number == 1)?;
+        let entry = (group.coordinates.clone(), (group.frame, group.tool));
+        Some((p.index, entry))
+    };
+    let mut writer = Writer {
+        program,
+        words,
+        places: program.positions.iter().filter_map(robot).collect(),
+        positions: Written::default(),
+        text: String::new(),
+        at: 0,
+        burns: false,
+        last: None,
+    };
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        writer.at = at;
+        writer.instruction(instruction)?;
+    }
+    if writer.burns {
+        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
+    }
+    let head = if program.application.is_empty() {
+        writer.head()
+    } else {
+        program.application.clone()
+    };
+    let text = format!(
+        "/JOB\n//NAME {}\n{}//INST\n{}\nNOP\n{}END\n",
+        program.name,
+        writer.positions.section(),
+        head.join("\n"),
+        writer.text,
+    );
+    Ok(vec![TextFile {
+        name: format!("{}.JBI", program.name),
+        text,
+    }])
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    words: &'a InformWords,
+    places: BTreeMap<u32, Entry>,
+    positions: Written,
+    text: String,
+    /// Instruction being written, from 0.
+    at: usize,
+    burns: bool,
+    /// Where the last move ended, and whether it was a circle.
+    last: Option<(Entry, bool)>,
+}
+
+impl Writer<'_> {
+    fn line(&mut self, text: &str) {
+        self.text.push_str(text);
+        self.text.push('\n');
+    }
+
+    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
+        no_words(self.program, self.at, what, remedy)
+    }
+
+    /// What stands before the instructions: the job moves with its user frame.
+    fn head(&self) -> Vec<String> {
+        let user = self.places.values().find_map(|e| e.1.0).filter(|n| *n > 0);
+        let group = format!("///GROUP1 {}", *self.words.group);
+        let attributes = match user {
+            Some(number) => vec![
+                "///ATTR SC,RW,RJ".to_owned(),
+                format!("////FRAME USER {number}"),
+            ],
+            None => vec!["///ATTR SC,RW".to_owned()],
+        };
+        [vec![DATE.to_owned()], attributes, vec![group]].concat()
+    }
+
+    fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
+        match instruction {
+            Instruction::Motion(motion) => {
+                self.motion(motion)?;
+                if let Some(word) = &motion.arc {
+                    self.arc(word)?;
+                }
+            }
+            Instruction::Arc(word) => self.arc(word)?,
+            Instruction::Wait(seconds) if *seconds > DAY => {
+                return Err(self.no_words("a wait of more than a day", "wait by hand"));
+            }
+            Instruction::Wait(seconds) => {
+                let mut left = *seconds;
+                while left > LONGEST {
+                    self.line(&format!("TIMER T={LONGEST}"));
+                    left -= LONGEST;
+                }
+                self.line(&format!("TIMER T={}", fixed(left, 2)));
+            }
+            // positions carry theirs
+            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
+            Instruction::Call { program, .. } => self.line(&format!("CALL JOB:{program}")),
+            Instruction::Comment { text, .. } => self.line(&format!("'{text}")),
+            Instruction::End => self.line("RET"),
+            Instruction::Raw(text) if names_position(text) => {
+                return Err(self.no_words(
+                    "a line that names a position by its number",
+                    "positions are numbered anew: leave the line out, or write it as a move",
+                ));
+            }
+            Instruction::Raw(text) => self.line(text),
+            Instruction::Label { .. } | Instruction::Jump(_) => {
+                return Err(self.no_words("a jump", "write the moves one after the other"));
+            }
+        }
+        Ok(())
+    }
+
+    fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
+        let starts = word.action == ArcAction::Start;
+        if !starts && !self.burns {
+            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
+        }
+        let number = |v: &str| v.trim().parse::<f64>().is_ok();
+        let lines = if starts && !word.arguments.split(',').all(number) {
+            // words of the controller, as they were read
+            let name = if self.burns { "ARCSET" } else { "ARCON" };
+            Some(vec![format!("{name} {}", word.arguments).trim().to_owned()])
+        } else {
+            self.words.arc().filled(word, self.burns)
+        };
+        let Some(lines) = lines else {
+            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
+        };
+        for line in lines {
+            self.line(&line);
+        }
+        self.burns = starts;
+        Ok(())
+    }
+
+    fn entry(&self, reference: &PositionRef) -> Result<Entry, WriteError> {
+        let found = match reference {
+            PositionRef::Point { index, .. } => self.places.get(index),
+            PositionRef::Unresolved(_) => None,
+        };
+        found
+            .cloned()
+            .ok_or_else(|| self.no_words("a position that is not there", "teach it"))
+    }
+
+    /// A name of its own for this use of a position.
+    fn name(&mut self, entry: &Entry) -> Result<String, WriteError> {
+        self.positions.add(entry).ok_or_else(|| {
+            self.no_words(
+                "a position of which the arm's way to stand (RCONF) is not known",
+                "name the robot (machine.robot), and see that it reaches every place: the check of reach tells",
+            )
+        })
+    }
+
+    fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
+        let to = self.entry(&motion.target)?;
+        let speed = self.speed(motion)?;
+        let ending = match &motion.termination {
+            Termination::Fine => " PL=0".to_owned(),
+            Termination::Blend(distance) => match self.words.level(*distance) {
+                Some(level) => format!(" PL={level}"),
+                None => format!(" CR={}", short(*distance, 1)),
+            },
+            Termination::Other(word) if word == NO_LEVEL => String::new(),
+            Termination::Other(word) if word.starts_with("PL=") => format!(" {word}"),
+            _ => {
+                return Err(
+                    self.no_words("this way to end a move", "give the distance of blending")
+                );
+            }
+        };
+        let words = motion.extra.iter().map(|w| format!(" {w}"));
+        let rest = format!("{ending}{}", words.collect::<String>());
+        let verb = match &motion.kind {
+            MotionKind::Joint => "MOVJ",
+            MotionKind::Linear => "MOVL",
+            MotionKind::CircleArc => "MOVC",
+            // from where the arm happens to be there is no circle
+            MotionKind::Circular { .. } if self.last.is_none() && !self.burns => "MOVL",
+            MotionKind::Circular { via } => {
+                let via = self.entry(via)?;
+                self.circle_begins(&speed)?;
+                let via = self.name(&via)?;
+                self.line(&format!("MOVC {via}{speed}"));
+                "MOVC"
+            }
+        };
+        let name = self.name(&to)?;
+        self.line(&format!("{verb} {name}{speed}{rest}"));
+        self.last = Some((to, verb == "MOVC"));
+        Ok(())
+    }
+
+    /// The first point of a circle is where the tool is.
+    fn circle_begins(&mut self, speed: &str) -> Result<(), WriteError> {
+        let Some((from, round)) = self.last.clone() else {
+            return Err(self.no_words("a circle that begins nowhere", "move to its start first"));
+        };
+        for verb in ["MOVL", "MOVC"] {
+            if verb == "MOVC" || round {
+                let name = self.name(&from)?;
+                self.line(&format!("{verb} {name}{speed}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn speed(&self, motion: &Motion) -> Result<String, WriteError> {
+        let unit = self.words.unit();
+        match (motion.speed, &motion.kind) {
+            (
+                Speed::Value {
+                    value,
+                    unit: SpeedUnit::Percent,
+                },
+                MotionKind::Joint,
+            ) if value >= 0.01 => Ok(format!(" VJ={}", fixed(value, 2))),
+            (Speed::Value { value, unit: own }, kind)
+                if own == unit && *kind != MotionKind::Joint && value >= 0.1 =>
+            {
+                Ok(format!(" V={}", fixed(value, 1)))
+            }
+            (Speed::Weld, _) => Ok(String::new()),
+            _ => Err(self.no_words(
+                "a speed in this unit, or below a tenth of it",
+                "give it in the unit of program.inform.speed_unit, joint moves in %",
+            )),
+        }
+    }
+}
+
+/// Whether a word of a line is one of the job's positions, such as `C00012`.
+fn names_position(text: &str) -> bool {
+    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+    words.any(|w| {
+        let number = w.strip_prefix(['C', 'c']).unwrap_or_default();
+        !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())
+    })
+}

@@ -1,0 +1,267 @@
+//! The data of a project (`.dtx`): points, joints, movement descriptors, from text and to text.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use quick_xml::escape::escape;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+
+use super::words::Val3Words;
+use crate::orientation::{wpr_of_xyz, xyz_of_wpr};
+use crate::program::{Axis, Coordinates, Termination};
+use crate::written::{fixed, short};
+
+/// The first words of a configuration, in order, where they say one.
+const CONFIG: [(&str, [&str; 2]); 3] = [
+    ("shoulder", ["lefty", "righty"]),
+    ("elbow", ["epositive", "enegative"]),
+    ("wrist", ["wpositive", "wnegative"]),
+];
+/// A limit that limits nothing.
+const NO_LIMIT: &str = "9999";
+
+/// How a movement is driven.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Descriptor {
+    /// Share of what joints can do, %.
+    pub(super) share: f64,
+    /// Speed along the path, mm/s.
+    pub(super) speed: f64,
+    pub(super) termination: Termination,
+}
+
+type Attributes = BTreeMap<String, String>;
+
+/// The data of a project.
+#[derive(Debug, Default)]
+pub(super) struct Data {
+    /// Kind of each name, and its values by their keys.
+    all: BTreeMap<String, (String, BTreeMap<u32, Attributes>)>,
+}
+
+fn attributes(element: &BytesStart<'_>) -> Attributes {
+    let read = element.attributes().flatten();
+    read.map(|a| (a.key.as_ref().to_owned(), a.value.into_owned()))
+        .collect()
+}
+
+impl Data {
+    /// Reads as much as is well formed.
+    pub(super) fn read(text: &str) -> Self {
+        let mut data = Data::default();
+        let mut reader = Reader::from_str(text);
+        let mut open: Option<String> = None;
+        while let Ok(event) = reader.read_event() {
+            match &event {
+                Event::Eof => break,
+                Event::Start(e) | Event::Empty(e) => {
+                    let mut said = attributes(e);
+                    let tag = e.name();
+                    if tag.as_ref() == "Data" {
+                        let name = said.remove("name").unwrap_or_default();
+                        let kind = said.remove("type").unwrap_or_default();
+                        data.all.insert(name.clone(), (kind, BTreeMap::new()));
+                        open = Some(name);
+                    } else if tag.as_ref() == "Value"
+                        && let Some((_, values)) = open.as_ref().and_then(|n| data.all.get_mut(n))
+                        && let Some(key) = said.remove("key").and_then(|k| k.parse().ok())
+                    {
+                        values.insert(key, said);
+                    }
+                }
+                _ => {}
+            }
+        }
+        data
+    }
+
+    /// The value that `name[key]` means; `name` alone is its first.
+    fn value(&self, reference: &str, kind: &str) -> Option<&Attributes> {
+        let (name, key) = match reference.split_once('[') {
+            Some((name, rest)) => (name, rest.strip_suffix(']')?.trim().parse().ok()?),
+            None => (reference, 0),
+        };
+        let (own, values) = self.all.get(name.trim())?;
+        (own == kind).then(|| values.get(&key))?
+    }
+
+    /// Where a point lies, and the name of its frame.
+    pub(super) fn point(&self, reference: &str) -> Option<(Coordinates, String)> {
+        let said = self.value(reference, "pointRx")?;
+        let [x, y, z, rx, ry, rz] = numbers(said, ["x", "y", "z", "rx", "ry", "rz"])?;
+        let words = CONFIG.map(|(key, known)| {
+            let word = said.get(key).map(String::as_str);
+            word.filter(|w| known.contains(w))
+        });
+        let config = match words {
+            [Some(a), Some(b), Some(c)] => format!("{a},{b},{c}"),
+            _ => String::new(),
+        };
+        let frame = said.get("fatherId").cloned().unwrap_or_default();
+        let place = Coordinates::Cartesian {
+            config,
+            xyz: [x, y, z],
+            wpr_degrees: wpr_of_xyz([rx, ry, rz])?,
+            external: Vec::new(),
+        };
+        Some((place, frame))
+    }
+
+    /// Where joints stand.
+    pub(super) fn joints(&self, reference: &str) -> Option<Coordinates> {
+        let said = self.value(reference, "jointRx")?;
+        let all = numbers(said, ["j1", "j2", "j3", "j4", "j5", "j6"])?;
+        let axis = |(i, value): (usize, f64)| Axis {
+            name: format!("J{}", i + 1),
+            value,
+            unit: "deg".to_owned(),
+        };
+        let all = all.into_iter().enumerate().map(axis);
+        Some(Coordinates::Joint(all.collect()))
+    }
+
+    /// How a movement is driven.
+    pub(super) fn descriptor(&self, reference: &str) -> Option<Descriptor> {
+        let said = self.value(reference, "mdesc")?;
+        let number = |key: &str, default: f64| match said.get(key) {
+            Some(text) => text.parse().ok().filter(|v: &f64| v.is_finite()),
+            None => Some(default),
+        };
+        let (leave, reach) = (number("leave", 50.0)?, number("reach", 50.0)?);
+        let blend = said.get("blend").map_or("off", String::as_str);
+        let termination = match blend.to_ascii_lowercase().as_str() {
+            "off" => Termination::Fine,
+            "cartesian" if leave == reach && leave > 0.0 => Termination::Blend(leave),
+            other => Termination::Other(format!("blend {other}")),
+        };
+        Some(Descriptor {
+            share: number("vel", 100.0)?,
+            speed: number("tmax", 99_999.0)?,
+            termination,
+        })
+    }
+}
+
+/// Finite numbers; 0 where they are not written.
+fn numbers<const N: usize>(said: &Attributes, keys: [&str; N]) -> Option<[f64; N]> {
+    let read = keys.map(|key| match said.get(key) {
+        Some(text) => text.parse().ok().filter(|v: &f64| v.is_finite()),
+        None => Some(0.0),
+    });
+    let all: Option<Vec<f64>> = read.into_iter().collect();
+    all?.try_into().ok()
+}
+
+/// The data of a program while it is written: each value once.
+#[derive(Debug, Default)]
+pub(super) struct Written {
+    pub(super) points: Vec<String>,
+    pub(super) joints: Vec<String>,
+    pub(super) descriptors: Vec<String>,
+}
+
+/// The index of a value among those that are there; it is added where it is new.
+fn indexed(all: &mut Vec<String>, value: String) -> usize {
+    let known = all.iter().rposition(|v| *v == value);
+    known.unwrap_or_else(|| {
+        all.push(value);
+        all.len() - 1
+    })
+}
+
+impl Written {
+    /// The name of a place; nothing for one that has no words.
+    pub(super) fn place(&mut self, coordinates: &Coordinates) -> Option<String> {
+        match coordinates {
+            Coordinates::Cartesian {
+                config,
+                xyz,
+                wpr_degrees,
+                external,
+            } if external.is_empty() => {
+                let [x, y, z] = xyz.map(|v| fixed(v, 3));
+                let [rx, ry, rz] = xyz_of_wpr(*wpr_degrees).map(|v| short(v, 8));
+                let mut text =
+                    format!("x=\"{x}\" y=\"{y}\" z=\"{z}\" rx=\"{rx}\" ry=\"{ry}\" rz=\"{rz}\"");
+                if !config.is_empty() {
+                    for ((key, _), word) in CONFIG.iter().zip(config.split(',')) {
+                        // writing to a String cannot fail
+                        let _ = write!(text, " {key}=\"{}\"", escape(word.trim()));
+                    }
+                }
+                text += " fatherId=\"fPart[0]\"";
+                // neighbours at most: a plan does not come back to a point, and a search would take long
+                if self.points.last() != Some(&text) {
+                    self.points.push(text);
+                }
+                Some(format!("pMove[{}]", self.points.len() - 1))
+            }
+            Coordinates::Joint(axes) if axes.len() == 6 => {
+                let all = axes.iter().enumerate();
+                let all = all.map(|(i, a)| format!("j{}=\"{}\"", i + 1, short(a.value, 5)));
+                let text = all.collect::<Vec<_>>().join(" ");
+                Some(format!("jMove[{}]", indexed(&mut self.joints, text)))
+            }
+            _ => None,
+        }
+    }
+
+    /// The name of a way to drive; nothing where there are no words for how it ends.
+    pub(super) fn descriptor(&mut self, descriptor: &Descriptor) -> Option<String> {
+        let (blend, distance) = match descriptor.termination {
+            Termination::Fine => ("off", 0.0),
+            Termination::Blend(distance) => ("Cartesian", distance),
+            _ => return None,
+        };
+        let distance = short(distance, 3);
+        let text = format!(
+            "accel=\"100\" vel=\"{}\" decel=\"100\" tmax=\"{}\" rmax=\"{NO_LIMIT}\" blend=\"{blend}\" leave=\"{distance}\" reach=\"{distance}\"",
+            short(descriptor.share, 2),
+            short(descriptor.speed, 3)
+        );
+        Some(format!("mMove[{}]", indexed(&mut self.descriptors, text)))
+    }
+
+    /// The file.
+    pub(super) fn file(&self, words: &Val3Words) -> String {
+        let frame = |at: &[meltpath_base::Length; 3], turned: &[meltpath_base::Angle; 3]| {
+            let [x, y, z] = at.map(|v| short(v.0, 3));
+            let [rx, ry, rz] = turned.map(|v| short(v.0.to_degrees(), 4));
+            format!("x=\"{x}\" y=\"{y}\" z=\"{z}\" rx=\"{rx}\" ry=\"{ry}\" rz=\"{rz}\"")
+        };
+        let part = frame(&words.part_position, &words.part_angles) + " fatherId=\"world[0]\"";
+        let tool = frame(&words.tool_position, &words.tool_angles) + " fatherId=\"flange[0]\"";
+        let mut text = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
+            <Database xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xmlns=\"http://www.staubli.com/robotics/VAL3/Data/2\">\n  <Datas>\n"
+            .to_owned();
+        let mut data = |name: &str, kind: &str, values: &[String]| {
+            if values.is_empty() {
+                return;
+            }
+            let (name, size) = (escape(name), values.len());
+            // writing to a String cannot fail
+            let _ = writeln!(
+                text,
+                "    <Data name=\"{name}\" access=\"private\" xsi:type=\"array\" type=\"{kind}\" size=\"{size}\">"
+            );
+            for (key, value) in values.iter().enumerate() {
+                let _ = writeln!(text, "      <Value key=\"{key}\" {value} />");
+            }
+            text += "    </Data>\n";
+        };
+        data("fPart", "frame", &[part]);
+        data("tTorch", "tool", &[tool]);
+        for output in words.outputs.iter() {
+            let value = match output.link.as_ref() {
+                Some(link) => format!("link=\"{}\"", escape(link.as_str())),
+                None => "value=\"0\"".to_owned(),
+            };
+            data(&output.name, (*output.kind).word(), &[value]);
+        }
+        data("mMove", "mdesc", &self.descriptors);
+        data("jMove", "jointRx", &self.joints);
+        data("pMove", "pointRx", &self.points);
+        text + "  </Datas>\n</Database>\n"
+    }
+}

@@ -1,0 +1,238 @@
+//! A program from VAL3. Never panics; what it does not know it keeps and lists.
+
+use super::data::{Data, Descriptor};
+use super::words::Val3Words;
+use crate::collected::Collected;
+use crate::parsed::{ParseError, Parsed, decoded};
+use crate::program::{
+    Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+};
+use crate::scan::{called, routine_name, strip_word, tidy};
+
+/// Reads a program with the data of its project; `words` say what switches the arc.
+///
+/// # Errors
+/// [`ParseError`] where the text has no program, or it does not end.
+pub fn read(
+    source: &[u8],
+    data: Option<&[u8]>,
+    words: Option<&Val3Words>,
+) -> Result<Vec<Parsed>, ParseError> {
+    let text = decoded(source);
+    let none = || ParseError::Other {
+        dialect: "Stäubli",
+        wanted: "<Program name=…> with its code",
+    };
+    let (_, name) = text.split_once("<Program name=\"").ok_or_else(none)?;
+    let (name, _) = name.split_once('"').ok_or_else(none)?;
+    let name = routine_name(name).ok_or_else(none)?;
+    let (head, code) = text.split_once("<![CDATA[").ok_or_else(none)?;
+    let mut reader = Reader {
+        out: Collected::new(Dialect::Val3, name),
+        words,
+        data: data.map_or_else(Data::default, |data| Data::read(&decoded(data))),
+        frames: Vec::new(),
+        tools: Vec::new(),
+        arc: None,
+        queued: false,
+        waited: false,
+        depth: 0,
+    };
+    let first = head.matches('\n').count() as u32 + 1;
+    let lines: Vec<&str> = code.lines().map(str::trim).collect();
+    let mut at = 0;
+    while let Some(line) = lines.get(at) {
+        reader.out.line = first + at as u32;
+        let ends = line.split("]]>").next().unwrap_or_default().trim();
+        if ends.eq_ignore_ascii_case("end") && reader.depth == 0 {
+            return Ok(vec![reader.out.finish()]);
+        }
+        if line.contains("]]>") {
+            break;
+        }
+        let taken = reader.arc_lines(lines.get(at..).unwrap_or_default());
+        if taken == 0 {
+            reader.statement(line);
+        }
+        at += taken.max(1);
+    }
+    Err(ParseError::Unended {
+        line: first + at as u32,
+        wanted: "end",
+    })
+}
+
+struct Reader<'w> {
+    out: Collected,
+    words: Option<&'w Val3Words>,
+    data: Data,
+    /// Frames and tools by their number.
+    frames: Vec<String>,
+    tools: Vec<String>,
+    /// The values of the arc that is on.
+    arc: Option<String>,
+    /// Moves were told that may not have ended.
+    queued: bool,
+    /// The arm stopped behind the last move, and nothing was done there yet.
+    waited: bool,
+    /// Blocks that are open.
+    depth: u32,
+}
+
+/// A number for a name, from 1.
+fn numbered(all: &mut Vec<String>, name: &str) -> u32 {
+    let name = tidy(name.trim_end_matches("[0]"));
+    let known = all.iter().position(|n| *n == name);
+    let at = known.unwrap_or_else(|| {
+        all.push(name);
+        all.len() - 1
+    });
+    at as u32 + 1
+}
+
+impl Reader<'_> {
+    /// Takes in the lines that switch the arc, which the arm stands for; how many they are.
+    fn arc_lines(&mut self, lines: &[&str]) -> usize {
+        let Some(words) = self.words.filter(|_| !self.queued) else {
+            return 0;
+        };
+        let Some((taken, word)) = words.arc().read(lines, &mut self.arc) else {
+            return 0;
+        };
+        self.stopped();
+        self.out.switch(word);
+        taken
+    }
+
+    /// The last move ends where the arm stops.
+    fn stopped(&mut self) {
+        self.waited = false;
+        let all = self.out.program.instructions.iter_mut().rev();
+        let mut moves = all.filter_map(|i| match i {
+            Instruction::Motion(motion) => Some(motion),
+            _ => None,
+        });
+        if let Some(motion) = moves.next() {
+            motion.termination = Termination::Fine;
+        }
+    }
+
+    fn statement(&mut self, line: &str) {
+        if line.is_empty() || line.eq_ignore_ascii_case("begin") {
+            return;
+        }
+        if let Some(text) = line.strip_prefix("//") {
+            return self.out.remark(text);
+        }
+        let line = line.split("//").next().unwrap_or_default().trim();
+        if self.acts(line).is_some() {
+            return;
+        }
+        let word = line
+            .split(|c: char| !c.is_ascii_alphanumeric())
+            .next()
+            .unwrap_or_default();
+        match word.to_ascii_lowercase().as_str() {
+            "if" | "while" | "for" | "switch" | "do" => self.depth += 1,
+            "endif" | "endwhile" | "endfor" | "endswitch" | "until" => {
+                self.depth = self.depth.saturating_sub(1);
+            }
+            _ => {}
+        }
+        self.out.keep(line);
+    }
+
+    fn acts(&mut self, line: &str) -> Option<()> {
+        if called(line, "waitEndMove").is_some() {
+            (self.queued, self.waited) = (false, true);
+            return Some(());
+        }
+        if let Some(all) = called(line, "delay") {
+            let seconds: f64 = all.first()?.parse().ok()?;
+            let sound = seconds.is_finite() && seconds >= 0.0 && !self.queued;
+            return sound.then(|| {
+                self.waited = false;
+                self.out.push(Instruction::Wait(seconds));
+            });
+        }
+        if line.eq_ignore_ascii_case("return") {
+            self.out.push(Instruction::End);
+            return Some(());
+        }
+        if let Some(rest) = strip_word(line, "call") {
+            let (name, inner) = rest.trim().split_once('(')?;
+            let empty = inner.trim().strip_suffix(')')?.trim().is_empty();
+            return empty.then(|| {
+                self.out.push(Instruction::Call {
+                    program: name.trim().to_owned(),
+                    arguments: String::new(),
+                });
+            });
+        }
+        // what a move returns is of no matter
+        let text = line.split_once('=').map_or(line, |(_, right)| right.trim());
+        if let Some(all) = called(text, "movej") {
+            let [to, tool, how] = all[..] else {
+                return None;
+            };
+            return self.motion(MotionKind::Joint, to, tool, how);
+        }
+        if let Some(all) = called(text, "movel") {
+            let [to, tool, how] = all[..] else {
+                return None;
+            };
+            return self.motion(MotionKind::Linear, to, tool, how);
+        }
+        let all = called(text, "movec")?;
+        let [via, to, tool, how] = all[..] else {
+            return None;
+        };
+        let via = self.place(via, tool);
+        self.motion(MotionKind::Circular { via }, to, tool, how)
+    }
+
+    fn place(&mut self, reference: &str, tool: &str) -> PositionRef {
+        let tool = numbered(&mut self.tools, tool);
+        if let Some((place, frame)) = self.data.point(reference) {
+            let frame = numbered(&mut self.frames, &frame);
+            return self.out.place(place, (Some(frame), Some(tool)));
+        }
+        match self.data.joints(reference) {
+            Some(place) => self.out.place(place, (None, Some(tool))),
+            None => PositionRef::Unresolved(tidy(reference)),
+        }
+    }
+
+    fn motion(&mut self, kind: MotionKind, to: &str, tool: &str, how: &str) -> Option<()> {
+        let Descriptor {
+            share,
+            speed,
+            termination,
+        } = self.data.descriptor(how)?;
+        if self.waited {
+            self.stopped();
+        }
+        self.queued = true;
+        let target = self.place(to, tool);
+        let speed = if kind == MotionKind::Joint {
+            Speed::Value {
+                value: share,
+                unit: SpeedUnit::Percent,
+            }
+        } else {
+            Speed::Value {
+                value: speed,
+                unit: SpeedUnit::MillimetrePerSecond,
+            }
+        };
+        self.out.push(Instruction::Motion(Motion {
+            kind,
+            target,
+            speed,
+            termination,
+            arc: None,
+            extra: Vec::new(),
+        }));
+        Some(())
+    }
+}

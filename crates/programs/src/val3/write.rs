@@ -1,0 +1,204 @@
+//! A program to VAL3.
+
+use std::collections::BTreeMap;
+
+use quick_xml::escape::escape;
+
+use super::data::{Descriptor, Written};
+use super::words::Val3Words;
+use crate::program::{
+    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    Termination,
+};
+use crate::template::UNFILLED;
+use crate::written::{TextFile, WriteError, check, no_words, short};
+
+/// A speed along the path that limits no joint move, mm/s.
+const FREE: f64 = 99_999.0;
+const XML: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
+
+/// The files of a project, its program and its data first, with `\n` line ends.
+///
+/// # Errors
+/// [`WriteError`] where a number is not finite, or VAL3 has no words for something.
+pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, WriteError> {
+    check(program)?;
+    let robot = |p: &crate::program::Position| {
+        let group = p.groups.iter().find(|g| g.number == 1);
+        group.map(|g| (p.index, g.coordinates.clone()))
+    };
+    let mut writer = Writer {
+        program,
+        words,
+        places: program.positions.iter().filter_map(robot).collect(),
+        data: Written::default(),
+        text: String::new(),
+        at: 0,
+        queued: false,
+    };
+    for (at, instruction) in program.instructions.iter().enumerate() {
+        writer.at = at;
+        writer.instruction(instruction)?;
+    }
+    let name = program.name.as_str();
+    let file = |ending: &str, text: String| TextFile {
+        name: ending.replace('*', name),
+        text,
+    };
+    Ok(vec![
+        file("*.pgx", code(name, &writer.text)),
+        file("*.dtx", writer.data.file(words)),
+        file("*.pjx", project(name)),
+        file(
+            "start.pgx",
+            code("start", &format!("  call {name}()\n  waitEndMove()\n")),
+        ),
+        file("stop.pgx", code("stop", "  resetMotion()\n")),
+    ])
+}
+
+fn project(name: &str) -> String {
+    let name = escape(name);
+    format!(
+        "{XML}<Project xmlns=\"http://www.staubli.com/robotics/VAL3/Project/3\">\n  \
+         <Parameters version=\"s7.10.2\" stackSize=\"5000\" millimeterUnit=\"true\" />\n  <Programs>\n    \
+         <Program file=\"{name}.pgx\" />\n    <Program file=\"start.pgx\" />\n    <Program file=\"stop.pgx\" />\n  </Programs>\n  \
+         <Database>\n    <Data file=\"{name}.dtx\" />\n  </Database>\n  <Libraries />\n</Project>\n"
+    )
+}
+
+fn code(name: &str, lines: &str) -> String {
+    let access = if matches!(name, "start" | "stop") {
+        "public"
+    } else {
+        "private"
+    };
+    format!(
+        "{XML}<Programs xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xmlns=\"http://www.staubli.com/robotics/VAL3/Program/2\">\n  \
+         <Program name=\"{}\" access=\"{access}\">\n    <Code><![CDATA[\nbegin\n{lines}end\n]]></Code>\n  </Program>\n</Programs>\n",
+        escape(name)
+    )
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    words: &'a Val3Words,
+    places: BTreeMap<u32, Coordinates>,
+    data: Written,
+    text: String,
+    /// Instruction being written, from 0.
+    at: usize,
+    /// Moves were told that may not have ended.
+    queued: bool,
+}
+
+impl Writer<'_> {
+    fn line(&mut self, text: &str) -> Result<(), WriteError> {
+        if text.contains("]]>") {
+            return Err(self.no_words("\"]]>\"", "leave it out"));
+        }
+        self.text.push_str("  ");
+        self.text.push_str(text);
+        self.text.push('\n');
+        Ok(())
+    }
+
+    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
+        no_words(self.program, self.at, what, remedy)
+    }
+
+    /// Lets the moves end that were told.
+    fn stop(&mut self) -> Result<(), WriteError> {
+        if std::mem::take(&mut self.queued) {
+            self.line("waitEndMove()")?;
+        }
+        Ok(())
+    }
+
+    fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
+        match instruction {
+            Instruction::Motion(motion) => {
+                let line = self.motion(motion)?;
+                self.line(&line)?;
+                self.queued = true;
+                match &motion.arc {
+                    Some(word) => self.arc(word),
+                    None => Ok(()),
+                }
+            }
+            Instruction::Arc(word) => self.arc(word),
+            Instruction::Wait(seconds) => {
+                self.stop()?;
+                self.line(&format!("delay({})", short(*seconds, 3)))
+            }
+            // points and moves name theirs
+            Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => Ok(()),
+            Instruction::Call { program, .. } => self.line(&format!("call {program}()")),
+            Instruction::Comment { text, .. } => self.line(&format!("//{text}")),
+            Instruction::End => self.line("return"),
+            Instruction::Raw(text) => self.line(text),
+            Instruction::Label { .. } | Instruction::Jump(_) => {
+                Err(self.no_words("a jump", "write the moves one after the other"))
+            }
+        }
+    }
+
+    fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
+        let Some(lines) = self.words.arc().filled(word, false) else {
+            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
+        };
+        self.stop()?;
+        lines.iter().try_for_each(|line| self.line(line))
+    }
+
+    fn name(&mut self, reference: &PositionRef) -> Result<String, WriteError> {
+        let found = match reference {
+            PositionRef::Point { index, .. } => self.places.get(index),
+            PositionRef::Unresolved(_) => None,
+        };
+        let name = found.and_then(|place| self.data.place(place));
+        name.ok_or_else(|| self.no_words("a position that is not there", "teach it"))
+    }
+
+    fn motion(&mut self, motion: &Motion) -> Result<String, WriteError> {
+        let joint = motion.kind == MotionKind::Joint;
+        let (share, speed) = match motion.speed {
+            Speed::Value {
+                value,
+                unit: SpeedUnit::Percent,
+            } if joint => (value, FREE),
+            Speed::Value {
+                value,
+                unit: SpeedUnit::MillimetrePerSecond,
+            } if !joint => (100.0, value),
+            _ => {
+                return Err(
+                    self.no_words("a speed in this unit", "give it in mm/s, joint moves in %")
+                );
+            }
+        };
+        // what switches the arc stops the arm
+        let termination = match &motion.arc {
+            Some(_) => Termination::Fine,
+            None => motion.termination.clone(),
+        };
+        let how = Descriptor {
+            share,
+            speed,
+            termination,
+        };
+        let verb = match &motion.kind {
+            MotionKind::Joint => "movej(".to_owned(),
+            MotionKind::Linear => "movel(".to_owned(),
+            MotionKind::Circular { via } => format!("movec({},", self.name(via)?),
+            MotionKind::CircleArc => {
+                return Err(self.no_words("a circle through three moves", "give its via point"));
+            }
+        };
+        let to = self.name(&motion.target)?;
+        let Some(how) = self.data.descriptor(&how) else {
+            return Err(self.no_words("this way to end a move", "give the distance of blending"));
+        };
+        Ok(format!("{verb}{to},tTorch,{how})"))
+    }
+}

@@ -1,0 +1,3 @@
+#![no_main]
+
+meltpath_fuzz::target!("ur_script");
