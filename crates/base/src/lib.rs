@@ -20,7 +20,7 @@ pub use place::Place;
 pub use provenance::Provenance;
 pub use quantity::{
     Angle, AngularAcceleration, AngularSpeed, BeadWidths, Current, Density, Frequency, Length,
-    Pure, QuantityError, Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
+    Pressure, Pure, QuantityError, Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
 };
 pub use reporter::{Reporter, Warning};
 pub use resolved::{Origin, Resolved};

@@ -270,6 +270,11 @@ crate::quantity!(
     [("mA", 1e-3), ("A", 1.0)]
 );
 crate::quantity!(
+    /// A pressure, Pa inside.
+    Pressure, "pressure", "Pa",
+    [("Pa", 1.0), ("kPa", 1e3), ("mbar", 100.0), ("bar", 1e5)]
+);
+crate::quantity!(
     /// A share or a factor, 1 inside for `100 %`.
     Ratio, "ratio", "1",
     [("%", 1.0, divisor = 100.0)]

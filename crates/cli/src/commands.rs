@@ -270,11 +270,14 @@ fn fitted(measurements: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     for finding in meltpath::views::fit::lines(&found) {
         line(&finding);
     }
+    for check in &found.verdict.checks {
+        line(&format!("cannot say: {}", check.reason));
+    }
     for warning in &found.verdict.warnings {
         line(&format!("note: {}", warning.message));
     }
     show_report(&found.folder);
-    Ok(0)
+    Ok(verdict_code(&found.verdict))
 }
 
 fn tested(arguments: &HealthArguments) -> Result<u8, Failure> {

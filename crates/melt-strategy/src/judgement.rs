@@ -12,6 +12,7 @@ use crate::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::levels::{BEND, Levels, LevelsError, Setup};
+use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
 /// Largest change of a share that is called converged.
@@ -149,12 +150,12 @@ pub struct Drawn {
     pub foot: Field,
     /// The longest step of the finest cells, s.
     pub step: f64,
+    /// The same of the uppermost cells.
+    pub surface: Field,
     /// What the solver lost of the heat, as a share of what the beam brought.
     pub residual: f64,
-    /// Share of the beam's heat that vapour carried away.
-    pub vapour: f64,
-    /// Heat that vapour carried away, J.
-    pub evaporated: f64,
+    /// Where the heat of the last layer went, and what left as vapour.
+    pub ledger: Ledger,
     /// Updates of cells.
     pub updates: u64,
     /// What was seen besides.
@@ -233,11 +234,11 @@ pub fn watched(
     for sample in &mut seen.samples {
         sample.place = shifted(sample.place, top);
     }
-    let ledger = levels.ledger();
+    let ledger = *levels.ledger();
     Ok(Drawn {
         residual: ledger.residual(levels.stored()),
-        vapour: ledger.evaporated / ledger.absorbed.max(f64::MIN_POSITIVE),
-        evaporated: ledger.evaporated,
+        ledger,
+        surface: highest.clone().at_depth(0.0),
         foot: highest.clone().at_depth(body.layer),
         highest: match body.reading {
             Reading::LayerMean => highest.over_layer(body.layer),

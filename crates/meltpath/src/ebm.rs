@@ -4,6 +4,7 @@ pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
 pub mod drawn;
+pub mod ends;
 pub mod error;
 pub mod film;
 pub mod focus;

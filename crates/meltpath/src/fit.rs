@@ -6,11 +6,11 @@ pub mod measurements;
 
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Check, Fact, Measure, Observer, Provenance, Reporter, Status, Verdict};
 use meltpath_thermal::calibration::coupon::{BeamGuess, Bench, Charts, Coupon, CouponError};
 use meltpath_thermal::calibration::fit::solve_radius;
 use meltpath_thermal::calibration::fit::{
-    self as least_squares, Fitted, Measured, Prior, which_to_build,
+    self as least_squares, Fitted, Measured, Nothing, Prior, which_to_build,
 };
 use meltpath_thermal::material::file::Readings;
 
@@ -81,7 +81,7 @@ pub fn fit(
     ];
     facts.extend(prediction.as_ref().and_then(views::fit::to_build));
     let verdict = Verdict {
-        checks: Vec::new(),
+        checks: taught(fitted.nothing(&priors_of(&measured)), &measured),
         facts,
         warnings: reporter.warnings(),
     };
@@ -101,6 +101,44 @@ pub fn fit(
     views::fit::write_files(&folder, &found)?;
     found.folder = folder.commit()?;
     Ok(found)
+}
+
+/// What is believed before: efficiency, and the beam's width.
+fn priors_of(measured: &Measurements) -> [Prior; 2] {
+    let prior = |name: &str, [value, sigma]: [f64; 2], bounds| Prior {
+        name: name.to_owned(),
+        value,
+        sigma,
+        bounds,
+    };
+    [
+        prior("efficiency", measured.efficiency, BOUNDS[0]),
+        prior("width", measured.width, BOUNDS[1]),
+    ]
+}
+
+/// A fit that says no more than what was believed before says so.
+fn taught(nothing: Option<Nothing>, measured: &Measurements) -> Vec<Check> {
+    let Some(nothing) = nothing else {
+        return Vec::new();
+    };
+    let spacing = 1e3 * measured.spacing;
+    let reason = match nothing {
+        Nothing::Blind => format!(
+            "what is printed is what was believed before: on charts {spacing:.0} µm apart no measured size changes with efficiency or diameter"
+        ),
+        Nothing::Stuck => format!(
+            "the search stopped where it began: on charts {spacing:.0} µm apart sizes change by jumps, and no step along their slopes explains them better"
+        ),
+    };
+    let check = Check::not_checked("taught", "measurements teach something", &reason);
+    vec![
+        Check {
+            status: Status::CannotSay,
+            ..check
+        }
+        .remedy("finer charts (spacing, 25 µm by default), more layers, or bodies that answer to the beam: struts and walls of several powers"),
+    ]
 }
 
 type Answer = (Vec<f64>, Fitted, Option<Prediction>);
@@ -134,16 +172,7 @@ fn search(
     let size = |coupon: &Coupon, values: &[f64], charts: &mut Charts| {
         coupon.size(&bench, guess(values), charts, observer)
     };
-    let prior = |name: &str, [value, sigma]: [f64; 2], bounds| Prior {
-        name: name.to_owned(),
-        value,
-        sigma,
-        bounds,
-    };
-    let priors = [
-        prior("efficiency", measured.efficiency, BOUNDS[0]),
-        prior("width", measured.width, BOUNDS[1]),
-    ];
+    let priors = priors_of(measured);
     let values: Vec<Measured> = measured
         .all
         .iter()

@@ -7,10 +7,13 @@ pub mod enthalpy;
 pub mod file;
 pub mod law;
 pub mod medium;
+pub mod pool_limit;
+pub mod vapour;
 
 use meltpath_base::choice;
 
 use crate::material::law::Law;
+use crate::material::vapour::Evaporation;
 
 /// 0 °C in kelvin.
 pub const CELSIUS: f64 = 273.15;
@@ -58,42 +61,6 @@ pub struct Roughness {
     pub any_face: [f64; 2],
 }
 
-/// Loss by evaporation from the hottest surfaces (Hertz-Knudsen with Clausius-Clapeyron).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evaporation {
-    /// Boiling point at atmospheric pressure, K.
-    pub boiling: f64,
-    /// Latent heat of evaporation, J/kg.
-    pub latent: f64,
-    /// Molar mass of the vapour, kg/mol.
-    pub molar_mass: f64,
-    /// Share of the emitted vapour that does not come back, 0.82 (sonic) to 1 (high vacuum).
-    pub net_fraction: f64,
-}
-
-impl Evaporation {
-    const GAS_CONSTANT: f64 = 8.314_462_618;
-    const ATMOSPHERE: f64 = 101_325.0;
-
-    /// Heat carried away at a surface of `kelvin`, W/mm².
-    ///
-    /// ```
-    /// # let steam = meltpath_thermal::material::Evaporation {
-    /// #     boiling: 3560.15, latent: 8.88e6, molar_mass: 0.047867, net_fraction: 1.0 };
-    /// // a kelvin more carries away some 0.4 % more heat near the boiling point
-    /// let ratio = steam.flux(3561.15) / steam.flux(3560.15);
-    /// assert!((ratio - 1.0039).abs() < 2e-4);
-    /// ```
-    pub fn flux(&self, kelvin: f64) -> f64 {
-        let per_kelvin = self.latent * self.molar_mass / Self::GAS_CONSTANT;
-        let pressure = Self::ATMOSPHERE * (per_kelvin * (1.0 / self.boiling - 1.0 / kelvin)).exp();
-        let mass = self.net_fraction
-            * pressure
-            * (self.molar_mass / (2.0 * std::f64::consts::PI * Self::GAS_CONSTANT * kelvin)).sqrt();
-        mass * self.latent * 1e-6
-    }
-}
-
 /// Laws of one material. Density kg/m³, specific heat J/(kg·K), conductivity W/(m·K), as the sources print them;
 /// [`Material::conductivity`] and [`Material::heat_capacity`] give them in millimetres.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,6 +97,8 @@ pub struct Material {
     pub emissivity: f64,
     /// Loss by evaporation, where the data give it; the solver applies it only when its surface says so.
     pub evaporation: Option<Evaporation>,
+    /// Surface tension of the melt, N/m, where the data give it.
+    pub surface_tension: Option<Law>,
     /// What parts are drawn larger by, since they shrink on cooling: in the build plane, along the build direction; 1 where the
     /// data give nothing.
     pub scaling: [f64; 2],
@@ -164,6 +133,7 @@ impl Material {
             },
             emissivity: 0.0,
             evaporation: None,
+            surface_tension: None,
             scaling: [1.0, 1.0],
             roughness: None,
             absorptivity: None,

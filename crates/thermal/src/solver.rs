@@ -5,6 +5,7 @@
 
 mod block;
 pub(crate) mod kernel;
+pub mod ledger;
 pub mod run;
 pub mod source;
 pub mod surface;
@@ -18,6 +19,7 @@ use crate::material::Material;
 use crate::material::enthalpy::{CurveError, Enthalpy};
 use crate::numeric::real::Real;
 use crate::solver::block::{Beyond, Block, Shape};
+use crate::solver::ledger::Ledger;
 use crate::solver::source::Spot;
 use crate::solver::surface::{Losses, Surface};
 
@@ -46,40 +48,6 @@ pub enum State {
     Powder,
     /// Dense metal.
     Dense,
-}
-
-/// Where the heat went, J. [`Ledger::residual`] tells what the solver lost.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Ledger {
-    /// Brought by the beam into the domain.
-    pub absorbed: f64,
-    /// Power of the beam that fell beside the domain.
-    pub missed: f64,
-    /// Radiated by the build plane.
-    pub radiated: f64,
-    /// Carried away by evaporation.
-    pub evaporated: f64,
-    /// Conducted out through imposed faces.
-    pub conducted: f64,
-    /// Taken out or brought in by [`Solver::add_layer`] and [`Solver::set_temperature`].
-    pub reset: f64,
-}
-
-impl Ledger {
-    /// Heat that should have stayed, J.
-    pub fn net(&self) -> f64 {
-        self.absorbed - self.radiated - self.evaporated - self.conducted + self.reset
-    }
-
-    /// Difference between the heat `stored` and what should have stayed, as a share of what the beam brought.
-    pub fn residual(&self, stored: f64) -> f64 {
-        let scale = self
-            .absorbed
-            .abs()
-            .max(self.conducted.abs())
-            .max(f64::MIN_POSITIVE);
-        (stored - self.net()) / scale
-    }
 }
 
 /// Why the solver refused.
@@ -369,20 +337,19 @@ impl<R: Real> Solver<R> {
         let top = self.block.planes() - 1;
         let height = self.grid.heights[top];
         let plane = self.block.plane();
-        let volume = self.grid.volume(top);
+        let area = self.grid.edge[0] * self.grid.edge[1];
         let block = &mut self.block;
         let nx = block.shape.cells[0];
         for rows in &block.awake {
             let cells = top * plane + rows.start * nx..top * plane + rows.end * nx;
-            let [radiated, evaporated] = self.losses.take(
-                &block.formulas,
-                block.level,
-                [dt, height],
+            let own = [
                 &mut block.enthalpy[cells.clone()],
                 &mut block.density[cells],
-            );
-            self.ledger.radiated += radiated * volume;
-            self.ledger.evaporated += evaporated * volume;
+            ];
+            let sizes = [dt, height, area];
+            let (formulas, level) = (&block.formulas, block.level);
+            self.losses
+                .take(formulas, level, sizes, own, &mut self.ledger);
         }
     }
 

@@ -9,6 +9,7 @@ use super::charts::{Source, sources};
 use super::error::EbmError;
 use super::plan::Plan;
 use super::settings::{Judge, Settings};
+use crate::job::ebm::ChartPreview;
 
 /// Bytes of memory for each voxel, results included; measured on sections of 1 260 and 12 600 mm².
 const PER_VOXEL: f64 = 54.0;
@@ -139,6 +140,23 @@ impl Cost {
 /// # Errors
 /// What a run would refuse before it computes.
 pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
+    let settings = &plan.settings;
+    let mut lines = match settings.preview {
+        ChartPreview::Drawn => charts(plan, reporter)?,
+        ChartPreview::None => Vec::new(),
+    };
+    if let Some(judge) = &settings.judge {
+        let seconds = judged(plan, judge);
+        lines.push(format!(
+            "cost of the judge: about {} of one core",
+            time(seconds)
+        ));
+    }
+    Ok(lines)
+}
+
+/// The lines of the charts.
+fn charts(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
     let (settings, cost) = (&plan.settings, Cost::of(plan)?);
     let mut lines = Vec::new();
     for source in sources(settings, &plan.drawn(), reporter)?.own {
@@ -170,13 +188,6 @@ pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, Ebm
         ));
     }
     lines.push(format!("cost: {}", cost.words()));
-    if let Some(judge) = &settings.judge {
-        let seconds = judged(plan, judge);
-        lines.push(format!(
-            "cost of the judge: about {} of one core",
-            time(seconds)
-        ));
-    }
     Ok(lines)
 }
 

@@ -1,6 +1,6 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
-use meltpath_base::{Observer, Quiet, Reporter};
+use meltpath_base::{Observer, Quiet};
 use meltpath_melt_strategy::bed::{Body, Domain, Reading, Resolution};
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_melt_strategy::judgement::{Drawn as Reference, Share, Variant, watched};
@@ -8,11 +8,11 @@ use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::material::{CELSIUS, Material};
+use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 use meltpath_thermal::solver::{Face, State};
 
-use super::drawn::Drawn;
+use super::ends::{Ends, ends};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
@@ -38,8 +38,8 @@ pub struct Run {
     pub as_it_was: f64,
     /// Share of what lies over metal that does not melt down to it.
     pub unfused: f64,
-    /// Share of the beam's heat, and heat in J, that vapour carried away.
-    pub vapour: [f64; 2],
+    /// Where the heat went, and what left as vapour.
+    pub ledger: Ledger,
     /// What the solver lost of the heat.
     pub residual: f64,
     /// Updates of cells.
@@ -64,6 +64,10 @@ pub struct JudgedPath {
     pub highest: Field,
     /// What else the run as asked showed.
     pub watched: Watched,
+    /// Where a pool of conduction ends.
+    pub ends: Ends,
+    /// Area of whatever melts, mm².
+    pub molten: f64,
     /// The same voxels on the charts, in the charts' window.
     pub on_charts: Option<Tally>,
 }
@@ -92,6 +96,15 @@ impl JudgedPath {
 /// Share of all points in a class.
 pub fn of_all(tally: &Tally, class: Class) -> f64 {
     tally.counts[class as usize] as f64 / tally.voxels as f64
+}
+
+/// A path, and its highest temperatures on charts where these drew it, K.
+#[derive(Debug, Clone, Copy)]
+pub struct Previewed<'a> {
+    /// The path.
+    pub path: &'a BeamPath,
+    /// What charts say.
+    pub highest: Option<&'a Field>,
 }
 
 /// What the judge found.
@@ -162,6 +175,15 @@ pub(super) fn tally(
         })
         .collect();
     Tally::of(highest, classes, |[i, j, k]| k == top && judged[j * nx + i])
+}
+
+/// Area of the top plane that melts, inside the contour or not, mm².
+fn molten_area(highest: &Field, melting: f64) -> f64 {
+    let grid = &highest.grid;
+    let [nx, ny] = grid.cells;
+    let top = grid.planes() - 1;
+    let cells = (0..nx * ny).filter(|n| highest.at(n % nx, n / nx, top) >= melting);
+    cells.count() as f64 * grid.edge[0] * grid.edge[1]
 }
 
 /// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
@@ -334,7 +356,7 @@ struct Court<'a> {
     plan: &'a Plan,
     judging: &'a Judge,
     resolution: Resolution,
-    on_charts: &'a Classes,
+    on_charts: Option<&'a Classes>,
 }
 
 impl Court<'_> {
@@ -394,7 +416,7 @@ impl Court<'_> {
             },
             as_it_was: of_all(&self.tally(&drawn.highest, as_set), Class::Good),
             unfused: self.unfused(&drawn.foot),
-            vapour: [drawn.vapour, drawn.evaporated],
+            ledger: drawn.ledger,
             tally,
             classes,
             residual: drawn.residual,
@@ -405,15 +427,15 @@ impl Court<'_> {
     /// Draws a path with the first `count` variants.
     fn drawn(
         &self,
-        path: &BeamPath,
-        charts: Option<&Field>,
+        previewed: Previewed<'_>,
         count: usize,
         observer: &dyn Observer,
     ) -> Result<Vec<(Resolution, Reference)>, EbmError> {
         let (plan, judging) = (self.plan, self.judging);
         let ground = ground(&plan.below);
-        let hottest = charts.map(|highest| {
-            let [i, j, k] = self.tally(highest, self.on_charts).hottest.1;
+        let Previewed { path, highest } = previewed;
+        let hottest = highest.zip(self.on_charts).map(|(highest, classes)| {
+            let [i, j, k] = self.tally(highest, classes).hottest.1;
             highest.grid.centre(i, j, k).to_array()
         });
         let watch = watch(plan, judging, hottest);
@@ -429,9 +451,9 @@ impl Court<'_> {
 
     fn judged(
         &self,
+        previewed: Previewed<'_>,
         drawn: Vec<(Resolution, Reference)>,
         windows: &[Classes],
-        charts: Option<&Field>,
     ) -> Result<JudgedPath, EbmError> {
         let runs = drawn.iter().zip(windows).enumerate();
         let runs = runs
@@ -440,23 +462,33 @@ impl Court<'_> {
         let (_, first) = drawn.into_iter().next().ok_or(EbmError::GoodBody)?;
         Ok(JudgedPath {
             runs,
-            on_charts: charts.map(|highest| self.tally(highest, self.on_charts)),
+            on_charts: previewed
+                .highest
+                .zip(self.on_charts)
+                .map(|(highest, classes)| self.tally(highest, classes)),
+            ends: ends(
+                &self.plan.settings,
+                previewed.path,
+                &first.surface,
+                |field, classes| self.tally(field, classes),
+            ),
+            molten: molten_area(&first.highest, self.plan.settings.material.liquidus),
             highest: first.highest,
             watched: first.watched,
         })
     }
 }
 
-/// Judges the path as given and the better one: its path, and what charts say of it where they can.
+/// Judges the path as given and the better one.
 ///
 /// # Errors
 /// [`EbmError`].
 pub fn judge_paths(
     plan: &Plan,
     judging: &Judge,
-    on_charts: &Classes,
-    given: &Drawn,
-    better: Option<(&BeamPath, Option<&Drawn>)>,
+    on_charts: Option<&Classes>,
+    given: Previewed<'_>,
+    better: Option<Previewed<'_>>,
     observer: &dyn Observer,
 ) -> Result<Judged, EbmError> {
     let resolution = Resolution {
@@ -487,69 +519,20 @@ pub fn judge_paths(
     let of_better = if better.is_some() { all } else { 0 };
     observer.stage("judge the path", (of_good + count + of_better) as u64);
     // all at once: cores share whole runs better than the steps of one
-    let draw = |path: &BeamPath, charts: Option<&Field>, count: usize| {
-        court.drawn(path, charts, count, observer)
-    };
-    let on_given = Some(&given.highest);
-    let on_better = better.and_then(|(_, drawn)| drawn.map(|d| &d.highest));
-    let (windows, (given, better)) = rayon::join(
+    let draw = |path: Previewed<'_>, count: usize| court.drawn(path, count, observer);
+    let (windows, (on_given, on_better)) = rayon::join(
         || windows(plan, judging, &resolution, observer),
-        || {
-            rayon::join(
-                || draw(&given.path, on_given, count),
-                || better.map(|(path, _)| draw(path, on_better, all)),
-            )
-        },
+        || rayon::join(|| draw(given, count), || better.map(|path| draw(path, all))),
     );
     let windows = windows?;
+    let better = better.zip(on_better);
     Ok(Judged {
         classes: windows[0],
-        given: court.judged(given?, &windows, on_given)?,
+        given: court.judged(given, on_given?, &windows)?,
         better: better
-            .transpose()?
-            .map(|drawn| court.judged(drawn, &windows, on_better))
+            .map(|(path, drawn)| court.judged(path, drawn?, &windows))
             .transpose()?,
     })
-}
-
-/// Warns where fields of the reference solver leave the range of the laws.
-pub(super) fn tell<'a>(
-    fields: impl Iterator<Item = &'a Field>,
-    material: &Material,
-    reporter: &Reporter,
-) {
-    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
-    if hottest > material.range[1] {
-        reporter.warn(
-            "laws-extrapolated-reference",
-            format!(
-                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
-                hottest - CELSIUS,
-                material.name,
-                material.range[1] - CELSIUS
-            ),
-            "shares compare strategies on one scale; read no boiling or evaporation from them",
-        );
-    }
-}
-
-/// Warns of places of the job that the judge did not draw.
-pub(super) fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, reporter: &Reporter) {
-    let Some(outside) = paths.map(|p| &p.watched.outside).find(|o| !o.is_empty()) else {
-        return;
-    };
-    let places: Vec<String> = outside
-        .iter()
-        .map(|[x, y, z]| format!("({x}, {y}, {z}) mm"))
-        .collect();
-    reporter.warn(
-        "places-outside",
-        format!(
-            "judge.places {} lie outside what the reference solver draws: nothing is kept of them",
-            places.join(", ")
-        ),
-        "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
-    );
 }
 
 #[cfg(test)]

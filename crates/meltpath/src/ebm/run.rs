@@ -47,18 +47,20 @@ pub fn run(
     let outcome = simulate(&plan, &reporter, observer)?;
     let verdict = Verdict {
         checks: verdict::checks(settings, &outcome),
-        facts: verdict::facts(&outcome),
+        facts: verdict::facts(&plan, &outcome),
         warnings: reporter.warnings(),
     };
     let mut provenance = settings.provenance.clone();
-    provenance.model(
-        "charts and chart simulation",
-        "Béraud 2016, sections 3.2.1 to 3.2.3, corrected; heat by finite volumes in enthalpy",
-    );
+    if outcome.preview.is_some() {
+        provenance.model(
+            "charts and chart simulation",
+            "Béraud 2016, sections 3.2.1 to 3.2.3, corrected; heat by finite volumes in enthalpy",
+        );
+    }
     if outcome.judged.is_some() {
         provenance.model(
             "judge",
-            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour by Hertz, Knudsen and Clausius-Clapeyron",
+            "solver for whole layers: finite volumes in enthalpy on levels of cells, explicit; laws of Béraud 2016, section 3.2.2.1; vapour of each component by Hertz, Knudsen and Clausius-Clapeyron, against the chamber's gas by Knight 1979; a pool of conduction up to where recoil passes surface tension",
         );
     }
     provenance.model("criteria", "Béraud 2016, section 3.3.2.1");
@@ -79,7 +81,8 @@ pub fn run(
     outcome::tell(&folder, &report)?;
     crate::inputs::write(&folder, job_file, text, &[])?;
     views::ebm::write_files(&folder, &plan, &outcome)?;
-    for (n, set) in outcome.charts.iter().enumerate() {
+    let charts = outcome.preview.iter().flat_map(|p| &p.charts);
+    for (n, set) in charts.enumerate() {
         folder.write(&format!("charts/{}.melt", n + 1), |mut w| {
             chart_file::write(set, &mut w)
         })?;

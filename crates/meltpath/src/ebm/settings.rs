@@ -21,8 +21,8 @@ use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable, Point, Ring,
-    Vapour,
+    ChartMemory, ChartPreview, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
+    Point, Ring, Vapour,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -177,6 +177,8 @@ pub struct Settings {
     pub penetration: f64,
     /// Layer thickness, mm.
     pub layer: f64,
+    /// What charts do.
+    pub preview: ChartPreview,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
     /// Heating of charts stops, cooling begins, K; spacing, mm.
@@ -207,6 +209,8 @@ pub struct Settings {
     pub checks: Checks,
     /// What the build plane sees, on the solver.
     pub surface: Surface,
+    /// Pressure of the gas in the chamber, Pa.
+    pub chamber: f64,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -245,6 +249,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         focus,
         penetration: job.ebm.penetration.0,
         layer: job.ebm.layer.0,
+        preview: *charts.preview,
         chart_files: charts.files.iter().map(|f| folder.join(&**f)).collect(),
         chart_stop: charts.stop.0,
         chart_cooling_from: charts.cooling_from.0.min(charts.stop.0),
@@ -272,7 +277,8 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
             outside: job.checks.outside.0,
             farthest: job.checks.farthest.0,
         },
-        surface: surface(job, &material),
+        surface: surface(job),
+        chamber: job.ebm.chamber.0,
         material,
         material_file: loaded.file,
         beam: Beam {
@@ -406,14 +412,14 @@ fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &R
 }
 
 /// What the build plane sees.
-fn surface(job: &EbmJob, material: &Material) -> Surface {
+fn surface(job: &EbmJob) -> Surface {
     let surroundings = job.ebm.shield.0;
-    match (*job.ebm.evaporation, material.evaporation) {
-        (Vapour::Free, Some(evaporation)) => Surface::Evaporating {
+    match *job.ebm.evaporation {
+        Vapour::Free => Surface::Evaporating {
             surroundings,
-            evaporation,
+            ambient: job.ebm.chamber.0,
         },
-        _ => Surface::Radiating { surroundings },
+        Vapour::None => Surface::Radiating { surroundings },
     }
 }
 

@@ -12,30 +12,52 @@ use meltpath_thermal::solver::State;
 use super::charts::{Charts, charts_of};
 use super::cost::{Cost, extent};
 use super::drawn::Drawn;
+use super::ends;
 use super::error::EbmError;
 use super::film::{self, Film};
-use super::judge::{self, Judged};
+use super::judge::{self, Judged, JudgedPath, Previewed};
 use super::optimise::search::{Found, on_charts, on_reference};
 use super::plan::{Plan, Window};
 use super::region::{Below, Contour};
 use super::settings::Settings;
-use crate::job::ebm::{Change, OptimiseSolver};
+use crate::job::ebm::{Change, ChartPreview, OptimiseSolver};
 
 /// Everything a run finds.
 #[derive(Debug, Clone)]
 pub struct Outcome {
+    /// What charts show, where they draw.
+    pub preview: Option<Preview>,
+    /// The better path, where one is looked for.
+    pub found: Option<Found>,
+    /// What the reference solver says, where the job asks for it.
+    pub judged: Option<Judged>,
+}
+
+impl Outcome {
+    /// The path that the run judges: the better one where there is one.
+    pub fn path<'a>(&'a self, plan: &'a Plan) -> &'a BeamPath {
+        self.found.as_ref().map_or(&plan.path, |f| &f.path)
+    }
+}
+
+/// What charts show.
+#[derive(Debug, Clone)]
+pub struct Preview {
     /// The window.
     pub classes: Classes,
     /// The path as given.
     pub given: Drawn,
-    /// The better path, and what charts say of it where they can.
-    pub found: Option<Found>,
-    /// See `found`.
+    /// The better path, where charts can draw it.
     pub better: Option<Drawn>,
-    /// What the reference solver says, where the job asks for it.
-    pub judged: Option<Judged>,
     /// The charts, to be kept.
     pub charts: Vec<ChartSet>,
+}
+
+impl Preview {
+    /// The last drawing.
+    pub fn shown(&self) -> &Drawn {
+        self.better.as_ref().unwrap_or(&self.given)
+    }
 }
 
 /// Voxels round paths, fresh powder on what lies below.
@@ -176,15 +198,12 @@ fn points_inside(field: &Field, hull: &Contour) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Simulates the job, and changes the speeds where it says so.
-///
-/// # Errors
-/// [`EbmError`].
-pub fn simulate(
+/// Draws the path with charts, looks for a better one where the job says so, and draws that too.
+fn previewed(
     plan: &Plan,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Outcome, EbmError> {
+) -> Result<(Preview, Option<Found>), EbmError> {
     let settings = &plan.settings;
     let paths = plan.drawn();
     let cost = Cost::of(plan)?;
@@ -225,10 +244,50 @@ pub fn simulate(
         // charts know nothing of other spots
         _ => (None, Vec::new()),
     };
+    let preview = Preview {
+        classes,
+        given,
+        better,
+        charts: charts.own.into_iter().chain(more).collect(),
+    };
+    Ok((preview, found))
+}
+
+/// Simulates the job, and changes the speeds where it says so.
+///
+/// # Errors
+/// [`EbmError`].
+pub fn simulate(
+    plan: &Plan,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Outcome, EbmError> {
+    let settings = &plan.settings;
+    let (preview, found) = match settings.preview {
+        ChartPreview::Drawn => {
+            let (preview, found) = previewed(plan, reporter, observer)?;
+            (Some(preview), found)
+        }
+        ChartPreview::None => {
+            let how = settings.optimise.as_ref();
+            let found = how.map(|how| on_reference(plan, how, observer));
+            (None, found.transpose()?)
+        }
+    };
     let judged = match &settings.judge {
         Some(judging) => {
-            let better = found.as_ref().map(|f| (&f.path, better.as_ref()));
-            let verdict = judge::judge_paths(plan, judging, &classes, &given, better, observer)?;
+            let given = Previewed {
+                path: &plan.path,
+                highest: preview.as_ref().map(|p| &p.given.highest),
+            };
+            let better = found.as_ref().map(|f| Previewed {
+                path: &f.path,
+                highest: preview
+                    .as_ref()
+                    .and_then(|p| Some(&p.better.as_ref()?.highest)),
+            });
+            let on_charts = preview.as_ref().map(|p| &p.classes);
+            let verdict = judge::judge_paths(plan, judging, on_charts, given, better, observer)?;
             Some(verdict)
         }
         None => None,
@@ -236,22 +295,38 @@ pub fn simulate(
     let paths_judged = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
-    judge::tell_outside(paths_judged.flatten(), reporter);
+    tell_outside(paths_judged.flatten(), reporter);
     let looked_at = found.iter().filter_map(|f| f.reference.as_ref());
     let looked_at = looked_at.flat_map(|r| [&r.given.0, &r.better.0]);
     let paths = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
-    judge::tell(fields, &settings.material, reporter);
+    ends::tell(fields, settings, reporter);
     Ok(Outcome {
-        classes,
-        given,
+        preview,
         found,
-        better,
         judged,
-        charts: charts.own.into_iter().chain(more).collect(),
     })
+}
+
+/// Warns of places of the job that the judge did not draw.
+fn tell_outside<'a>(paths: impl Iterator<Item = &'a JudgedPath>, reporter: &Reporter) {
+    let Some(outside) = paths.map(|p| &p.watched.outside).find(|o| !o.is_empty()) else {
+        return;
+    };
+    let places: Vec<String> = outside
+        .iter()
+        .map(|[x, y, z]| format!("({x}, {y}, {z}) mm"))
+        .collect();
+    reporter.warn(
+        "places-outside",
+        format!(
+            "judge.places {} lie outside what the reference solver draws: nothing is kept of them",
+            places.join(", ")
+        ),
+        "choose places within 0.5 mm of the path and of the build plane, or a larger judge.part",
+    );
 }
 
 /// Draws a found path whose powers need charts of their own, which come back too.

@@ -7,7 +7,9 @@ use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
+use super::ends::Ends;
 use super::judge::{JudgedPath, Run, of_all};
+use super::plan::Plan;
 use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
 use crate::job::ebm::JudgeGround;
@@ -37,7 +39,11 @@ const JUDGE: &str =
 pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
-        let drawn = Shown::of(outcome);
+        // a job without charts has a judge
+        let Some(drawn) = Shown::of(outcome) else {
+            let nothing = "nothing drew the path";
+            return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
+        };
         let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window {
             let change = into_window(settings, drawn.tally);
             format!("the preview has less than that in the window: {change}; then {JUDGE}")
@@ -56,7 +62,7 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let section = Section {
         judging,
         tally: &path.runs[0].tally,
-        hottest: path.highest.largest().0,
+        ends: &path.ends,
         material: &settings.material,
     };
     // a cell more or less is what an outline on cells is known to
@@ -163,8 +169,7 @@ impl Figure {
 struct Section<'a> {
     judging: &'a Judge,
     tally: &'a Tally,
-    /// Anywhere at the depth that is judged, K.
-    hottest: f64,
+    ends: &'a Ends,
     material: &'a Material,
 }
 
@@ -194,8 +199,9 @@ impl Section<'_> {
         }
         let beyond = matches!(check.status, Status::Fail | Status::Warn);
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
-        let doubts = [self.moved(figure), self.hot(), self.in_part()];
-        let check = doubts.into_iter().flatten().fold(check, |check, doubt| {
+        let doubts = [self.moved(figure), self.unknown(), self.in_part()];
+        let doubts = doubts.into_iter().flatten().chain(self.hot());
+        let check = doubts.fold(check, |check, doubt| {
             // what fails fails whatever the doubt: its cure alone stands, which may ask for the opposite
             if check.status != Status::Fail {
                 remedies.push(doubt.remedy);
@@ -242,19 +248,28 @@ impl Section<'_> {
         })
     }
 
-    /// Where the laws of the material end.
+    /// Where a pool of conduction ends: the first end passed says what to do, the others what it is worth.
     fn hot(&self) -> Option<Doubt> {
-        let [_, most] = self.material.range;
-        (self.hottest > most).then(|| Doubt {
+        let passed = &self.ends.passed;
+        let words: Vec<String> = passed
+            .iter()
+            .map(|p| p.words(&self.material.name))
+            .collect();
+        (!passed.is_empty()).then(|| Doubt {
+            reason: words.join("; "),
+            remedy: "less power, a wider spot, faster lines or lines further apart: a surface that stays colder than that".to_owned(),
+        })
+    }
+
+    /// Where nobody knows what vapour does to the pool.
+    fn unknown(&self) -> Option<Doubt> {
+        (!self.ends.known).then(|| Doubt {
             reason: format!(
-                "the hottest place reaches {:.0} °C, where the laws of {} end at {:.0} °C",
-                self.hottest - CELSIUS,
-                self.material.name,
-                most - CELSIUS
+                "{} tells no evaporation or no surface tension: where vapour begins to move the pool is not known",
+                self.material.name
             ),
-            remedy:
-                "less power or faster lines, or a material whose laws reach further (ebm.material)"
-                    .to_owned(),
+            remedy: "a material file with [evaporation] and [surface_tension] (ebm.material)"
+                .to_owned(),
         })
     }
 
@@ -323,33 +338,33 @@ struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    fn of(outcome: &'a Outcome) -> Self {
+    fn of(outcome: &'a Outcome) -> Option<Self> {
         if let Some(judged) = &outcome.judged {
             let path = judged.better.as_ref().unwrap_or(&judged.given);
-            return Shown {
+            return Some(Shown {
                 highest: &path.highest,
                 tally: &path.runs[0].tally,
                 words: "on the reference solver",
-            };
+            });
         }
         let there = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
         if let Some(there) = there {
-            return Shown {
+            return Some(Shown {
                 highest: &there.better.0,
                 tally: &there.better.1,
                 words: "preview by one run of the reference solver",
-            };
+            });
         }
         Self::on_charts(outcome)
     }
 
-    fn on_charts(outcome: &'a Outcome) -> Self {
-        let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
-        Shown {
+    fn on_charts(outcome: &'a Outcome) -> Option<Self> {
+        let drawn = outcome.preview.as_ref()?.shown();
+        Some(Shown {
             highest: &drawn.highest,
             tally: &drawn.tally,
             words: "preview by charts",
-        }
+        })
     }
 
     /// The share in the window of what melts, and what stays powder, as facts.
@@ -374,21 +389,53 @@ impl<'a> Shown<'a> {
     }
 }
 
+/// What leaves as vapour: of the heat, of the metal, and of the element that loses most of itself.
+fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
+    let (material, ledger) = (&settings.material, &path.runs[0].ledger);
+    let words = "on the reference solver";
+    let heat = Measure::exact(100.0 * ledger.vapour_share(), "%");
+    let title = "heat of the beam that vapour carries away";
+    let mut facts = vec![Fact::new("vapour", title, heat, words)];
+    let Some(law) = &material.evaporation else {
+        return facts;
+    };
+    // as much metal as a layer adds where it melts
+    let layer = 1e-9 * material.density(material.start) * settings.layer * path.molten;
+    let lost: f64 = ledger.vapour.iter().sum();
+    let title = "metal of the last layer that leaves as vapour";
+    let mass = Measure::exact(1e6 * lost, "mg");
+    let share = 100.0 * lost / layer.max(f64::MIN_POSITIVE);
+    let told = format!("{share:.2} % of what the layer adds, {words}");
+    facts.push(Fact::new("vapour-mass", title, mass, &told));
+    let shares = law.by_mass().into_iter().zip(ledger.vapour);
+    let lost = shares.map(|(share, lost)| lost / (share * layer).max(f64::MIN_POSITIVE));
+    let lost = law.components.iter().zip(lost);
+    if let Some((component, share)) = lost.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let title = format!("share of its {} that the layer loses", component.name);
+        let share = Measure::exact(100.0 * share, "%");
+        let told = format!("at most: the surface is taken as rich in it as the melt, {words}");
+        facts.push(Fact::new("vapour-element", &title, share, &told));
+    }
+    facts
+}
+
 /// What is told beside the checks.
-pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
-    let path = &outcome.better.as_ref().unwrap_or(&outcome.given).path;
-    let path = outcome.found.as_ref().map_or(path, |f| &f.path);
-    let shown = Shown::of(outcome);
+pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
+    let path = outcome.path(plan);
+    let time = Measure::exact(path.end() - path.begin(), "s");
+    let time = Fact::new("time-path", "time of the path", time, "");
+    let Some(shown) = Shown::of(outcome) else {
+        return vec![time];
+    };
     let (hottest, [i, j, k]) = shown.tally.hottest;
     let place = if hottest.is_finite() {
         Place::at(shown.highest.grid.centre(i, j, k).to_array())
     } else {
         Place::default()
     };
-    let time = Measure::exact(path.end() - path.begin(), "s");
     let celsius = Measure::exact(hottest - CELSIUS, "°C");
     let mut facts = vec![
-        Fact::new("time-path", "time of the path", time, ""),
+        time,
         Fact::new(
             "hottest",
             "hottest place of the region",
@@ -399,9 +446,7 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     ];
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
-        let share = Measure::exact(100.0 * path.runs[0].vapour[0], "%");
-        let vapour = "heat of the beam that vapour carries away";
-        facts.push(Fact::new("vapour", vapour, share, shown.words));
+        facts.extend(vapour(&plan.settings, path));
         for (id, title, class) in [
             (
                 "below-window",
@@ -424,6 +469,11 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     {
         facts.extend(shown.shares(["in-window-search", "unmelted-search"]));
     }
-    facts.extend(Shown::on_charts(outcome).shares(["in-window-charts", "unmelted-charts"]));
+    let on_charts = Shown::on_charts(outcome);
+    facts.extend(
+        on_charts
+            .iter()
+            .flat_map(|s| s.shares(["in-window-charts", "unmelted-charts"])),
+    );
     facts
 }

@@ -2,8 +2,8 @@
 
 use meltpath_base::settings::{File, Many, Problem, broken};
 use meltpath_base::{
-    Angle, Current, Length, Ratio, Speed, Temperature, TemperatureDifference, Time, Voltage,
-    choice, table,
+    Angle, Current, Length, Pressure, Ratio, Speed, Temperature, TemperatureDifference, Time,
+    Voltage, choice, table,
 };
 use meltpath_thermal::material::file::{DensityReading, PorosityReading};
 
@@ -91,13 +91,17 @@ table! {
         /// What lies under the first layer; a part says it itself.
         ground: Ground => default("metal", "dense metal everywhere");
         /// What leaves the build plane as vapour, on the solver; charts know of none.
-        evaporation: Vapour => default("free", "process vacuum, some 0.2 Pa of helium");
+        evaporation: Vapour => default("free", "what the material's law and the chamber's gas let go");
+        /// Pressure of the gas in the chamber: vapour leaves freely from a saturation of five times that on, and none below it.
+        chamber: Pressure where not_negative => default("0.2 Pa", "helium while an electron beam melts");
         /// Temperature of the heat shield above the build plane.
         shield: Temperature => default("300 °C", "measured by Neira Arce, quoted in Béraud 2016, section 3.2.2.1");
     }
 
     /// Temperature histories under a beam at rest.
     pub struct ChartsTable {
+        /// Whether charts show the path before the solver of `[judge]` decides.
+        preview: ChartPreview => default("drawn", "a first look, in seconds");
         /// Chart files to use; settings they do not serve are computed.
         files: Vec<File> => default([], "all are computed");
         /// Heating stops here; above it temperatures are told apart badly.
@@ -107,7 +111,7 @@ table! {
         /// Spacing of the charts.
         spacing: Length where positive => default("0.025 mm", "converged within 2 °C of mean error");
         /// What the ground keeps of earlier lines.
-        memory: ChartMemory => default("none", "Béraud 2016: a voxel knows its own history only");
+        memory: ChartMemory => default("ground", "without it a fast hatch reads 500 to 1300 °C too low");
     }
 
     /// How the simulation is carried out.
@@ -276,7 +280,7 @@ choice! {
 
     /// What leaves the build plane as vapour.
     pub enum Vapour {
-        /// As much as into a vacuum, by the material's law.
+        /// As much as the gas in the chamber lets go, by the material's law.
         Free = "free",
         /// Nothing.
         None = "none",
@@ -294,10 +298,18 @@ choice! {
 
     /// What the ground under a chart simulation keeps of earlier beam positions.
     pub enum ChartMemory {
-        /// Nothing.
+        /// Nothing: a voxel knows its own history only (Béraud 2016).
         None = "none",
         /// Their heat, spread in the ground.
         Ground = "ground",
+    }
+
+    /// What charts do for a path.
+    pub enum ChartPreview {
+        /// They draw it.
+        Drawn = "drawn",
+        /// Nothing: none is computed.
+        None = "none",
     }
 
     /// What a hatch draws.
@@ -390,6 +402,7 @@ impl EbmJob {
         found.extend(self.check_part());
         found.extend(self.check_window());
         found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
+        found.extend(self.check_preview());
         let judge = &self.judge;
         if judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0) {
             let help = "read within the last layer: leave it out for the middle of the layer";
@@ -404,6 +417,34 @@ impl EbmJob {
             found.push(part.problem("judge.part has no area").help(help));
         }
         found
+    }
+
+    /// Without charts the solver does it all.
+    fn check_preview(&self) -> Vec<Problem> {
+        let preview = &self.charts.preview;
+        let none = **preview == ChartPreview::None;
+        let learns = |o: &OptimiseTable| *o.solver == OptimiseSolver::Charts;
+        broken([
+            (
+                none && *self.judge.solver == JudgeSolver::None,
+                preview
+                    .problem("charts.preview and judge.solver are both \"none\": nothing draws the path")
+                    .help("leave one of them out"),
+            ),
+            (
+                none && self.optimise.as_ref().is_some_and(learns),
+                preview
+                    .problem("[optimise] takes temperatures from charts, and charts.preview is \"none\"")
+                    .help("write solver = \"reference\" under [optimise], or leave charts.preview out"),
+            ),
+            (
+                none && !self.charts.files.is_empty(),
+                self.charts
+                    .files
+                    .problem("charts.files are not used: charts.preview is \"none\"")
+                    .help("leave charts.files or charts.preview out"),
+            ),
+        ])
     }
 
     fn check_beam(&self) -> Vec<Problem> {

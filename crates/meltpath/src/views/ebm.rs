@@ -7,6 +7,7 @@ mod sections;
 mod shares;
 pub(crate) mod voxels;
 
+use std::fmt::Write as _;
 use std::io;
 
 use meltpath_base::output::{OutputError, OutputFolder};
@@ -29,7 +30,7 @@ use crate::ebm::drawn::Drawn;
 use crate::ebm::judge::of_all;
 use crate::ebm::path_file::write_parquet;
 use crate::ebm::plan::Plan;
-use crate::ebm::simulate::Outcome;
+use crate::ebm::simulate::{Outcome, Preview};
 
 fn celsius(kelvin: &[f32]) -> Vec<f32> {
     kelvin.iter().map(|k| k - CELSIUS as f32).collect()
@@ -89,7 +90,7 @@ fn beam_lines(drawn: &Drawn) -> LineSet {
     }
 }
 
-fn share_table(outcome: &Outcome) -> Table {
+fn share_table(preview: &Preview) -> Table {
     fn row<'a>(name: &'static str, drawn: &'a Drawn) -> Shares<'a> {
         Shares {
             name,
@@ -97,22 +98,22 @@ fn share_table(outcome: &Outcome) -> Table {
             tally: &drawn.tally,
         }
     }
-    let better = outcome.better.as_ref().map(|d| row("better path", d));
-    let rows = std::iter::once(row("as given", &outcome.given)).chain(better);
+    let better = preview.better.as_ref().map(|d| row("better path", d));
+    let rows = std::iter::once(row("as given", &preview.given)).chain(better);
     let mut table = Shares::table("Voxels of the region", rows);
-    let grid = outcome.given.simulation.grid();
+    let grid = preview.given.simulation.grid();
     table.note = format!(
         "Chart simulation; voxels of {:.0} x {:.0} x {:.0} µm, steps of {:.2} µs. Shares of the molten voxels, unmelted of all.",
         1e3 * grid.edge[0],
         1e3 * grid.edge[1],
         1e3 * grid.heights[0],
-        1e6 * outcome.given.simulation.settings().step
+        1e6 * preview.given.simulation.settings().step
     );
     table
 }
 
 /// Shares on the reference solver, each with what moves it.
-fn judged_table(outcome: &Outcome) -> Option<Table> {
+fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
     let judged = outcome.judged.as_ref()?;
     let mut table = Table::new(
         "Judged on the reference solver",
@@ -135,7 +136,7 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
             "error of the heat (%)",
         ],
     );
-    let height = outcome.given.simulation.grid().heights[0];
+    let height = plan.settings.layer;
     let cell =
         |edge: f64, height: f64| Cell::text(&format!("{:.1} x {:.1}", 1e3 * edge, 1e3 * height));
     let paths = [
@@ -172,17 +173,18 @@ fn judged_table(outcome: &Outcome) -> Option<Table> {
                 change.map_or(Cell::Empty, |c| Cell::Fixed(c, 1)),
                 Cell::Fixed(100.0 * run.as_it_was, 1),
                 Cell::Fixed(t.mean - CELSIUS, 0),
-                Cell::Fixed(100.0 * run.vapour[0], 1),
+                Cell::Fixed(100.0 * run.ledger.vapour_share(), 1),
                 Cell::Fixed(100.0 * run.residual, 4),
             ]);
         }
-        let Some(t) = &path.on_charts else {
+        let Some((t, preview)) = path.on_charts.as_ref().zip(outcome.preview.as_ref()) else {
             continue;
         };
+        let simulation = &preview.given.simulation;
         table.rows.push(vec![
             Cell::text("same voxels on charts"),
-            cell(outcome.given.simulation.grid().edge[0], height),
-            Cell::Fixed(1e6 * outcome.given.simulation.settings().step, 2),
+            cell(simulation.grid().edge[0], height),
+            Cell::Fixed(1e6 * simulation.settings().step, 2),
             Cell::Fixed(t.voxels as f64, 0),
             Cell::Fixed(100.0 * of_all(t, Class::Unmelted), 1),
             Cell::Fixed(100.0 * of_all(t, Class::Porous), 1),
@@ -211,64 +213,75 @@ pub fn report(
     verdict: &Verdict,
     provenance: &Provenance,
 ) -> Report {
-    let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
-    let scene = heights(shown).ok().map(|heights| Scene {
-        lines: vec![beam_lines(shown)],
-        surfaces: Vec::new(),
-        heights: Some(heights),
+    let shown = outcome.preview.as_ref().map(Preview::shown);
+    let scene = shown.and_then(|drawn| {
+        let heights = heights(drawn).ok()?;
+        Some(Scene {
+            lines: vec![beam_lines(drawn)],
+            surfaces: Vec::new(),
+            heights: Some(heights),
+        })
     });
-    let [low, high] = outcome.classes.window.map(|k| k - CELSIUS);
-    let before = &outcome.given.highest;
-    let after = outcome.better.as_ref().map(|b| &b.highest);
-    let plots = vec![histogram::plot(
-        "Highest temperatures",
-        before,
-        after,
-        &outcome.classes,
-        plan,
-    )];
-    let mut sections = Vec::new();
-    if let Some(found) = &outcome.found {
-        sections.push(found::section(found, plan));
+    let mut sections: Vec<Section> = outcome.preview.iter().map(|p| highest(p, plan)).collect();
+    if let Some(table) = judged_table(plan, outcome) {
+        sections.push(Section {
+            title: "The judge".to_owned(),
+            intro: "The paths drawn on the reference solver, and what moves the share.".to_owned(),
+            plots: outcome
+                .judged
+                .iter()
+                .map(|j| histogram::judged(j, plan))
+                .collect(),
+            tables: vec![table],
+        });
     }
-    sections.insert(
-        0,
-        Section {
-            title: "Highest temperatures".to_owned(),
-            intro: "How hot each voxel of the last layer became. In the view above the slider goes through time; its steps are pictures, not layers.".to_owned(),
-            plots,
-            tables: vec![share_table(outcome)],
-        },
-    );
-    if let Some(table) = judged_table(outcome) {
-        sections.insert(
-            1,
-            Section {
-                title: "The judge".to_owned(),
-                intro: "The paths drawn on the solver that the charts were made with, and what moves the share.".to_owned(),
-                plots: outcome
-                    .judged
-                    .iter()
-                    .map(|j| histogram::judged(j, plan))
-                    .collect(),
-                tables: vec![table],
-            },
-        );
-    }
+    sections.extend(outcome.found.iter().map(|f| found::section(f, plan)));
     sections.push(sections::section(&plan.settings, outcome));
     sections.extend(part::section(plan));
     Report {
         title: title.to_owned(),
-        subtitle: format!(
-            "{} · {} voxels · window {low:.0} to {high:.0} °C",
-            plan.settings.material.name,
-            outcome.given.simulation.grid().len()
-        ),
+        subtitle: subtitle(plan, outcome),
         verdict: verdict.clone(),
         scene,
         sections,
         sheet: None,
         provenance: provenance.clone(),
+    }
+}
+
+/// What was drawn, in a line.
+fn subtitle(plan: &Plan, outcome: &Outcome) -> String {
+    let mut told = plan.settings.material.name.clone();
+    let window = |w: [f64; 2]| {
+        format!(
+            " · window {:.0} to {:.0} °C",
+            w[0] - CELSIUS,
+            w[1] - CELSIUS
+        )
+    };
+    if let Some(preview) = &outcome.preview {
+        let voxels = preview.given.simulation.grid().len();
+        let _ = write!(told, " · {voxels} voxels");
+        told.push_str(&window(preview.classes.window));
+    } else if let Some(judged) = &outcome.judged {
+        told.push_str(&window(judged.classes.window));
+    }
+    told
+}
+
+/// How hot each voxel became on charts.
+fn highest(preview: &Preview, plan: &Plan) -> Section {
+    Section {
+        title: "Highest temperatures".to_owned(),
+        intro: "How hot each voxel of the last layer became. In the view above the slider goes through time; its steps are pictures, not layers.".to_owned(),
+        plots: vec![histogram::plot(
+            "Highest temperatures",
+            &preview.given.highest,
+            preview.better.as_ref().map(|b| &b.highest),
+            &preview.classes,
+            plan,
+        )],
+        tables: vec![share_table(preview)],
     }
 }
 
@@ -285,7 +298,19 @@ pub fn write_files(
     plan: &Plan,
     outcome: &Outcome,
 ) -> Result<(), OutputError> {
-    let shown = outcome.better.as_ref().unwrap_or(&outcome.given);
+    if let Some(preview) = &outcome.preview {
+        write_frames(folder, preview.shown())?;
+    }
+    let path = outcome.path(plan);
+    let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
+    folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
+    folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
+    sections::write_volumes(folder, outcome)?;
+    voxels::write(folder, plan, outcome)
+}
+
+/// Pictures of the build plane in time.
+fn write_frames(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
     let grid = shown.film.plan();
     let mut entries = Vec::new();
     for (n, frame) in shown.film.frames.iter().enumerate() {
@@ -305,11 +330,5 @@ pub fn write_files(
         })?;
         entries.push((frame.time, name));
     }
-    folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))?;
-    let path = outcome.found.as_ref().map_or(&shown.path, |f| &f.path);
-    let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
-    folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
-    folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
-    sections::write_volumes(folder, outcome)?;
-    voxels::write(folder, &plan.settings, shown, outcome)
+    folder.write("fields/temperature.pvd", |w| write_collection(w, &entries))
 }

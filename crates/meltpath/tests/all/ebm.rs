@@ -1,6 +1,7 @@
 //! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
 
 mod charts;
+mod judged;
 mod material;
 mod part;
 mod quality;
@@ -155,7 +156,8 @@ fn a_region_is_hatched_layer_by_layer() {
 #[test]
 fn a_path_is_found_on_the_reference_solver() {
     let dir = tempfile::tempdir().unwrap();
-    let text = JOB.replace("path = \"path.csv\"\n", "")
+    let plain = JOB.replace("[charts]\n", "[charts]\nmemory = \"none\"\n");
+    let text = plain.replace("path = \"path.csv\"\n", "")
         + "[hatch]\nstrategy = \"one-way\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\norders = [\"backwards\"]\nrounds = 4\ncell = \"0.1 mm\"\n[checks]\nin_window = \"5 %\"\n";
     let file = dir.path().join("job.toml");
     std::fs::write(&file, previewed(&text)).unwrap();

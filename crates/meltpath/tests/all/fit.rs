@@ -3,7 +3,7 @@ use std::path::Path;
 
 use meltpath::fit::{fit, measurements};
 use meltpath::views::fit::lines;
-use meltpath_base::Silent;
+use meltpath_base::{Silent, Status};
 
 /// Thesis: 657 µm at 0.200 mm, 868 µm at 0.372 mm; the contour for 1.000 mm with and without that knowledge.
 #[test]
@@ -151,6 +151,22 @@ fn remedies_of_a_file_of_measurements_are_true() {
         let read = measurements::read(&file);
         assert!(read.is_ok(), "{named}: {read:?}");
     }
+}
+
+/// A block that is dense with any beam teaches nothing: the verdict cannot say, where it printed the prior.
+#[test]
+fn a_fit_that_learns_nothing_cannot_say() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("m.toml");
+    let text = format!(
+        "layers = 1\nspacing = \"100 µm\"\n[[porosity]]\nmeasured = \"0 %\"\nsigma = \"0.5 %\"\ncurrent = \"5 mA\"\nspeed = \"400 mm/s\"\nspacing = \"0.1 mm\"\n{BEAM}"
+    );
+    std::fs::write(&file, text).unwrap();
+    let found = fit(&file, Some(&dir.path().join("out")), dir.path(), &Silent).unwrap();
+    println!("{:?}", found.verdict.checks);
+    assert_eq!(found.verdict.status(), Status::CannotSay);
+    let remedy = found.verdict.checks[0].remedy.clone().unwrap();
+    assert!(remedy.contains("finer charts"), "{remedy}");
 }
 
 /// A thickness in the wrong unit is explained by no beam: the warning says to look at it, and ends where it is right.

@@ -172,7 +172,7 @@ fn remedies_of_a_wire_arc_verdict_are_true() {
 #[test]
 fn remedies_of_an_electron_beams_verdict_are_true() {
     let folder = tempfile::tempdir().unwrap();
-    let job = "[process]\nkind = \"ebm\"\n[ebm]\n[hatch]\n[charts]\nspacing = \"50 µm\"\n[simulation]\nframes = 2\n\
+    let job = "[process]\nkind = \"ebm\"\n[ebm]\n[hatch]\n[charts]\nmemory = \"none\"\nspacing = \"50 µm\"\n[simulation]\nframes = 2\n\
          [region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\n[judge]\nsolver = \"none\"\n";
     let good = |verdict: &Verdict| {
         let fact = verdict.facts.iter().find(|f| f.id == "in-window-charts");

@@ -27,6 +27,15 @@ pub struct Measured {
     pub sigma: f64,
 }
 
+/// How a fit ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The next step would be small, or all rounds were made.
+    Settled,
+    /// Where it began: the slopes promise a better fit that no step along them gives, as those of a model too coarse for them do.
+    Stuck,
+}
+
 /// What a fit found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
@@ -42,6 +51,8 @@ pub struct Fitted {
     pub covariance: Vec<Vec<f64>>,
     /// Weighted sum of squares of what is left of the measurements, without the prior.
     pub misfit: f64,
+    /// How it ended.
+    pub end: End,
     /// Simulations made.
     pub evaluations: usize,
 }
@@ -56,6 +67,32 @@ impl Fitted {
             }
         }
         variance.max(0.0).sqrt()
+    }
+}
+
+/// Uncertainties that remain, as a share of those of the prior, from which measurements taught nothing.
+const TAUGHT: f64 = 0.98;
+/// Least fall of the weighted sum of squares that slopes promise, for a step that finds none to be worth telling.
+const PROMISE: f64 = 0.1;
+
+/// Why a fit says nothing beyond what was believed before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nothing {
+    /// No measurement changes with any parameter.
+    Blind,
+    /// See [`End::Stuck`].
+    Stuck,
+}
+
+impl Fitted {
+    /// Whether the fit says no more than its `priors`.
+    pub fn nothing(&self, priors: &[Prior]) -> Option<Nothing> {
+        let mut both = self.sigmas.iter().zip(priors);
+        if both.all(|(sigma, prior)| *sigma >= TAUGHT * prior.sigma) {
+            Some(Nothing::Blind)
+        } else {
+            (self.end == End::Stuck).then_some(Nothing::Stuck)
+        }
     }
 }
 
@@ -116,22 +153,9 @@ pub fn fit<E: std::error::Error>(
     let mut predicted = evaluate(&values)?;
     let mut slopes = vec![vec![0.0; n]; measured.len()];
     let mut covariance = vec![vec![0.0; n]; n];
+    let (mut promise, mut steps) = (0.0, 0);
     for _ in 0..rounds {
-        for (k, prior) in priors.iter().enumerate() {
-            // towards the inside of the bounds
-            let mut step = 0.2 * prior.sigma;
-            if values[k] + step > prior.bounds[1] {
-                step = -step;
-            }
-            let mut moved = values.clone();
-            moved[k] += step;
-            for (row, (a, b)) in slopes
-                .iter_mut()
-                .zip(evaluate(&moved)?.iter().zip(&predicted))
-            {
-                row[k] = (a - b) / step;
-            }
-        }
+        slopes = slopes_at(&values, &predicted, priors, &mut evaluate)?;
         let mut system = Regression::new(n);
         for ((m, p), row) in measured.iter().zip(&predicted).zip(&slopes) {
             system.push(row.iter().map(|s| s / m.sigma), (m.value - p) / m.sigma);
@@ -147,6 +171,9 @@ pub fn fit<E: std::error::Error>(
         } = system.solve().map_err(FitError::LeastSquares)?;
         covariance = spread.to_rows();
         let (_, before) = cost(&values, &predicted);
+        let whole: Vec<f64> = (0..n).map(|i| values[i] + step[i]).collect();
+        let straight = along(&predicted, &slopes, &step);
+        promise = before - cost(&whole, &straight).1;
         // a shorter step where a whole one makes it worse
         let mut share = 1.0;
         let mut moved = false;
@@ -165,6 +192,7 @@ pub fn fit<E: std::error::Error>(
                     .any(|((a, b), p)| (a - b).abs() > 0.02 * p.sigma);
                 values = next;
                 predicted = there;
+                steps += 1;
                 break;
             }
             share *= 0.4;
@@ -181,8 +209,44 @@ pub fn fit<E: std::error::Error>(
         slopes,
         covariance,
         misfit,
+        end: if steps == 0 && promise > PROMISE {
+            End::Stuck
+        } else {
+            End::Settled
+        },
         evaluations,
     })
+}
+
+/// Slopes of the model at `values`, where it predicts `predicted`: a row a measurement.
+fn slopes_at<E>(
+    values: &[f64],
+    predicted: &[f64],
+    priors: &[Prior],
+    evaluate: &mut Model<'_, E>,
+) -> Result<Vec<Vec<f64>>, E> {
+    let mut slopes = vec![vec![0.0; values.len()]; predicted.len()];
+    for (k, prior) in priors.iter().enumerate() {
+        // towards the inside of the bounds
+        let mut step = 0.2 * prior.sigma;
+        if values[k] + step > prior.bounds[1] {
+            step = -step;
+        }
+        let mut moved = values.to_vec();
+        moved[k] += step;
+        let there = evaluate(&moved)?;
+        for (row, (a, b)) in slopes.iter_mut().zip(there.iter().zip(predicted)) {
+            row[k] = (a - b) / step;
+        }
+    }
+    Ok(slopes)
+}
+
+/// What slopes promise a `step` further.
+fn along(predicted: &[f64], slopes: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
+    let further = |row: &[f64]| -> f64 { row.iter().zip(step).map(|(s, d)| s * d).sum() };
+    let both = predicted.iter().zip(slopes);
+    both.map(|(p, row)| p + further(row)).collect()
 }
 
 /// Of two candidate settings with their predictions, which to build: the one whose prediction, spread by its uncertainty, lies
@@ -242,6 +306,38 @@ mod tests {
     #[derive(Debug, thiserror::Error)]
     #[error("never")]
     struct Never;
+
+    /// A model that does not answer, and one that jumps where the slope is taken: both leave the prior as it is, and say so.
+    #[test]
+    fn a_fit_that_learns_nothing_says_so() {
+        let priors = [prior(1.0, 0.5)];
+        let measured = [Measured {
+            value: 0.5,
+            sigma: 0.1,
+        }];
+        let of = |model: &dyn Fn(f64) -> f64| {
+            let mut model = |p: &[f64]| Ok::<_, Never>(vec![model(p[0])]);
+            fit(&priors, &measured, 4, &mut model).unwrap()
+        };
+        let blind = of(&|_| 1.0);
+        assert_eq!(blind.nothing(&priors), Some(Nothing::Blind));
+        let jumping = of(&|p| if p > 1.0 { 2.0 } else { 1.0 });
+        assert_eq!(jumping.values, [1.0]);
+        assert_eq!(jumping.nothing(&priors), Some(Nothing::Stuck));
+        let honest = of(&|p| p);
+        assert!(honest.values[0] < 0.6 && honest.nothing(&priors).is_none());
+        // nothing to learn where the prior explains it all
+        let right = fit(
+            &priors,
+            &[Measured {
+                value: 1.0,
+                sigma: 0.1,
+            }],
+            4,
+            &mut |p: &[f64]| Ok::<_, Never>(vec![p[0]]),
+        );
+        assert_eq!(right.unwrap().nothing(&priors), None);
+    }
 
     proptest! {
         #[test]

@@ -273,7 +273,7 @@ fn conduct(step: Conduct) {
         let (g, r) = (cells.enthalpy, cells.density);
         left += exchange(&edge, &sides, &mut tile.out, g, r) * area * f64::from(plane.height);
     }
-    tile.lost[2] += left;
+    tile.lost.conducted += left;
 }
 
 /// The rim of a plane in a step.

@@ -220,9 +220,7 @@ impl Levels {
                     whole.enthalpy[to] = ((heat - self.offsets.at(r)) / f64::from(r)) as f32;
                 }
             }
-            for (a, b) in whole.lost.iter_mut().zip(tile.lost) {
-                *a += b;
-            }
+            whole.lost.add(&tile.lost);
         }
         whole.begin_anew();
         let shown = self.shown(&mut whole);

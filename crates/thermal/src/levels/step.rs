@@ -194,16 +194,9 @@ impl Levels {
             if !losses.none {
                 let cells = top * PLANE..(top + 1) * PLANE;
                 let enthalpy = &mut tile.enthalpy[cells.clone()];
-                let [radiated, evaporated] = losses.take(
-                    f,
-                    register,
-                    [step, height],
-                    enthalpy,
-                    &mut tile.density[cells],
-                );
-                let volume = edge * edge * height;
-                tile.lost[0] += radiated * volume;
-                tile.lost[1] += evaporated * volume;
+                let own = [enthalpy, &mut tile.density[cells]];
+                let sizes = [step, height, edge * edge];
+                losses.take(f, register, sizes, own, &mut tile.lost);
             }
         };
         if around.shown.len() >= WORTH_SHARING && rayon::current_num_threads() > 1 {
@@ -304,10 +297,7 @@ impl Levels {
     /// The tiles' losses go to the ledger, in the order of the tiles.
     pub(super) fn count(&mut self) {
         for tile in self.levels.iter_mut().flat_map(|l| &mut l.tiles) {
-            let [radiated, evaporated, conducted] = std::mem::take(&mut tile.lost);
-            self.ledger.radiated += radiated;
-            self.ledger.evaporated += evaporated;
-            self.ledger.conducted += conducted;
+            self.ledger.add(&std::mem::take(&mut tile.lost));
         }
     }
 }

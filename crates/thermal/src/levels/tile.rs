@@ -3,6 +3,7 @@
 use crate::material::enthalpy::Formulas;
 use crate::numeric::vector::CellLoop;
 use crate::solver::kernel::warm;
+use crate::solver::ledger::Ledger;
 
 /// Cells along an edge of a tile.
 pub(crate) const N: usize = 16;
@@ -48,8 +49,8 @@ pub(crate) struct Tile {
     /// Largest difference from the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm; of the last look.
     pub(crate) warmth: f32,
     pub(crate) bend: f32,
-    /// Heat radiated, evaporated and conducted out since the last count, J.
-    pub(crate) lost: [f64; 3],
+    /// What was radiated, evaporated and conducted out since the last count.
+    pub(crate) lost: Ledger,
 }
 
 /// What others see of a tile during a step.
@@ -95,7 +96,7 @@ impl Tile {
             out: Default::default(),
             warmth: 0.0,
             bend: 0.0,
-            lost: [0.0; 3],
+            lost: Ledger::default(),
         }
     }
 

@@ -7,9 +7,8 @@ use meltpath_base::{Density, Pure, Temperature, choice, quantity, table};
 use toml::de::{DeTable, DeValue};
 
 use crate::material::law::Law;
-use crate::material::{
-    CELSIUS, Evaporation, LatentShape, Material, Powder, PowderConduction, Roughness,
-};
+use crate::material::vapour::{Component, Evaporation};
+use crate::material::{CELSIUS, LatentShape, Material, Powder, PowderConduction, Roughness};
 
 choice! {
     /// How the porosity law of the thesis is read (erratum E1).
@@ -74,6 +73,16 @@ quantity!(
     [("kg/mol", 1.0), ("g/mol", 1e-3)]
 );
 quantity!(
+    /// An energy per amount of substance, J/mol inside.
+    MolarEnergy, "energy per mole", "J/mol",
+    [("J/mol", 1.0), ("kJ/mol", 1e3)]
+);
+quantity!(
+    /// A surface tension, N/m inside.
+    Tension, "surface tension", "N/m",
+    [("N/m", 1.0), ("mN/m", 1e-3)]
+);
+quantity!(
     /// A roughness, µm inside.
     Ra, "roughness", "µm",
     [("µm", 1.0)]
@@ -112,6 +121,8 @@ table! {
         heat_shield: Datum<Temperature> where not_negative => none("not said");
         /// Loss by evaporation.
         evaporation: EvaporationTable => none("nothing evaporates");
+        /// Surface tension of the melt.
+        surface_tension: TensionLaw => none("not known: where vapour moves the pool cannot be told");
         /// What parts are built larger by, in the build plane and along the build direction.
         scaling: Datum<[Pure; 2]> where positive => none("1: no shrinkage");
         /// Roughness of what is built.
@@ -176,16 +187,54 @@ table! {
         dense: Datum<Pure> where within(0.0, 1.0) => required;
     }
 
-    /// Loss by evaporation from the hottest surfaces.
+    /// Loss by evaporation from the hottest surfaces: the main component, and what else is in the melt.
     pub struct EvaporationTable {
+        /// Name of the main component.
+        name: String => default("metal", "a single component needs no name");
         /// Boiling point at atmospheric pressure.
-        boiling: Datum<Temperature> where not_negative => required;
+        boiling: Datum<Temperature> where positive => required;
         /// Heat of evaporation.
         latent: Datum<SpecificEnergy> where not_negative => required;
         /// Mass of a mole.
-        molar_mass: Datum<MolarMass> where not_negative => required;
-        /// Share of the evaporated flux that does not come back.
-        net_fraction: Datum<Pure> where not_negative => required;
+        molar_mass: Datum<MolarMass> where positive => required;
+        /// Share of the evaporated flux that does not come back, whatever the gas around.
+        net_fraction: Datum<Pure> where within(0.0, 1.0) => none("by the pressure of the gas around (Knight 1979)");
+        /// What else evaporates.
+        besides: Many<ComponentTable, 0, 3> => default([], "a single component");
+    }
+
+    /// A component of the melt besides the main one.
+    pub struct ComponentTable {
+        /// Its name.
+        name: String => required;
+        /// Its share of the atoms.
+        share: Datum<Pure> where within(0.0, 1.0) => required;
+        /// Boiling point of the pure component at atmospheric pressure.
+        boiling: Datum<Temperature> where positive => required;
+        /// Heat of evaporation.
+        latent: Datum<SpecificEnergy> where not_negative => required;
+        /// Mass of a mole.
+        molar_mass: Datum<MolarMass> where positive => required;
+        /// Partial molar excess energy E in the melt: the activity coefficient is exp(E/RT).
+        excess: Datum<MolarEnergy> => none("0: an ideal melt (Raoult)");
+    }
+
+    /// a0 + a1 (T - about), temperatures in °C.
+    pub struct TensionLaw {
+        /// a0, a1, in `unit` and per kelvin.
+        polynomial: Many<f64, 1, 2> => required;
+        /// Temperature in °C from which the law counts.
+        about: f64 => default(0.0, "laws against °C");
+        /// Its unit.
+        unit: UnitOf<Tension> => required;
+        /// One of `sources`.
+        source: String => required;
+        /// Where in it.
+        page: String => required;
+        /// How well it is known, in words.
+        uncertainty: String => none("not known");
+        /// How it was read or derived.
+        note: String => none("nothing to add");
     }
 
     /// Arithmetic roughness Ra of what is built.
@@ -230,6 +279,11 @@ macro_rules! laws {
             }
         }
 
+        as_law!($law);
+    };
+}
+macro_rules! as_law {
+    ($law:ident) => {
         impl $law {
             fn law(&self) -> Law {
                 let unit = self.unit.unit;
@@ -242,6 +296,7 @@ macro_rules! laws {
         }
     };
 }
+as_law!(TensionLaw);
 laws!(ConductivityLaws, ConductivityLaw, Conductivity);
 laws!(SpecificHeatLaws, SpecificHeatLaw, SpecificHeat);
 laws!(DensityLaws, DensityLaw, Density);
@@ -306,12 +361,8 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
             emissivity: file.emissivity.powder.0,
         },
         emissivity: file.emissivity.dense.0,
-        evaporation: file.evaporation.as_ref().map(|e| Evaporation {
-            boiling: e.boiling.0,
-            latent: e.latent.0,
-            molar_mass: e.molar_mass.0,
-            net_fraction: e.net_fraction.0,
-        }),
+        evaporation: file.evaporation.as_ref().map(evaporation),
+        surface_tension: file.surface_tension.as_ref().map(TensionLaw::law),
         scaling: file
             .scaling
             .as_ref()
@@ -323,6 +374,30 @@ pub fn read(text: &str, readings: Readings) -> Result<Material, Problems> {
         }),
         absorptivity: file.absorptivity.as_ref().map(|a| a.0),
     })
+}
+
+fn evaporation(table: &EvaporationTable) -> Evaporation {
+    let besides = table.besides.iter().map(|c| Component {
+        name: c.name.value.clone(),
+        share: c.share.0,
+        boiling: c.boiling.0,
+        latent: c.latent.0,
+        molar_mass: c.molar_mass.0,
+        excess: c.excess.as_ref().map_or(0.0, |e| e.0),
+    });
+    let besides: Vec<Component> = besides.collect();
+    let main = Component {
+        name: table.name.value.clone(),
+        share: 1.0 - besides.iter().map(|c| c.share).sum::<f64>(),
+        boiling: table.boiling.0,
+        latent: table.latent.0,
+        molar_mass: table.molar_mass.0,
+        excess: 0.0,
+    };
+    Evaporation {
+        components: std::iter::once(main).chain(besides).collect(),
+        net_fraction: table.net_fraction.as_ref().map(|share| share.0),
+    }
 }
 
 /// Sources that the numbers below a table name and `[sources]` does not list.
@@ -368,7 +443,17 @@ fn out_of_order(file: &MaterialFile) -> Vec<Problem> {
         celsius(solidus),
         celsius(liquidus)
     );
+    let atoms = file.evaporation.as_ref().map_or(0.0, |e| {
+        e.besides.iter().map(|component| component.share.0).sum()
+    });
     broken([
+        (
+            atoms >= 1.0,
+            file.evaporation.problem(format!(
+                "the components besides the main one make {:.1} % of the atoms: nothing is left for the main one",
+                100.0 * atoms
+            )),
+        ),
         (
             !(low <= start && liquidus < high),
             file.range.problem(range),
@@ -472,7 +557,7 @@ mod tests {
         let text = TITANIUM.replacen("[750.0, 3000.0]", "[750.0, 1650.0]", 1);
         let error = read(&text, Readings::default()).unwrap_err().to_string();
         assert!(error.contains("above the liquidus, 1665 °C"), "{error}");
-        assert_eq!(sources(TITANIUM).unwrap().len(), 4);
+        assert_eq!(sources(TITANIUM).unwrap().len(), 7);
     }
 
     #[test]

@@ -291,7 +291,7 @@ pub fn boiling_number(
     speed: f64,
     diameter: f64,
 ) -> Option<f64> {
-    let boiling = material.evaporation?.boiling;
+    let boiling = material.evaporation.as_ref()?.components.first()?.boiling;
     // without the latent heat, as the source has it
     let latent = 1e-9 * material.density(material.solidus) * material.latent;
     let melting = medium.heat_capacity() * (material.liquidus - medium.ambient) - latent;

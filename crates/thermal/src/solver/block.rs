@@ -402,7 +402,7 @@ mod tests {
         let faces = Faces {
             top: Surface::Evaporating {
                 surroundings: 300.0 + CELSIUS,
-                evaporation: material.evaporation.unwrap(),
+                ambient: 0.2,
             },
             sides: Face::Imposed(material.start),
             bottom: Face::Imposed(material.start),

@@ -1,10 +1,12 @@
 //! Heat that leaves through the build plane: radiation to the shield and, where wanted, evaporation.
 
+use crate::material::Material;
 use crate::material::enthalpy::{Enthalpy, Formulas, Piecewise};
-use crate::material::{Evaporation, Material};
+use crate::material::vapour::Evaporation;
 use crate::numeric::real::Real;
 use crate::numeric::vector::{CellLoop, Level};
 use crate::solver::kernel::warm;
+use crate::solver::ledger::Ledger;
 
 /// Stefan-Boltzmann constant, W/(mm²·K⁴).
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-14;
@@ -20,12 +22,12 @@ pub enum Surface {
         /// Temperature of the surroundings, K.
         surroundings: f64,
     },
-    /// Radiation and evaporation.
+    /// Radiation, and evaporation by the law of the material where it has one.
     Evaporating {
         /// Temperature of the surroundings, K.
         surroundings: f64,
-        /// The law of evaporation.
-        evaporation: Evaporation,
+        /// Pressure of the gas around, Pa.
+        ambient: f64,
     },
 }
 
@@ -43,18 +45,21 @@ struct Steam {
     first: f64,
     per_entry: f64,
     flux: Vec<f64>,
+    /// Mass of each component that leaves with a joule, kg, entry by entry.
+    mass: Vec<[f64; Evaporation::MOST]>,
 }
 
 impl<R: Real> Losses<R> {
     pub(crate) fn new(surface: &Surface, material: &Material, curve: &Enthalpy) -> Self {
-        let (surroundings, evaporation, none) = match *surface {
+        let (surroundings, ambient, none) = match *surface {
             Surface::Insulated => (0.0, None, true),
             Surface::Radiating { surroundings } => (surroundings, None, false),
             Surface::Evaporating {
                 surroundings,
-                evaporation,
-            } => (surroundings, Some(evaporation), false),
+                ambient,
+            } => (surroundings, Some(ambient), false),
         };
+        let law = material.evaporation.as_ref();
         let black = curve.piecewise(
             material,
             |kelvin| STEFAN_BOLTZMANN * (kelvin.powi(4) - surroundings.powi(4)),
@@ -66,31 +71,23 @@ impl<R: Real> Losses<R> {
                 R::of(material.emissivity),
                 R::of(material.powder.emissivity),
             ],
-            steam: evaporation.map(|law| {
-                // nothing evaporates below the liquidus
-                let first = curve.at_liquidus;
-                let step = (curve.of(6000.0) - first) / ENTRIES as f64;
-                Steam {
-                    first,
-                    per_entry: 1.0 / step,
-                    flux: (0..=ENTRIES)
-                        .map(|i| law.flux(curve.temperature(first + step * i as f64)))
-                        .collect(),
-                }
-            }),
+            steam: ambient
+                .zip(law)
+                .map(|(ambient, law)| Steam::new(law, ambient, curve)),
             none,
         }
     }
 
-    /// Takes what the top plane, `height` mm high, radiates and evaporates during `dt` from its cells; returns both sums, J/mm³.
+    /// Takes what the top plane, of cells `height` mm high over `area` mm², radiates and evaporates during `dt` from its cells, and
+    /// writes it down.
     pub(crate) fn take(
         &self,
         f: &Formulas<R>,
         level: Level,
-        [dt, height]: [f64; 2],
-        enthalpy: &mut [R],
-        density: &mut [R],
-    ) -> [f64; 2] {
+        [dt, height, area]: [f64; 3],
+        [enthalpy, density]: [&mut [R]; 2],
+        ledger: &mut Ledger,
+    ) {
         let mut radiated = 0.0;
         level.run(Radiate {
             losses: self,
@@ -100,29 +97,57 @@ impl<R: Real> Losses<R> {
             density,
             radiated: &mut radiated,
         });
-        let evaporated = self.steam.as_ref().map_or(0.0, |steam| {
-            let mut sum = 0.0;
-            for (g, r) in enthalpy.iter_mut().zip(density) {
-                if g.wide() > steam.first {
-                    let heat = steam.over(g.wide(), dt / height);
-                    sum += heat;
-                    (*g, *r) = warm(f, *g, *r, R::of(-heat));
+        let volume = area * height;
+        ledger.radiated += radiated * volume;
+        let Some(steam) = &self.steam else {
+            return;
+        };
+        let (mut evaporated, mut vapour) = (0.0, [0.0; Evaporation::MOST]);
+        for (g, r) in enthalpy.iter_mut().zip(density) {
+            if g.wide() > steam.first {
+                let (heat, per_joule) = steam.over(g.wide(), dt / height);
+                evaporated += heat;
+                for (sum, mass) in vapour.iter_mut().zip(per_joule) {
+                    *sum += heat * mass;
                 }
+                (*g, *r) = warm(f, *g, *r, R::of(-heat));
             }
-            sum
-        });
-        [radiated, evaporated]
+        }
+        ledger.evaporated += evaporated * volume;
+        for (sum, mass) in ledger.vapour.iter_mut().zip(vapour) {
+            *sum += mass * volume;
+        }
     }
 }
 
 impl Steam {
-    /// Heat carried away, J/mm³, with `share = dt/height`; implicit, so that a step never overshoots.
-    fn over(&self, g: f64, share: f64) -> f64 {
+    fn new(law: &Evaporation, ambient: f64, curve: &Enthalpy) -> Self {
+        // nothing evaporates below the liquidus
+        let first = curve.at_liquidus;
+        let step = (curve.of(6000.0) - first) / ENTRIES as f64;
+        let at = |i: usize| curve.temperature(first + step * i as f64);
+        let kelvins: Vec<f64> = (0..=ENTRIES).map(at).collect();
+        let per_joule = |kelvin: &f64| {
+            let flux = law.flux(*kelvin, ambient).max(f64::MIN_POSITIVE);
+            law.mass(*kelvin, ambient).map(|mass| mass / flux)
+        };
+        Steam {
+            first,
+            per_entry: 1.0 / step,
+            flux: kelvins.iter().map(|k| law.flux(*k, ambient)).collect(),
+            mass: kelvins.iter().map(per_joule).collect(),
+        }
+    }
+
+    /// Heat carried away, J/mm³, with `share = dt/height`, and the mass of each component that leaves with a joule, kg; implicit, so
+    /// that a step never overshoots.
+    fn over(&self, g: f64, share: f64) -> (f64, &[f64; Evaporation::MOST]) {
         let place = ((g - self.first) * self.per_entry).clamp(0.0, ENTRIES as f64 - 1e-9);
         let i = place as usize;
         let rise = self.flux[i + 1] - self.flux[i];
         let flux = self.flux[i] + (place - i as f64) * rise;
-        share * flux / (1.0 + share * rise * self.per_entry)
+        let heat = share * flux / (1.0 + share * rise * self.per_entry);
+        (heat, &self.mass[i])
     }
 }
 

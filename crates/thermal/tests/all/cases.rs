@@ -391,7 +391,7 @@ fn ebm_line_at_300_w_and_the_effect_of_evaporation() {
     let liquidus = material.liquidus;
     let steam = Surface::Evaporating {
         surroundings: 300.0 + CELSIUS,
-        evaporation: material.evaporation.unwrap(),
+        ambient: 0.2,
     };
     let line = |top: Surface| {
         let grid = Grid::covering(

@@ -314,7 +314,7 @@ fn titanium_track<R: Real>() -> Solver<R> {
     let faces = Faces {
         top: Surface::Evaporating {
             surroundings: 300.0 + CELSIUS,
-            evaporation: material.evaporation.unwrap(),
+            ambient: 0.2,
         },
         sides: Face::Imposed(start),
         bottom: Face::Imposed(start),

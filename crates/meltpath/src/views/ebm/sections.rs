@@ -15,6 +15,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 
 use crate::ebm::along::{Along, index};
+use crate::ebm::film::Film;
 use crate::ebm::settings::Settings;
 use crate::ebm::simulate::Outcome;
 
@@ -63,13 +64,14 @@ fn evenly(field: &Field) -> Cow<'_, Field> {
 
 /// The fields of the path that the run judges: on charts where they can draw it, on the reference solver where it did.
 fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
-    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
     let mut all = Vec::new();
-    if outcome.better.is_some() || outcome.found.is_none() {
+    if let Some(preview) = &outcome.preview
+        && (preview.better.is_some() || outcome.found.is_none())
+    {
         all.push(Cut {
             solver: "charts",
-            highest: evenly(&drawn.highest),
-            classes: outcome.classes,
+            highest: evenly(&preview.shown().highest),
+            classes: preview.classes,
         });
     }
     let found = outcome.found.as_ref().and_then(|f| f.reference.as_ref());
@@ -91,9 +93,13 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
 
 /// Sections through the hottest place of each field and through the places that the job names.
 pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
-    let drawn = outcome.better.as_ref().unwrap_or(&outcome.given);
-    let mut plots = drawn.film.plots();
+    let films = outcome.preview.iter().map(|p| &p.shown().film);
+    let mut plots: Vec<Plot> = films.flat_map(Film::plots).collect();
     let mut outside = String::new();
+    let volume = match outcome.preview {
+        Some(_) => "fields/voxels.vti",
+        None => "fields/voxels-reference.vti",
+    };
     for cut in cuts(outcome) {
         let grid = &cut.highest.grid;
         let top = grid.planes() - 1;
@@ -121,7 +127,7 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
     Section {
         title: "Sections".to_owned(),
         intro: format!(
-            "Vertical planes through the last layer: temperatures in time, whose sliders move together, then highest temperatures; depths are drawn larger than widths. The whole volume lies in fields/voxels.vti.{outside}"
+            "Vertical planes through the last layer: temperatures in time, whose sliders move together, then highest temperatures; depths are drawn larger than widths. The whole volume lies in {volume}.{outside}"
         ),
         plots,
         tables: Vec::new(),

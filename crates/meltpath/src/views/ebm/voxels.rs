@@ -11,9 +11,8 @@ use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::watch::Freezing;
 
-use crate::ebm::drawn::Drawn;
 use crate::ebm::judge::JudgedPath;
-use crate::ebm::settings::Settings;
+use crate::ebm::plan::Plan;
 use crate::ebm::simulate::{Outcome, top};
 
 /// Voxels that melted, of the charts.
@@ -35,16 +34,18 @@ struct Voxels<'a> {
 /// [`OutputError`].
 pub(super) fn write(
     folder: &OutputFolder,
-    settings: &Settings,
-    shown: &Drawn,
+    plan: &Plan,
     outcome: &Outcome,
 ) -> Result<(), OutputError> {
-    let liquidus = settings.material.liquidus;
-    let of_charts = Voxels {
-        highest: &shown.highest,
-        freezing: &shown.simulation.freezing(),
-    };
-    voxels(folder, VOXELS, &of_charts, liquidus)?;
+    let liquidus = plan.settings.material.liquidus;
+    if let Some(preview) = &outcome.preview {
+        let shown = preview.shown();
+        let of_charts = Voxels {
+            highest: &shown.highest,
+            freezing: &shown.simulation.freezing(),
+        };
+        voxels(folder, VOXELS, &of_charts, liquidus)?;
+    }
     let Some(judged) = &outcome.judged else {
         return Ok(());
     };
@@ -58,7 +59,7 @@ pub(super) fn write(
     if seen.samples.is_empty() {
         return Ok(());
     }
-    let begin = shown.path.begin();
+    let begin = outcome.path(plan).begin();
     let of = |f: &dyn Fn(&Sample) -> f64| seen.samples.iter().map(f).collect::<Vec<f64>>();
     table(
         folder,

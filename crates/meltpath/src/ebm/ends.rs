@@ -1,0 +1,131 @@
+//! Where a pool of conduction ends: the laws of the material, and what its surface tension holds against the recoil of vapour.
+
+use meltpath_base::Reporter;
+use meltpath_thermal::beam::BeamPath;
+use meltpath_thermal::criteria::{Classes, Tally};
+use meltpath_thermal::grid::Field;
+use meltpath_thermal::material::CELSIUS;
+use meltpath_thermal::material::pool_limit::pool_limit;
+
+use super::settings::Settings;
+
+/// What ends at a temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// The laws of the material.
+    Laws,
+    /// The pool's surface under the beam: vapour presses harder than the tension of a surface curved by this radius, mm, holds, Pa.
+    Surface {
+        /// Half the widest spot of the path.
+        radius: f64,
+        /// Pressure that the tension holds.
+        pressure: f64,
+    },
+}
+
+/// An end that a path passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// What ends.
+    pub end: End,
+    /// Where, K.
+    pub kelvin: f64,
+    /// The hottest place of the surface, K.
+    pub hottest: f64,
+    /// Share of the section whose surface is hotter than the end.
+    pub share: f64,
+}
+
+/// What is known of the ends of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ends {
+    /// Those that it passes, the one that comes first on top.
+    pub passed: Vec<Passed>,
+    /// Whether the material tells where vapour moves the pool.
+    pub known: bool,
+}
+
+/// The ends that `path` passes, of whose uppermost cells `surface` holds the highest temperatures; `section` tallies what is judged.
+pub(super) fn ends(
+    settings: &Settings,
+    path: &BeamPath,
+    surface: &Field,
+    section: impl Fn(&Field, &Classes) -> Tally,
+) -> Ends {
+    let material = &settings.material;
+    let on = path.points().iter().filter(|p| p.is_on());
+    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let pool = pool_limit(material, radius, settings.chamber);
+    let surface_ends = pool.map(|limit| {
+        let pressure = limit.pressure;
+        (End::Surface { radius, pressure }, limit.kelvin)
+    });
+    let hottest = surface.largest().0;
+    let above = |(end, kelvin): (End, f64)| {
+        let classes = Classes {
+            melting: kelvin,
+            window: [kelvin, f64::INFINITY],
+        };
+        let tally = section(surface, &classes);
+        Passed {
+            end,
+            kelvin,
+            hottest,
+            share: tally.molten() as f64 / tally.voxels.max(1) as f64,
+        }
+    };
+    let all = [Some((End::Laws, material.range[1])), surface_ends];
+    let mut passed: Vec<Passed> = all
+        .into_iter()
+        .flatten()
+        .filter(|(_, kelvin)| hottest > *kelvin)
+        .map(above)
+        .collect();
+    passed.sort_by(|a, b| a.kelvin.total_cmp(&b.kelvin));
+    Ends {
+        passed,
+        known: pool.is_some(),
+    }
+}
+
+impl Passed {
+    /// What is passed, by how much and where.
+    pub fn words(&self, material: &str) -> String {
+        let what = match self.end {
+            End::Laws => format!("the laws of {material} end"),
+            End::Surface { radius, pressure } => format!(
+                "the recoil of vapour passes the {:.1} kPa that surface tension holds over the beam's radius of {radius:.2} mm, so that heat is no longer conducted through a still pool",
+                1e-3 * pressure
+            ),
+        };
+        format!(
+            "the surface reaches {:.0} °C, {:.0} K above {:.0} °C, where {what}; {:.1} % of the section are hotter than that",
+            self.hottest - CELSIUS,
+            self.hottest - self.kelvin,
+            self.kelvin - CELSIUS,
+            100.0 * self.share
+        )
+    }
+}
+
+/// Warns where fields of the reference solver leave the range of the laws.
+pub(super) fn tell<'a>(
+    fields: impl Iterator<Item = &'a Field>,
+    settings: &Settings,
+    reporter: &Reporter,
+) {
+    let material = &settings.material;
+    let hottest = fields.map(|f| f.largest().0).fold(0.0, f64::max);
+    if hottest > material.range[1] {
+        reporter.warn(
+            "laws-extrapolated-reference",
+            format!(
+                "on the reference solver the hottest cell reaches {:.0} °C, the laws of {} are meant up to {:.0} °C",
+                hottest - CELSIUS,
+                material.name,
+                material.range[1] - CELSIUS
+            ),
+            "shares compare strategies on one scale; read no boiling or evaporation from them",
+        );
+    }
+}

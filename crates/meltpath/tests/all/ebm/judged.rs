@@ -1,0 +1,119 @@
+//! What the judge says of vapour, where a pool of conduction ends, and without charts.
+
+use meltpath::chain;
+use meltpath_base::{Silent, Status, Verdict};
+
+use super::{job, path};
+
+/// Vapour: what the verdict says of its mass and of the element that loses most, where a pool of conduction ends, and that the
+/// remedy ends the doubt. A gas in the chamber holds vapour down; without the laws nobody knows.
+#[test]
+fn a_pool_that_vapour_moves_is_judged_once_it_is_colder() {
+    let dir = tempfile::tempdir().unwrap();
+    let verdict = |beam: &str| {
+        let extra = format!(
+            "[ebm]\n{beam}[region]\ncontour = [[\"0.2 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.1 mm\"], [\"1.8 mm\", \"0.5 mm\"], [\"0.2 mm\", \"0.5 mm\"]]\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n"
+        );
+        let file = job(dir.path(), &extra, 4e-3);
+        let out = dir.path().join("out");
+        let verdict = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        std::fs::remove_dir_all(&out).unwrap();
+        verdict.verdict
+    };
+    let check = |verdict: &Verdict| {
+        let mut checks = verdict.checks.iter();
+        checks.find(|c| c.id == "in-window").unwrap().clone()
+    };
+    let fact = |verdict: &Verdict, id: &str| {
+        let found = verdict.facts.iter().find(|f| f.id == id).unwrap().clone();
+        (found.value.unwrap().value, found.title)
+    };
+    let hot = verdict("");
+    let told = check(&hot);
+    println!("{:?}: {}", told.status, told.reason);
+    assert_eq!(told.status, Status::CannotSay);
+    for said in [
+        "recoil of vapour",
+        "2895 °C",
+        "radius of 0.21 mm",
+        "% of the section",
+    ] {
+        assert!(told.reason.contains(said), "{said}: {}", told.reason);
+    }
+    let remedy = told.remedy.unwrap();
+    assert!(remedy.contains("less power"), "{remedy}");
+    let (mass, _) = fact(&hot, "vapour-mass");
+    let (aluminium, title) = fact(&hot, "vapour-element");
+    println!("{mass:.4} mg, {title}: {aluminium:.2} %");
+    assert!(title.contains("aluminium") && (0.1..50.0).contains(&aluminium));
+    // the metal loses less of itself than of its aluminium
+    let layer = 4309e-9 * 1e6 * 0.05 * 2.4 * 1.0;
+    assert!(
+        mass > 0.0 && 100.0 * mass / layer < aluminium,
+        "{mass} {aluminium}"
+    );
+    // less power, as it says
+    let cold = check(&verdict("efficiency = \"50 %\"\n"));
+    assert_eq!(cold.status, Status::Pass, "{}", cold.reason);
+    // a gas of a bar lets less go
+    let (free, _) = fact(&hot, "vapour");
+    let (held, _) = fact(&verdict("chamber = \"1 bar\"\n"), "vapour");
+    assert!(held < 0.7 * free, "{held} {free}");
+    // the same metal without its surface tension
+    let text = meltpath_data::materials::TI6AL4V_EBM.text;
+    let (before, _) = text.split_once("[surface_tension]").unwrap();
+    std::fs::write(dir.path().join("own.toml"), before).unwrap();
+    let unknown = check(&verdict("material = \"own.toml\"\nefficiency = \"50 %\"\n"));
+    assert_eq!(unknown.status, Status::CannotSay);
+    assert!(unknown.remedy.unwrap().contains("[surface_tension]"));
+}
+
+/// The solver judges alone: the same figures as beside charts, of which none is computed, drawn or told.
+#[test]
+fn the_solver_judges_without_charts() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("path.csv"), path(4, 4e-3)).unwrap();
+    let file = dir.path().join("job.toml");
+    let write = |charts: &str, rest: &str| {
+        let text = format!(
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\n{charts}[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n{rest}"
+        );
+        std::fs::write(&file, text).unwrap();
+    };
+    let judge = "[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
+    let run = |charts: &str, name: &str| {
+        write(charts, judge);
+        let out = dir.path().join(name);
+        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        (outcome.verdict, out)
+    };
+    let (alone, out) = run("preview = \"none\"\n", "alone");
+    let (beside, _) = run("spacing = \"100 µm\"\nstop = \"3700 °C\"\n", "beside");
+    assert_eq!(alone.checks, beside.checks);
+    for missing in ["charts", "fields/temperature.pvd", "series/voxels.csv"] {
+        assert!(!out.join(missing).exists(), "{missing}");
+    }
+    for there in [
+        "fields/voxels-reference.vti",
+        "series/voxels-reference.csv",
+        "path.csv",
+    ] {
+        assert!(out.join(there).is_file(), "{there}");
+    }
+    assert!(alone.facts.iter().all(|f| !f.id.ends_with("-charts")));
+    write("preview = \"none\"\n", judge);
+    let told = chain::doctor(&file, &Silent).unwrap();
+    let charts = told.lines.iter().filter(|l| l.contains("charts of"));
+    assert_eq!(charts.count(), 0, "{:?}", told.lines);
+    for (rest, said) in [
+        ("[judge]\nsolver = \"none\"\n", "nothing draws the path"),
+        (
+            "[optimise]\nmethod = \"learning\"\n",
+            "takes temperatures from charts",
+        ),
+    ] {
+        write("preview = \"none\"\n", rest);
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
+    }
+}
