@@ -115,6 +115,8 @@ struct Routine {
     /// Tools and work objects by their number.
     tools: Vec<String>,
     objects: Vec<String>,
+    /// Frame and tool in which a target is used first.
+    used: BTreeMap<String, (Option<u32>, Option<u32>)>,
     /// What is laid with while the arc burns.
     arc: Option<String>,
     /// Configurations count.
@@ -144,6 +146,7 @@ impl Reader {
                     out: Collected::new(Dialect::Rapid, name),
                     tools: Vec::new(),
                     objects: Vec::new(),
+                    used: BTreeMap::new(),
                     arc: None,
                     monitored: true,
                 });
@@ -322,10 +325,15 @@ impl Routine {
         let found = known.targets.get(&text.to_ascii_lowercase()).cloned();
         let found = found.map(|place| self.unmonitored(place));
         // a target that is used in two frames is two positions
-        let key = match frames {
-            (Some(1), Some(1)) => text.to_owned(),
-            (frame, tool) => format!("{text}_{}_{}", frame.unwrap_or(0), tool.unwrap_or(0)),
-        };
+        let first = self.used.entry(text.to_ascii_lowercase()).or_insert(frames);
+        let mut key = text.to_owned();
+        if *first != frames {
+            let (frame, tool) = frames;
+            key = format!("{text}_{}_{}", frame.unwrap_or(0), tool.unwrap_or(0));
+            while known.targets.contains_key(&key.to_ascii_lowercase()) {
+                key.push('_');
+            }
+        }
         let named = self.out.named(&key, frames, || found);
         named.unwrap_or_else(|| PositionRef::Unresolved(tidy(text)))
     }

@@ -74,7 +74,8 @@ pub(super) fn statements(text: &str) -> Vec<Statement> {
             }
         }
         if let Some(piece) = &mut open {
-            piece.text.push(' ');
+            // a text ends on its line
+            piece.text.push_str(if quoted { "\" " } else { " " });
         }
         // what is left behind the last semicolon may be nothing
         open = open.filter(|piece| !piece.text.trim().is_empty());

@@ -270,9 +270,9 @@ impl<const N: usize> Drive<N> {
             let series = self.series(regime, x, u, torque);
             let left = 1.0 - begin;
             let watched = self.watched(way);
-            let margin = |at: f64| self.margin(way, dot(watched, &value(&series, at)));
+            let watched = series.each_ref().map(|term| dot(watched, term));
             let end = if event < EVENTS {
-                first_below(margin, left)
+                self.first_below(way, &watched, left)
             } else {
                 None
             };
@@ -294,6 +294,40 @@ impl<const N: usize> Drive<N> {
             };
         }
         (read, way)
+    }
+
+    /// The first share up to `left` at which the margin of what is watched, a power series, falls below zero.
+    fn first_below(&self, way: f64, watched: &[f64; TERMS], left: f64) -> Option<f64> {
+        let on_grid = on_grid(watched, left);
+        let after = on_grid.iter().position(|w| self.margin(way, *w) < 0.0)?;
+        let (mut low, mut high) = (grid(after, left), grid(after + 1, left));
+        // Newton's steps where they stay between, halves where they do not
+        let mut at = high;
+        for _ in 0..60 {
+            let [value, slope] = sloped(watched, at);
+            let margin = self.margin(way, value);
+            if margin < 0.0 {
+                high = at;
+            } else {
+                low = at;
+            }
+            let falls = match way {
+                0.0 => -(value - self.bias).signum() * slope,
+                way => way * slope,
+            };
+            let newton = at - margin / falls;
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            let step = next - at;
+            at = next;
+            if step.abs() <= 1e-14 {
+                break;
+            }
+        }
+        Some(at)
     }
 
     /// The state over a step as a power series in its share.
@@ -321,21 +355,29 @@ fn value<const N: usize>(series: &[[f64; N]; TERMS], at: f64) -> [f64; N] {
     out
 }
 
-/// The first share up to `left` at which a margin falls below zero.
-fn first_below(margin: impl Fn(f64) -> f64, left: f64) -> Option<f64> {
-    let grid = |k: usize| left * k as f64 / GRID as f64;
-    let after = (1..=GRID).find(|&k| margin(grid(k)) < 0.0)?;
-    let (mut low, mut high) = (grid(after - 1), grid(after));
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if margin(middle) < 0.0 {
-            high = middle;
-        } else {
-            low = middle;
-        }
-        if high - low <= 1e-13 {
-            break;
+/// A scalar power series and its slope at a share of the step.
+#[inline]
+fn sloped(series: &[f64; TERMS], at: f64) -> [f64; 2] {
+    let (mut out, mut slope) = (0.0, 0.0);
+    for term in series.iter().rev() {
+        slope = slope * at + out;
+        out = out * at + term;
+    }
+    [out, slope]
+}
+
+/// A scalar power series at the points of a grid up to a share of the step.
+fn on_grid(series: &[f64; TERMS], left: f64) -> [f64; GRID] {
+    let at: [f64; GRID] = std::array::from_fn(|k| grid(k + 1, left));
+    let mut out = [0.0; GRID];
+    for term in series.iter().rev() {
+        for (o, at) in out.iter_mut().zip(&at) {
+            *o = *o * at + term;
         }
     }
-    Some(high)
+    out
+}
+
+fn grid(k: usize, left: f64) -> f64 {
+    left * k as f64 / GRID as f64
 }

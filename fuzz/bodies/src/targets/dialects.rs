@@ -68,7 +68,10 @@ fn programs(which: Dialect, bytes: &[u8], data: Option<&str>) {
             continue;
         };
         if let Some((same, _)) = again.first().and_then(rewritten) {
-            assert!(same == files, "what is written again changes");
+            assert!(
+                same == files,
+                "what is written again changes: {files:#?} {same:#?}"
+            );
         }
     }
 }
