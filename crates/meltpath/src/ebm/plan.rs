@@ -7,15 +7,19 @@ use meltpath_base::{Observer, Reporter, Warning};
 use meltpath_geometry::Region;
 use meltpath_gun::Gun;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
+use meltpath_thermal::charts::simulation::Memory;
 
 use super::hatch::Hatch;
 use super::path_file;
 use super::region::{Below, Contour};
 use super::settings::{Good, PartFile, Settings, Subject, resolve};
-use crate::job::ebm::EbmJob;
+use crate::job::ebm::{ChartPreview, EbmJob};
 use crate::job::{Problems, Written};
 use crate::stages::part;
 use crate::stages::section::{Sections, sections};
+
+/// Share of a section over metal from which on charts that remember the ground are right about what they stand on.
+const CARRIED: f64 = 0.99;
 
 /// Places of a line that are looked at.
 const STRETCHES: u32 = 64;
@@ -279,6 +283,17 @@ fn cut(
     let at = &job.section;
     let found = sections(&read.mesh, &part.cut, reporter, observer)
         .map_err(|e| e.told([&at.height.span, &at.island.span, &job.part.span]))?;
+    let remembers = matches!(settings.simulation.memory, Memory::Ground(_));
+    if settings.preview == ChartPreview::Drawn && remembers && found.carried < CARRIED {
+        reporter.warn(
+            "ground-of-powder",
+            format!(
+                "{:.0} % of the section lie over powder, which charts that remember the ground take for metal: they read too cold there",
+                100.0 * (1.0 - found.carried)
+            ),
+            "go by the solver's temperatures there (judge.solver), or leave the memory out of the charts (charts.memory = \"none\")",
+        );
+    }
     let last = found.drawn.last().and_then(|regions| regions.first());
     let drawn = DrawnPart {
         file: part.file.clone(),

@@ -339,7 +339,7 @@ fn a_doctor_tells_every_default() {
 }
 
 /// The last 2 mm of the thesis' triangle: speeds learned on charts, judged by the solver with twice the cell, half the
-/// step and ±5 % power. Recorded: some 1 % are in the window there, where the charts see a quarter.
+/// step and ±5 % power. Recorded: 13 ± 5 % are in the window there; 1 % where charts forget the heat of earlier lines.
 #[test]
 #[ignore = "a minute of computing"]
 fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
@@ -371,8 +371,8 @@ fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
     }
     let share = check.value.as_ref().unwrap();
     let spread = share.sigma.unwrap();
-    // speeds learned on charts are worth little here: the solver runs far hotter than charts, which know no heat of earlier lines
-    assert!(share.value < 10.0 && spread > 0.0, "{share:?}");
+    // speeds learned on charts are worth little here: at the tip the solver runs far hotter than charts
+    assert!(share.value < 20.0 && spread > 0.0, "{share:?}");
     assert_eq!(check.reason.contains("NOT CONVERGED"), spread > 5.0);
     assert_eq!(check.status, Status::Fail);
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();

@@ -41,15 +41,14 @@ pub fn read(bytes: &[u8], values: usize) -> Result<Vec<Parsed>, ParseError> {
         skipped: None,
         done: Vec::new(),
     };
-    let mut within = false;
-    for s in &all {
-        within |= strip_word(&s.text, "PROC").is_some();
-        within &= strip_word(&s.text, "ENDPROC").is_none();
-        if declared(&mut known, &s.text, values) == Some(true) && !within {
+    let kept: Vec<bool> = all
+        .iter()
+        .map(|s| declared(&mut known, &s.text, values) == Some(true))
+        .collect();
+    for (s, kept) in all.iter().zip(kept) {
+        if kept && reader.open.is_none() && reader.skipped.is_none() {
             rest.push(format!("{};", tidy(&s.text)));
         }
-    }
-    for s in &all {
         reader.statement(s, &known);
     }
     if reader.open.is_some() {
