@@ -1,6 +1,8 @@
 //! What all writers share: what cannot be written, and numbers as text.
 
-use crate::program::{Coordinates, Instruction, Program, Speed, Termination};
+use std::collections::BTreeMap;
+
+use crate::program::{Coordinates, Group, Instruction, Program, Speed, Termination};
 
 /// Why a program cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -65,6 +67,15 @@ pub(crate) const GOES_ON: (&str, &str) = (
     "a bead that goes on in another program",
     "raise lines_per_program and points_per_program of the cell file, or plan shorter beads",
 );
+
+/// What is taken of each position of the robot's own group, by the position's number.
+pub(crate) fn robot_places<T>(program: &Program, take: impl Fn(&Group) -> T) -> BTreeMap<u32, T> {
+    let own = program.positions.iter().filter_map(|p| {
+        let group = p.groups.iter().find(|g| g.number == 1);
+        group.map(|g| (p.index, take(g)))
+    });
+    own.collect()
+}
 
 /// What the dialect has no words for in instruction `at`, counted from 0.
 pub(crate) fn no_words(

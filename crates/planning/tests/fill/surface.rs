@@ -5,7 +5,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::brep::{Frame, Surface, TorusSheet};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_planning::surface::{SurfacePass, SurfaceSettings, SurfaceStrategy};
+use meltpath_planning::surface::{
+    Parameter, Patch, SurfacePass, SurfaceSettings, SurfaceStrategy, plan_patch,
+};
 
 mod flange;
 mod meshes;
@@ -24,6 +26,18 @@ fn settings(strategy: SurfaceStrategy) -> SurfaceSettings {
         spacing: STEP,
         chord_error: 1e-3,
     }
+}
+
+/// Passes on the quarter of the torus.
+fn planned(strategy: SurfaceStrategy) -> Vec<SurfacePass> {
+    let surface = torus();
+    let patch = Patch {
+        surface: &surface,
+        growth: Parameter::U,
+        along: [0.0, FRAC_PI_2],
+        across: [TAU, 0.0],
+    };
+    plan_patch(&patch, &settings(strategy)).unwrap()
 }
 
 /// The torus of the source's eq. 1: R = 50 mm, r = 15 mm; its u is the source's, its v runs the other way.

@@ -10,7 +10,7 @@ use crate::program::{
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{GOES_ON, TextFile, WriteError, check, fixed, no_words, short};
+use crate::written::{GOES_ON, TextFile, WriteError, check, fixed, no_words, robot_places, short};
 
 /// Longest wait of one `TIMER`, s.
 const LONGEST: f64 = 655.35;
@@ -25,15 +25,10 @@ const DATE: &str = "///DATE 2000/01/01 00:00";
 /// [`WriteError`] where a number is not finite, or INFORM has no words for something.
 pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, WriteError> {
     check(program)?;
-    let robot = |p: &crate::program::Position| {
-        let group = p.groups.iter().find(|g| g.number == 1)?;
-        let entry = (group.coordinates.clone(), (group.frame, group.tool));
-        Some((p.index, entry))
-    };
     let mut writer = Writer {
         program,
         words,
-        places: program.positions.iter().filter_map(robot).collect(),
+        places: robot_places(program, |g| (g.coordinates.clone(), (g.frame, g.tool))),
         positions: Written::default(),
         text: String::new(),
         at: 0,

@@ -9,7 +9,7 @@ use crate::program::{
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{TextFile, WriteError, check, fixed, no_words, short};
+use crate::written::{TextFile, WriteError, check, fixed, no_words, robot_places, short};
 
 /// The script of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
@@ -17,14 +17,10 @@ use crate::written::{TextFile, WriteError, check, fixed, no_words, short};
 /// [`WriteError`] where a number is not finite, or script has no words for something.
 pub fn write(program: &Program, words: &ScriptWords) -> Result<Vec<TextFile>, WriteError> {
     check(program)?;
-    let robot = |p: &crate::program::Position| {
-        let group = p.groups.iter().find(|g| g.number == 1);
-        group.map(|g| (p.index, g.coordinates.clone()))
-    };
     let mut writer = Writer {
         program,
         words,
-        places: program.positions.iter().filter_map(robot).collect(),
+        places: robot_places(program, |g| g.coordinates.clone()),
         text: format!("def {}():\n", program.name),
         at: 0,
     };

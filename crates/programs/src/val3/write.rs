@@ -11,7 +11,7 @@ use crate::program::{
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{TextFile, WriteError, check, no_words, short};
+use crate::written::{TextFile, WriteError, check, no_words, robot_places, short};
 
 /// A speed along the path that limits no joint move, mm/s.
 const FREE: f64 = 99_999.0;
@@ -23,14 +23,10 @@ const XML: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 /// [`WriteError`] where a number is not finite, or VAL3 has no words for something.
 pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, WriteError> {
     check(program)?;
-    let robot = |p: &crate::program::Position| {
-        let group = p.groups.iter().find(|g| g.number == 1);
-        group.map(|g| (p.index, g.coordinates.clone()))
-    };
     let mut writer = Writer {
         program,
         words,
-        places: program.positions.iter().filter_map(robot).collect(),
+        places: robot_places(program, |g| g.coordinates.clone()),
         data: Written::default(),
         text: String::new(),
         at: 0,

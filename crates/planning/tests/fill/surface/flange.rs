@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
-use meltpath_planning::surface::{Parameter, Patch, Torch, TorchRule, layers, plan_patch};
+use meltpath_planning::surface::{Torch, TorchRule, layers};
 use meltpath_robot::cell::{self, Cell, Frames, Values};
 use meltpath_robot::posture::{Follower, Rotation, Task, hold};
 use meltpath_robot::{Command, Kind, Smoothing, Source};
@@ -24,14 +24,7 @@ fn cell() -> Cell {
 
 /// The passes with the torch halfway, as moves of the wire's tip in the part; the arm goes free from one pass to the next.
 fn program() -> (Pose, Vec<Command>) {
-    let surface = torus();
-    let patch = Patch {
-        surface: &surface,
-        growth: Parameter::U,
-        along: [0.0, FRAC_PI_2],
-        across: [TAU, 0.0],
-    };
-    let passes = plan_patch(&patch, &settings(SurfaceStrategy::Distance)).unwrap();
+    let passes = planned(SurfaceStrategy::Distance);
     let mut start = None;
     let mut commands: Vec<Command> = Vec::new();
     for layer in layers(&passes, &Torch::upwards(TorchRule::Half)) {

@@ -1,19 +1,10 @@
 //! How the torch is held along passes on the torus, and what becomes of the passes in a toolpath.
 
 use super::*;
-use meltpath_planning::surface::{
-    Parameter, Patch, Torch, TorchRule, layers, plan_patch, tilts, torch_axes,
-};
+use meltpath_planning::surface::{Torch, TorchRule, layers, tilts, torch_axes};
 
 fn passes() -> Vec<SurfacePass> {
-    let surface = torus();
-    let patch = Patch {
-        surface: &surface,
-        growth: Parameter::U,
-        along: [0.0, FRAC_PI_2],
-        across: [TAU, 0.0],
-    };
-    plan_patch(&patch, &settings(SurfaceStrategy::Distance)).unwrap()
+    planned(SurfaceStrategy::Distance)
 }
 
 /// Every point with its axis.

@@ -1,20 +1,7 @@
 //! The acceptance cases on the toric tube of Campocasso 2017.
 
 use super::*;
-use meltpath_planning::surface::{
-    Base, Parameter, Patch, evenness, nearest_spacing, plan_mesh, plan_patch,
-};
-
-fn planned(strategy: SurfaceStrategy) -> Vec<SurfacePass> {
-    let surface = torus();
-    let patch = Patch {
-        surface: &surface,
-        growth: Parameter::U,
-        along: [0.0, FRAC_PI_2],
-        across: [TAU, 0.0],
-    };
-    plan_patch(&patch, &settings(strategy)).unwrap()
-}
+use meltpath_planning::surface::{Base, evenness, nearest_spacing, plan_mesh};
 
 /// The point of pass `number` at the source's v in degrees, if it has one.
 fn point(passes: &[SurfacePass], number: u32, v: f64) -> Option<DVec3> {
