@@ -268,7 +268,12 @@ fn what_no_controller_has_is_not_taken_for_it() {
     let told = dialect::write(&job[0].program, &cell).unwrap_err();
     assert!(told.to_string().contains("more than a day"), "{told}");
     let open = b"MODULE m\nCONST\"\n4;PROC m;\nENDPROC\n";
-    let module = dialect::read(Dialect::Rapid, open, None, &cell).unwrap();
+    // a text ends on its line; one that does not would swallow the lines behind it
+    let mut module = dialect::read(Dialect::Rapid, open, None, &cell).unwrap();
+    let files = dialect::write(&module[0].program, &cell).unwrap();
+    assert!(files[0].text.contains("CONST\"\" 4;"), "{}", files[0].text);
+    let raw = Instruction::Raw("TPWrite \"a".to_owned());
+    module[0].program.instructions.push(raw);
     let told = dialect::write(&module[0].program, &cell).unwrap_err();
     assert!(
         matches!(told, meltpath_programs::WriteError::Text { .. }),
