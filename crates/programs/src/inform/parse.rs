@@ -4,7 +4,7 @@ use super::motion::{Line, NO_LEVEL, Path, line as motion_line};
 use super::positions::{Entry, Table};
 use super::words::InformWords;
 use crate::collected::Collected;
-use crate::parsed::{ParseError, Parsed, Unread, decoded};
+use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef,
     Termination,
@@ -17,11 +17,7 @@ use crate::scan::{strip_prefix, strip_word, word};
 /// [`ParseError`] where the text is no job, or the job does not end.
 pub fn read(bytes: &[u8], words: Option<&InformWords>) -> Result<Vec<Parsed>, ParseError> {
     let text = decoded(bytes);
-    let lines: Vec<&str> = text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .collect();
+    let lines: Vec<&str> = trimmed(&text).collect();
     if !lines.iter().any(|l| l.eq_ignore_ascii_case("/JOB")) {
         return Err(ParseError::Other {
             dialect: "Yaskawa",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::arc::{Form, WeldData, weld_data};
 use super::data::{coordinates, fields, number_of};
 use crate::collected::{Collected, scaled};
-use crate::parsed::{ParseError, Parsed, Unread, decoded};
+use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
     ArcAction, ArcStyle, ArcWord, CommentMark, Coordinates, Dialect, Instruction, Motion,
     MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
@@ -39,8 +39,8 @@ pub fn read(source: &[u8], data: Option<&[u8]>, values: usize) -> Result<Vec<Par
         application: Vec::new(),
     };
     let mut last = 0;
-    for (line, n) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
-        reader.line(n, line.trim());
+    for (line, n) in trimmed(&text).zip(1..) {
+        reader.line(n, line);
         last = n;
     }
     if reader.open.is_some() {
@@ -80,8 +80,7 @@ fn capital(name: &str) -> String {
 
 fn list(text: &str, values: usize) -> List {
     let mut list = List::default();
-    for (line, n) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
-        let line = line.trim();
+    for (line, n) in trimmed(text).zip(1..) {
         let plain = line.is_empty() || line.starts_with([';', '&']);
         if plain || strip_word(line, "DEFDAT").is_some() || strip_word(line, "ENDDAT").is_some() {
             continue;

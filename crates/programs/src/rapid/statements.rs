@@ -1,5 +1,7 @@
 //! Statements of a module with their lines: up to a semicolon, or a line that needs none; comments apart.
 
+use crate::parsed::trimmed;
+
 /// A piece of a module.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Statement {
@@ -44,8 +46,7 @@ const OPEN: [&str; 27] = [
 pub(super) fn statements(text: &str) -> Vec<Statement> {
     let mut all = Vec::new();
     let mut open: Option<Statement> = None;
-    for (line, n) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
-        let line = line.trim();
+    for (line, n) in trimmed(text).zip(1..) {
         if open.is_none() {
             if line.is_empty() {
                 continue;

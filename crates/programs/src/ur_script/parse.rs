@@ -3,7 +3,7 @@
 use super::words::ScriptWords;
 use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
-use crate::parsed::{ParseError, Parsed, decoded};
+use crate::parsed::{ParseError, Parsed, decoded, trimmed};
 use crate::program::{
     Axis, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit,
     Termination,
@@ -19,11 +19,7 @@ const FRAMES: (Option<u32>, Option<u32>) = (Some(1), Some(1));
 /// [`ParseError`] where no function begins, or one does not end.
 pub fn read(bytes: &[u8], words: Option<&ScriptWords>) -> Result<Vec<Parsed>, ParseError> {
     let text = decoded(bytes);
-    let lines: Vec<&str> = text
-        .trim_start_matches('\u{feff}')
-        .lines()
-        .map(str::trim)
-        .collect();
+    let lines: Vec<&str> = trimmed(&text).collect();
     let mut done = Vec::new();
     let mut open: Option<Reader> = None;
     let mut at = 0;
