@@ -128,7 +128,7 @@ impl Subject {
             .iter()
             .find(|(name, _)| name.eq_ignore_ascii_case(axis))
             .and_then(|(_, a)| *a);
-        let data = found.cloned().ok_or_else(|| HealthError::Axis {
+        let found = found.ok_or_else(|| HealthError::Axis {
             head: head.to_owned(),
             axis: axis.to_owned(),
             known: axes
@@ -138,6 +138,10 @@ impl Subject {
                 .collect::<Vec<_>>()
                 .join(", "),
         })?;
+        let data = found
+            .motor()
+            .map_err(|e| wrong(format!("its {axis} axis: {e}")))?
+            .clone();
         Ok(Subject {
             machine: machine.to_owned(),
             head: head.to_owned(),

@@ -22,7 +22,11 @@ fn identification(c: &mut Criterion) {
         files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).expect("the head reads");
     let motor = Galvanometer {
         friction: Friction::None,
-        ..head.head.mirrors[1].motor.clone()
+        ..head.head.mirrors[1]
+            .driven()
+            .expect("a head with its motors")
+            .motor
+            .clone()
     };
     let mut plant = Plant::<5>::new(&motor, &[PERIOD], 0.0).expect("the motor runs");
     let voltage = Prbs::new(13)

@@ -75,10 +75,17 @@ fn chain(c: &mut Criterion) {
         });
     });
     for (name, axis, column) in [
-        ("x axis, one mode", &head.mirrors[0], 0),
+        (
+            "x axis, one mode",
+            head.mirrors[0].driven().expect("its motor"),
+            0,
+        ),
         (
             "z axis, two modes",
-            &head.focus.as_ref().expect("a focus").0,
+            head.focus
+                .as_ref()
+                .and_then(|f| f.0.driven())
+                .expect("a focus with its motor"),
             2,
         ),
     ] {

@@ -7,3 +7,4 @@ pub mod friction;
 pub mod galvanometer;
 pub mod plant;
 pub mod prefilter;
+pub mod servo;

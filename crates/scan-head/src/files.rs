@@ -8,6 +8,7 @@ mod figure;
 mod head;
 mod motor;
 mod recipe;
+mod servo;
 
 pub use head::{HeadData, HeadFile, PlateTable, parse_head};
 pub use motor::{MotorFile, parse_motor};

@@ -4,6 +4,7 @@ mod ahead;
 pub mod block;
 pub mod error;
 pub mod gate;
+pub mod head_axis;
 pub mod interpolation;
 pub mod job;
 pub mod motion;

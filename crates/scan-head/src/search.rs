@@ -151,16 +151,16 @@ impl Found {
 /// use meltpath_scan_head::search::with_filter;
 /// # let text = meltpath_data::scan_heads::TWO_AXIS_150.text;
 /// let head = files::parse_head(text).unwrap().head;
-/// let first = |h: &meltpath_scan_head::head::scan_head::ScanHead| h.mirrors[0].prefilter.as_ref().unwrap().first;
+/// let first = |h: &meltpath_scan_head::head::scan_head::ScanHead| h.mirrors[0].driven().unwrap().prefilter.unwrap().first;
 /// assert!((first(&with_filter(&head, 0.5)) - 0.5 * first(&head)).abs() < 1e-12);
 /// ```
 #[must_use]
 pub fn with_filter(head: &ScanHead, factor: f64) -> ScanHead {
-    let mut head = head.clone();
-    for axis in &mut head.mirrors {
+    let (mut head, one) = (head.clone(), head.period);
+    for axis in head.driven_mirrors() {
         if let Some(filter) = &mut axis.prefilter {
             // an average over no time is none: one sample
-            filter.first = (filter.first * factor).max(head.period);
+            filter.first = (filter.first * factor).max(one);
         }
     }
     head

@@ -6,6 +6,7 @@ use meltpath_base::Provenance;
 use meltpath_base::settings::{Problem, Setting};
 use meltpath_scan_head::axis::chain::Axis;
 use meltpath_scan_head::axis::control::{AngleUnit, Controller, SampledController, SampledForm};
+use meltpath_scan_head::axis::error::AxisError;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::ready::ReadyHead;
@@ -48,8 +49,11 @@ pub fn apply(
             for (axis, (letter, times)) in
                 head.mirrors.iter_mut().zip(['X', 'Y'].iter().zip(tuning))
             {
-                axis.controller = h_infinity(axis, *times, period)
-                    .map_err(|e| failed(format!("{letter} axis: no H-infinity controller: {e}")))?;
+                let told =
+                    |e: String| failed(format!("{letter} axis: no H-infinity controller: {e}"));
+                let unknown = || told(AxisError::DataSheet.to_string());
+                let axis = axis.driven_mut().ok_or_else(unknown)?;
+                axis.controller = h_infinity(axis, *times, period).map_err(told)?;
             }
             Vec::new()
         }
@@ -78,10 +82,10 @@ pub fn apply(
         PreFilterChoice::FirstOnly => head.filter_acceleration(),
         PreFilterChoice::Alike => head.filter_alike(),
         PreFilterChoice::Off => {
-            for axis in &mut head.mirrors {
+            for axis in head.driven_mirrors() {
                 axis.prefilter = None;
             }
-            if let Some((axis, _)) = &mut head.focus {
+            if let Some(axis) = head.focus.as_mut().and_then(|(axis, _)| axis.driven_mut()) {
                 axis.prefilter = None;
             }
         }
@@ -102,14 +106,15 @@ pub fn ready_for(
     job: Layers<'_>,
 ) -> Result<ReadyHead, HeadError> {
     let head = ready.head();
-    let axes = [&head.mirrors[0], &head.mirrors[1]];
+    let axes =
+        || -> Result<_, AxisError> { Ok([head.mirrors[0].motor()?, head.mirrors[1].motor()?]) };
     let design = PreviewDesign::default();
     let previews = match path {
         PathChoice::AsCommanded => return Ok(ready.clone()),
-        PathChoice::Synchronised => synchronise(axes, head.period, &design),
+        PathChoice::Synchronised => axes().and_then(|axes| synchronise(axes, head.period, &design)),
         PathChoice::Preview => {
             let changes = ready.speed_changes(job, TOGETHER)?;
-            preview(axes, head.period, changes, &design)
+            axes().and_then(|axes| preview(axes, head.period, changes, &design))
         }
     };
     let named = |source| HeadError::Axis { axis: 'X', source };

@@ -203,11 +203,15 @@ fn task(
         AxisName::Y => (Some(&data.head.mirrors[1]), &file.motor.y, 1),
         AxisName::Z => (data.head.focus.as_ref().map(|f| &f.0), &file.motor.z, 2),
     };
-    let mut axis = found.cloned().ok_or_else(|| {
+    let found = found.ok_or_else(|| {
         let head = &data.head.name;
         file.axes
             .problem(format!("the head \"{head}\" has no {letter} axis"))
     })?;
+    let mut axis = found
+        .motor()
+        .map_err(|e| file.axes.problem(format!("{letter} axis: {e}")))?
+        .clone();
     if let Some(path) = &**written {
         // a file whatever its name
         let shown = folder.join(&**path).display().to_string();

@@ -194,7 +194,7 @@ fn records_give_what_the_bench_gave() {
     let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text)
         .unwrap()
         .head;
-    let axis = &head.mirrors[1];
+    let axis = head.mirrors[1].motor().unwrap();
     let first = simulate_first_stage(axis, head.period).unwrap();
     let mut text = String::from("t,U,i,angle,asked\n");
     for k in 0..first.voltage.len() {

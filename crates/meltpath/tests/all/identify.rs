@@ -53,7 +53,7 @@ fn motor() -> Galvanometer {
     let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
     Galvanometer {
         friction: Friction::None,
-        ..head.head.mirrors[1].motor.clone()
+        ..head.head.mirrors[1].motor().unwrap().motor.clone()
     }
 }
 
@@ -154,7 +154,7 @@ fn ramps() -> String {
             set_points.extend(vec![end; 600]);
         }
     }
-    let record = run(&head.head.mirrors[1], &set_points, 50e-6, 1).unwrap();
+    let record = run(head.head.mirrors[1].motor().unwrap(), &set_points, 50e-6, 1).unwrap();
     let mut text = String::from("t,U,i,n\n");
     for (k, (i, a)) in record.current.iter().zip(&record.angle).enumerate() {
         let counts = 1e6 + (a.to_degrees() * 1e5).round();
@@ -181,7 +181,7 @@ fn ramps_bring_the_friction_in_the_form_of_a_motors_file() {
         .filter(|l| !l.starts_with('#'))
         .collect();
     let shipped = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
-    let shipped = &shipped.head.mirrors[1].motor;
+    let shipped = &shipped.head.mirrors[1].motor().unwrap().motor;
     let read = files::parse_motor(&file.join("\n"), shipped).unwrap();
     let (
         Friction::Coulomb { coulomb, .. },

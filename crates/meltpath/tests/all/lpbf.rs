@@ -1,5 +1,6 @@
 //! Scan-head jobs from their files to the folder of results.
 
+mod data_sheet;
 mod heat;
 mod options;
 mod refused;

@@ -180,7 +180,7 @@ fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
 /// A bench's multi-step of the two-axis head's Y axis, whose drive has other gains than the synthesis finds: CSV in degrees.
 fn multi_step() -> String {
     let head = files::parse_head(meltpath_data::scan_heads::TWO_AXIS_150.text).unwrap();
-    let mut axis = head.head.mirrors[1].clone();
+    let mut axis = head.head.mirrors[1].motor().unwrap().clone();
     let Controller::Cascade(gains) = &mut axis.controller else {
         unreachable!("the shipped head has a cascade");
     };

@@ -67,7 +67,7 @@ pub struct AxisRecord {
 }
 
 impl AxisRecord {
-    fn resize(&mut self, n: usize) {
+    pub(super) fn resize(&mut self, n: usize) {
         for column in [
             &mut self.reference,
             &mut self.angle,
@@ -80,7 +80,7 @@ impl AxisRecord {
 }
 
 /// What runs behind a [`RunningAxis`].
-trait Runs: Send {
+pub(super) trait Runs: Send {
     fn block(&mut self, set_points: &[f64], record: &mut AxisRecord);
 }
 
@@ -296,6 +296,18 @@ impl Axis {
 }
 
 impl RunningAxis {
+    /// An axis without a pre-filter of ours.
+    pub(super) fn alone(inner: Box<dyn Runs>, period: f64, travel: f64) -> Self {
+        RunningAxis {
+            prefilter: None,
+            inner,
+            filtered: Vec::new(),
+            period,
+            travel,
+            samples: 0,
+        }
+    }
+
     /// Takes the next set-points (rad) and replaces `record` by what the axis did.
     ///
     /// # Errors

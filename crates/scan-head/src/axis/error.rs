@@ -37,6 +37,11 @@ pub enum AxisError {
         /// The axis' sample period, s.
         wanted: f64,
     },
+    /// An axis without a motor, where one is needed.
+    #[error(
+        "it is known by its data sheet alone, in [servo] of the head's file: write its motor and its control in [x] and [y]"
+    )]
+    DataSheet,
     /// The loop ran away: the angle left the travel by far.
     #[error(
         "the axis ran away at {time} s: {angle_deg:.1} deg, travel ±{travel_deg:.1} deg; the loop is unstable with this plant, sampling and delay"

@@ -160,7 +160,8 @@ pub(super) fn tuning(axis: &AxisTable) -> Option<[f64; 3]> {
 }
 
 /// The bias is of the printed law alone.
-pub(super) fn check(axis: &Setting<AxisTable>) -> Option<Problem> {
+pub(super) fn check(axis: &Setting<Option<AxisTable>>) -> Option<Problem> {
+    let axis = axis.as_ref()?;
     let both = axis.friction.is_some() && axis.bias.0 != 0.0;
     let problem = || {
         let message = format!("{} is of the Coulomb law alone", axis.bias.name);

@@ -63,6 +63,11 @@ quantity!(
     [("1/s", 1.0)]
 );
 quantity!(
+    /// An acceleration of the spot, mm/s² inside.
+    SpotAcceleration, "acceleration", "m/s²",
+    [("m/s²", 1e3), ("mm/s²", 1.0)]
+);
+quantity!(
     /// A power, W inside.
     Power, "power", "W",
     [("W", 1.0)]

@@ -2,10 +2,12 @@
 
 use crate::files::axis::{AxisTable, check, read_axis, tuning};
 use crate::files::figure::Hertz;
+use crate::files::servo::{ServoTable, read_servos};
+use crate::head::head_axis::HeadAxis;
 use crate::head::scan_head::ScanHead;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::{FocusProjection, Lenses};
-use crate::optics::geometry::{Geometry, PathSign, ThreeAxis, TwoAxis};
+use crate::optics::geometry::{FTheta, Geometry, PathSign, ThreeAxis, TwoAxis};
 use meltpath_base::settings::{
     self, Json, Kind, Node, Place, Problem, Problems, Reader, Sourced, Value,
 };
@@ -23,11 +25,13 @@ table! {
         /// The beam.
         beam: BeamTable => required;
         /// The plate of squares on which recipes are compared.
-        plate: PlateTable => required;
+        plate: PlateTable => none("3 x 3 squares over half of the field");
+        /// Both mirrors' axes by their data sheet, where their motors are not known.
+        servo: ServoTable => none("the axes `x` and `y`");
         /// The axis of the X mirror.
-        x: AxisTable => required;
+        x: AxisTable => none("the head's `servo`");
         /// The axis of the Y mirror.
-        y: AxisTable => required;
+        y: AxisTable => none("the head's `servo`");
         /// The axis of the dynamic focus.
         z: AxisTable => none("no dynamic focus");
     }
@@ -54,6 +58,14 @@ table! {
         plane_distance: Sourced<Length> where positive => required;
         /// Between the mirrors.
         mirror_distance: Sourced<Length> where not_negative => required;
+    }
+
+    /// Mirrors before an F-theta objective whose distortion the head's controller corrects: the spot moves in proportion to the angles.
+    pub struct FThetaTable {
+        /// Which geometry.
+        kind: GeometryKind => required;
+        /// Focal length of the objective.
+        focal_length: Sourced<Length> where positive => required;
     }
 
     /// Two mirrors whose axes lie off their surfaces, and two windows; the beam comes along +x at y = z = 0.
@@ -142,6 +154,8 @@ choice! {
     pub enum GeometryKind {
         /// Two mirrors, the beam on both axes.
         TwoAxis = "two-axis",
+        /// An F-theta objective, corrected.
+        FTheta = "f-theta",
         /// Mirrors off their axes, and windows: with a dynamic focus.
         ThreeAxis = "three-axis",
     }
@@ -153,6 +167,8 @@ choice! {
 pub enum GeometryTable {
     /// Two mirrors.
     TwoAxis(TwoAxisTable),
+    /// An objective.
+    FTheta(FThetaTable),
     /// With windows.
     ThreeAxis(ThreeAxisTable),
 }
@@ -162,6 +178,7 @@ impl Value for GeometryTable {
         by: "kind",
         tables: &[
             ("two-axis", TwoAxisTable::KIND),
+            ("f-theta", FThetaTable::KIND),
             ("three-axis", ThreeAxisTable::KIND),
         ],
     };
@@ -169,6 +186,7 @@ impl Value for GeometryTable {
     fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
         match reader.chosen(node, place, "kind")? {
             GeometryKind::TwoAxis => TwoAxisTable::read(node, place, reader).map(Self::TwoAxis),
+            GeometryKind::FTheta => FThetaTable::read(node, place, reader).map(Self::FTheta),
             GeometryKind::ThreeAxis => {
                 ThreeAxisTable::read(node, place, reader).map(Self::ThreeAxis)
             }
@@ -203,10 +221,24 @@ fn between_keys(file: &HeadFile) -> Vec<Problem> {
         let problem = Problem::new("a dynamic focus needs both tables [focus] and [z]");
         problem.help(format!("add [{table}]")).at(span.clone())
     });
+    let axes = match (&*file.servo, &*file.x, &*file.y) {
+        (None, Some(_), Some(_)) => None,
+        (Some(_), None, None) if file.z.is_none() => None,
+        (Some(_), ..) => Some(
+            Problem::new("the axes stand in [servo], and with their motors in [x], [y] or [z]")
+                .help("leave out one of the two")
+                .at(file.servo.span.clone()),
+        ),
+        (None, ..) => Some(
+            Problem::new("the axes of the mirrors are missing")
+                .help("write [x] and [y] with their motors, or [servo] by the data sheet"),
+        ),
+    };
     [&file.x, &file.y]
         .into_iter()
         .filter_map(check)
         .chain(focus)
+        .chain(axes)
         .collect()
 }
 
@@ -228,16 +260,31 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
                 rest_angle: 0.0,
                 projection: *lenses.projection,
             };
-            (read_axis(axis), lenses)
+            (read_axis(axis).into(), lenses)
         });
+    let geometry = geometry(&file.geometry);
+    let period = 1.0 / file.head.sampling.0;
+    let half_field = 0.5 * file.head.field.0;
+    let mirrors = match (&*file.servo, &*file.x, &*file.y) {
+        (Some(servo), ..) => {
+            read_servos(servo, &geometry, half_field, period)?.map(HeadAxis::Servo)
+        }
+        (None, Some(x), Some(y)) => [x, y].map(|axis| read_axis(axis).into()),
+        // refused between the keys
+        (None, ..) => return Err(Problem::new("the axes of the mirrors are missing").into()),
+    };
     let head = ScanHead {
         name: file.head.value.name.value.clone(),
-        period: 1.0 / file.head.sampling.0,
-        geometry: geometry(&file.geometry),
-        mirrors: [read_axis(&file.x), read_axis(&file.y)],
+        period,
+        geometry,
+        mirrors,
         focus,
-        half_field: 0.5 * file.head.field.0,
+        half_field,
         table: *file.head.table_points,
+        left_out: file
+            .servo
+            .as_ref()
+            .map(|s| s.left_out.as_ref().map(|l| l.0)),
         longest_delay: file.head.longest_laser_delay.as_ref().map(|t| t.0),
         beam: GaussianBeam {
             waist: file.beam.waist.0,
@@ -247,13 +294,32 @@ pub fn parse_head(text: &str) -> Result<HeadData, Problems> {
     };
     Ok(HeadData {
         head,
-        plate: file.plate.value.clone(),
-        tuning: [
-            tuning(&file.x),
-            tuning(&file.y),
-            file.z.as_ref().and_then(tuning),
-        ],
+        plate: match &*file.plate {
+            Some(plate) => plate.clone(),
+            None => usual_plate(half_field)?,
+        },
+        tuning: [&file.x, &file.y, &file.z].map(|axis| axis.as_ref().and_then(tuning)),
     })
+}
+
+/// The plate of a head whose file states none: squares on which recipes are compared, over half of the field.
+fn usual_plate(half_field: f64) -> Result<PlateTable, Problems> {
+    let side = (half_field / 4.0).min(10.0);
+    let pitch = 0.5 * (half_field - side);
+    let of = |key: &str, value: String| {
+        format!("{key} = {{ value = \"{value}\", source = \"choice: half of the field\" }}\n")
+    };
+    let text = [
+        of("columns", "3 1".to_owned()),
+        of("rows", "3 1".to_owned()),
+        of("column_pitch", format!("{pitch} mm")),
+        of("row_pitch", format!("{pitch} mm")),
+        of("side", format!("{side} mm")),
+        of("contour_distance", "0.1 mm".to_owned()),
+        of("hatch", "0.1 mm".to_owned()),
+        of("inset", "0.1 mm".to_owned()),
+    ];
+    settings::parse(&text.concat(), |_: &PlateTable| Vec::new())
 }
 
 fn geometry(table: &GeometryTable) -> Geometry {
@@ -261,6 +327,9 @@ fn geometry(table: &GeometryTable) -> Geometry {
         GeometryTable::TwoAxis(g) => Geometry::TwoAxis(TwoAxis {
             plane_distance: g.plane_distance.0,
             mirror_distance: g.mirror_distance.0,
+        }),
+        GeometryTable::FTheta(g) => Geometry::FTheta(FTheta {
+            focal_length: g.focal_length.0,
         }),
         GeometryTable::ThreeAxis(g) => Geometry::ThreeAxis(ThreeAxis {
             plane: [g.plane_x.0, g.plane_y.0, g.plane_z.0],

@@ -142,13 +142,13 @@ impl ReadyHead {
         let mirrors = self.head.geometry.inverse_within(point, travel)?;
         if let (Some(focus), Some((axis, _))) = (&self.focus, &self.head.focus) {
             let cam = focus.inverse(mirrors, 0.0);
-            if cam.is_nan() || cam.abs() > axis.travel {
+            if cam.is_nan() || cam.abs() > axis.travel() {
                 return Err(GeometryError::Travel {
                     axis: 'Z',
                     x: point.x,
                     y: point.y,
                     angle_deg: cam.to_degrees(),
-                    travel_deg: axis.travel.to_degrees(),
+                    travel_deg: axis.travel().to_degrees(),
                 });
             }
         }
@@ -235,7 +235,7 @@ impl ScanHead {
             .as_ref()
             .map(|(_, lenses)| Focus::new(*lenses, self.geometry))
             .transpose()?;
-        let travel = DVec2::new(self.mirrors[0].travel, self.mirrors[1].travel);
+        let travel = DVec2::new(self.mirrors[0].travel(), self.mirrors[1].travel());
         let inverse = match self.table {
             Some(points) => Inverse::Table(CorrectionTable::new(
                 &self.geometry,
@@ -247,7 +247,7 @@ impl ScanHead {
             None => Inverse::Exact { travel },
         };
         if let (Inverse::Table(table), Some((axis, _))) = (&inverse, &self.focus) {
-            table.require_cam(axis.travel)?;
+            table.require_cam(axis.travel())?;
         }
         Ok(ReadyHead {
             head: self.clone(),

@@ -2,6 +2,7 @@
 
 use crate::axis::chain::Axis;
 use crate::axis::prefilter::Kernel;
+use crate::head::head_axis::HeadAxis;
 use crate::optics::beam::GaussianBeam;
 use crate::optics::focus::Lenses;
 use crate::optics::geometry::Geometry;
@@ -16,15 +17,18 @@ pub struct ScanHead {
     /// Mirrors, windows and plane.
     pub geometry: Geometry,
     /// The X and Y axes.
-    pub mirrors: [Axis; 2],
+    pub mirrors: [HeadAxis; 2],
     /// The axis of the dynamic focus with its lenses, where the head has one.
-    pub focus: Option<(Axis, Lenses)>,
+    pub focus: Option<(HeadAxis, Lenses)>,
     /// Half the side of the field, mm.
     pub half_field: f64,
     /// Points a side of the correction table; without a table the inverse is computed exactly.
     pub table: Option<usize>,
     /// The longest laser delay that its controller takes, s, where that is known.
     pub longest_delay: Option<f64>,
+    /// Where the axes are known by their data sheet: one standard deviation of the spot's place that it leaves out, mm, if anybody
+    /// says so.
+    pub left_out: Option<Option<f64>>,
     /// The beam at the powder.
     pub beam: GaussianBeam,
 }
@@ -41,10 +45,15 @@ impl ScanHead {
         self.longest_delay.unwrap_or(LONGEST_DELAY)
     }
 
-    pub(super) fn axes(&self) -> impl Iterator<Item = &Axis> {
+    pub(super) fn axes(&self) -> impl Iterator<Item = &HeadAxis> {
         self.mirrors
             .iter()
             .chain(self.focus.as_ref().map(|(axis, _)| axis))
+    }
+
+    /// The mirrors' axes whose motors are known: both, or none.
+    pub fn driven_mirrors(&mut self) -> impl Iterator<Item = &mut Axis> {
+        self.mirrors.iter_mut().filter_map(HeadAxis::driven_mut)
     }
 
     /// Gives both mirrors the averages of the one whose pre-filter lags more, so that set-points of straight lines stay straight;
@@ -53,10 +62,10 @@ impl ScanHead {
         let slower = self
             .mirrors
             .iter()
-            .filter_map(|axis| axis.prefilter)
+            .filter_map(|axis| axis.driven()?.prefilter)
             .max_by(|a, b| a.lag().total_cmp(&b.lag()));
         if let Some(slower) = slower {
-            for axis in &mut self.mirrors {
+            for axis in self.driven_mirrors() {
                 if let Some(filter) = &mut axis.prefilter {
                     (filter.first, filter.second) = (slower.first, slower.second);
                 }
@@ -67,10 +76,11 @@ impl ScanHead {
     /// Leaves out the second average of each mirror's pre-filter: the speed and the acceleration stay bounded, the jerk does not
     /// (Rasoanarivo 2020, fig. 2.27).
     pub fn filter_acceleration(&mut self) {
-        for axis in &mut self.mirrors {
+        let one = self.period;
+        for axis in self.driven_mirrors() {
             if let Some(filter) = &mut axis.prefilter {
                 // an average over one sample is none
-                filter.second = Kernel::Box(self.period);
+                filter.second = Kernel::Box(one);
             }
         }
     }

@@ -59,6 +59,13 @@ pub enum GeometryError {
     },
 }
 
+/// Mirrors before an F-theta objective, its distortion corrected: the spot moves in proportion to the angles (x = 2 f θx).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FTheta {
+    /// Focal length of the objective, mm.
+    pub focal_length: f64,
+}
+
 /// Two mirrors with perpendicular axes, the beam on both axes (eq. 2.36-2.38).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TwoAxis {
@@ -113,6 +120,8 @@ pub struct ThreeAxis {
 pub enum Geometry {
     /// Two axes, simple model.
     TwoAxis(TwoAxis),
+    /// Behind an F-theta objective, corrected.
+    FTheta(FTheta),
     /// Three axes, nominal model.
     ThreeAxis(ThreeAxis),
 }
@@ -229,6 +238,11 @@ impl Geometry {
                     return fail("the mirror distance e", h.mirror_distance, "not negative");
                 }
             }
+            Geometry::FTheta(h) => {
+                if !(h.focal_length > 0.0 && h.focal_length.is_finite()) {
+                    return fail("the focal length", h.focal_length, "positive");
+                }
+            }
             Geometry::ThreeAxis(h) => {
                 if !(h.plane[2] < 0.0 && h.plane[2].is_finite()) {
                     return fail("the plane height Z_p", h.plane[2], "negative");
@@ -289,6 +303,7 @@ impl Geometry {
                     * (2.0 * angles.x).tan(),
                 h.plane_distance * (2.0 * angles.y).tan(),
             ),
+            Geometry::FTheta(h) => 2.0 * h.focal_length * angles,
             Geometry::ThreeAxis(h) => h.direct(angles),
         }
     }
@@ -308,6 +323,7 @@ impl Geometry {
                     ),
                 )
             }
+            Geometry::FTheta(h) => DMat2::from_diagonal(DVec2::splat(2.0 * h.focal_length)),
             Geometry::ThreeAxis(h) => h.jacobian(angles),
         }
     }
@@ -358,6 +374,7 @@ impl Geometry {
                 );
                 Ok((angles, 0))
             }
+            Geometry::FTheta(h) => Ok((point / (2.0 * h.focal_length), 0)),
             Geometry::ThreeAxis(h) => {
                 let mut angles = point / (2.0 * h.plane[2].abs());
                 for step in 1..=20 {
@@ -402,13 +419,14 @@ impl Geometry {
     }
 
     /// The length of the beam's path to the plane, mm: from the X mirror (two axes, eq. 2.38) or from the objective
-    /// (three axes, eq. 2.50).
+    /// (three axes, eq. 2.50; F-theta: the field is flat).
     pub fn path(&self, angles: DVec2) -> f64 {
         match self {
             Geometry::TwoAxis(h) => {
                 (h.mirror_distance + h.plane_distance / (2.0 * angles.y).cos())
                     / (2.0 * angles.x).cos()
             }
+            Geometry::FTheta(h) => h.focal_length,
             Geometry::ThreeAxis(h) => h.path(angles),
         }
     }

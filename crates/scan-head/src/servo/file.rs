@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::axis::control::{
     AngleUnit, CascadeGains, Controller, CurrentGains, FeedForward, SampledController, SampledForm,
 };
+use crate::axis::error::AxisError;
 use crate::axis::galvanometer::Galvanometer;
 use crate::head::scan_head::ScanHead;
 
@@ -30,6 +31,14 @@ pub enum ControllerFileError {
         axis: char,
         /// Those that are there.
         known: String,
+    },
+    /// A head whose motors are not known.
+    #[error("the {axis} axis of the head takes no controller: {source}")]
+    Motor {
+        /// Which axis.
+        axis: char,
+        /// Why.
+        source: AxisError,
     },
     /// Made for another sampling.
     #[error(
@@ -126,11 +135,16 @@ impl ControllerFile {
                 }
             })?;
             laws.push(found.controller(head.period)?);
-            if !same(&found.motor, &axis.motor) {
+            let own = axis.motor().map_err(|source| ControllerFileError::Motor {
+                axis: letter,
+                source,
+            })?;
+            if !same(&found.motor, &own.motor) {
                 others.push(letter);
             }
         }
         if let Some((axis, _)) = &mut head.focus
+            && let Some(axis) = axis.driven_mut()
             && let Some(found) = self.axes.iter().find(|a| a.axis == 'z')
         {
             let law = found.controller(head.period)?;
@@ -139,7 +153,7 @@ impl ControllerFile {
             }
             axis.controller = law;
         }
-        for (axis, law) in head.mirrors.iter_mut().zip(laws) {
+        for (axis, law) in head.driven_mirrors().zip(laws) {
             axis.controller = law;
         }
         Ok(others)

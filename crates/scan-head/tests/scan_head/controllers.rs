@@ -20,7 +20,7 @@ use super::reference::{HeadData, job_of, recipes, three_axis_data, two_axis_data
 /// The head's mirrors under H-infinity: the thesis' weights at the bandwidth of its position loops.
 pub(crate) fn with_h_infinity(data: &HeadData) -> ScanHead {
     let mut head = data.head.clone();
-    for (axis, times) in head.mirrors.iter_mut().zip(data.tuning) {
+    for (axis, times) in head.driven_mirrors().zip(data.tuning) {
         let Controller::Cascade(gains) = axis.controller.clone() else {
             panic!("the heads ship with cascades")
         };
@@ -41,10 +41,10 @@ pub(crate) fn with_h_infinity(data: &HeadData) -> ScanHead {
 }
 
 pub(crate) fn without_prefilter(mut head: ScanHead) -> ScanHead {
-    for axis in &mut head.mirrors {
+    for axis in head.driven_mirrors() {
         axis.prefilter = None;
     }
-    if let Some((axis, _)) = &mut head.focus {
+    if let Some(axis) = head.focus.as_mut().and_then(|f| f.0.driven_mut()) {
         axis.prefilter = None;
     }
     head
@@ -220,7 +220,7 @@ fn lpbf_ac48_more_friction_takes_the_conventional_share() {
     let mut shares = Vec::new();
     for factor in [1.0, 1.5, 2.0, 3.0] {
         let mut data = two_axis_data();
-        for axis in &mut data.head.mirrors {
+        for axis in data.head.driven_mirrors() {
             axis.motor.friction = scaled(axis.motor.friction, factor);
         }
         let conventional = told(&data.head, &data.plate, recipe);
@@ -320,11 +320,11 @@ fn lpbf_ac48_noise_and_unlike_mirrors_do_not_take_it() {
     let recipe = &recipes()[0];
     for (noise, unlike, recorded) in [(0.003_f64, false, 0.976), (0.003, true, 0.964)] {
         let mut data = two_axis_data();
-        for axis in &mut data.head.mirrors {
+        for axis in data.head.driven_mirrors() {
             axis.encoder.noise = noise.to_radians();
         }
         if unlike {
-            let motor = &mut data.head.mirrors[1].motor;
+            let motor = &mut data.head.mirrors[1].driven_mut().unwrap().motor;
             motor.inertia *= 1.2;
             motor.modes[0].omega *= 0.9;
         }
@@ -352,7 +352,7 @@ fn lpbf_table_3_1_contour_shares_over_friction_and_integral() {
     for integral in [0.04, 0.02, 0.01, 0.005] {
         for factor in [0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0] {
             let mut data = three_axis_data();
-            for axis in &mut data.head.mirrors {
+            for axis in data.head.driven_mirrors() {
                 axis.motor.friction = scaled(axis.motor.friction, factor);
                 if let Controller::Cascade(gains) = &mut axis.controller {
                     gains.speed_integral_time = integral;

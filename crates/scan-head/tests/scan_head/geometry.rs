@@ -16,7 +16,7 @@ fn deg(x: f64, y: f64) -> DVec2 {
 fn head() -> ThreeAxis {
     match three_axis().geometry {
         Geometry::ThreeAxis(h) => h,
-        Geometry::TwoAxis(_) => panic!("three axes"),
+        _ => panic!("three axes"),
     }
 }
 

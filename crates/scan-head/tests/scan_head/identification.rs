@@ -186,7 +186,7 @@ fn lpbf_ac11_estimate_of_angle_over_current() {
 #[test]
 fn lpbf_ac10_indirect_identification_through_the_closed_loop() {
     let head = reference::three_axis();
-    let mut axis = head.mirrors[0].clone();
+    let mut axis = head.mirrors[0].motor().unwrap().clone();
     axis.motor.friction = Friction::None;
     let sequence = Prbs::new(15).unwrap();
     let count = 12 * sequence.period();
@@ -456,7 +456,7 @@ fn reversed_and_exchanged_channels_are_named() {
 
 #[test]
 fn ramps_of_a_record_give_the_friction_of_the_motor() {
-    let axis = reference::two_axis().mirrors[1].clone();
+    let axis = reference::two_axis().mirrors[1].motor().unwrap().clone();
     let motor = axis.motor.clone();
     let Friction::Coulomb { coulomb, bias } = motor.friction else {
         unreachable!("the reference motor has dry friction")

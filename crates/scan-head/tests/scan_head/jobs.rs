@@ -398,7 +398,7 @@ fn lpbf_ac41_where_the_fill_goes() {
     let plate = one(data.plate);
     let modes = [FillMode::SampledPoints { every: 1 }, FillMode::SweptSpot];
     let mut smooth = data.head.clone();
-    for axis in &mut smooth.mirrors {
+    for axis in smooth.driven_mirrors() {
         axis.motor.friction = Friction::None;
     }
     // X and Y with the same filters: equal lags
@@ -407,12 +407,17 @@ fn lpbf_ac41_where_the_fill_goes() {
     let mut sticky = data.head.clone();
     sticky.filter_alike();
     let apart = |head: &ScanHead| {
-        let [x, y] = head.mirrors.each_ref().map(|m| m.prefilter.unwrap().lag());
+        let [x, y] = head
+            .mirrors
+            .each_ref()
+            .map(|m| m.motor().unwrap().prefilter.unwrap().lag());
         (x - y).abs()
     };
     assert!(apart(&data.head) > 10e-6 && apart(&alike) < 1e-9);
     let mirror_lag = |head: &ScanHead| {
         head.mirrors[0]
+            .motor()
+            .unwrap()
             .prefilter
             .as_ref()
             .map_or(0.0, |p| p.lag() + 15e-6)
@@ -502,7 +507,7 @@ fn lpbf_table_3_1_contour_shares_hang_on_friction() {
     let recipe = &recipes()[0];
     let share = |head: &ScanHead| run(head, &plate, recipe).0.below;
     let with = share(&data.head);
-    for axis in &mut data.head.mirrors {
+    for axis in data.head.driven_mirrors() {
         axis.motor.friction = Friction::None;
     }
     let without = share(&data.head);
@@ -532,7 +537,7 @@ fn jobs_that_cannot_run_are_refused() {
     assert!(matches!(error, HeadError::Field { .. }), "{error}");
     // found before anything moves, too
     let mut unstable = data.head.clone();
-    unstable.mirrors[0].delay = 300e-6;
+    unstable.driven_mirrors().next().unwrap().delay = 300e-6;
     assert!(ready.check_stable().is_ok());
     let error = unstable.ready().unwrap().check_stable();
     assert!(
@@ -560,7 +565,7 @@ fn jobs_that_cannot_run_are_refused() {
 fn the_same_bits_on_any_number_of_threads() {
     let data = three_axis_data();
     let mut head = data.head;
-    head.mirrors[0].encoder.noise = 1e-6;
+    head.driven_mirrors().next().unwrap().encoder.noise = 1e-6;
     let recipe = &recipes()[1];
     let small = SquarePlate {
         side: 2.0,

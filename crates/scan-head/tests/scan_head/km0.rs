@@ -16,7 +16,7 @@ use super::reference::two_axis;
 const PERIOD: f64 = 50e-6;
 
 fn axis() -> Axis {
-    two_axis().mirrors[1].clone()
+    two_axis().mirrors[1].motor().unwrap().clone()
 }
 
 fn stage2(axis: &Axis) -> Km0Stage2 {

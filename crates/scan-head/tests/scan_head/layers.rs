@@ -73,7 +73,10 @@ fn layers_one_by_one_do_what_they_do_at_once() {
     let (layers, recipe) = (layers(), recipes()[0].clone());
     let job = prepare(&layers, &recipe).unwrap();
     let plain = two_axis().ready().unwrap();
-    let axes = [&plain.head().mirrors[0], &plain.head().mirrors[1]];
+    let axes = [
+        plain.head().mirrors[0].motor().unwrap(),
+        plain.head().mirrors[1].motor().unwrap(),
+    ];
     let whole = plain.speed_changes(alone(&job), 5e-4).unwrap();
     let pieces = plain.speed_changes(streamed(&layers, &recipe), 5e-4);
     assert_eq!(whole, pieces.unwrap());

@@ -10,6 +10,7 @@
 mod chain;
 mod contour_error;
 mod controllers;
+mod data_sheet;
 mod geometry;
 mod h_infinity;
 mod identification;

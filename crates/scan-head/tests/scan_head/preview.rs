@@ -76,12 +76,15 @@ pub(crate) fn ahead(head: &ScanHead, job: &ScanJob) -> Result<Previews, AxisErro
 }
 
 fn mirrors(head: &ScanHead) -> [&meltpath_scan_head::axis::chain::Axis; 2] {
-    [&head.mirrors[0], &head.mirrors[1]]
+    [
+        head.mirrors[0].motor().unwrap(),
+        head.mirrors[1].motor().unwrap(),
+    ]
 }
 
 fn without_friction(head: &ScanHead) -> ScanHead {
     let mut head = head.clone();
-    for axis in &mut head.mirrors {
+    for axis in head.driven_mirrors() {
         axis.motor.friction = Friction::None;
     }
     head
@@ -207,7 +210,7 @@ fn lpbf_20_preview_serves_motors_that_it_was_not_made_for() {
             let mut ratios = [Vec::new(), Vec::new()];
             for _ in 0..24 {
                 let mut other = head.clone();
-                for axis in &mut other.mirrors {
+                for axis in other.driven_mirrors() {
                     let mut within = |share: f64| random.between(1.0 - share, 1.0 + share);
                     axis.motor.modes[0].omega *= within(0.1);
                     axis.delay += 0.5 * head.period * within(1.0);
@@ -282,7 +285,7 @@ fn a_preview_keeps_weak_drives_within_their_limits() {
     let job = path(&recipes()[2], &points);
     let mut last = 0.0;
     for supply in [8.0, 5.0, 3.0] {
-        for axis in &mut head.mirrors {
+        for axis in head.driven_mirrors() {
             axis.limits.voltage = supply;
         }
         let found = ahead(&head, &job).unwrap();
@@ -304,7 +307,7 @@ fn a_preview_keeps_weak_drives_within_their_limits() {
         );
         assert!(most < supply, "{most} V of {supply} V");
     }
-    for axis in &mut head.mirrors {
+    for axis in head.driven_mirrors() {
         axis.limits.voltage = 0.3;
     }
     let error = ahead(&head, &job).unwrap_err();

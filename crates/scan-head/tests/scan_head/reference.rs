@@ -68,7 +68,7 @@ pub(crate) fn recipes() -> [Recipe; 3] {
 
 /// The two-axis reference motor.
 pub(crate) fn motor() -> Galvanometer {
-    two_axis().mirrors[1].motor.clone()
+    two_axis().mirrors[1].motor().unwrap().motor.clone()
 }
 
 /// The first square of a plate, at the centre of the field.

@@ -64,7 +64,7 @@ impl Richer {
 /// A head with richer physics: another mode on each mirror, bristle friction, offset parameters, noise and quantisation.
 fn richer(head: &ScanHead, choices: &[Richer], coulomb: f64, step: f64) -> ScanHead {
     let mut rich = head.clone();
-    for axis in &mut rich.mirrors {
+    for axis in rich.driven_mirrors() {
         for choice in choices {
             choice.add(axis, coulomb, step);
         }
