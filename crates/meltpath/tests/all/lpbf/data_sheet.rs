@@ -35,11 +35,8 @@ fn contours(out: &Path) -> (String, String) {
 fn a_head_by_its_data_sheet_promises_no_more_than_it_knows() {
     let dir = tempfile::tempdir().unwrap();
     let head = head();
-    let unknown: String = head
-        .lines()
-        .filter(|l| !l.starts_with("left_out"))
-        .map(|l| format!("{l}\n"))
-        .collect();
+    let lines = head.lines().filter(|l| !l.starts_with("left_out"));
+    let unknown = lines.collect::<Vec<_>>().join("\n");
     assert_ne!(head, unknown);
     fs::write(dir.path().join("mine.toml"), &head).unwrap();
     assert_eq!(contours(&run(dir.path(), "known", &job(""))).0, "pass");
