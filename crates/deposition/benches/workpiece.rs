@@ -25,18 +25,21 @@ const POOL: PoolModel = PoolModel {
     pursuit: PursuitLength::Fixed(4.0),
 };
 
-/// Beads of 100 mm, a sample each 0.15 mm: one stamp a sample.
+/// Travel of a sample, mm: a little less than the longest stamp, so that each is one.
+const STEP: f64 = 0.1499;
+
+/// Beads of 100 mm, one stamp a sample.
 fn motion(turn: DMat3) -> Vec<MotionBlock> {
     let n = 668;
     (0..6)
         .map(|b| {
             let y = 4.62 * f64::from(b % 3);
-            let along = (0..n).map(|i| 0.15 * f64::from(i));
+            let along = (0..n).map(|i| STEP * f64::from(i));
             let position = along
                 .map(|x| turn * DVec3::new(x, y, 1.8 * f64::from(b / 3)))
                 .collect();
             let count = n as usize;
-            let mut wire = vec![0.15 * BEAD.area / BEAD.wire_section; count];
+            let mut wire = vec![STEP * BEAD.area / BEAD.wire_section; count];
             wire[0] = 0.0;
             MotionBlock {
                 times: Times::Uniform {

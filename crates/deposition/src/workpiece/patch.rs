@@ -37,6 +37,8 @@ pub(super) struct Patch {
     pub(super) map: HeightMap,
     pub(super) zone: MoltenZone,
     known: Vec<Known>,
+    /// Whether any column is void.
+    has_void: bool,
     /// Stamps alone: height of each column before its first stamp, the stamped cells, and the travel at the last stamp of each.
     before: Vec<f64>,
     stamped: Vec<u32>,
@@ -73,6 +75,7 @@ impl Patch {
             zone: MoltenZone::new(&map),
             map,
             known: vec![Known::Nothing; count],
+            has_void: false,
             before: vec![0.0; count],
             stamped: Vec::new(),
             last: vec![f64::NEG_INFINITY; count],
@@ -108,6 +111,7 @@ impl Patch {
                     self.zone.book(&mut self.map, i, &column);
                 } else {
                     self.known[i] = Known::Void;
+                    self.has_void = true;
                     self.map.z[i] = window.void;
                 }
                 self.before[i] = self.map.z[i];
@@ -130,6 +134,9 @@ impl Patch {
 
     /// Puts an imaginary ground at height `z` under void columns within `reach` of a point: metal is laid there and hangs free.
     pub(super) fn hang(&mut self, p: DVec2, reach: f64, z: f64) {
+        if !self.has_void {
+            return;
+        }
         let (xs, ys) = self.map.cells_within(p - reach, p + reach);
         for iy in ys {
             for ix in xs.clone() {

@@ -243,15 +243,17 @@ impl Laying<'_> {
             at.z,
             patch.ground(at.truncate()),
         );
-        let around = DVec2::splat(pool.front.max(pool.rear) + patch.columns.side);
-        patch.read(
-            &self.voxels,
-            (at.truncate() - around, at.truncate() + around),
-            &window,
+        let now = station(patch, &spot);
+        // the box of the pool, and a column more
+        let (back, ahead) = (
+            now.centre - pool.rear * now.heading,
+            now.centre + pool.front * now.heading,
         );
+        let around = DVec2::splat(pool.half_width + patch.columns.side);
+        let corners = (back.min(ahead) - around, back.max(ahead) + around);
+        patch.read(&self.voxels, corners, &window);
         let free = patch.is_void(at.truncate());
         patch.hang(at.truncate(), pool.front.max(pool.rear), at.z);
-        let now = station(patch, &spot);
         self.owed += plain::stamp(&mut patch.map, &mut self.weights, &pool, &now, run.pending);
         patch.note_stamp(self.weights.iter().map(|w| w.0), run.travelled);
         run.support = if free { Support::None } else { Support::Metal };
