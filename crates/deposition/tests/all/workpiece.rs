@@ -1,8 +1,10 @@
 //! Metal in space: the flat walls of the height map, the same walls in any direction, a pipe and a torus.
+mod leaning;
+
 use crate::support::*;
 use meltpath_deposition::bead::PoolModel;
 use meltpath_deposition::deposit::{Deposition, Mode, Settings};
-use meltpath_deposition::workpiece::{Laid, Laying, Support};
+use meltpath_deposition::workpiece::{Laid, Laying};
 use meltpath_geometry::math::{DMat3, DQuat, DVec2, DVec3};
 use meltpath_geometry::workpiece::{Columns, HeightMap, Voxels};
 use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
@@ -468,50 +470,6 @@ fn a_missing_pass_is_told_as_a_hole_all_round() {
     };
     assert_eq!(whole(&torus(7, 1.65, 0.5, None), 5), 0.0);
     assert!(whole(&torus(7, 1.65, 0.5, Some(5)), 5) > 60.0);
-}
-
-#[test]
-fn what_hangs_free_is_told_with_its_length_and_place() {
-    let over = |edge: DVec3| {
-        let (lo, hi) = (DVec3::new(-20.0, -20.0, -8.0), DVec3::new(80.0, 20.0, 12.0));
-        let mut voxels = Voxels::new(lo, hi, 0.5).unwrap();
-        voxels.fill_box(lo, edge).unwrap();
-        let before = voxels.volume();
-        let mut d = laying(voxels, Settings::default());
-        let path: Vec<(DVec3, DVec3)> = (0..=400)
-            .map(|i| (xyz(0.15 * f64::from(i), 0.0, 0.0), DVec3::Z))
-            .collect();
-        lay_along(&mut d, &path, &mut 0.0);
-        let laid = d.finish();
-        let error = (laid.voxels.volume() - before) / laid.volume - 1.0;
-        assert!(error.abs() < 1e-6, "{error}");
-        laid
-    };
-    // the bead leaves its plate at x = 30; its pool ends 1.5 mm behind the wire, at 58.5
-    let laid = over(xyz(30.0, 20.0, 0.0));
-    let free = laid.loose.iter().filter(|l| l.support == Support::None);
-    assert!(
-        (free.map(|l| l.length).sum::<f64>() - 28.5).abs() < 0.5,
-        "{:?}",
-        laid.loose
-    );
-    assert!(laid.loose[0].position.distance(xyz(30.0, 0.0, 0.0)) < 0.6);
-    // all of it, less the half pool that still leans on the plate, and the round end
-    assert!(
-        (laid.loose_volume / seed_bead().area - 30.0).abs() < 8.0,
-        "{}",
-        laid.loose_volume
-    );
-    // along the edge, which supports the axis alone
-    let laid = over(xyz(80.0, 0.8, 0.0));
-    let partial = laid.loose.iter().filter(|l| l.support == Support::Partial);
-    assert!(
-        (partial.map(|l| l.length).sum::<f64>() - 60.0).abs() < 1.0,
-        "{:?}",
-        laid.loose
-    );
-    // and on the middle of the plate nothing hangs
-    assert!(over(xyz(80.0, 20.0, 0.0)).loose.is_empty());
 }
 
 #[test]
