@@ -5,8 +5,9 @@
 //! the volume that was fed.
 
 mod driver;
+pub(crate) mod feeding;
 pub mod levelling;
-mod plain;
+pub(crate) mod plain;
 mod record;
 
 pub use driver::{Deposit, Deposition};
@@ -86,4 +87,7 @@ pub(crate) struct Station {
     pub(crate) heading: DVec2,
     /// Distance travelled by the centre since the arc start, mm.
     pub(crate) travelled: f64,
+    /// How high the path runs here over one plane, mm: the molten zone levels along the path, not across its rises. 0 on a
+    /// height map.
+    pub(crate) rise: f64,
 }

@@ -1,7 +1,7 @@
 //! The pursuit curve (tractrix): the bead's centre line follows the torch at a constant distance.
 //! Source: Rouchon 2022, §3.3.2, eq. 3.4.
 
-use meltpath_geometry::math::DVec2;
+use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// How the follower is drawn.
@@ -41,13 +41,13 @@ pub struct Pursuit {
     pub length: f64,
     /// How the follower is drawn.
     pub mode: PursuitMode,
-    follower: DVec2,
-    heading: DVec2,
+    follower: DVec3,
+    heading: DVec3,
 }
 
 impl Pursuit {
     /// A follower `length` mm behind `leader`, which is about to move along the unit vector `heading`.
-    pub fn new(leader: DVec2, heading: DVec2, length: f64, mode: PursuitMode) -> Self {
+    pub fn new(leader: DVec3, heading: DVec3, length: f64, mode: PursuitMode) -> Self {
         Pursuit {
             length,
             mode,
@@ -57,17 +57,17 @@ impl Pursuit {
     }
 
     /// Where the follower is, mm.
-    pub fn follower(&self) -> DVec2 {
+    pub fn follower(&self) -> DVec3 {
         self.follower
     }
 
     /// Unit vector from the follower to the leader: the direction of the deposit.
-    pub fn heading(&self) -> DVec2 {
+    pub fn heading(&self) -> DVec3 {
         self.heading
     }
 
     /// Moves the leader (by a small part of the length: 0.05 mm or less for a smooth curve) and the follower after it.
-    pub fn follow(&mut self, leader: DVec2) {
+    pub fn follow(&mut self, leader: DVec3) {
         let gap = leader - self.follower;
         let distance = gap.length();
         if distance <= 1e-12 * self.length {
@@ -92,6 +92,7 @@ impl Pursuit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meltpath_geometry::math::DVec2;
 
     /// The pursuit curve of a whole leader path cut in steps of at most `step` mm, one point per leader point cut.
     ///
@@ -104,13 +105,14 @@ mod tests {
             return Vec::new();
         };
         let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
-        let mut pursuit = Pursuit::new(leader[0], heading, length, mode);
-        let mut curve = vec![pursuit.follower()];
+        let mut pursuit = Pursuit::new(leader[0].extend(0.0), heading.extend(0.0), length, mode);
+        let mut curve = vec![pursuit.follower().truncate()];
         for w in leader.windows(2) {
             let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
             for k in 1..=pieces {
-                pursuit.follow(w[0].lerp(w[1], f64::from(k) / f64::from(pieces)));
-                curve.push(pursuit.follower());
+                let at = w[0].lerp(w[1], f64::from(k) / f64::from(pieces));
+                pursuit.follow(at.extend(0.0));
+                curve.push(pursuit.follower().truncate());
             }
         }
         curve
@@ -161,10 +163,10 @@ mod tests {
             assert!(late > 2.0 * before, "{late} {before}");
         }
         // the tangent points to the leader
-        let mut pursuit = Pursuit::new(DVec2::ZERO, DVec2::X, 4.0, PursuitMode::Rigid);
-        let mut leader = DVec2::ZERO;
+        let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, 4.0, PursuitMode::Rigid);
+        let mut leader = DVec3::ZERO;
         for _ in 0..2000 {
-            leader += DVec2::from_angle(0.7) * 1e-3;
+            leader += DVec2::from_angle(0.7).extend(0.0) * 1e-3;
             let from = pursuit.follower();
             pursuit.follow(leader);
             let moved = pursuit.follower() - from;
@@ -202,8 +204,8 @@ mod tests {
     fn a_rope_is_only_ever_drawn_forwards() {
         // the follower pushed away from the leader: the cusp of eq. 3.4 beyond 90 degrees
         let pushed = |mode| {
-            let turn = DVec2::from_angle(150f64.to_radians());
-            let mut pursuit = Pursuit::new(DVec2::ZERO, DVec2::X, 5.0, mode);
+            let turn = DVec2::from_angle(150f64.to_radians()).extend(0.0);
+            let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, 5.0, mode);
             (1..2000).any(|i| {
                 let from = pursuit.follower();
                 pursuit.follow(turn * 0.01 * f64::from(i));

@@ -1,10 +1,13 @@
 //! The growing workpiece: what the metal has become so far.
 //!
-//! A [`HeightMap`] serves planar builds from a plate. It has one height per place, so it cannot hold an overhang.
+//! A [`HeightMap`] serves planar builds from a plate. It has one height per place, so it cannot hold an overhang. [`Voxels`] hold metal
+//! of any shape.
 
 mod height_map;
+mod voxels;
 
 pub use height_map::{HeightMap, MAX_CELLS, WorkpieceError};
+pub use voxels::{Column, Columns, MeshFill, Voxels, VoxelsError};
 
 /// How much of the plate goes into a workpiece's mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]

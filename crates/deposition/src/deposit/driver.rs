@@ -10,6 +10,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 
+use super::feeding::{Feeding, check_sizes};
 use super::levelling::MoltenZone;
 use super::record::{ArcStart, LayerRecord, Moment};
 use super::{DepositError, Mode, Settings, Station};
@@ -93,10 +94,8 @@ struct Bead {
     /// Volume fed and not laid yet, mm³, and the travel it belongs to, mm.
     pending: f64,
     pending_travel: f64,
-    /// Low-passed volume, volume asked for and travel: the local feed per length.
-    fed: f64,
-    asked: f64,
-    gone: f64,
+    /// The local feed per length.
+    feeding: Feeding,
     /// Wire fed over wire asked for, now.
     response: f64,
     /// Path points whose bead is not frozen yet: (travel of the pool, index in the record, ground).
@@ -140,40 +139,7 @@ impl<'a> Deposition<'a> {
         pool: PoolModel,
         settings: Settings,
     ) -> Result<Self, DepositError> {
-        let mut sizes = vec![
-            ("the bead's width", bead.width),
-            ("the bead's area", bead.area),
-            ("the wire's section", bead.wire_section),
-            ("the deposition efficiency", bead.efficiency),
-            ("the pool's front length", pool.front),
-            ("the pool's rear length", pool.rear),
-            ("the pool's half width", pool.half_width),
-            ("the longest stamp", settings.stamp),
-            ("the record step", settings.record_step),
-            ("the accumulation limit", settings.accumulation),
-        ];
-        if let PursuitLength::Fixed(length) = pool.pursuit {
-            sizes.push(("the pursuit length", length));
-        }
-        if let Mode::Build(levelling) = settings.mode {
-            sizes.extend([
-                ("the wall ratio", levelling.wall_ratio),
-                ("the wetting length", levelling.wetting_length),
-                ("the support drop", levelling.support),
-                ("the cliff drop", levelling.cliff),
-                ("the levelling step", levelling.step),
-                ("the number of sweeps", f64::from(levelling.sweeps)),
-            ]);
-        }
-        for (what, value) in sizes {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(DepositError::Size { what, value });
-            }
-        }
-        if !(pool.offset.is_finite() && pool.offset >= 0.0) {
-            let (what, value) = ("the pool's offset (or 0)", pool.offset);
-            return Err(DepositError::Size { what, value });
-        }
+        check_sizes(&bead, &pool, &settings)?;
         Ok(Deposition {
             zone: MoltenZone::new(&map),
             map,
@@ -301,7 +267,6 @@ impl<'a> Deposition<'a> {
             time,
             command,
         });
-        let length = self.pool.front + self.pool.rear;
         self.run = Some(Bead {
             start,
             torch: start.truncate(),
@@ -310,9 +275,7 @@ impl<'a> Deposition<'a> {
             travelled: 0.0,
             pending: 0.0,
             pending_travel: 0.0,
-            fed: self.bead.area * length,
-            asked: self.bead.area * length,
-            gone: length,
+            feeding: Feeding::new(&self.bead, &self.pool),
             response: 1.0,
             open: VecDeque::new(),
             ahead: VecDeque::new(),
@@ -374,11 +337,17 @@ impl<'a> Deposition<'a> {
             PursuitLength::ByCorner => pursuit_length(0.0),
         };
         let start = run.start.truncate();
-        run.pursuit = Some(Pursuit::new(start, heading, length, self.settings.pursuit));
+        run.pursuit = Some(Pursuit::new(
+            start.extend(0.0),
+            heading.extend(0.0),
+            length,
+            self.settings.pursuit,
+        ));
         run.station = Some(Station {
             centre: start - self.pool.offset * heading,
             heading,
             travelled: 0.0,
+            rise: 0.0,
         });
     }
 

@@ -22,6 +22,8 @@
 //! when the trailing end passes, or when the arc stops. Source of the frame: Rouchon 2022, §2.1.3, §4.4 and its
 //! perspective of a numerical capillary equilibrium; the functional is ours.
 
+mod handover;
+
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
 use serde::{Deserialize, Serialize};
@@ -85,6 +87,18 @@ const LEAST_COVER: f64 = 0.02;
 /// Over-relaxation: measured best of 1.2, 1.4, 1.6 on cells of 0.25 to 0.5 mm with a few sweeps.
 const OMEGA: f64 = 1.4;
 
+/// What the trailing end left in a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frozen {
+    /// The cell.
+    pub(crate) cell: usize,
+    /// Solid below and surface above, mm.
+    pub(crate) floor: f64,
+    pub(crate) top: f64,
+    /// Share of the cell that the metal covers.
+    pub(crate) cover: f64,
+}
+
 /// What one step saw.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct StepReport {
@@ -109,6 +123,8 @@ pub(crate) struct MoltenZone {
     cover: Vec<f64>,
     foot: Vec<f64>,
     near: Vec<[u32; 4]>,
+    /// Columns with metal that froze since the last step began.
+    pub(crate) frozen: Vec<Frozen>,
     /// φ of the pool, mm: equals the height of its crest on a plate.
     level: f64,
     backwards: bool,
@@ -149,18 +165,19 @@ impl MoltenZone {
         to: &Station,
         volume: f64,
     ) -> StepReport {
+        self.frozen.clear();
         self.reheat(map, to, bead);
         self.retire(to.travelled - bead.rear);
         let reference = self.ground_at(map, to.centre);
         if self.cell.is_empty() {
-            self.level = reference;
+            self.level = reference - to.rise;
         }
         let side = bead.half_width * to.heading.perp();
         let reach = bead.half_width * model.wall_ratio;
         let void = |p: DVec2| reference - self.ground_at(map, p) > model.cliff * bead.height;
         let hangs = void(to.centre + 0.5 * side) || void(to.centre - 0.5 * side);
         // melt with too little to stand on runs down the cliff instead of piling up
-        let overfull = self.level - reference > 2.5 * bead.height;
+        let overfull = self.level - (reference - to.rise) > 2.5 * bead.height;
         let cliff = if overfull { f64::INFINITY } else { model.cliff };
         self.touch(
             map,
@@ -221,6 +238,7 @@ impl MoltenZone {
                 let i = iy * map.nx + ix;
                 let slot = self.slot_of[i];
                 let station = from.travelled + t * (to.travelled - from.travelled);
+                let lift = from.rise + t * (to.rise - from.rise);
                 if slot != NONE && self.distance[slot as usize] <= distance {
                     continue;
                 }
@@ -233,7 +251,7 @@ impl MoltenZone {
                 } else {
                     map.z[i]
                 };
-                let drop = reference - standing;
+                let drop = (reference - to.rise) - (standing - lift);
                 let cover = if drop <= model.support * bead.height {
                     f64::from(u8::from(distance <= bead.half_width))
                 } else if drop > cliff {
@@ -255,7 +273,7 @@ impl MoltenZone {
                 self.widen(s, cover);
                 self.distance[s] = distance;
                 self.station[s] = station;
-                self.psi[s] = k * distance * distance;
+                self.psi[s] = k * distance * distance - lift;
             }
         }
         self.meet(map);
@@ -388,6 +406,14 @@ impl MoltenZone {
 
     fn freeze(&mut self, s: usize, i: usize) {
         self.slot_of[i] = NONE;
+        if self.top[s] > self.floor[s] {
+            self.frozen.push(Frozen {
+                cell: i,
+                floor: self.floor[s],
+                top: self.top[s],
+                cover: self.cover[s],
+            });
+        }
         let entry = EdgeCell {
             cover: self.cover[s],
             foot: self.foot[s],
@@ -442,7 +468,12 @@ impl MoltenZone {
             }
         }
         self.close(target);
-        for s in 0..n {
+        self.show(map);
+    }
+
+    /// Writes the surface of the melt into the map.
+    fn show(&self, map: &mut HeightMap) {
+        for s in 0..self.cell.len() {
             let c = self.cover[s];
             map.z[self.cell[s] as usize] = c * self.top[s] + (1.0 - c) * self.foot[s];
         }

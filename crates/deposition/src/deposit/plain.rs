@@ -77,6 +77,7 @@ mod tests {
                 centre: DVec2::new(0.13, -0.27),
                 heading: DVec2::from_angle(angle),
                 travelled: 0.0,
+                rise: 0.0,
             };
             let lost = stamp(&mut map, &mut Vec::new(), &POOL, &at, 2.5);
             assert_eq!(lost, 0.0);

@@ -14,3 +14,4 @@ mod shapes;
 mod support;
 mod uncertainty;
 mod walls;
+mod workpiece;

@@ -16,3 +16,4 @@ mod sheet;
 mod slice;
 mod solids;
 mod step;
+mod voxels;

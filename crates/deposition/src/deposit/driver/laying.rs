@@ -1,25 +1,19 @@
 //! How metal is laid while the torch moves: what the source feeds, how the bead differs from the nominal one, stamps and steps of the
 //! molten zone, and what is noted along the way.
 
-use meltpath_geometry::math::DVec3;
+use meltpath_geometry::math::{DVec2, DVec3};
 
 use super::{Bead, Deposition, Overhang};
 use crate::bead::PursuitLength;
+use crate::deposit::feeding::LocalFeed;
 use crate::deposit::levelling::{Levelling, LocalBead};
 use crate::deposit::record::{Moment, PathPoint, TubeDistance};
 use crate::deposit::{Mode, Station, plain};
-use crate::pursuit::{Pursuit, pursuit_length};
+use crate::pursuit::pursuit_length;
 
-/// Bounds of the local feed over the nominal one: outside, the laws of bead and pool are not known.
-const FEED_RATIO: std::ops::RangeInclusive<f64> = 0.5..=1.5;
-
-/// How the bead differs from the nominal one here.
-#[derive(Debug, Clone, Copy)]
-struct LocalFeed {
-    /// Feed per length over the nominal one.
-    ratio: f64,
-    /// Width over the nominal one.
-    wide: f64,
+/// Direction of the deposit in plan, once the torch has moved.
+fn heading(run: &Bead) -> Option<DVec2> {
+    run.pursuit.as_ref().map(|p| p.heading().truncate())
 }
 
 impl Deposition<'_> {
@@ -83,18 +77,15 @@ impl Deposition<'_> {
             return;
         };
         if self.pool.pursuit == PursuitLength::ByCorner && travel > 0.0 {
-            let corner = pursuit.heading().angle_to(run.torch - pursuit.follower());
+            let ahead = run.torch - pursuit.follower().truncate();
+            let corner = pursuit.heading().truncate().angle_to(ahead);
             // half a millimetre per millimetre: the length follows the corner without dragging the bead
             let wanted = pursuit_length(corner);
             pursuit.length += (wanted - pursuit.length).clamp(-0.5 * travel, 0.5 * travel);
         }
-        pursuit.follow(run.torch);
-        // local feed per length over the time the pool takes to pass
-        let forget =
-            (-travel.max(asked / self.bead.area) / (self.pool.front + self.pool.rear)).exp();
-        run.fed = run.fed * forget + volume;
-        run.asked = run.asked * forget + asked;
-        run.gone = run.gone * forget + travel;
+        pursuit.follow(run.torch.extend(0.0));
+        let laws = (&self.bead, &self.pool);
+        run.feeding.pass(laws, travel, (asked, volume));
         match self.settings.mode {
             Mode::Plain => self.lay_plain(run),
             Mode::Build(model) => {
@@ -110,27 +101,17 @@ impl Deposition<'_> {
         }
     }
 
-    /// How the bead differs from the nominal one: by the torch's speed, and by what the source feeds.
-    fn local_feed(&self, run: &Bead) -> LocalFeed {
-        let within = |r: f64| r.clamp(*FEED_RATIO.start(), *FEED_RATIO.end());
-        let slower = within(run.asked / (self.bead.area * run.gone.max(1e-9)));
-        let fed = within(run.fed / run.asked);
-        LocalFeed {
-            ratio: within(slower * fed),
-            wide: slower.powf(self.bead.width_exponent) * fed.powf(self.bead.feed_exponent),
-        }
-    }
-
     pub(super) fn lay_plain(&mut self, run: &mut Bead) {
-        let Some(heading) = run.pursuit.as_ref().map(Pursuit::heading) else {
+        let Some(heading) = heading(run) else {
             return;
         };
-        let local = self.local_feed(run);
+        let local = run.feeding.local(&self.bead);
         let pool = self.pool.at_feed(local.ratio, local.wide);
         let at = Station {
             centre: run.torch - pool.offset * heading,
             heading,
             travelled: run.travelled,
+            rise: 0.0,
         };
         // the ground just before the pool has not been touched by this bead yet
         let reach = (pool.front - pool.offset).max(0.0) + self.map.cell;
@@ -149,17 +130,17 @@ impl Deposition<'_> {
 
     /// One step of the molten zone with all that is pending.
     pub(super) fn lay_levelled(&mut self, run: &mut Bead, model: &Levelling) {
-        let (Some(from), Some(heading)) = (run.station, run.pursuit.as_ref().map(Pursuit::heading))
-        else {
+        let (Some(from), Some(heading)) = (run.station, heading(run)) else {
             return;
         };
-        let LocalFeed { ratio, wide } = self.local_feed(run);
+        let LocalFeed { ratio, wide } = run.feeding.local(&self.bead);
         let pool = self.pool.at_feed(ratio, wide);
         let centre = run.torch - pool.offset * heading;
         let to = Station {
             centre,
             heading,
             travelled: from.travelled + from.centre.distance(centre),
+            rise: 0.0,
         };
         let local = LocalBead {
             half_width: 0.5 * self.bead.width * wide,

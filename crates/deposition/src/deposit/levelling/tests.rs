@@ -17,6 +17,7 @@ fn at(x: f64) -> Station {
         centre: DVec2::new(x, 0.0),
         heading: DVec2::X,
         travelled: x,
+        rise: 0.0,
     }
 }
 

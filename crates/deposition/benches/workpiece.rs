@@ -1,0 +1,135 @@
+//! Beads in voxels of 0.5 mm: stamps alone, and levelling on a growing wall of three beads, upright and along a turned axis.
+#![allow(missing_docs, clippy::expect_used)]
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
+use meltpath_deposition::deposit::{Mode, Settings};
+use meltpath_deposition::workpiece::Laying;
+use meltpath_geometry::math::{DMat3, DQuat, DVec3};
+use meltpath_geometry::workpiece::Voxels;
+use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
+
+const BEAD: BeadModel = BeadModel {
+    width: 6.54,
+    area: 9.63,
+    wire_section: std::f64::consts::FRAC_PI_4,
+    efficiency: 1.0,
+    width_exponent: 0.345,
+    feed_exponent: 0.446,
+};
+const POOL: PoolModel = PoolModel {
+    front: 3.27,
+    rear: 9.81,
+    half_width: 3.27,
+    offset: 1.5,
+    pursuit: PursuitLength::Fixed(4.0),
+};
+
+/// Travel of a sample, mm: a little less than the longest stamp, so that each is one.
+const STEP: f64 = 0.1499;
+
+/// Beads of 100 mm, one stamp a sample.
+fn motion(turn: DMat3) -> Vec<MotionBlock> {
+    let n = 668;
+    (0..6)
+        .map(|b| {
+            let y = 4.62 * f64::from(b % 3);
+            let along = (0..n).map(|i| STEP * f64::from(i));
+            let position = along
+                .map(|x| turn * DVec3::new(x, y, 1.8 * f64::from(b / 3)))
+                .collect();
+            let count = n as usize;
+            let mut wire = vec![STEP * BEAD.area / BEAD.wire_section; count];
+            wire[0] = 0.0;
+            MotionBlock {
+                times: Times::Uniform {
+                    t0: f64::from(b) * 10.0,
+                    dt: 0.012,
+                },
+                position,
+                axis: vec![turn.z_axis; count],
+                wire,
+                command: vec![b as u32; count],
+                ..MotionBlock::default()
+            }
+        })
+        .collect()
+}
+
+/// A plate under the beads, as a slab along the turned frame.
+fn plate(turn: DMat3) -> Voxels {
+    let corner = |x: f64, y: f64, z: f64| turn * DVec3::new(x, y, z);
+    let corners: Vec<DVec3> = (0..8)
+        .map(|n| {
+            let pick = |bit: usize, lo: f64, hi: f64| if n >> bit & 1 == 1 { hi } else { lo };
+            corner(
+                pick(0, -15.0, 115.0),
+                pick(1, -12.0, 22.0),
+                pick(2, -4.0, 0.0),
+            )
+        })
+        .collect();
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = quads
+        .iter()
+        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
+        .collect();
+    let mesh = meltpath_geometry::Mesh {
+        vertices: corners,
+        triangles,
+    };
+    let (lo, hi) = mesh.bounds().expect("corners");
+    let mut voxels =
+        Voxels::new(lo - DVec3::splat(10.0), hi + DVec3::splat(10.0), 0.5).expect("a box");
+    voxels.fill_mesh(&mesh).expect("a plate");
+    voxels
+}
+
+fn workpiece(c: &mut Criterion) {
+    let mut group = c.benchmark_group("workpiece");
+    group.sample_size(10);
+    let turned = DMat3::from_quat(DQuat::from_axis_angle(
+        DVec3::new(1.0, -2.0, 0.7).normalize(),
+        0.9,
+    ));
+    for (frame, turn) in [("upright", DMat3::IDENTITY), ("turned", turned)] {
+        let blocks = motion(turn);
+        let stamps: usize = blocks.iter().map(|b| b.len() - 1).sum();
+        group.throughput(Throughput::Elements(stamps as u64));
+        let bare = plate(turn);
+        for (name, mode) in [
+            ("plain", Mode::Plain),
+            ("levelling", Settings::default().mode),
+        ] {
+            group.bench_function(format!("{name} {frame}"), |b| {
+                b.iter_batched(
+                    || bare.clone(),
+                    |voxels| {
+                        let settings = Settings {
+                            mode,
+                            ..Settings::default()
+                        };
+                        let mut d =
+                            Laying::new(voxels, BEAD, POOL, settings).expect("sensible sizes");
+                        for block in &blocks {
+                            d.block(block);
+                        }
+                        d.finish()
+                    },
+                    BatchSize::LargeInput,
+                );
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, workpiece);
+criterion_main!(benches);
