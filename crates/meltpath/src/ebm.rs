@@ -8,6 +8,7 @@ pub mod ends;
 pub mod error;
 pub mod film;
 pub mod focus;
+pub mod gun;
 pub mod hatch;
 pub mod judge;
 pub mod optimise;

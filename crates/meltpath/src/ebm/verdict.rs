@@ -8,6 +8,7 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
 use super::ends::Ends;
+use super::gun::drawn as at_gun;
 use super::judge::{JudgedPath, Run, of_all};
 use super::plan::Plan;
 use super::settings::{Good, Judge, Settings};
@@ -37,6 +38,13 @@ const JUDGE: &str =
 
 /// What is judged: of the path with better speeds where there is one.
 pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+    let mut checks = of_temperatures(settings, outcome);
+    checks.push(at_gun::check(outcome.gun.as_ref()));
+    checks
+}
+
+/// What temperatures say.
+fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         // a job without charts has a judge
@@ -424,8 +432,10 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     let path = outcome.path(plan);
     let time = Measure::exact(path.end() - path.begin(), "s");
     let time = Fact::new("time-path", "time of the path", time, "");
+    let mut facts = vec![time];
+    facts.extend(at_gun::facts(outcome.gun.as_ref()));
     let Some(shown) = Shown::of(outcome) else {
-        return vec![time];
+        return facts;
     };
     let (hottest, [i, j, k]) = shown.tally.hottest;
     let place = if hottest.is_finite() {
@@ -434,16 +444,8 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
         Place::default()
     };
     let celsius = Measure::exact(hottest - CELSIUS, "°C");
-    let mut facts = vec![
-        time,
-        Fact::new(
-            "hottest",
-            "hottest place of the region",
-            celsius,
-            shown.words,
-        )
-        .at(place),
-    ];
+    let title = "hottest place of the region";
+    facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
         facts.extend(vapour(&plan.settings, path));
