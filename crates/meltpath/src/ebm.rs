@@ -1,5 +1,6 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+mod advice;
 pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
