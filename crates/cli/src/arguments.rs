@@ -92,7 +92,7 @@ pub(crate) enum Command {
     },
     /// List the names that a job may use, each with what it is and where it comes from.
     List {
-        /// What: wires, gases, maps, pools, energies, cells, robots, materials, heads, recipes, guns, examples.
+        /// What: wires, gases, maps, pools, energies, cells, robots, materials, heads, recipes, guns, focus, examples.
         #[arg(value_parser = listing)]
         of: Listing,
     },
@@ -166,7 +166,7 @@ pub(crate) enum Command {
     Health(HealthArguments),
     /// Print the JSON Schema of a file: editors check and complete it with that.
     Schema {
-        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun.
+        /// Which file: job, tune, or a data file: wire, gas, map, pool, energy, cell, robot, material, head, motor, recipe, gun, focus.
         #[arg(value_parser = subject)]
         of: Subject,
     },

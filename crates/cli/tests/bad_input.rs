@@ -292,6 +292,7 @@ fn help_and_version_are_no_errors() {
         &["new", "waam", "--help"],
         &["schema", "wire"],
         &["schema", "gun"],
+        &["schema", "focus"],
     ] {
         let output = meltpath(args, dir.path());
         assert_eq!(output.status.code(), Some(0));

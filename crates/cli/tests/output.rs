@@ -39,6 +39,7 @@ fn lists_tell_names_and_where_they_come_from() {
         "heads",
         "recipes",
         "guns",
+        "focus",
         "examples",
     ] {
         assert!(!printed(&["list", of], folder).is_empty(), "{of}");

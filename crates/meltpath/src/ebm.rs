@@ -1,5 +1,6 @@
 //! The electron-beam pipeline: beam path, charts, temperatures of every voxel, better speeds, verdict.
 
+mod advice;
 pub(crate) mod along;
 pub(crate) mod charts;
 pub mod cost;
@@ -8,6 +9,7 @@ pub mod ends;
 pub mod error;
 pub mod film;
 pub mod focus;
+pub mod gun;
 pub mod hatch;
 pub mod judge;
 pub mod optimise;

@@ -5,8 +5,8 @@ use std::path::Path;
 use meltpath_base::choice;
 use meltpath_base::settings::peek;
 use meltpath_data::{
-    File, cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
-    wires,
+    File, cells, energy, focus, gases, guns, materials, pools, process_maps, recipes, robots,
+    scan_heads, wires,
 };
 
 use crate::data::{DataText, known};
@@ -37,6 +37,8 @@ choice! {
         Recipes = "recipes",
         /// Electron guns.
         Guns = "guns",
+        /// Focus calibrations of electron guns.
+        Focuses = "focus",
         /// Jobs that `meltpath new` makes.
         Examples = "examples",
     }
@@ -66,7 +68,8 @@ impl Listing {
             Listing::Materials => Some(materials::ALL),
             Listing::Heads => Some(scan_heads::ALL),
             Listing::Recipes => Some(recipes::ALL),
-            Listing::Guns => Some(focus::ALL),
+            Listing::Guns => Some(guns::ALL),
+            Listing::Focuses => Some(focus::ALL),
             Listing::Examples => None,
         }
     }

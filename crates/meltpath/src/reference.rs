@@ -9,12 +9,13 @@ use meltpath_base::choice;
 use meltpath_deposition::consumable::{Gas, PoolFile, Wire};
 use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
+use meltpath_gun::machine::GunFile;
 use meltpath_robot::cell::CellFile;
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
 use crate::data::Cell;
-use crate::ebm::focus::GunFile;
+use crate::ebm::focus::FocusFile;
 use crate::job::{ProcessKind, table_of};
 use crate::tune::file::TuneFile;
 
@@ -47,13 +48,15 @@ choice! {
         Motor = "motor",
         /// A recipe of laser scan jobs.
         Recipe = "recipe",
-        /// An electron gun: its focus calibration.
+        /// An electron gun: what it can do, and how fast.
         Gun = "gun",
+        /// The focus calibration of an electron gun.
+        Focus = "focus",
     }
 }
 
 /// The data files in the order of the book: how a job names them, and in which folder of the data those that ship lie.
-const DATA: [(Subject, &str); 12] = [
+const DATA: [(Subject, &str); 13] = [
     (
         Subject::Wire,
         "`wire = \"my-wire.toml\"` in `[waam]`; `data/wires`",
@@ -100,7 +103,11 @@ const DATA: [(Subject, &str); 12] = [
     ),
     (
         Subject::Gun,
-        "`focus = \"my-gun.toml\"` in `[ebm]`; `data/focus`",
+        "`gun = \"my-gun.toml\"` in `[ebm]`; `data/guns`",
+    ),
+    (
+        Subject::Focus,
+        "`focus = \"my-focus.toml\"` in `[ebm]`; `data/focus`",
     ),
 ];
 
@@ -122,6 +129,7 @@ impl Subject {
             Subject::Motor => MotorFile::KIND,
             Subject::Recipe => RecipeFile::KIND,
             Subject::Gun => GunFile::KIND,
+            Subject::Focus => FocusFile::KIND,
         };
         match kind {
             Kind::Table(table) => Some(table),
@@ -188,7 +196,7 @@ const DATA_HEAD: &str = "# Data files
 
 <!-- made from the declarations of the settings: `MELTPATH_BLESS=1 cargo test -p meltpath-app --test all reference::` -->
 
-Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes and guns are TOML files. The quickest way
+Wires, gases, process maps, weld pools, energies, cells, robots, materials, heads, motors, recipes, guns and focus calibrations are TOML files. The quickest way
 to one of your own: copy the one that ships (`crates/data` of the source), and change its numbers.
 
 A job names a file in one of two ways:
@@ -199,7 +207,7 @@ A job names a file in one of two ways:
 
 Your own folder is `~/.config/meltpath` (`$XDG_CONFIG_HOME/meltpath`; on Windows `%APPDATA%\\meltpath`), or the one that the environment
 variable `MELTPATH_DATA` names. Its subfolders are called as in `crates/data`: `wires`, `gases`, `process-maps`, `pools`, `energy`,
-`cells`, `robots`, `materials`, `scan-heads`, `recipes`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
+`cells`, `robots`, `materials`, `scan-heads`, `recipes`, `guns`, `focus`. `meltpath list wires` tells which there are, and where each comes from.
 
 A run copies the files of your own that it used into its folder.
 

@@ -1,4 +1,4 @@
-//! Electron guns: how the beam's diameter depends on the current of the focus coil; those that ship, from
+//! Focus calibrations of electron guns: how the beam's diameter depends on the current of the focus coil; those that ship, from
 //! `meltpath_data::focus`, and files of the user's own.
 
 use std::path::Path;
@@ -17,8 +17,8 @@ quantity!(
 );
 
 table! {
-    /// An electron gun: the beam's diameter against the current of the focus coil, as calibrated.
-    pub struct GunFile {
+    /// The focus calibration of an electron gun: the beam's diameter against the current of the focus coil, as calibrated.
+    pub struct FocusFile {
         /// Version of the file's layout.
         schema: u32 where within(1.0, 1.0) => required;
         /// Name in words.
@@ -58,7 +58,7 @@ pub fn load(name: &str, folder: &Path) -> Result<(FocusCalibration, String), Dat
 }
 
 fn parse(text: &str) -> Result<(FocusCalibration, String), Problems> {
-    let file = settings::parse(text, |_: &GunFile| Vec::new())?;
+    let file = settings::parse(text, |_: &FocusFile| Vec::new())?;
     let pieces = file.piece.iter().map(|p| FocusPiece {
         range: [p.from.0, p.to.0],
         intercept: p.intercept.0,

@@ -138,6 +138,11 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
     let path = paths
         .pop()
         .ok_or_else(|| Problem::new("there is no layer to draw"))?;
+    // of a part the share is known, and told where it is cut
+    if let (None, Below::Areas(areas)) = (&part, &below) {
+        let share = if areas.is_empty() { "all" } else { "parts" };
+        warn_of_powder(&settings, share, &reporter);
+    }
     let others = others(&settings, hatch.as_ref(), &contour.region(), job)?;
     let mut warnings = settings.warnings.clone();
     warnings.extend(reporter.warnings());
@@ -283,16 +288,9 @@ fn cut(
     let at = &job.section;
     let found = sections(&read.mesh, &part.cut, reporter, observer)
         .map_err(|e| e.told([&at.height.span, &at.island.span, &job.part.span]))?;
-    let remembers = matches!(settings.simulation.memory, Memory::Ground(_));
-    if settings.preview == ChartPreview::Drawn && remembers && found.carried < CARRIED {
-        reporter.warn(
-            "ground-of-powder",
-            format!(
-                "{:.0} % of the section lie over powder, which charts that remember the ground take for metal: they read too cold there",
-                100.0 * (1.0 - found.carried)
-            ),
-            "go by the solver's temperatures there (judge.solver), or leave the memory out of the charts (charts.memory = \"none\")",
-        );
+    if found.carried < CARRIED {
+        let share = format!("{:.0} %", 100.0 * (1.0 - found.carried));
+        warn_of_powder(settings, &share, reporter);
     }
     let last = found.drawn.last().and_then(|regions| regions.first());
     let drawn = DrawnPart {
@@ -305,6 +303,21 @@ fn cut(
         scaling: part.cut.scaling,
     };
     Ok((drawn, found))
+}
+
+/// Warns where charts draw what lies over powder with a memory of metal.
+fn warn_of_powder(settings: &Settings, share: &str, reporter: &Reporter) {
+    if settings.preview == ChartPreview::Drawn
+        && matches!(settings.simulation.memory, Memory::Ground(_))
+    {
+        reporter.warn(
+            "ground-of-powder",
+            format!(
+                "{share} of the section lie over powder, which charts that remember the ground take for metal: they read too cold there"
+            ),
+            "go by the solver's temperatures there (judge.solver), or leave the memory out of the charts (charts.memory = \"none\")",
+        );
+    }
 }
 
 /// Reads the beam path that a key names, and the gun that drew it.

@@ -6,6 +6,7 @@ use meltpath_base::{Cancelled, Observer, Reporter, Verdict};
 use meltpath_thermal::charts::file as chart_file;
 
 use super::error::EbmError;
+use super::gun::drawn::foretold;
 use super::plan::{Plan, planned};
 use super::simulate::simulate;
 use super::{cost, verdict};
@@ -105,7 +106,8 @@ pub fn examine(
 ) -> Result<Examined, EbmError> {
     let plan = plan_of(job_file, job, text, observer)?;
     let reporter = Reporter::new();
-    let notes = cost::lines(&plan, &reporter)?;
+    let mut notes = cost::lines(&plan, &reporter)?;
+    notes.extend(foretold(&plan));
     let mut warnings = plan.warnings;
     warnings.extend(reporter.warnings());
     Ok(Examined {

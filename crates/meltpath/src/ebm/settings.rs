@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use meltpath_base::settings::{File, Problem, Setting};
 use meltpath_base::{Length, Provenance, Ratio, Reporter, Warning};
 use meltpath_geometry::math::DVec3;
+use meltpath_gun::Machine;
 use meltpath_gun::focus::FocusCalibration;
 use meltpath_melt_strategy::bed::{Domain, Resolution};
 use meltpath_melt_strategy::part::Rectangle;
@@ -17,6 +18,7 @@ use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
 
 use super::focus;
+use super::gun;
 use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
@@ -169,6 +171,8 @@ pub struct Settings {
     pub material: Material,
     /// Its file, where it is not one that ships.
     pub material_file: Option<PathBuf>,
+    /// The machine's gun, where the job names one.
+    pub gun: Option<Machine>,
     /// Spot against focus current.
     pub focus: FocusCalibration,
     /// Beam to heat.
@@ -225,12 +229,16 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     let mut keep = |found: Vec<Problem>| problems.extend(found);
     let material = material(job, folder, &mut r).map_err(&mut keep).ok();
     let focus = focus_of(job, folder, &mut r).map_err(&mut keep).ok();
+    let gun = gun::of_job(job, folder).map_err(&mut keep).ok();
     let hatch = hatch(job, focus.as_ref(), &mut r)
         .map_err(|problem| keep(vec![problem]))
         .ok();
-    let (Some(loaded), Some(focus), Some(hatch)) = (material, focus, hatch) else {
+    let (Some(loaded), Some(focus), Some(gun), Some(hatch)) = (material, focus, gun, hatch) else {
         return Err(problems.into());
     };
+    if let Some(gun) = &gun {
+        r.model("gun", &format!("{}: {}", gun.name, gun.source));
+    }
     if !problems.is_empty() {
         return Err(problems.into());
     }
@@ -247,6 +255,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         layers: *job.ebm.layers as usize,
         warnings: reporter.warnings(),
         focus,
+        gun,
         penetration: job.ebm.penetration.0,
         layer: job.ebm.layer.0,
         preview: *charts.preview,

@@ -15,6 +15,7 @@ use super::drawn::Drawn;
 use super::ends;
 use super::error::EbmError;
 use super::film::{self, Film};
+use super::gun::drawn::{self as at_gun, AtGun};
 use super::judge::{self, Judged, JudgedPath, Previewed};
 use super::optimise::search::{Found, on_charts, on_reference};
 use super::plan::{Plan, Window};
@@ -31,6 +32,8 @@ pub struct Outcome {
     pub found: Option<Found>,
     /// What the reference solver says, where the job asks for it.
     pub judged: Option<Judged>,
+    /// What the gun makes of the path, where the job names one.
+    pub gun: Option<AtGun>,
 }
 
 impl Outcome {
@@ -274,24 +277,7 @@ pub fn simulate(
             (None, found.transpose()?)
         }
     };
-    let judged = match &settings.judge {
-        Some(judging) => {
-            let given = Previewed {
-                path: &plan.path,
-                highest: preview.as_ref().map(|p| &p.given.highest),
-            };
-            let better = found.as_ref().map(|f| Previewed {
-                path: &f.path,
-                highest: preview
-                    .as_ref()
-                    .and_then(|p| Some(&p.better.as_ref()?.highest)),
-            });
-            let on_charts = preview.as_ref().map(|p| &p.classes);
-            let verdict = judge::judge_paths(plan, judging, on_charts, given, better, observer)?;
-            Some(verdict)
-        }
-        None => None,
-    };
+    let judged = judged(plan, preview.as_ref(), found.as_ref(), observer)?;
     let paths_judged = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
@@ -303,11 +289,37 @@ pub fn simulate(
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
     ends::tell(fields, settings, reporter);
+    let last = found.as_ref().map_or(&plan.path, |f| &f.path);
     Ok(Outcome {
+        gun: at_gun::examined(plan, last),
         preview,
         found,
         judged,
     })
+}
+
+/// What the solver says of the paths as the gun draws them, where the job asks for it.
+fn judged(
+    plan: &Plan,
+    preview: Option<&Preview>,
+    found: Option<&Found>,
+    observer: &dyn Observer,
+) -> Result<Option<Judged>, EbmError> {
+    let Some(judging) = &plan.settings.judge else {
+        return Ok(None);
+    };
+    let better = found.map(|f| at_gun::drawn(plan, &f.path)).transpose()?;
+    let drawn = at_gun::plan_as_drawn(plan)?;
+    let given = Previewed {
+        path: &drawn.path,
+        highest: preview.map(|p| &p.given.highest),
+    };
+    let better = better.as_ref().map(|path| Previewed {
+        path,
+        highest: preview.and_then(|p| Some(&p.better.as_ref()?.highest)),
+    });
+    let on_charts = preview.map(|p| &p.classes);
+    judge::judge_paths(&drawn, judging, on_charts, given, better, observer).map(Some)
 }
 
 /// Warns of places of the job that the judge did not draw.

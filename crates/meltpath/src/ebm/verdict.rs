@@ -7,10 +7,12 @@ use meltpath_thermal::criteria::{Class, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
+use super::advice::{MORE, Needs};
 use super::ends::Ends;
+use super::gun::drawn as at_gun;
 use super::judge::{JudgedPath, Run, of_all};
 use super::plan::Plan;
-use super::settings::{Good, Judge, Settings};
+use super::settings::{Checks, Good, Judge, Settings};
 use super::simulate::Outcome;
 use crate::job::ebm::JudgeGround;
 
@@ -31,12 +33,18 @@ const FARTHEST: [&str; 2] = [
     "molten-farthest",
     "farthest from the contour that metal melts",
 ];
-const MORE: &str = "more power, slower lines, or lines closer together";
 const JUDGE: &str =
     "let the solver judge the whole section: take  solver = \"none\"  out of [judge]";
 
 /// What is judged: of the path with better speeds where there is one.
 pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
+    let mut checks = of_temperatures(settings, outcome);
+    checks.push(at_gun::check(outcome.gun.as_ref()));
+    checks
+}
+
+/// What temperatures say.
+fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
     let limits = &settings.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         // a job without charts has a judge
@@ -45,7 +53,8 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
             return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
         };
         let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window {
-            let change = into_window(settings, drawn.tally);
+            let needs = Needs::of_window(drawn.tally);
+            let change = into_window(settings, needs);
             format!("the preview has less than that in the window: {change}; then {JUDGE}")
         } else {
             JUDGE.to_owned()
@@ -59,53 +68,96 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         ];
     };
     let path = judged.better.as_ref().unwrap_or(&judged.given);
+    let figures = Figures::of(path, limits);
+    let in_window = path.in_window();
+    let words = in_words(path, &in_window, judged.classes.window);
+    let needs = needs(path, &figures);
     let section = Section {
         judging,
         tally: &path.runs[0].tally,
         ends: &path.ends,
         material: &settings.material,
+        needs,
     };
-    // a cell more or less is what an outline on cells is known to
-    let cell = path.runs[0].resolution.cell;
-    let in_window = path.in_window();
-    let words = in_words(path, &in_window, judged.classes.window);
-    let less_beyond = "lines that end further inside the contour, or less power along it";
-    let at_most = |share: f64| Limit::AtMost(100.0 * share);
-    let farthest = Figure {
-        share: path.moved(|run| run.outside.farthest),
-        converged: cell,
-        factor: 1.0,
-        unit: "mm",
+    let first_end = path.ends.passed.first().map(|p| p.kelvin);
+    let mut cure = into_window(settings, needs);
+    if first_end.is_some_and(|kelvin| judged.classes.window[0] >= kelvin) {
+        cure.push_str(match settings.window {
+            Good::Limits(_) => "; a window below the temperature where a pool of conduction ends",
+            Good::Path { .. } | Good::Body { .. } => {
+                "; a good body, which places the window, that stays below the temperature where a pool of conduction ends"
+            }
+        });
+    }
+    let unfused = format!("{}, or thinner layers", needs.heat());
+    let check = |[id, title]: [&str; 2], (figure, limit): &(Figure, Limit), cure: &str| {
+        section.check([id, title], figure, *limit, cure)
     };
-    let unmelted = Figure::share(path.moved(|run| of_all(&run.tally, Class::Unmelted)));
-    let unfused = Figure::share(path.moved(|run| run.unfused));
-    let outside = Figure::share(path.moved(|run| run.outside.share));
     vec![
-        section
-            .check(
-                IN_WINDOW,
-                &Figure::share(in_window),
-                Limit::AtLeast(100.0 * limits.in_window),
-                &into_window(settings, section.tally),
-            )
-            .because(&words),
-        section.check(UNMELTED, &unmelted, at_most(limits.unmelted), MORE),
-        section.check(
-            UNFUSED,
-            &unfused,
-            at_most(limits.unfused),
-            "more power, slower lines, lines closer together, or thinner layers",
-        ),
-        section
-            .check(OUTSIDE, &outside, at_most(limits.outside), less_beyond)
+        check(IN_WINDOW, &figures.in_window, &cure).because(&words),
+        check(UNMELTED, &figures.unmelted, &needs.heat()),
+        check(UNFUSED, &figures.unfused, &unfused),
+        check(OUTSIDE, &figures.outside, needs.rim())
             .because(&format!("beyond {} mm of the contour", limits.rim)),
-        section.check(
-            FARTHEST,
-            &farthest,
-            Limit::AtMost(limits.farthest),
-            less_beyond,
-        ),
+        check(FARTHEST, &figures.farthest, needs.rim()),
     ]
+}
+
+/// What is judged, each with its limit.
+struct Figures {
+    in_window: (Figure, Limit),
+    unmelted: (Figure, Limit),
+    unfused: (Figure, Limit),
+    outside: (Figure, Limit),
+    farthest: (Figure, Limit),
+}
+
+impl Figures {
+    fn of(path: &JudgedPath, limits: &Checks) -> Self {
+        let at_most = |share: f64| Limit::AtMost(100.0 * share);
+        let share = |figure: fn(&Run) -> f64| Figure::share(path.moved(figure));
+        let farthest = Figure {
+            share: path.moved(|run| run.outside.farthest),
+            // a cell more or less is what an outline on cells is known to
+            converged: path.runs[0].resolution.cell,
+            factor: 1.0,
+            unit: "mm",
+        };
+        Figures {
+            in_window: (
+                Figure::share(path.in_window()),
+                Limit::AtLeast(100.0 * limits.in_window),
+            ),
+            unmelted: (
+                share(|run| of_all(&run.tally, Class::Unmelted)),
+                at_most(limits.unmelted),
+            ),
+            unfused: (share(|run| run.unfused), at_most(limits.unfused)),
+            outside: (share(|run| run.outside.share), at_most(limits.outside)),
+            farthest: (farthest, Limit::AtMost(limits.farthest)),
+        }
+    }
+}
+
+/// What all findings ask for together.
+fn needs(path: &JudgedPath, figures: &Figures) -> Needs {
+    let beyond = |(figure, limit): &(Figure, Limit)| {
+        let status = Check::judge("", "", figure.measure(), *limit).status;
+        matches!(status, Status::Fail | Status::Warn)
+    };
+    let run = &path.runs[0];
+    let of_others = Needs {
+        heat: beyond(&figures.unmelted) || beyond(&figures.unfused),
+        cold: !path.ends.passed.is_empty(),
+        narrow: beyond(&figures.outside) || beyond(&figures.farthest),
+    };
+    let first_end = path.ends.passed.first().map(|p| p.kelvin);
+    let out_of_reach = first_end.is_some_and(|kelvin| run.classes.window[0] >= kelvin);
+    if beyond(&figures.in_window) && !out_of_reach {
+        of_others.and(Needs::of_window(&run.tally))
+    } else {
+        of_others
+    }
 }
 
 /// A check of which only a preview is known.
@@ -124,15 +176,9 @@ fn preview([id, title]: [&str; 2], limit: Limit, drawn: &Shown<'_>) -> Check {
     }
 }
 
-/// What brings more of the section into the window: by where most of it lies, and by what the job says already.
-fn into_window(settings: &Settings, tally: &Tally) -> String {
-    let [unmelted, porous, _, overheated] = tally.counts;
-    let mut remedy = if overheated > porous + unmelted {
-        "less power, faster lines, or lines further apart"
-    } else {
-        MORE
-    }
-    .to_owned();
+/// What brings more of the section into the window: by what the findings ask for, and by what the job says already.
+fn into_window(settings: &Settings, needs: Needs) -> String {
+    let mut remedy = needs.heat();
     if settings.optimise.is_none() {
         remedy.push_str("; or let [optimise] change the speeds");
     }
@@ -163,6 +209,12 @@ impl Figure {
             unit: "%",
         }
     }
+
+    /// Its value with what moves it.
+    fn measure(&self) -> Measure {
+        let spread = self.factor * self.share.spread();
+        Measure::new(self.factor * self.share.value, spread, self.unit)
+    }
 }
 
 /// What is judged, and how.
@@ -171,6 +223,7 @@ struct Section<'a> {
     tally: &'a Tally,
     ends: &'a Ends,
     material: &'a Material,
+    needs: Needs,
 }
 
 impl Section<'_> {
@@ -178,9 +231,7 @@ impl Section<'_> {
     /// converged, over the whole section, and where something melts at all. Each doubt says how to end it.
     fn check(&self, [id, title]: [&str; 2], figure: &Figure, limit: Limit, cure: &str) -> Check {
         let title = format!("{title}, on the reference solver");
-        let spread = figure.factor * figure.share.spread();
-        let value = Measure::new(figure.factor * figure.share.value, spread, figure.unit);
-        let check = Check::judge(id, &title, value, limit);
+        let check = Check::judge(id, &title, figure.measure(), limit);
         if self.tally.voxels == 0 {
             let check = Check {
                 status: check.status.max(Status::CannotSay),
@@ -257,7 +308,7 @@ impl Section<'_> {
             .collect();
         (!passed.is_empty()).then(|| Doubt {
             reason: words.join("; "),
-            remedy: "less power, a wider spot, faster lines or lines further apart: a surface that stays colder than that".to_owned(),
+            remedy: self.needs.heat(),
         })
     }
 
@@ -424,8 +475,10 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     let path = outcome.path(plan);
     let time = Measure::exact(path.end() - path.begin(), "s");
     let time = Fact::new("time-path", "time of the path", time, "");
+    let mut facts = vec![time];
+    facts.extend(at_gun::facts(outcome.gun.as_ref()));
     let Some(shown) = Shown::of(outcome) else {
-        return vec![time];
+        return facts;
     };
     let (hottest, [i, j, k]) = shown.tally.hottest;
     let place = if hottest.is_finite() {
@@ -434,16 +487,8 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
         Place::default()
     };
     let celsius = Measure::exact(hottest - CELSIUS, "°C");
-    let mut facts = vec![
-        time,
-        Fact::new(
-            "hottest",
-            "hottest place of the region",
-            celsius,
-            shown.words,
-        )
-        .at(place),
-    ];
+    let title = "hottest place of the region";
+    facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
         facts.extend(vapour(&plan.settings, path));

@@ -78,6 +78,8 @@ table! {
         density: DensityReading => default("corrected", "erratum E2: the printed cells are exchanged");
         /// Focus calibration of the gun: a name in `data/focus`, or a TOML file of your own.
         focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
+        /// The machine's gun: a name in `data/guns`, or a TOML file of your own. The solver of `[judge]` draws the path as it draws it.
+        gun: String => none("a beam that is where the path says, with the power it says");
         /// Beam diameter whatever the focus, in place of a calibration.
         diameter: Length where positive => none("that of the focus calibration");
         /// Share of the beam power that becomes heat.
@@ -152,8 +154,7 @@ table! {
         turn: Angle => default("90 deg", "crossed layers: what one leaves cold the next one crosses");
         /// Contours before the interior of lines.
         contours: u32 => default(0, "lines alone");
-        /// How far beyond the contour is drawn, so that the rim is as hot as the middle. What melts there is not of the part:
-        /// draw it smaller by as much, or machine it off.
+        /// How far beyond the contour is drawn, so that the rim is as hot as the middle; draw the part smaller by as much, or machine it off.
         overrun: Length where not_negative => default("0 mm", "up to the contour");
         /// Edge of an island.
         island: Length where positive => default("2 mm", "of the order of what stays hot behind the beam");
@@ -213,8 +214,7 @@ table! {
         strategies: Vec<HatchStrategy> => default([], "its own alone");
         /// Rounds of learning.
         rounds: u32 where within(0.0, 200.0) => computed("12, after which the share hardly grows; none after `predictive`");
-        /// Slowest and fastest speed, as shares of the path's own. Where the current or the time on spots is changed it is
-        /// divided by them, where the diameter is changed it is multiplied.
+        /// Slowest and fastest speed, as shares of the path's own. A current or a time on spots is divided by them, a diameter multiplied.
         speeds: [Ratio; 2] where positive => default(["60 %", "300 %"], "what a deflection follows easily");
         /// Length of a piece of one speed.
         piece: Length where positive => computed("0.25 mm, four voxels, on charts; a cell on the reference solver");

@@ -305,6 +305,10 @@ pub fn write_files(
     let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
     folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
+    if let Some(gun) = &outcome.gun {
+        let drawn = || Record::of(&gun.drawn.motion, &plan.gun).map_err(as_io);
+        folder.write("drawn.csv", |w| w.write_all(drawn()?.to_csv().as_bytes()))?;
+    }
     sections::write_volumes(folder, outcome)?;
     voxels::write(folder, plan, outcome)
 }

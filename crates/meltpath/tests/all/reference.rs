@@ -110,8 +110,8 @@ fn refused(value: &Json, schema: &Json, place: &str, found: &mut Vec<String>) {
 #[test]
 fn shipped_data_fit_their_schemas() {
     use meltpath_data::{
-        cells, energy, focus, gases, materials, pools, process_maps, recipes, robots, scan_heads,
-        wires,
+        cells, energy, focus, gases, guns, materials, pools, process_maps, recipes, robots,
+        scan_heads, wires,
     };
     let json = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
     let said = |value: &Json, subject: Subject| {
@@ -130,7 +130,8 @@ fn shipped_data_fit_their_schemas() {
         (Subject::Material, materials::ALL),
         (Subject::Head, scan_heads::ALL),
         (Subject::Recipe, recipes::ALL),
-        (Subject::Gun, focus::ALL),
+        (Subject::Gun, guns::ALL),
+        (Subject::Focus, focus::ALL),
     ] {
         for file in files {
             let value = json(file.text);

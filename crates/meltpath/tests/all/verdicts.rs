@@ -359,3 +359,60 @@ fn remedies_of_a_tuning_are_true() {
         assert_eq!(passed.status, Status::Pass, "{passed:?}");
     }
 }
+
+/// Where a part of the section is too cold and another too hot every check says the same, no check asks for more or for less power,
+/// and what they say mends both: on three shapes that no example holds.
+#[test]
+fn a_section_too_cold_and_too_hot_is_mended_as_all_checks_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = |region: &str, strategy: &str, [spacing, speed, overrun]: [f64; 3]| {
+        let text = format!(
+            "[process]\nkind = \"ebm\"\n[region]\ncontour = [{region}]\n[hatch]\nstrategy = \"{strategy}\"\nspacing = \"{spacing} mm\"\n\
+             speed = \"{speed} mm/s\"\noverrun = \"{overrun} mm\"\n[charts]\npreview = \"none\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[judge]\ncell = \"0.0625 mm\"\n"
+        );
+        run(folder.path(), &text)
+    };
+    for (region, strategy, spacing, speed) in [
+        (
+            "[\"0 mm\", \"0 mm\"], [\"3 mm\", \"0 mm\"], [\"3 mm\", \"1.2 mm\"], [\"0 mm\", \"1.2 mm\"]",
+            "lines",
+            0.25,
+            1000.0,
+        ),
+        (
+            "[\"0 mm\", \"0 mm\"], [\"3 mm\", \"0 mm\"], [\"3 mm\", \"1 mm\"], [\"1 mm\", \"1 mm\"], [\"1 mm\", \"2.5 mm\"], [\"0 mm\", \"2.5 mm\"]",
+            "lines",
+            0.2,
+            1500.0,
+        ),
+        (
+            "[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"1 mm\", \"1.5 mm\"]",
+            "one-way",
+            0.125,
+            1500.0,
+        ),
+    ] {
+        let before = job(region, strategy, [spacing, speed, 0.0]);
+        for id in ["in-window", "unmelted", "unfused", "molten-farthest"] {
+            let remedy = check(&before, id).remedy.as_deref().unwrap();
+            assert!(remedy.contains("no power mends both"), "{id}: {remedy}");
+            for one in ["more power", "less power"] {
+                assert!(!remedy.contains(one), "{id}: {remedy}");
+            }
+        }
+        // beyond the contour by a quarter of the spot, twice as many lines, twice as fast
+        let after = job(region, strategy, [0.5 * spacing, 2.0 * speed, 0.1]);
+        let value = |verdict: &Verdict, id: &str| check(verdict, id).value.as_ref().unwrap().value;
+        for id in ["unmelted", "unfused"] {
+            let [cold, mended] = [&before, &after].map(|v| value(v, id));
+            assert!(cold > 1.0 && mended < 0.2, "{region} {id}: {cold} {mended}");
+        }
+        let [hot, mended] = [&before, &after].map(|v| {
+            let found = v.facts.iter().find(|f| f.id == "hottest").unwrap();
+            found.value.as_ref().unwrap().value
+        });
+        println!("{region}: {hot:.0} °C, then {mended:.0} °C");
+        assert!(mended < hot - 50.0, "{region}: {hot} {mended}");
+        assert!(value(&after, "molten-farthest") < 0.2);
+    }
+}

@@ -1,0 +1,212 @@
+//! The drawn beam against a step-by-step integration, closed formulas, and itself cut otherwise.
+
+use meltpath_geometry::math::DVec2;
+use meltpath_gun::Machine;
+use meltpath_gun::follow::{follow, stretches};
+use meltpath_toolpath::MotionBlock;
+use proptest::prelude::*;
+
+use crate::{gun, motion};
+
+/// Two lines of a hatch with a jump at once between them, and a third at an angle, of another power.
+fn hatch() -> MotionBlock {
+    motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [2e-3, 0.0, 0.125, 0.0],
+        [4e-3, 2.0, 0.125, 300.0],
+        [5e-3, 3.0, 1.0, 200.0],
+    ])
+}
+
+fn dynamic(damping: f64) -> Machine {
+    gun(&format!(
+        "[current]\nslew = {{ value = \"40 mA/ms\", source = \"log\" }}\nbandwidth = {{ value = \"5 kHz\", source = \"log\" }}\nbetween = \"ramped\"\n\
+         [deflection]\nlag = {{ value = \"60 µs\", source = \"log\" }}\ndamping = {{ value = \"{damping} 1\", source = \"log\" }}\n"
+    ))
+}
+
+/// The beam at `times` by small steps of the equations of motion, and the energy brought by then.
+fn integrated(asked: &MotionBlock, gun: &Machine, times: &[f64]) -> Vec<(DVec2, f64)> {
+    let w = 2.0 * gun.damping / gun.lag.unwrap();
+    let limit = gun.slew.unwrap() * 60e3;
+    let (mut at, mut rate, mut power, mut energy) = (DVec2::ZERO, DVec2::ZERO, 0.0, 0.0);
+    let (mut found, mut next) = (Vec::new(), 0);
+    for stretch in stretches(asked).iter().filter(|s| s.takes > 0.0) {
+        let count = (stretch.takes / 2e-8).ceil();
+        let step = stretch.takes / count;
+        for n in 0..count as u32 {
+            let command = |t: f64| stretch.from.lerp(stretch.to, t / stretch.takes);
+            let pull = |at: DVec2, rate: DVec2, t: f64| {
+                w * w * (command(t) - at) - 2.0 * gun.damping * w * rate
+            };
+            // the midpoint rule
+            let t = f64::from(n) * step;
+            let before = (at, energy);
+            let half = rate + 0.5 * step * pull(at, rate, t);
+            let middle = at + 0.5 * step * rate;
+            rate += step * pull(middle, half, t + 0.5 * step);
+            at += step * half;
+            let climb = |p: f64| ((stretch.power - p) / gun.settling.unwrap()).clamp(-limit, limit);
+            let half = power + 0.5 * step * climb(power);
+            power += step * climb(half);
+            energy += step * half;
+            while next < times.len() && times[next] <= stretch.time + t + step {
+                let share = (times[next] - stretch.time - t) / step;
+                let energy = before.1 + share * (energy - before.1);
+                found.push((before.0.lerp(at, share), energy));
+                next += 1;
+            }
+        }
+    }
+    found.resize(times.len(), (at, energy));
+    found
+}
+
+#[test]
+fn the_beam_is_that_of_the_equations_of_motion() {
+    for damping in [0.3, 1.0, 2.5] {
+        let (asked, gun) = (hatch(), dynamic(damping));
+        let drawn = follow(&asked, &gun, 60e3).motion;
+        drawn.sanity_check().unwrap();
+        let times: Vec<f64> = (0..drawn.len()).map(|n| drawn.time(n)).collect();
+        let mut energy = 0.0;
+        for (n, (at, wanted)) in integrated(&asked, &gun, &times).into_iter().enumerate() {
+            if n > 0 {
+                energy += drawn.power[n] * (times[n] - times[n - 1]);
+            }
+            let here = drawn.position[n].truncate();
+            assert!(here.distance(at) < 1e-4, "{damping} {n}: {here} for {at}");
+            assert!(
+                (energy - wanted).abs() < 2e-5,
+                "{damping} {n}: {energy} for {wanted}"
+            );
+        }
+        // and between the samples, to the tolerance of straight pieces
+        let middle: Vec<f64> = times.windows(2).map(|t| 0.5 * (t[0] + t[1])).collect();
+        for (n, (at, _)) in integrated(&asked, &gun, &middle).into_iter().enumerate() {
+            let here = drawn.position[n]
+                .lerp(drawn.position[n + 1], 0.5)
+                .truncate();
+            assert!(here.distance(at) < 1.1e-3, "{damping} {n}: {here} for {at}");
+        }
+    }
+}
+
+proptest! {
+    /// A line that is cut in two is drawn as it was whole.
+    #[test]
+    fn cutting_a_line_moves_nothing(share in 0.01..0.99_f64, damping in 0.2..3.0_f64) {
+        let gun = dynamic(damping);
+        let line = [[0.0, 0.0, 0.0, 0.0], [1e-3, 1.5, 0.4, 300.0], [2e-3, 1.5, 1.4, 300.0]];
+        let cut = [line[0], [share * 1e-3, share * 1.5, share * 0.4, 300.0], line[1], line[2]];
+        let [whole, cut] = [&line[..], &cut[..]].map(|points| follow(&motion(points), &gun, 60e3));
+        let last = |m: &MotionBlock| m.position[m.len() - 1];
+        prop_assert!(last(&whole.motion).distance(last(&cut.motion)) < 1e-9);
+        let energy = |m: &MotionBlock| (1..m.len()).map(|n| m.power[n] * (m.time(n) - m.time(n - 1))).sum::<f64>();
+        prop_assert!((energy(&whole.motion) - energy(&cut.motion)).abs() < 1e-7);
+    }
+}
+
+/// Of a gun of which nothing is known the path is drawn as planned.
+#[test]
+fn a_gun_without_figures_draws_the_plan() {
+    let drawn = follow(&hatch(), &gun(""), 60e3);
+    assert_eq!(drawn.motion, hatch());
+    assert_eq!(
+        (drawn.beside.0, drawn.behind, drawn.waited),
+        (0.0, 0.0, 0.0)
+    );
+}
+
+#[test]
+fn corners_are_cut_and_the_place_is_told() {
+    let corner = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [4e-3, 2.0, 2.0, 300.0],
+    ]);
+    let drawn = follow(&corner, &dynamic(1.0), 60e3);
+    // critically damped, lag 2/w, speed v: with s = w t after the corner x lacks v/w (2 + s) e^-s and y has v/w (s - 2 + (2 + s) e^-s);
+    // the nearer of the two lines is as far as the lesser of both
+    let lag = 60e-6;
+    let lack = |s: f64| 1000.0 * lag / 2.0 * (2.0 + s) * (-s).exp();
+    let rise = |s: f64| 1000.0 * lag / 2.0 * (s - 2.0) + lack(s);
+    let most = (0..10_000)
+        .map(|n| f64::from(n) * 1e-3)
+        .map(|s| lack(s).min(rise(s)));
+    let most = most.fold(0.0, f64::max);
+    assert!(
+        (drawn.beside.0 - most).abs() < 1e-3 && most > 0.005,
+        "{} {most}",
+        drawn.beside.0
+    );
+    let [x, y] = drawn.beside.1;
+    assert!((x - 2.0).abs() < 0.05 && y.abs() < 0.05, "{x} {y}");
+    assert!((drawn.behind - 0.06).abs() < 1e-3, "{}", drawn.behind);
+}
+
+/// A jump takes its time, the later lines come later; where the job gave it longer, nothing is added.
+#[test]
+fn jumps_take_their_time() {
+    let gun = gun("[deflection]\njump = { value = \"200 µs\", source = \"log\" }");
+    let drawn = follow(&hatch(), &gun, 60e3);
+    let end = drawn.motion.time(drawn.motion.len() - 1);
+    assert!((drawn.waited - 2e-4).abs() < 1e-12 && (end - 5.2e-3).abs() < 1e-12);
+    let slow = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [3e-3, 0.0, 0.1, 0.0],
+        [5e-3, 2.0, 0.1, 300.0],
+    ]);
+    assert_eq!(follow(&slow, &gun, 60e3).waited, 0.0);
+}
+
+/// What a climb leaves out is the triangle under it; a beam that is blanked is ready, one that stays on heats the jump.
+#[test]
+fn the_current_climbs() {
+    let line = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [2e-3, 2.0, 0.0, 300.0],
+        [3e-3, 0.0, 0.1, 0.0],
+        [5e-3, 2.0, 0.1, 300.0],
+    ]);
+    let energy = |between: &str| {
+        let gun = gun(&format!(
+            "[current]\nslew = {{ value = \"10 mA/ms\", source = \"log\" }}\nbetween = \"{between}\""
+        ));
+        let drawn = follow(&line, &gun, 60e3);
+        assert_eq!(drawn.unreached.0, 0);
+        let motion = drawn.motion;
+        (1..motion.len())
+            .map(|n| motion.power[n] * (motion.time(n) - motion.time(n - 1)))
+            .sum::<f64>()
+    };
+    assert!((energy("blanked") - 1.2).abs() < 1e-9);
+    assert!((energy("on") - 1.5).abs() < 1e-9);
+    // 5 mA in half a millisecond, up and down once more: what the second climb lacks the fall has brought
+    let triangle = 0.5 * 300.0 * 5e-4;
+    assert!(
+        (energy("ramped") - (1.2 - triangle)).abs() < 1e-6,
+        "{}",
+        energy("ramped")
+    );
+    let short =
+        gun("[current]\nslew = { value = \"1 mA/ms\", source = \"log\" }\nbetween = \"ramped\"");
+    let drawn = follow(&line, &short, 60e3);
+    assert_eq!(drawn.unreached, (2, Some([2.0, 0.0])));
+}
+
+/// The spot is as wide as the gun's file says for the power.
+#[test]
+fn spots_widen_with_the_power() {
+    let gun = gun(
+        "[[spot]]\npower = { value = \"200 W\", source = \"log\" }\nwidth = { value = \"100 %\", source = \"log\" }\n\
+         [[spot]]\npower = { value = \"400 W\", source = \"log\" }\nwidth = { value = \"120 %\", source = \"log\" }",
+    );
+    let drawn = follow(&hatch(), &gun, 60e3).motion;
+    assert!((drawn.spot[1] - 0.44).abs() < 1e-12 && (drawn.spot[4] - 0.4).abs() < 1e-12);
+    for (power, factor) in [(0.0, 1.0), (300.0, 1.1), (400.0, 1.2), (1000.0, 1.2)] {
+        assert!((gun.widening(power) - factor).abs() < 1e-12, "{power}");
+    }
+}

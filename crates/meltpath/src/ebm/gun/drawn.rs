@@ -1,0 +1,168 @@
+//! What the job's gun makes of the paths, and what the verdict says of it.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_gun::demands::{Demand, demands};
+use meltpath_gun::follow::{Followed, follow};
+use meltpath_melt_strategy::error::StrategyError;
+use meltpath_thermal::beam::BeamPath;
+
+use crate::ebm::error::EbmError;
+use crate::ebm::plan::{Plan, Window};
+
+const ID: &str = "gun";
+const TITLE: &str = "path that the gun can draw";
+
+/// What a gun makes of the paths of a job.
+#[derive(Debug, Clone)]
+pub struct AtGun {
+    /// Its name.
+    pub name: String,
+    /// What the paths ask for in vain, with the layer (from 1) of the first place.
+    pub vain: Vec<(Demand, u32)>,
+    /// What nobody knows of it though the paths lean on it.
+    pub unknown: Vec<&'static str>,
+    /// Whether it is known how the deflection follows.
+    pub lags: bool,
+    /// The last layer as it is drawn.
+    pub drawn: Followed,
+}
+
+/// What the job's gun makes of the layers' paths, of which `last` is the last; `None` where the job names none.
+pub(in crate::ebm) fn examined(plan: &Plan, last: &BeamPath) -> Option<AtGun> {
+    let machine = plan.settings.gun.as_ref()?;
+    let mut vain: Vec<(Demand, u32)> = Vec::new();
+    let mut unknown = Vec::new();
+    for (path, layer) in plan.lower.iter().chain([last]).zip(1..) {
+        let found = demands(&path.motion(), machine);
+        for demand in found.vain {
+            match vain.iter_mut().find(|(d, _)| d.what == demand.what) {
+                Some((first, _)) => first.places += demand.places,
+                None => vain.push((demand, layer)),
+            }
+        }
+        let new = found.unknown.into_iter();
+        let new: Vec<_> = new.filter(|what| !unknown.contains(what)).collect();
+        unknown.extend(new);
+    }
+    Some(AtGun {
+        name: machine.name.clone(),
+        vain,
+        unknown,
+        lags: machine.lag.is_some(),
+        drawn: follow(&last.motion(), machine, plan.gun.voltage),
+    })
+}
+
+/// A path as the job's gun draws it; as it is where the job names none.
+///
+/// # Errors
+/// A path that no beam draws.
+pub(in crate::ebm) fn drawn(plan: &Plan, path: &BeamPath) -> Result<BeamPath, EbmError> {
+    let Some(machine) = &plan.settings.gun else {
+        return Ok(path.clone());
+    };
+    let drawn = follow(&path.motion(), machine, plan.gun.voltage);
+    Ok(BeamPath::of(&[drawn.motion]).map_err(StrategyError::from)?)
+}
+
+/// The plan with every path as the gun draws it: what the solver judges.
+///
+/// # Errors
+/// As [`drawn`].
+pub(in crate::ebm) fn plan_as_drawn(plan: &Plan) -> Result<Plan, EbmError> {
+    let of = |path: &BeamPath| drawn(plan, path);
+    Ok(Plan {
+        path: of(&plan.path)?,
+        lower: plan.lower.iter().map(of).collect::<Result<_, _>>()?,
+        window: match &plan.window {
+            Window::Good { path, width } => Window::Good {
+                path: Box::new(of(path)?),
+                width: *width,
+            },
+            Window::Fixed(window) => Window::Fixed(*window),
+        },
+        ..plan.clone()
+    })
+}
+
+/// What the gun would be asked for in vain, one line each, before anything runs.
+pub(in crate::ebm) fn foretold(plan: &Plan) -> Vec<String> {
+    let Some(found) = examined(plan, &plan.path) else {
+        return Vec::new();
+    };
+    let vain = found.vain.iter();
+    let mut lines: Vec<String> = vain
+        .map(|(demand, layer)| {
+            let remedy = demand.what.remedy();
+            format!("gun: {demand}, layer {layer}; {remedy}")
+        })
+        .collect();
+    if !found.unknown.is_empty() {
+        lines.push(format!("gun: nobody knows {}", found.unknown.join(", ")));
+    }
+    lines
+}
+
+/// Whether the gun can draw the paths.
+pub(in crate::ebm) fn check(found: Option<&AtGun>) -> Check {
+    let Some(found) = found else {
+        let why = "no gun is named (ebm.gun): the beam is taken to be where the path says, with the power it says";
+        return Check::not_checked(ID, TITLE, why);
+    };
+    let (unreached, first) = found.drawn.unreached;
+    let places: usize = found.vain.iter().map(|(d, _)| d.places).sum();
+    let value = Measure::exact((places + unreached) as f64, "places");
+    let mut check = Check::judge(ID, TITLE, value, Limit::AtMost(0.0));
+    let mut remedies: Vec<&str> = Vec::new();
+    for (demand, layer) in &found.vain {
+        let [x, y] = demand.at;
+        check = check.because(&demand.to_string());
+        check.place.get_or_insert(Place {
+            position: Some([x, y, 0.0]),
+            ..Place::layer(*layer)
+        });
+        remedies.push(demand.what.remedy());
+    }
+    if let Some([x, y]) = first {
+        check = check.because(&format!(
+            "the current is below 95 % of what is asked where {unreached} stretches of the last layer end, first at x {x:.2}, y {y:.2} mm"
+        ));
+        check.place.get_or_insert(Place::at([x, y, 0.0]));
+        remedies.push("longer pieces of one current, or a change that is smaller");
+    }
+    if !found.unknown.is_empty() {
+        check.status = check.status.max(Status::CannotSay);
+        check = check.because(&format!(
+            "nobody knows of {}: {}",
+            found.name,
+            found.unknown.join(", ")
+        ));
+        remedies.push(
+            "what your machine's log or maker tells of it in a gun file of your own (ebm.gun, meltpath schema gun)",
+        );
+    }
+    check.remedy(remedies.join("; "))
+}
+
+/// How far the drawn path lies from the planned one.
+pub(in crate::ebm) fn facts(found: Option<&AtGun>) -> Vec<Fact> {
+    let Some(found) = found else {
+        return Vec::new();
+    };
+    let drawn = &found.drawn;
+    let waited = Measure::exact(drawn.waited, "s");
+    let title = "time that jumps of the last layer take beyond the plan";
+    let mut facts = vec![Fact::new("gun-jumps", title, waited, "")];
+    if found.lags {
+        let (beside, [x, y]) = drawn.beside;
+        let title = "farthest of the drawn beam from the planned lines";
+        let value = Measure::exact(1e3 * beside, "µm");
+        let fact = Fact::new("gun-beside", title, value, "last layer, beam on");
+        facts.push(fact.at(Place::at([x, y, 0.0])));
+        let title = "farthest of the drawn beam behind its plan";
+        let value = Measure::exact(1e3 * drawn.behind, "µm");
+        let fact = Fact::new("gun-behind", title, value, "last layer, beam on");
+        facts.push(fact);
+    }
+    facts
+}
