@@ -78,7 +78,7 @@ fn a_torch_that_pushes_points_its_wire_ahead() {
 #[test]
 fn passes_become_layers_with_the_torch_at_every_point() {
     let passes = passes();
-    let layers = layers(&passes, &Torch::upwards(TorchRule::Half));
+    let layers = layers(&passes, &Torch::upwards(TorchRule::Half), STEP);
     assert_eq!(layers.len(), 20);
     let mut ids = Vec::new();
     for layer in &layers {
@@ -90,10 +90,17 @@ fn passes_become_layers_with_the_torch_at_every_point() {
     }
     ids.dedup();
     assert_eq!(ids.len(), passes.len());
-    let length: f64 = passes.iter().map(SurfacePass::length).sum();
-    let laid: f64 = layers
-        .iter()
-        .map(meltpath_toolpath::Layer::deposited_length)
-        .sum();
-    assert!((length - laid).abs() < 1e-9);
+    // the wire's tip goes over what each pass is laid on: the base at first, then the pass before
+    let below =
+        |p: &SurfacePass| -> Vec<DVec3> { p.points.iter().filter_map(|p| p.from).collect() };
+    let laid = layers.iter().flat_map(meltpath_toolpath::Layer::passes);
+    for (pass, laid) in passes.iter().zip(laid) {
+        assert_eq!(laid.points, below(pass));
+    }
+    assert!(below(&passes[0]).iter().all(|p| p.z.abs() < 1e-9));
+    assert!(
+        below(&passes[1])
+            .iter()
+            .all(|p| distance(*p, &passes[0]) < 1e-2)
+    );
 }
