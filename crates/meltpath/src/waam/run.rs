@@ -11,7 +11,7 @@ use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{build_facts, plan_facts};
+use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
@@ -124,6 +124,7 @@ pub fn run(
     checks.push(check);
     let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.extend(fixed_torch_check(settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));

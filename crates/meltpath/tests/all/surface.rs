@@ -360,3 +360,65 @@ fn what_is_no_wall_is_refused_with_place_and_remedy() {
         "{said}"
     );
 }
+
+/// The source's arrangement: the torch stands, and what the controller would need to know of it is not written.
+#[test]
+fn multiaxis_ma8_a_job_turns_the_part_under_a_torch_that_stands() {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    let dir = tempfile::tempdir().unwrap();
+    let how = "faces = [1]\nstrategy = \"parameter-distance\"\n[machine]\nrobot = \"robot.toml\"\n[checks]\ntilt = \"5 deg\"";
+    let text = job(dir.path(), TORUS, "5 mm", how);
+    let robot = std::fs::read_to_string(examples.join("torus-on-flange/robot.toml")).unwrap();
+    std::fs::write(dir.path().join("robot.toml"), &robot).unwrap();
+    let ran = Ran::of(&text, dir);
+    // the pool stays level, whatever the part does
+    let tilt = ran.check("tilt");
+    assert_eq!(tilt.status, Status::Pass, "{tilt:?}");
+    assert!(tilt.value.as_ref().unwrap().value < 1e-9);
+    assert_eq!(ran.check("config").status, Status::NotChecked);
+    assert_eq!(ran.check("fixed-torch").status, Status::CannotSay);
+    // the torch leans against the part by half of the angle of the wall
+    for row in &ran.rows {
+        let u = parameters(DVec3::new(row[1], row[2], row[3]))[0];
+        // a mean over a bead's width: at ends of open passes over half of it
+        let near = if row[0] <= 5.0 { 2e-3 } else { 0.03 };
+        assert!((row[8].to_radians() - 0.5 * u).abs() < near, "{row:?}");
+    }
+    // guesses do not pass, and every joint keeps its speed
+    let speed = ran.check("joint-speed");
+    assert_eq!(speed.status, Status::CannotSay, "{speed:?}");
+    assert!(speed.value.as_ref().unwrap().value < 50.0);
+    assert!(speed.reason.contains("guesses"), "{speed:?}");
+    assert!(
+        ran.check("reach").value.is_some(),
+        "{:?}",
+        ran.check("reach")
+    );
+}
+
+/// The programs of two controllers lay the same, each read back.
+#[test]
+fn a_wall_is_written_for_two_controllers() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(
+        dir.path().join("cell.toml"),
+        crate::dialects::cell("kuka-krl"),
+    )
+    .unwrap();
+    let how = "faces = [1]\n[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[machine]\ncell = \"cell.toml\"\n\
+               robot = \"kuka-kr16-r2010-2\"\n[output]\nprograms = [\"kuka-krl\", \"abb-rapid\"]";
+    let text = job(dir.path(), TORUS, "5 mm", how);
+    let ran = Ran::of(&text, dir);
+    let program = ran.check("program");
+    assert_eq!(program.status, Status::Pass, "{program:?}");
+    let names = std::fs::read_dir(ran.folder.join("program")).unwrap();
+    let names: Vec<String> = names
+        .map(|f| f.unwrap().file_name().into_string().unwrap())
+        .collect();
+    for ending in [".src", ".dat", ".mod"] {
+        assert!(
+            names.iter().any(|n| n.ends_with(ending)),
+            "{ending}: {names:?}"
+        );
+    }
+}

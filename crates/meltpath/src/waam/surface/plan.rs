@@ -135,6 +135,7 @@ fn torch(asked: &Asked, base: &Base, settings: &Settings) -> Torch {
         up,
         greatest_tilt: asked.tilt.unwrap_or(std::f64::consts::PI),
         lead: asked.lead,
+        even: settings.bead.width.value,
     }
 }
 

@@ -11,7 +11,7 @@ use meltpath_robot::interpolation::fir;
 use super::plan::{SurfacePlan, plan};
 use super::{Asked, judge};
 use crate::stages::sheet::{self, Sheet};
-use crate::waam::checks::{planned, range_check};
+use crate::waam::checks::{fixed_torch_check, planned, range_check};
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::program::{self, Commands};
@@ -82,6 +82,7 @@ pub(super) fn wall(
     let metal = metal(&plan, settings)?;
     let along = reach::along(&programs.parsed, &commands, settings, &metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.extend(fixed_torch_check(settings));
     let mut facts = judge::facts(&plan, asked, settings, &summary);
     facts.extend(reach::facts(along.as_ref(), &commands));
     Ok(Wall {
