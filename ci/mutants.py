@@ -63,12 +63,12 @@ def mutants_of(rooms, since):
     return [m for m in found if key(m) not in accepted]
 
 
-def sample(mutants, count, seed):
+def sample(mutants, skip, count, seed):
     def order(mutant):
         words = (str(seed), *key(mutant), str(mutant["span"]["start"]["column"]))
         return hashlib.sha256("\n".join(words).encode()).digest()
 
-    return sorted(mutants, key=order)[:count]
+    return sorted(mutants, key=order)[skip : skip + count]
 
 
 # what is tried on a mutant, one after the other until one notices: unit tests, the room's other tests, examples in docstrings;
@@ -142,6 +142,7 @@ def main():
     parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
     parser.add_argument("--changed", action="store_true", help="only what changed since the state that landed last")
     parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--skip", type=int, default=0, help="leave out the first of the sample: those tried before")
     parser.add_argument("--seed", type=int, default=12)
     parser.add_argument("--minutes", type=float, default=math.inf, help="start none after so long, a room")
     parser.add_argument("--list", action="store_true", help="show the sample, run nothing")
@@ -161,7 +162,7 @@ def main():
     missed = 0
     for group in groups:
         # room by room, so that each is built once
-        chosen = sorted(sample(group, options.count, options.seed), key=lambda m: m["package"])
+        chosen = sorted(sample(group, options.skip, options.count, options.seed), key=lambda m: m["package"])
         if not chosen:
             print("no mutant in what changed")
             continue

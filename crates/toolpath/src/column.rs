@@ -42,6 +42,7 @@ impl Column {
             .is_some_and(|values| values.iter().any(|v| !v.is_nan()))
     }
 
+    #[cfg(test)]
     pub(crate) fn bytes(&self) -> usize {
         self.0.capacity() * size_of::<f64>()
     }
@@ -56,5 +57,21 @@ impl PartialEq for Column {
     fn eq(&self, other: &Self) -> bool {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
         self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(same)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_equal_where_they_say_the_same() {
+        let column = |values: &[f64]| Column::from_values(values.to_vec());
+        assert_eq!(column(&[1.0, f64::NAN, 2.0]), column(&[1.0, f64::NAN, 2.0]));
+        assert_eq!(column(&[1.0, f64::NAN]), column(&[1.0]));
+        for other in [&[1.0, 2.0][..], &[f64::NAN], &[1.0, 1.0], &[]] {
+            assert_ne!(column(&[1.0]), column(other));
+        }
+        assert_ne!(column(&[1.0]), column(&[1.5]));
     }
 }

@@ -131,7 +131,8 @@ impl Layer {
     }
 
     /// Memory that the layer holds, bytes.
-    pub fn bytes(&self) -> usize {
+    #[cfg(test)]
+    fn bytes(&self) -> usize {
         fn of<T>(list: &Vec<T>) -> usize {
             list.capacity() * size_of::<T>()
         }
@@ -160,6 +161,7 @@ impl Layer {
         }
     }
 
+    #[cfg(test)]
     fn columns(&self) -> impl Iterator<Item = &Column> {
         let fixed = self.channels.iter().chain(&self.axes).chain([&self.turns]);
         fixed.chain(&self.external)
@@ -241,6 +243,7 @@ impl PassWriter<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::PathError;
     use crate::vocabulary::{PassId, Side};
     use proptest::prelude::*;
 
@@ -341,6 +344,18 @@ mod tests {
         let times: Vec<_> = layer.pass(3).moves().collect();
         assert_eq!(times, [Move::Spot { time: 0.5 }, Move::Spot { time: 0.25 }]);
         assert!(layer.get(4).is_none());
+        // nothing is said of a move that is not there, neither of the next pass nor of the one before
+        let mut layer = layer;
+        layer.resume().unwrap().set(Channel::Power, 300.0);
+        assert_eq!(layer.pass(3).value(Channel::Power, 1), Some(300.0));
+        layer.begin(head(11, Role::Fill), DVec3::ZERO);
+        let mut next = layer.resume().unwrap();
+        next.set(Channel::Power, 5.0).set(Channel::Speed, 5.0);
+        next.line_to(DVec3::X).set(Channel::Power, 200.0);
+        let before = layer.pass(3);
+        assert_eq!(before.value(Channel::Power, 1), Some(300.0));
+        assert_eq!(before.value(Channel::Power, 2), None);
+        assert!(!before.says(Channel::Speed));
     }
 
     #[test]
@@ -350,6 +365,11 @@ mod tests {
         let (points, along) = contour.flatten(0.01);
         assert_eq!(points.len(), along.len());
         assert!((along.last().unwrap() - contour.length()).abs() < 1e-9);
+        // a straight move of 10 mm, then equal chords of half a circle
+        let step = 10.0 * std::f64::consts::PI / (points.len() - 2) as f64;
+        for (k, s) in along[1..].iter().enumerate() {
+            assert!((s - 10.0 - step * k as f64).abs() < 1e-9);
+        }
         let centre = DVec3::new(10.0, 10.0, 0.0);
         for pair in points[1..].windows(2) {
             assert!((0.5 * (pair[0] + pair[1])).distance(centre) > 10.0 - 0.0101);
@@ -408,6 +428,16 @@ mod tests {
             [Move::Spot { time: -2.5 }, Move::Spot { time: -1.75 }]
         );
         assert!(moved.sanity_check().is_err());
+        // each spot is told the point where it stands, whatever passes lie before
+        let mut layer = Layer::default();
+        for x in [3.0, 5.0, 7.0] {
+            let mut pass = layer.begin(head(1, Role::Fill), DVec3::ZERO);
+            pass.line_to(DVec3::Y);
+            pass.go(Move::Spot { time: 1.0 }, DVec3::X * x);
+        }
+        layer.set_spot_times(|at, _| at.x);
+        let times: Vec<_> = layer.passes().map(|p| p.move_at(1)).collect();
+        assert_eq!(times, [3.0, 5.0, 7.0].map(|time| Move::Spot { time }));
     }
 
     #[test]
@@ -429,6 +459,20 @@ mod tests {
         assert!(broken(&|l| l.channels[2].set(6, 1.0)).contains("7 entries"));
         assert!(broken(&|l| l.axes[0].set(1, 0.5)).contains("unit"));
         assert!(broken(&|l| l.neighbours[0].1.to = 99.0).contains("neighbour"));
+        // and where
+        let (line, from) = (DVec3::X, DVec3::ZERO);
+        let at = |arcs: &[u32]| {
+            let mut layer = Layer::default();
+            layer.polyline(head(1, Role::Fill), [from, line, from, line]);
+            layer.arcs = arcs.iter().map(|n| (*n, DVec3::Y)).collect();
+            match layer.sanity_check() {
+                Err(PathError::Value { index, .. }) => Some(index),
+                _ => None,
+            }
+        };
+        assert_eq!(at(&[0, 1, 2]), None);
+        assert_eq!(at(&[0, 1, 1]), Some(2));
+        assert_eq!(at(&[0, 1, 3]), Some(2));
     }
 
     #[test]

@@ -326,14 +326,6 @@ fn ebm_q04_finer_cells_and_lines() {
     assert!(best > 0.8, "{best}");
 }
 
-/// A third of it.
-#[test]
-#[ignore = "a minute of computing"]
-fn ebm_q04_finer_cells_and_lines_a_third() {
-    let best = twice(&one_way(0.04), 0.04);
-    assert!(best > 0.8, "{best}");
-}
-
 /// Squares of 1.5 mm, 12 mm apart, one after the other: the second becomes as hot as alone (hypothesis H2 of the thesis).
 #[test]
 fn ebm_q12_parts_far_apart_do_not_feel_each_other() {
@@ -387,41 +379,4 @@ fn ebm_q12_parts_far_apart_do_not_feel_each_other() {
     assert!(hottest > 3000.0, "{hottest}");
     // single precision at 4500 °C
     assert!(worst < 1.0, "{worst}");
-}
-
-/// Concentric circles 0.1 mm apart, the inner ones first, 4 m/s (erratum E21): those inside come back to the same place
-/// sooner.
-#[test]
-#[ignore = "half a minute of computing"]
-fn ebm_q03_the_disc_cools_towards_its_rim() {
-    let mut corners = Vec::new();
-    for n in 0..79 {
-        let radius = (f64::from(n) + 0.5) * 0.1;
-        let sides = (8.0 * radius / 0.1).ceil().max(12.0);
-        corners.extend((0..=sides as u32).map(|k| {
-            let a = std::f64::consts::TAU * f64::from(k) / sides;
-            [radius * a.cos(), radius * a.sin()]
-        }));
-    }
-    let path = BeamPath::along(&corners, 4000.0, settings(300.0, 0.413_67)).unwrap();
-    let at = Resolution {
-        cell: 0.125,
-        step: 1.5e-5,
-        ..COARSE
-    };
-    let field = at.highest(&path);
-    let any = Classes {
-        melting: 0.0,
-        window: [0.0, f64::INFINITY],
-    };
-    let ring = |radius: f64| {
-        let t = Tally::of(&field, &any, |[i, j, k]| {
-            let c = field.grid.centre(i, j, k);
-            k + 1 == field.grid.planes() && (c.x.hypot(c.y) - radius).abs() < 0.25
-        });
-        t.mean - CELSIUS
-    };
-    let found = [0.5, 1.0, 2.5, 4.0, 6.0, 7.5].map(ring);
-    println!("Q3: {found:.0?} °C at 0.5, 1, 2.5, 4, 6, 7.5 mm");
-    assert!(found.windows(2).all(|w| w[1] < w[0]), "{found:?}");
 }
