@@ -94,6 +94,15 @@ def bridge() -> cq.Workplane:
     )
 
 
+def torus() -> cq.Workplane:
+    """Quarter of a torus, 50 to the centre line of a tube of 15 (Campocasso 2017, eq. 1): begins upright on z = 0, bends to -x."""
+    return (
+        cq.Workplane("XY")
+        .circle(15.0)
+        .revolve(90, (-50, 0, 0), (-50, -1, 0))
+    )
+
+
 def write(shape: cq.Workplane, name: str) -> None:
     """Writes one named part, with the time stamp and the running number of the writer removed."""
     assembly = cq.Assembly(shape, name=name)
@@ -105,7 +114,7 @@ def write(shape: cq.Workplane, name: str) -> None:
 
 
 if __name__ == "__main__":
-    for make in (flange, bracket, bridge):
+    for make in (flange, bracket, bridge, torus):
         shape = make()
         solid = shape.val()
         assert solid.isValid() and len(shape.solids().vals()) == 1, make.__name__

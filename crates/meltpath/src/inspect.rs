@@ -14,6 +14,7 @@ use crate::cancel::cancellable;
 use crate::data::{Cell, DataFileError, DataText};
 use crate::job::PartUnit;
 use crate::stages::part::{self, PartError};
+use crate::stages::sheet;
 use crate::waam::{self, WaamError, read_toolpath};
 
 /// How a part file is read.
@@ -84,7 +85,16 @@ fn inspect_part(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<String>, InspectError> {
-    let part = part::load(path, how.unit, DVec3::Z, how.chord, reporter, observer)?;
+    let faces = if part::is_step(path) {
+        sheet::faces(path, how.chord, observer)?
+    } else {
+        Vec::new()
+    };
+    let part = match part::load(path, how.unit, DVec3::Z, how.chord, reporter, observer) {
+        // a sheet has no volume, and faces all the same
+        Err(PartError::Empty { .. }) if !faces.is_empty() => return Ok(faces),
+        loaded => loaded?,
+    };
     let size = part.mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     let mut lines = vec![format!(
         "{}: {:.2} x {:.2} x {:.2} mm, volume {:.2} cm³",
@@ -95,6 +105,7 @@ fn inspect_part(
         part.volume / 1000.0
     )];
     lines.extend(part.findings);
+    lines.extend(faces);
     Ok(lines)
 }
 

@@ -2,3 +2,4 @@
 
 pub mod part;
 pub mod section;
+pub mod sheet;

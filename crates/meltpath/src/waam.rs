@@ -9,6 +9,7 @@ mod foreign;
 mod foretell;
 mod heights;
 pub mod judge;
+mod loaded;
 mod machine;
 mod metal;
 pub mod plan;
@@ -19,6 +20,7 @@ pub mod record;
 pub mod run;
 pub mod settings;
 pub mod simulate;
+pub mod surface;
 pub mod target;
 mod tube;
 

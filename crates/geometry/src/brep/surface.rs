@@ -94,6 +94,28 @@ pub struct Pole {
 }
 
 impl Surface {
+    /// What it is, in words, with its sizes.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Plane(_) => "plane".to_owned(),
+            Self::Cylinder { radius, .. } => format!("cylinder of radius {radius:.3} mm"),
+            Self::Cone { half_angle, .. } => {
+                format!(
+                    "cone of half-angle {:.2} deg",
+                    half_angle.to_degrees().abs()
+                )
+            }
+            Self::Sphere { radius, .. } => format!("sphere of radius {radius:.3} mm"),
+            Self::Torus { major, minor, .. } => {
+                format!("torus of radii {major:.3} and {minor:.3} mm")
+            }
+            Self::Nurbs(_) => "spline surface".to_owned(),
+            Self::Revolution { .. } => "surface of revolution".to_owned(),
+            Self::Extrusion { .. } => "extruded surface".to_owned(),
+            Self::Offset { distance, .. } => format!("surface offset by {distance:.3} mm"),
+        }
+    }
+
     /// Point at (u, v).
     pub fn point(&self, uv: DVec2) -> DVec3 {
         self.tangents(uv)[0]

@@ -34,6 +34,8 @@ table! {
         layers: LayersTable => default({}, "from the growth model");
         /// How layers are filled.
         fill: FillTable => default({}, "contours outside, zigzag inside");
+        /// A wall one bead thick along a surface in space, instead of flat layers; `layers.height` is the distance between its passes.
+        surface: SurfaceTable => none("flat layers");
         /// The cell and how it is driven.
         machine: MachineTable => default({}, "the cell that ships");
         /// The plate the part is built on.
@@ -124,6 +126,32 @@ table! {
         speeds: Speeds => computed("adapted for hybrid and zigzag fills, whose links and turns lie near other beads; else constant");
     }
 
+    /// A wall one bead thick along a surface in space.
+    pub struct SurfaceTable {
+        /// The faces of a STEP file that are the surface, by the numbers that `meltpath inspect` shows.
+        faces: Vec<u32> => none("the whole surface of the file, which must be open");
+        /// What the wall stands on.
+        base: SurfaceBaseTable => default({}, "a plane under the surface");
+        /// How passes follow one another.
+        strategy: SurfaceStrategyChoice => default("distance", "every bead on the nearest metal, evenly thick");
+        /// Where the torch points from.
+        torch: TorchChoice => default("half", "between wall and build direction (Campocasso 2017)");
+        /// Greatest lean of the torch against the vertical; beyond it the torch is turned back.
+        tilt: Angle where within(0.0, std::f64::consts::PI) => none("no bound");
+        /// Angle by which the wire points ahead along the travel: above zero it pushes, below zero it drags.
+        lead: Angle where within(-1.0, 1.0) => default("0 deg", "the wire along the torch's rule");
+    }
+
+    /// What a wall on a surface stands on, in the coordinates of the part file.
+    pub struct SurfaceBaseTable {
+        /// A point of the plane, or of the cylinder's axis.
+        origin: [Length; 3] => none("the lowest place of the surface along the direction");
+        /// The plane's normal, towards which the wall grows, or the cylinder's axis.
+        direction: Direction => none("the build direction");
+        /// Radius of a cylinder, away from whose axis the wall grows.
+        radius: Length where up_to(100_000.0) => none("a plane");
+    }
+
     /// The cell and how it is driven.
     pub struct MachineTable {
         /// Cell: a name in `data/cells`, or a TOML file of your own.
@@ -161,6 +189,10 @@ table! {
         accumulation: Ratio where up_to(100.0) => default("100 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.
         overhang: Ratio where up_to(100.0) => default("25 %", "a usual limit for a blank to be machined");
+        /// Largest deviation of the distance between passes on a surface from the layer height, share of it.
+        spacing: Ratio where up_to(100.0) => default("10 %", "the scatter of bead heights, three times its usual 3 %");
+        /// Largest angle between torch and vertical along a surface.
+        tilt: Angle where within(0.0, std::f64::consts::PI) => none("the tilt is told, and cannot be judged: no limit was measured");
         /// Smallest distance of torch and arm from the part as it grows, the table and the arm itself.
         clearance: Length where within(0.0, 1000.0) => default("2 mm", "a nozzle that comes nearer touches sooner or later");
         /// Smallest distance of a joint of the robot from its limits.
@@ -229,6 +261,28 @@ choice! {
         CentreOut = "centre-out",
     }
 
+    /// How passes follow one another on a surface.
+    pub enum SurfaceStrategyChoice {
+        /// At the layer height from the nearest place of the pass before.
+        Distance = "distance",
+        /// On one face: at the layer height from the point of the same parameter (Campocasso 2017, eq. 3).
+        ParameterDistance = "parameter-distance",
+        /// On one face: lines of one parameter, the widest place of each at the layer height.
+        Parameter = "parameter",
+        /// Parallel planes, evenly spaced along the build direction.
+        Planes = "planes",
+    }
+
+    /// Where the torch points from, along a surface.
+    pub enum TorchChoice {
+        /// Along the wall, in the direction in which it grows.
+        Tangent = "tangent",
+        /// Halfway between that and the direction in which the build begins.
+        Half = "half",
+        /// Along the direction in which the build begins.
+        Fixed = "fixed",
+    }
+
     /// Where closed beads start.
     pub enum Starts {
         /// Spread over the contour from layer to layer.
@@ -283,6 +337,12 @@ impl WaamJob {
         let given = bead.given();
         let height_alone = given == 1 && bead.height.is_written();
         let (least, most) = (&self.checks.ctwd_min, &self.checks.ctwd_max);
+        let surface = self.surface.is_some();
+        let several = matches!(&*self.layers.height, Auto::Value(list) if list.len() > 1);
+        let flat = |written: bool, problem: Problem| {
+            let help = "leave it out, or leave [surface] out for flat layers";
+            (surface && written, problem.help(help))
+        };
         // the key that is written; both may be
         let wrong = if least.is_written() { least } else { most };
         broken([
@@ -290,6 +350,26 @@ impl WaamJob {
                 !matches!(given, 0 | 2) && !height_alone,
                 bead.problem(format!("the bead has {given} of its four values"))
                     .help("give two of wire_feed, travel_speed, width, height; or height alone"),
+            ),
+            flat(
+                self.fill.is_written(),
+                self.fill.problem(
+                    "[fill] is of flat layers: passes on a surface follow surface.strategy",
+                ),
+            ),
+            flat(
+                self.target.is_written(),
+                self.target
+                    .problem("[target] is of solid parts: a wall on a surface is one bead thick"),
+            ),
+            (
+                surface && several,
+                self.layers
+                    .height
+                    .problem(
+                        "passes on a surface have one distance, and several heights are written",
+                    )
+                    .help("write one height, or \"auto\""),
             ),
             (
                 least.0 > most.0,

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::Mesh;
-use meltpath_geometry::brep::{TessellateError, Tolerance, tessellate};
+use meltpath_geometry::brep::{BrepModel, TessellateError, Tolerance, tessellate};
 use meltpath_geometry::diagnosis::{Defect, DiagnosisOptions, diagnose};
 use meltpath_geometry::io::read_mesh;
-use meltpath_geometry::math::{DQuat, DVec3};
+use meltpath_geometry::math::{DAffine3, DQuat, DVec3};
 use meltpath_geometry::repair::{RepairOptions, repair as repair_mesh};
 use meltpath_geometry::step;
 use meltpath_geometry::union::union_volume;
@@ -70,6 +70,25 @@ pub enum PartError {
         /// Extents, mm.
         size: DVec3,
     },
+    /// A surface of no triangle.
+    #[error("the part {} has no surface: no triangle has an area", .0.display())]
+    NoSurface(PathBuf),
+    /// A closed surface where a wall is asked for.
+    #[error("the surface of {} is closed, and a wall one bead thick stands on one of its sides: name the faces of a STEP file (surface.faces; `meltpath inspect` lists them), or export that side alone as a sheet", .0.display())]
+    Closed(PathBuf),
+    /// Faces of a file that has none.
+    #[error("{} holds triangles, and no faces with numbers: leave surface.faces out, or give the part as STEP", .0.display())]
+    NoFaces(PathBuf),
+    /// A face that is not there.
+    #[error("the part {} has no face {number}: they run from 1 to {count}; `meltpath inspect` lists them", .path.display())]
+    NoFace {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        number: u32,
+        /// How many there are.
+        count: u32,
+    },
 }
 
 fn hint(area: f64) -> &'static str {
@@ -99,47 +118,75 @@ pub fn load(
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Part, PartError> {
-    let name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
-    let mut mesh = match extension.as_str() {
-        "stl" => {
-            let mut mesh = read_mesh_file(path, unit, reporter, observer)?;
-            for v in &mut mesh.vertices {
-                *v *= unit.millimetres();
-            }
-            mesh
-        }
-        "3mf" => read_mesh_file(path, PartUnit::Millimetre, reporter, observer)?,
-        "step" | "stp" => read_step(path, chord_error, reporter, observer)?,
-        _ => return Err(PartError::Format(path.to_path_buf())),
+    let mut mesh = if is_step(path) {
+        let model = step_model(path, reporter, observer)?;
+        meshed(&model, chord_error, path, reporter, observer)?
+    } else {
+        read_triangles(path, unit, reporter, observer)?
     };
     let (findings, volume) = repair(&mut mesh, reporter, observer)?;
     place(&mut mesh, up);
-    let size = mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     if volume <= 0.0 || volume.is_nan() {
         return Err(PartError::Empty {
             path: path.to_path_buf(),
             thin: mesh.area(),
         });
     }
+    check_size(&mesh, path)?;
+    Ok(Part {
+        name: name_of(path),
+        mesh,
+        volume,
+        findings,
+    })
+}
+
+/// The name of a file for people.
+pub(super) fn name_of(path: &Path) -> String {
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
+    name.unwrap_or_default()
+}
+
+fn ending(path: &Path) -> String {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    ending.unwrap_or_default()
+}
+
+/// Whether a file is STEP by its name.
+pub(crate) fn is_step(path: &Path) -> bool {
+    matches!(ending(path).as_str(), "step" | "stp")
+}
+
+/// Refuses what is far too large or too small for the process.
+pub(super) fn check_size(mesh: &Mesh, path: &Path) -> Result<(), PartError> {
+    let size = mesh.bounds().map_or(DVec3::ZERO, |(lo, hi)| hi - lo);
     if size.max_element() > LARGEST || size.max_element() < SMALLEST {
         return Err(PartError::Size {
             path: path.to_path_buf(),
             size,
         });
     }
-    Ok(Part {
-        name,
-        mesh,
-        volume,
-        findings,
-    })
+    Ok(())
+}
+
+/// The triangles of a file that holds triangles, mm.
+pub(super) fn read_triangles(
+    path: &Path,
+    unit: PartUnit,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, PartError> {
+    match ending(path).as_str() {
+        "stl" => {
+            let mut mesh = read_mesh_file(path, unit, reporter, observer)?;
+            for v in &mut mesh.vertices {
+                *v *= unit.millimetres();
+            }
+            Ok(mesh)
+        }
+        "3mf" => read_mesh_file(path, PartUnit::Millimetre, reporter, observer),
+        _ => Err(PartError::Format(path.to_path_buf())),
+    }
 }
 
 fn read_mesh_file(
@@ -181,23 +228,33 @@ fn failed(path: &Path, reason: &dyn std::error::Error) -> PartError {
     }
 }
 
-fn read_step(
+/// The solids and shells of a STEP file.
+pub(super) fn step_model(
     path: &Path,
-    chord_error: f64,
     reporter: &Reporter,
     observer: &dyn Observer,
-) -> Result<Mesh, PartError> {
+) -> Result<BrepModel, PartError> {
     observer.stage("read STEP", 0);
     let file = File::open(path).map_err(|source| PartError::Open {
         path: path.to_path_buf(),
         source,
     })?;
-    let model = step::read(BufReader::new(file), reporter).map_err(|e| failed(path, &e))?;
+    step::read(BufReader::new(file), reporter).map_err(|e| failed(path, &e))
+}
+
+/// Their mesh.
+pub(super) fn meshed(
+    model: &BrepModel,
+    chord_error: f64,
+    path: &Path,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Mesh, PartError> {
     let tolerance = Tolerance {
         chord: chord_error,
         ..Tolerance::default()
     };
-    tessellate(&model, &tolerance, reporter, observer).map_err(|e| match e {
+    tessellate(model, &tolerance, reporter, observer).map_err(|e| match e {
         TessellateError::Cancelled(c) => PartError::Cancelled(c),
         other => failed(path, &other),
     })
@@ -244,8 +301,8 @@ fn repair(
 /// Beyond so many standard uncertainties the volume of a union is another than the sum of its shells.
 const SURE: f64 = 4.0;
 
-/// Turns `up` to +Z and sets the lowest point on z = 0.
-fn place(mesh: &mut Mesh, up: DVec3) {
+/// Turns `up` to +Z and sets the lowest point on z = 0: the build from the coordinates of the file.
+pub(super) fn place(mesh: &mut Mesh, up: DVec3) -> DAffine3 {
     let turn = DQuat::from_rotation_arc(up.normalize_or(DVec3::Z), DVec3::Z);
     for v in &mut mesh.vertices {
         *v = turn * *v;
@@ -254,6 +311,7 @@ fn place(mesh: &mut Mesh, up: DVec3) {
     for v in &mut mesh.vertices {
         v.z -= lowest;
     }
+    DAffine3::from_rotation_translation(turn, -lowest * DVec3::Z)
 }
 
 #[cfg(test)]

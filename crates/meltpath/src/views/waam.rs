@@ -1,6 +1,7 @@
 //! From results to what people look at: the 3D scene, plots, tables, series and field files.
 
 pub mod sheet;
+pub(crate) mod surface;
 
 use std::io;
 
@@ -332,7 +333,7 @@ fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
     io::Error::other(error)
 }
 
-fn write_series(
+pub(super) fn write_series(
     folder: &OutputFolder,
     name: &str,
     columns: Vec<Column>,
@@ -381,11 +382,11 @@ pub fn write_files(
     layer_series(folder, &simulation.layers)
 }
 
-fn vtk_io(error: VtkError) -> io::Error {
+pub(super) fn vtk_io(error: VtkError) -> io::Error {
     as_io(error)
 }
 
-fn motion_series(
+pub(super) fn motion_series(
     folder: &OutputFolder,
     samples: &[Sample],
     layer_of_command: &[u32],

@@ -11,6 +11,10 @@ use crate::job::waam::{BeadTable, FeedResponseChoice, LayerHeights, SourceTable}
 /// m/min per mm/s.
 pub(super) const PER_MINUTE: f64 = 0.06;
 
+/// A free edge of the metal lies this share of the bead's width outside its axis: walls are 0.9 widths wide (Rouchon 2022,
+/// § 4.4).
+pub(super) const FREE_EDGE: f64 = 0.45;
+
 /// How many times beyond the range of its process map a bead is extrapolated, with a warning, before it is refused.
 const FURTHEST: f64 = 2.0;
 

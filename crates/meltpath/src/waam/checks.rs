@@ -2,6 +2,7 @@
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 use meltpath_geometry::math::DVec2;
+use meltpath_robot::cell::Arrangement;
 use meltpath_robot::command::Source;
 use meltpath_toolpath::{Channel, Toolpath};
 
@@ -58,6 +59,21 @@ pub(crate) fn borrowed_check(settings: &Settings) -> Option<Check> {
         ..Check::not_checked("borrowed", title, &why)
     };
     Some(check.remedy("measure the pool of this wire by camera, and name its file: waam.pool"))
+}
+
+/// Programs for a torch that stands: the controllers' own words for it are not written.
+pub(crate) fn fixed_torch_check(settings: &Settings) -> Option<Check> {
+    let cell = settings.robot.as_ref()?;
+    if cell.arrangement == Arrangement::TorchOnRobot {
+        return None;
+    }
+    let title = "programs for a torch that stands while the robot moves the part";
+    let why = "positions are those of the wire's tip in the part, and the controller's words for a tool that stands (KUKA $IPO_MODE = #TCP, ABB robhold FALSE, FANUC RTCP) are not written";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("fixed-torch", title, why)
+    };
+    Some(check.remedy("set the tool that stands and the part held by the robot at the controller, and dry-run before the arc burns"))
 }
 
 /// A stretch of bead: wire feed as set and travel speed, mm/s, length, mm, and where it is.

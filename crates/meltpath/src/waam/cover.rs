@@ -12,12 +12,10 @@ use meltpath_planning::{LayerPlan, PassIds, PlanError, Spacing, plan_layers};
 use meltpath_toolpath::Pass;
 use rayon::prelude::*;
 
+use super::bead::FREE_EDGE;
 use super::settings::Settings;
 use crate::stages::part::Part;
 
-/// A free edge of the metal lies this share of the bead's width outside its axis: walls are 0.9 widths wide (Rouchon 2022,
-/// § 4.4).
-pub(super) const FREE_EDGE: f64 = 0.45;
 /// Holes narrower than this many bead widths, allowance taken off, are closed.
 const CLOSED_HOLE: f64 = 2.0;
 

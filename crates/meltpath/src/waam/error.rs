@@ -14,6 +14,7 @@ use meltpath_robot::interpolation::fir::MotionError;
 use super::plan::PlanStageError;
 use super::program::ProgramStageError;
 use super::simulate::SimulateError;
+use super::surface::plan::SurfacePlanError;
 use super::target::TargetError;
 use crate::cancel::cancellable;
 use crate::job::JobError;
@@ -37,6 +38,9 @@ pub enum WaamError {
     /// The plan.
     #[error(transparent)]
     Plan(PlanStageError),
+    /// The passes on a surface.
+    #[error("cannot lay passes on the surface: {0}")]
+    Surface(#[from] SurfacePlanError),
     /// The program.
     #[error(transparent)]
     Program(#[from] ProgramStageError),

@@ -50,9 +50,14 @@ pub(super) fn foretell(
         ctwd: &simulation.ctwd,
         map: &simulation.deposit.map,
     };
-    let mut checks = metal::checks(&laid, (part, plan), &coarse, (quiet.0, quiet.1))?;
+    let checks = metal::checks(&laid, (part, plan), &coarse, (quiet.0, quiet.1))?;
+    Ok(undecided(checks))
+}
+
+/// The checks that fail or cannot say.
+pub(super) fn undecided(mut checks: Vec<Check>) -> Vec<Check> {
     checks.retain(|c| matches!(c.status, Status::Fail | Status::CannotSay));
-    Ok(checks)
+    checks
 }
 
 /// What was foretold, for the verdict.

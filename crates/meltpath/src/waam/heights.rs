@@ -9,7 +9,8 @@ use meltpath_geometry::offset::stroke;
 use meltpath_geometry::section::{LastLayer, Layer, LayerHeight, layers};
 use meltpath_planning::nominal_length;
 
-use super::cover::{FREE_EDGE, PlanStageError, covered, cut, fill, no_bead, single_share};
+use super::bead::FREE_EDGE;
+use super::cover::{PlanStageError, covered, cut, fill, no_bead, single_share};
 use super::settings::Settings;
 use crate::stages::part::Part;
 

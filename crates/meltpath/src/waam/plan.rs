@@ -107,7 +107,7 @@ pub fn plan(
     })
 }
 
-fn profile(settings: &Settings) -> Profile {
+pub(super) fn profile(settings: &Settings) -> Profile {
     Profile {
         name: "bead".to_owned(),
         speed: settings.bead.travel_speed,

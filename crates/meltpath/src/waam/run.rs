@@ -2,87 +2,34 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
-use meltpath_base::{Check, Observer, Provenance, Reporter, Verdict};
-use meltpath_programs::TextFile;
+use meltpath_base::{Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
-use super::checks::{build_facts, plan_facts, program_check};
+use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
+use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
-use super::program::{self, Commands, Programs};
+use super::program::{self, Commands};
 use super::reach;
-use super::settings::{Settings, laws_tried, resolve};
+use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
+use super::surface;
 use crate::inputs;
+use crate::job::JobError;
 use crate::job::common::SubstrateTable;
-use crate::job::{self, Job, JobError, WaamJob};
 use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
-
-/// Warnings of one kind that a verdict tells one by one.
-pub(super) const SHOWN_WARNINGS: usize = 3;
-
-/// A job file with its resolved values.
-pub(super) struct Loaded {
-    path: PathBuf,
-    text: String,
-    name: String,
-    pub(super) settings: Settings,
-    /// The plate as written.
-    plate: SubstrateTable,
-}
-
-/// The job, read and resolved.
-pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
-    let (job, text) = job::load(path)?;
-    let Job::Waam(job) = job else {
-        return Err(other_process(path, &text));
-    };
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let settings =
-        resolve(&job, &folder, reporter).map_err(|e| JobError::in_file(path, &text, e))?;
-    Ok(Loaded {
-        path: path.to_path_buf(),
-        name: job_name(path, &job),
-        text,
-        settings,
-        plate: job.substrate.value.clone(),
-    })
-}
-
-/// A job of another process where a wire-arc one is needed.
-pub(super) fn other_process(path: &Path, text: &str) -> WaamError {
-    let place = text.find("[process]").map(|at| at..at + 9);
-    let problem = Problem::new("this command is for wire-arc jobs")
-        .at(place)
-        .help("`meltpath run` takes jobs of every process");
-    WaamError::Job(JobError::in_file(path, text, problem))
-}
-
-/// A name for people: the part's, or the folder's where the job file has none of its own.
-fn job_name(path: &Path, job: &WaamJob) -> String {
-    let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned());
-    let own = stem(path).filter(|s| s != "job");
-    let folder = || {
-        path.parent()
-            .and_then(Path::file_name)
-            .map(|n| n.to_string_lossy().into_owned())
-    };
-    own.or_else(folder)
-        .or_else(|| stem(Path::new(&**job.part)))
-        .unwrap_or_else(|| "job".to_owned())
-}
 
 /// The part of a job; refused where the job's plate is smaller.
 pub(super) fn load_part(
@@ -146,6 +93,9 @@ pub fn run(
     let folder = outcome::folder(out, runs)?;
     let settings = &loaded.settings;
     warn_of_plate(settings, &reporter);
+    if let Some(asked) = &settings.surface {
+        return surface::run::run(&loaded, asked, folder, &reporter, observer);
+    }
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
     let plan = plan::plan(&part, settings, &reporter, observer)?;
@@ -174,6 +124,7 @@ pub fn run(
     checks.push(check);
     let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
+    checks.extend(fixed_torch_check(settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
@@ -232,17 +183,6 @@ pub(super) struct Shown<'a> {
     pub(super) bead_diameter: f64,
 }
 
-/// What a run of these settings is of, in a line; `what` is the part or the program.
-pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
-    format!(
-        "{what} · wire {} · {} · {} · cell {}",
-        *settings.wire.name,
-        *settings.gas.name,
-        settings.mode.to_uppercase(),
-        settings.cell_name
-    )
-}
-
 /// The report, the verdict, the provenance, the fields and the series.
 pub(super) fn write_common(
     folder: &OutputFolder,
@@ -286,17 +226,23 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
     if out.exists() {
         return Err(OutputError::Exists(out.to_path_buf()).into());
     }
-    let part = load_part(&loaded, &reporter, observer)?;
-    let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
-    write_file(out, |w| storage::write(&plan.toolpath, w))?;
-    let mut lines = vec![format!(
-        "{} beads, {:.1} m, in {} layers of {:.3} mm",
-        plan.toolpath.pass_count(),
-        plan.toolpath.deposited_length() / 1000.0,
-        plan.layers.len(),
-        plan.height.value
-    )];
-    lines.extend(part.findings);
+    let (toolpath, mut lines) = if let Some(asked) = &loaded.settings.surface {
+        let (plan, lines) = surface::run::plan_only(&loaded, asked, &reporter, observer)?;
+        (plan.toolpath, lines)
+    } else {
+        let part = load_part(&loaded, &reporter, observer)?;
+        let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
+        let told = format!(
+            "{} beads, {:.1} m, in {} layers of {:.3} mm",
+            plan.toolpath.pass_count(),
+            plan.toolpath.deposited_length() / 1000.0,
+            plan.layers.len(),
+            plan.height.value
+        );
+        let lines = std::iter::once(told).chain(part.findings).collect();
+        (plan.toolpath, lines)
+    };
+    write_file(out, |w| storage::write(&toolpath, w))?;
     lines.extend(
         reporter
             .warnings()
@@ -351,33 +297,6 @@ pub fn program_to_folder(
     Ok(written.into_iter().map(|f| f.name).collect())
 }
 
-/// The files that the job asks for, those for other controllers than the cell's own too, each read back; and their check.
-fn written(
-    loaded: &Loaded,
-    toolpath: &Toolpath,
-    own: &Programs,
-    commands: &Commands,
-) -> Result<(Vec<TextFile>, Check), WaamError> {
-    let settings = &loaded.settings;
-    let (mut files, mut further) = (Vec::new(), Vec::new());
-    for &dialect in &settings.programs {
-        if dialect == settings.cell.program.dialect.value {
-            files.extend_from_slice(&own.files);
-            continue;
-        }
-        // what is to be told of the plan is told by the cell's own
-        let silent = Reporter::new();
-        let programs = reach::write(&loaded.name, toolpath, dialect, settings, &silent)?;
-        let commands = program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
-        files.extend_from_slice(&programs.files);
-        further.push((programs, commands));
-    }
-    let all: Vec<_> = std::iter::once((own, commands))
-        .chain(further.iter().map(|(p, c)| (p, c)))
-        .collect();
-    Ok((files, program_check(&all, toolpath)))
-}
-
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.
 ///
 /// # Errors
@@ -385,6 +304,9 @@ fn written(
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
     let loaded = load(job, &reporter)?;
+    if let Some(asked) = &loaded.settings.surface {
+        return surface::run::examine(&loaded, asked, &reporter, observer);
+    }
     let part = load_part(&loaded, &reporter, observer)?;
     // layer by layer a plan warns of much: the run tells it
     let quiet = Reporter::new();

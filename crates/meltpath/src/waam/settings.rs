@@ -24,6 +24,7 @@ use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
+use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
     BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
@@ -100,6 +101,8 @@ pub struct Settings {
     pub remedies: Remedies,
     /// Dialects of the programs that a run writes.
     pub programs: Vec<Dialect>,
+    /// A wall on a surface, where the job asks for one instead of flat layers.
+    pub surface: Option<surface::Asked>,
     /// Cell of the height map, mm.
     pub cell_size: f64,
     /// Chord error of the mesh made of a B-rep, mm.
@@ -154,22 +157,21 @@ pub fn resolve(
         &job.fill.stepover.name,
         Resolved::new(Length(step.value), step.origin.clone()),
     );
-    if fusion_at_risk(bead.wire_feed / bead.travel_speed, step.value / width) {
-        reporter.warn(
-            "stepover-fusion",
-            format!("flat beads (ratio of wire feed to travel speed {:.1}) {:.2} widths apart may not fuse at their feet", bead.wire_feed / bead.travel_speed, step.value / width),
-            "set fill.stepover to \"0.70 w\" or less",
-        );
-    }
+    warn_of_feet(&bead, step.value / width, reporter);
     let controller = controller(&cell);
-    let speed = bead.travel_speed;
     let mut fill = FillSettings::new(width, step.value);
-    fill.paces = paces(&mut r, &job.fill, speed, map.validity.travel_speed);
+    fill.paces = paces(
+        &mut r,
+        &job.fill,
+        bead.travel_speed,
+        map.validity.travel_speed,
+    );
     let fill = fill_settings(&mut r, &job.fill, fill);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
     let nominal = Length(nominal_distance(&cell));
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
+    let surface = surface::asked(job, &bead, &mut r);
     let limits = limits(&job.checks, ctwd, &map, &mut r);
     models(&cell, &mut r);
     let programs = job.output.programs.value.clone();
@@ -212,10 +214,23 @@ pub fn resolve(
         limits,
         remedies: Remedies::of(&job.layers.height, *job.fill.starts),
         programs,
+        surface,
         cell_size: job.simulation.cell.0,
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
+}
+
+/// Warns where flat beads lie so far apart that they may not fuse.
+fn warn_of_feet(bead: &Bead, widths: f64, reporter: &Reporter) {
+    let ratio = bead.wire_feed / bead.travel_speed;
+    if fusion_at_risk(ratio, widths) {
+        reporter.warn(
+            "stepover-fusion",
+            format!("flat beads (ratio of wire feed to travel speed {ratio:.1}) {widths:.2} widths apart may not fuse at their feet"),
+            "set fill.stepover to \"0.70 w\" or less",
+        );
+    }
 }
 
 /// The laws that were tried on measured beads with their errors, the one that is taken first; none where the law is given.

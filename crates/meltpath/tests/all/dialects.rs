@@ -8,7 +8,7 @@ use meltpath_base::{Check, Silent, Status, Verdict};
 use meltpath_data::cells;
 
 /// The shipped cell for another controller, of which nobody says how it goes round corners.
-fn cell(dialect: &str) -> String {
+pub(crate) fn cell(dialect: &str) -> String {
     let text = cells::ARCMATE_120IC.text;
     let (head, rest) = text.split_once("[motion]").unwrap();
     let (_, program) = rest.split_once("[program]").unwrap();

@@ -3,7 +3,7 @@
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::segments::Segments;
-use meltpath_geometry::sheet::{FrontEnd, FrontPoint, Sheet, SheetError};
+use meltpath_geometry::sheet::{FrontEnd, FrontPoint, Sheet, SheetError, SheetLine};
 
 use super::error::SurfaceError;
 use super::pass::{SurfacePass, SurfacePoint};
@@ -31,8 +31,8 @@ pub enum Base {
 }
 
 impl Base {
-    /// The signed distance of a point, mm.
-    fn distance(&self, p: DVec3) -> f64 {
+    /// The signed distance of a point, mm: above zero where the wall grows.
+    pub fn distance(&self, p: DVec3) -> f64 {
         match *self {
             Base::Plane { origin, normal } => (p - origin).dot(normal.normalize_or_zero()),
             Base::Cylinder {
@@ -115,7 +115,7 @@ fn by_fronts(
             growth: way
                 .reject_from(p.normal)
                 .normalize_or(way.normalize_or_zero()),
-            spacing: Some(way.length()),
+            from: Some(p.from),
         }
     };
     let lines = (1..).zip(&fronts.fronts);
@@ -161,8 +161,13 @@ fn by_planes(
             most: MOST_PASSES,
         });
     }
+    let positions = |lines: &[SheetLine]| -> Vec<Vec<DVec3>> {
+        let line = |l: &SheetLine| l.points.iter().map(|p| p.0).collect();
+        lines.iter().map(line).collect()
+    };
     let mut passes: Vec<SurfacePass> = Vec::new();
-    let mut before: Vec<Vec<DVec3>> = Vec::new();
+    // the first pass is laid on the base
+    let mut before = positions(&sheet.level_lines(height));
     let mut number = 0_u32;
     loop {
         number += 1;
@@ -176,18 +181,15 @@ fn by_planes(
             position,
             normal,
             growth: direction.reject_from(normal).normalize_or(direction),
-            spacing: near
+            from: near
                 .nearest(position, 10.0 * settings.spacing)
-                .map(|n| n.distance),
+                .map(|n| n.point),
         };
         passes.extend(lines.iter().map(|line| SurfacePass {
             number,
             points: line.points.iter().map(point).collect(),
         }));
-        before = lines
-            .iter()
-            .map(|l| l.points.iter().map(|p| p.0).collect())
-            .collect();
+        before = positions(&lines);
     }
     Ok(MeshPasses {
         passes,

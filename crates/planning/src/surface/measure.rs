@@ -104,10 +104,10 @@ impl Evenness {
 
 /// How evenly passes lie: every distance against `spacing` ± `tolerance`, mm. `None` where no pass has one before it.
 pub fn evenness(passes: &[SurfacePass], spacing: f64, tolerance: f64) -> Option<Evenness> {
-    let spacings = distribution(passes, |pass, i| pass.points[i].spacing)?;
+    let spacings = distribution(passes, |pass, i| pass.points[i].spacing())?;
     let mut ratio: Option<Extreme> = None;
     for group in passes.chunk_by(|a, b| a.number == b.number) {
-        let known = distribution(group, |pass, i| pass.points[i].spacing);
+        let known = distribution(group, |pass, i| pass.points[i].spacing());
         let Some(d) = known.filter(|d| d.least.value > 0.0) else {
             continue;
         };
@@ -119,7 +119,7 @@ pub fn evenness(passes: &[SurfacePass], spacing: f64, tolerance: f64) -> Option<
             });
         }
     }
-    let far = |point: &SurfacePoint| Some((point.spacing? - spacing).abs());
+    let far = |point: &SurfacePoint| Some((point.spacing()? - spacing).abs());
     let deviations = distribution(passes, |pass, i| far(&pass.points[i]))?;
     let outside = distribution(passes, |pass, i| {
         let far = far(&pass.points[i])?;

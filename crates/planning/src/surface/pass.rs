@@ -11,8 +11,15 @@ pub struct SurfacePoint {
     pub normal: DVec3,
     /// Unit direction along the surface in which the wall grows here: the way on which the distance between passes is measured.
     pub growth: DVec3,
-    /// Distance from the point of the pass before that the strategy laid it from, mm; `None` where there is none.
-    pub spacing: Option<f64>,
+    /// The point of the pass before, or of the base, that the strategy laid it from, mm; `None` where there is nothing.
+    pub from: Option<DVec3>,
+}
+
+impl SurfacePoint {
+    /// Distance from the point that it was laid from, mm.
+    pub fn spacing(&self) -> Option<f64> {
+        Some(self.position.distance(self.from?))
+    }
 }
 
 /// One uninterrupted pass.

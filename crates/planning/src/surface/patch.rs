@@ -84,7 +84,8 @@ impl Patch<'_> {
         }
     }
 
-    fn point(&self, s: f64, t: f64) -> DVec3 {
+    /// The point at a value of the parameter along which the wall grows, and one of the other.
+    pub fn point(&self, s: f64, t: f64) -> DVec3 {
         self.surface.point(self.uv(s, t))
     }
 
@@ -431,7 +432,7 @@ impl Columns<'_> {
                 position,
                 normal: self.patch.surface.normal(uv),
                 growth: d.normalize_or_zero(),
-                spacing: before.map(|b| self.position(b, i).distance(position)),
+                from: before.map(|b| self.position(b, i)),
             });
         }
         let whole = closed && piece[0].0 == 0 && piece[piece.len() - 1].0 == COLUMNS;

@@ -3,7 +3,7 @@
 
 use meltpath_geometry::math::{DQuat, DVec3};
 
-use super::pass::SurfacePass;
+use super::pass::{SurfacePass, SurfacePoint};
 
 /// Where the torch points from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,9 @@ pub struct Torch {
     pub greatest_tilt: f64,
     /// Angle by which the wire points ahead along the travel, rad: above zero it pushes, below it drags.
     pub lead: f64,
+    /// Length along the pass over which the direction is a mean, mm: fronts have kinks, at which a torch cannot turn at once. Zero for
+    /// the direction of each point alone.
+    pub even: f64,
 }
 
 impl Torch {
@@ -40,6 +43,7 @@ impl Torch {
             up: DVec3::Z,
             greatest_tilt: std::f64::consts::PI,
             lead: 0.0,
+            even: 0.0,
         }
     }
 }
@@ -62,14 +66,18 @@ pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
         };
         (points[after].position - points[before].position).normalize_or_zero()
     };
+    let ruled = |p: &SurfacePoint| match torch.rule {
+        TorchRule::Tangent => p.growth,
+        // where the wall grows straight back there is no half way: the wall itself shows where to
+        TorchRule::Half => (torch.begin + p.growth).normalize_or(p.normal),
+        TorchRule::Fixed => torch.begin,
+    };
+    let mut ruled: Vec<DVec3> = points.iter().map(ruled).collect();
+    if torch.even > 0.0 && torch.even.is_finite() {
+        ruled = evened(pass, &ruled, torch.even);
+    }
     let axis = |i: usize| {
-        let growth = points[i].growth;
-        let axis = match torch.rule {
-            TorchRule::Tangent => growth,
-            // where the wall grows straight back there is no half way: the wall itself shows where to
-            TorchRule::Half => (torch.begin + growth).normalize_or(points[i].normal),
-            TorchRule::Fixed => torch.begin,
-        };
+        let axis = ruled[i];
         let along = travel(i);
         let along = (along - axis * along.dot(axis)).normalize_or_zero();
         let (s, c) = torch.lead.sin_cos();
@@ -81,6 +89,39 @@ pub fn torch_axes(pass: &SurfacePass, torch: &Torch) -> Vec<DVec3> {
         held_up(led.normalize_or(axis), torch)
     };
     (0..points.len()).map(axis).collect()
+}
+
+/// Directions at the points of a pass, each the mean over `length` mm of it about its point; around the end of a closed pass.
+fn evened(pass: &SurfacePass, directions: &[DVec3], length: f64) -> Vec<DVec3> {
+    let way = |pair: &[SurfacePoint]| pair[0].position.distance(pair[1].position);
+    let mut at = vec![0.0];
+    // what the directions add up to from the begin on, straight between points
+    let mut sums = vec![DVec3::ZERO];
+    let (mut s, mut sum) = (0.0, DVec3::ZERO);
+    for (pair, ends) in pass.points.windows(2).zip(directions.windows(2)) {
+        let step = way(pair);
+        s += step;
+        sum += 0.5 * step * (ends[0] + ends[1]);
+        at.push(s);
+        sums.push(sum);
+    }
+    let (total, all) = (s, sum);
+    let closed = pass.is_closed() && total > 0.0;
+    let until = |s: f64| {
+        let rounds = if closed { (s / total).floor() } else { 0.0 };
+        let s = (s - rounds * total).clamp(0.0, total);
+        let after = at.partition_point(|a| *a < s).clamp(1, at.len().max(2) - 1);
+        let (Some(&a), Some(&b)) = (at.get(after - 1), at.get(after)) else {
+            return DVec3::ZERO;
+        };
+        let share = if b > a { (s - a) / (b - a) } else { 0.0 };
+        let [from, to] = [directions[after - 1], directions[after]];
+        let part = (b - a) * share * (from + 0.5 * share * (to - from));
+        rounds * all + sums[after - 1] + part
+    };
+    let half = 0.5 * length.min(total);
+    let mean = |(s, own): (&f64, &DVec3)| (until(s + half) - until(s - half)).normalize_or(*own);
+    at.iter().zip(directions).map(mean).collect()
 }
 
 /// The axis, turned back towards the vertical where it leans too far.

@@ -27,7 +27,7 @@ fn program() -> (Pose, Vec<Command>) {
     let passes = planned(SurfaceStrategy::Distance);
     let mut start = None;
     let mut commands: Vec<Command> = Vec::new();
-    for layer in layers(&passes, &Torch::upwards(TorchRule::Half)) {
+    for layer in layers(&passes, &Torch::upwards(TorchRule::Half), STEP) {
         for pass in layer.passes() {
             for (i, point) in pass.points.iter().enumerate() {
                 let pose = Pose::of_tool(*point, pass.axis(i).unwrap(), 0.0);

@@ -310,7 +310,7 @@ proptest! {
         for pass in &found.passes {
             prop_assert!(pass.points.len() > 1);
             for p in &pass.points {
-                prop_assert!((p.spacing.unwrap() - spacing).abs() < 1e-6);
+                prop_assert!((p.spacing().unwrap() - spacing).abs() < 1e-6);
                 prop_assert!(p.normal.is_normalized() && p.growth.is_normalized());
             }
             for pair in pass.points.windows(2).filter(|_| pass.number > 1) {

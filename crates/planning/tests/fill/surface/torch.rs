@@ -1,7 +1,7 @@
 //! How the torch is held along passes on the torus, and what becomes of the passes in a toolpath.
 
 use super::*;
-use meltpath_planning::surface::{Torch, TorchRule, layers, tilts, torch_axes};
+use meltpath_planning::surface::{SurfacePoint, Torch, TorchRule, layers, tilts, torch_axes};
 
 fn passes() -> Vec<SurfacePass> {
     planned(SurfaceStrategy::Distance)
@@ -78,7 +78,7 @@ fn a_torch_that_pushes_points_its_wire_ahead() {
 #[test]
 fn passes_become_layers_with_the_torch_at_every_point() {
     let passes = passes();
-    let layers = layers(&passes, &Torch::upwards(TorchRule::Half));
+    let layers = layers(&passes, &Torch::upwards(TorchRule::Half), STEP);
     assert_eq!(layers.len(), 20);
     let mut ids = Vec::new();
     for layer in &layers {
@@ -90,10 +90,70 @@ fn passes_become_layers_with_the_torch_at_every_point() {
     }
     ids.dedup();
     assert_eq!(ids.len(), passes.len());
-    let length: f64 = passes.iter().map(SurfacePass::length).sum();
-    let laid: f64 = layers
-        .iter()
-        .map(meltpath_toolpath::Layer::deposited_length)
-        .sum();
-    assert!((length - laid).abs() < 1e-9);
+    // the wire's tip goes over what each pass is laid on: the base at first, then the pass before
+    let below =
+        |p: &SurfacePass| -> Vec<DVec3> { p.points.iter().filter_map(|p| p.from).collect() };
+    let laid = layers.iter().flat_map(meltpath_toolpath::Layer::passes);
+    for (pass, laid) in passes.iter().zip(laid) {
+        assert_eq!(laid.points, below(pass));
+    }
+    assert!(below(&passes[0]).iter().all(|p| p.z.abs() < 1e-9));
+    assert!(
+        below(&passes[1])
+            .iter()
+            .all(|p| distance(*p, &passes[0]) < 1e-2)
+    );
+}
+
+/// Around a sharp corner the torch turns over the length that is given, and nowhere else.
+#[test]
+fn a_torch_turns_evenly_at_a_kink() {
+    let point = |x: f64, growth: DVec3| SurfacePoint {
+        position: DVec3::new(x, 0.0, 0.0),
+        normal: DVec3::Y,
+        growth,
+        from: None,
+    };
+    let leaning = |angle: f64| DVec3::new(0.0, angle.sin(), angle.cos());
+    let pass = SurfacePass {
+        number: 1,
+        points: (0..=400_u32)
+            .map(|i| point(0.1 * f64::from(i), leaning(if i < 200 { 0.0 } else { 0.6 })))
+            .collect(),
+    };
+    let torch = Torch {
+        even: 8.0,
+        ..Torch::upwards(TorchRule::Tangent)
+    };
+    let axes = torch_axes(&pass, &torch);
+    let angle = |i: usize| axes[i].y.atan2(axes[i].z);
+    assert!(angle(0).abs() < 1e-12 && angle(150).abs() < 1e-12);
+    assert!((angle(250) - 0.6).abs() < 1e-12 && (angle(400) - 0.6).abs() < 1e-12);
+    assert!((angle(200) - 0.3).abs() < 0.01, "{}", angle(200));
+    let steepest = (1..=400).map(|i| angle(i) - angle(i - 1));
+    assert!(steepest.fold(0.0, f64::max) < 1.1 * 0.6 / 80.0);
+}
+
+/// On a closed pass the mean goes on over the seam: the rule of the torus stays, wherever a pass begins.
+#[test]
+fn an_even_torch_knows_no_seam() {
+    let torch = Torch {
+        even: 6.0,
+        ..Torch::upwards(TorchRule::Half)
+    };
+    let pass = passes().into_iter().find(SurfacePass::is_closed).unwrap();
+    let mut turned = pass.clone();
+    turned.points.pop();
+    let third = turned.points.len() / 3;
+    turned.points.rotate_left(third);
+    turned.points.push(turned.points[0]);
+    let [a, b] = [&pass, &turned].map(|p| torch_axes(p, &torch));
+    for i in 0..third {
+        assert!(a[third + i].distance(b[i]) < 1e-9);
+    }
+    // what is even already is hardly changed
+    let own = torch_axes(&pass, &Torch::upwards(TorchRule::Half));
+    for (even, own) in a.iter().zip(own) {
+        assert!(even.distance(own) < 1e-3);
+    }
 }

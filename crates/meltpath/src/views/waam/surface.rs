@@ -1,0 +1,329 @@
+//! What people look at of a wall on a surface: passes and torch in space, how evenly they lie, how the torch leans.
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_planning::surface::{SurfacePass, distribution, torch_axes};
+use meltpath_report::html::Section;
+use meltpath_report::plot::{Axis, Mark, Plot, histogram};
+use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
+use meltpath_report::series::{Column, Kind, Values};
+use meltpath_report::table::{Cell, Table};
+use meltpath_report::vtk::write_lines;
+
+use super::{PER_MINUTE, SHOWN_TRIANGLES, motion_series, vtk_io, write_passes, write_series};
+use crate::waam::settings::Settings;
+use crate::waam::surface::Asked;
+use crate::waam::surface::wall::Wall;
+
+/// Length of a torch's axis in the 3D view, mm.
+const AXIS: f64 = 12.0;
+/// Distance between the torch's axes that are shown along a pass, mm.
+const BETWEEN: f64 = 4.0;
+
+/// The passes, coloured by what they tell.
+fn passes(wall: &Wall, stroke: Stroke) -> LineSet {
+    let plan = &wall.plan;
+    let mut set = LineSet {
+        name: "passes".to_owned(),
+        points: Vec::new(),
+        polylines: Vec::new(),
+        scalars: Vec::new(),
+        stroke,
+        visibility: Visibility::Shown,
+    };
+    let (mut spacing, mut tilt, mut layer) = (Vec::new(), Vec::new(), Vec::new());
+    for pass in &plan.passes {
+        set.polylines.push(Polyline {
+            first: set.points.len(),
+            layer: pass.number,
+        });
+        for (p, axis) in pass.points.iter().zip(torch_axes(pass, &plan.torch)) {
+            set.points.push(p.position);
+            spacing.push(p.spacing().unwrap_or(f64::NAN) as f32);
+            tilt.push(axis.angle_between(plan.torch.up).to_degrees() as f32);
+            layer.push(pass.number as f32);
+        }
+    }
+    set.scalars = vec![
+        Scalar::new("torch against up", "deg", tilt),
+        Scalar::new("distance to the pass before", "mm", spacing),
+        Scalar::new("layer", "", layer),
+    ];
+    set
+}
+
+/// The torch's axis at places along the passes.
+fn axes(wall: &Wall) -> LineSet {
+    let mut set = LineSet {
+        name: "torch".to_owned(),
+        points: Vec::new(),
+        polylines: Vec::new(),
+        scalars: Vec::new(),
+        stroke: Stroke::Hairline,
+        visibility: Visibility::Shown,
+    };
+    for pass in &wall.plan.passes {
+        let mut last: Option<DVec3> = None;
+        for (p, axis) in pass.points.iter().zip(torch_axes(pass, &wall.plan.torch)) {
+            if last.is_some_and(|l| l.distance(p.position) < BETWEEN) {
+                continue;
+            }
+            last = Some(p.position);
+            set.polylines.push(Polyline {
+                first: set.points.len(),
+                layer: pass.number,
+            });
+            set.points.extend([p.position, p.position + AXIS * axis]);
+        }
+    }
+    set
+}
+
+/// The way of the wire's tip without arc.
+fn travels(wall: &Wall) -> LineSet {
+    let layer_of = |command: u32| {
+        let layers = &wall.commands.layer_of_command;
+        layers.get(command as usize).copied().unwrap_or(0)
+    };
+    let mut set = LineSet {
+        name: "travels".to_owned(),
+        points: Vec::new(),
+        polylines: Vec::new(),
+        scalars: Vec::new(),
+        stroke: Stroke::Hairline,
+        visibility: Visibility::Hidden,
+    };
+    for run in wall.samples.chunk_by(|a, b| a.arc == b.arc) {
+        if run[0].arc {
+            continue;
+        }
+        set.polylines.push(Polyline {
+            first: set.points.len(),
+            layer: layer_of(run[0].command),
+        });
+        set.points.extend(run.iter().map(|s| s.position));
+    }
+    set
+}
+
+/// The 3D scene: surface, passes, torch, travels.
+pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
+    let mesh = &wall.sheet.mesh;
+    let shown = (mesh.triangles.len() <= SHOWN_TRIANGLES).then(|| Surface {
+        name: "surface".to_owned(),
+        mesh: mesh.clone(),
+        scalars: Vec::new(),
+        opacity: 0.4,
+        visibility: Visibility::Hidden,
+    });
+    let bead = Stroke::Bead(0.7 * settings.bead.height.value);
+    Scene {
+        lines: vec![passes(wall, bead), axes(wall), travels(wall)],
+        surfaces: shown.into_iter().collect(),
+        heights: None,
+    }
+}
+
+/// The passes that share each number.
+fn numbered(wall: &Wall) -> impl Iterator<Item = &[SurfacePass]> {
+    wall.plan.passes.chunk_by(|a, b| a.number == b.number)
+}
+
+/// Tilts of the torch along passes, deg: least, mean, greatest.
+fn tilt_of(passes: &[SurfacePass], wall: &Wall) -> [f64; 3] {
+    let torch = &wall.plan.torch;
+    meltpath_planning::surface::tilts(passes, torch).map_or([f64::NAN; 3], |d| {
+        [d.least.value, d.mean, d.greatest.value].map(f64::to_degrees)
+    })
+}
+
+/// Distances of passes from those before, mm: least, mean, greatest.
+fn spacing_of(passes: &[SurfacePass]) -> [f64; 3] {
+    distribution(passes, |pass, i| pass.points[i].spacing())
+        .map_or([f64::NAN; 3], |d| [d.least.value, d.mean, d.greatest.value])
+}
+
+/// The chapter of plots and tables.
+pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<Section> {
+    let by_pass = |f: &dyn Fn(&[SurfacePass]) -> f64| -> Vec<DVec2> {
+        let point = |p: &[SurfacePass]| DVec2::new(f64::from(p[0].number), f(p));
+        numbered(wall).map(point).collect()
+    };
+    let spacing = Plot::new(
+        "Distance between passes",
+        Axis::new("pass", ""),
+        Axis::new("distance", "mm"),
+    )
+    .with(Mark::Band {
+        name: "least to greatest".to_owned(),
+        lower: by_pass(&|p| spacing_of(p)[0]),
+        upper: by_pass(&|p| spacing_of(p)[2]),
+    })
+    .with(Mark::Line {
+        name: "mean of the pass".to_owned(),
+        points: by_pass(&|p| spacing_of(p)[1]),
+    })
+    .with(Mark::Limit {
+        name: "asked".to_owned(),
+        value: asked.spacing,
+    })
+    .caption("From the point of the pass before that each point was laid from.");
+    let ratio = Plot::new(
+        "Thickness of each pass, widest over closest place",
+        Axis::new("pass", ""),
+        Axis::new("ratio", ""),
+    )
+    .with(Mark::Line {
+        name: "ratio".to_owned(),
+        points: by_pass(&|p| spacing_of(p)[2] / spacing_of(p)[0]),
+    });
+    let mut tilt = Plot::new(
+        "Torch against up",
+        Axis::new("pass", ""),
+        Axis::new("angle", "deg"),
+    )
+    .with(Mark::Band {
+        name: "least to greatest".to_owned(),
+        lower: by_pass(&|p| tilt_of(p, wall)[0]),
+        upper: by_pass(&|p| tilt_of(p, wall)[2]),
+    })
+    .with(Mark::Line {
+        name: "mean of the pass".to_owned(),
+        points: by_pass(&|p| tilt_of(p, wall)[1]),
+    });
+    if let Some(limit) = asked.tilt_limit {
+        tilt = tilt.with(Mark::Limit {
+            name: "limit".to_owned(),
+            value: limit.to_degrees(),
+        });
+    }
+    let speeds: Vec<f64> = wall
+        .samples
+        .iter()
+        .filter(|s| s.arc)
+        .map(|s| s.speed * PER_MINUTE)
+        .collect();
+    let speed = Plot::new(
+        "Travel speed with arc",
+        Axis::new("speed", "m/min"),
+        Axis::new("kept samples", ""),
+    )
+    .with(Mark::Bars {
+        name: "samples".to_owned(),
+        bars: histogram(&speeds, 40),
+    });
+    let part_turns = settings
+        .robot
+        .as_ref()
+        .is_some_and(|r| r.arrangement == meltpath_robot::cell::Arrangement::PartOnRobot);
+    let intro = if part_turns {
+        "Angles are those between the torch and the build direction of the part: the robot turns the part, the torch stands."
+    } else {
+        "Angles are those between the torch and the vertical."
+    };
+    vec![Section {
+        title: "Passes on the surface".to_owned(),
+        intro: intro.to_owned(),
+        plots: vec![spacing, ratio, tilt, speed],
+        tables: vec![table(wall)],
+    }]
+}
+
+fn table(wall: &Wall) -> Table {
+    let mut table = Table::new(
+        "Passes",
+        &[
+            "pass",
+            "beads",
+            "length (mm)",
+            "distance least (mm)",
+            "mean (mm)",
+            "greatest (mm)",
+            "torch least (deg)",
+            "greatest (deg)",
+        ],
+    );
+    let fixed = |v: f64, digits| {
+        if v.is_finite() {
+            Cell::Fixed(v, digits)
+        } else {
+            Cell::Empty
+        }
+    };
+    let row = |group: &[SurfacePass]| {
+        let [least, mean, greatest] = spacing_of(group);
+        let [low, _, high] = tilt_of(group, wall);
+        vec![
+            Cell::Number(f64::from(group[0].number)),
+            Cell::Number(group.len() as f64),
+            Cell::Fixed(group.iter().map(SurfacePass::length).sum(), 0),
+            fixed(least, 3),
+            fixed(mean, 3),
+            fixed(greatest, 3),
+            fixed(low, 1),
+            fixed(high, 1),
+        ]
+    };
+    table.rows = numbered(wall).map(row).collect();
+    table
+}
+
+/// Writes the ParaView field and the series.
+///
+/// # Errors
+/// [`OutputError`], a full disk included.
+pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), OutputError> {
+    let lines = passes(wall, Stroke::Hairline);
+    folder.write("fields/passes.vtp", |w| {
+        write_lines(w, &lines).map_err(vtk_io)
+    })?;
+    motion_series(folder, &wall.samples, &wall.commands.layer_of_command)?;
+    write_passes(folder, &wall.plan.toolpath)?;
+    let float = |name: &str, unit: &str| Column::new(name, unit, Kind::Float);
+    let columns = vec![
+        Column::new("pass", "", Kind::Integer),
+        float("x", "mm"),
+        float("y", "mm"),
+        float("z", "mm"),
+        float("axis_x", ""),
+        float("axis_y", ""),
+        float("axis_z", ""),
+        float("spacing", "mm"),
+        float("tilt", "deg"),
+    ];
+    let plan = &wall.plan;
+    let all: Vec<_> = plan
+        .passes
+        .iter()
+        .flat_map(|pass| {
+            let axes = torch_axes(pass, &plan.torch);
+            pass.points
+                .iter()
+                .zip(axes)
+                .map(|(p, a)| (pass.number, p, a))
+        })
+        .collect();
+    let number: Vec<i64> = all.iter().map(|a| i64::from(a.0)).collect();
+    let [x, y, z] = [0, 1, 2].map(|k| all.iter().map(|a| a.1.position[k]).collect::<Vec<_>>());
+    let [i, j, k] = [0, 1, 2].map(|k| all.iter().map(|a| a.2[k]).collect::<Vec<_>>());
+    let spacing: Vec<f64> = all
+        .iter()
+        .map(|a| a.1.spacing().unwrap_or(f64::NAN))
+        .collect();
+    let tilt: Vec<f64> = all
+        .iter()
+        .map(|a| a.2.angle_between(plan.torch.up).to_degrees())
+        .collect();
+    let values = [
+        Values::Integer(&number),
+        Values::Float(&x),
+        Values::Float(&y),
+        Values::Float(&z),
+        Values::Float(&i),
+        Values::Float(&j),
+        Values::Float(&k),
+        Values::Float(&spacing),
+        Values::Float(&tilt),
+    ];
+    write_series(folder, "series/surface.csv", columns, &values)
+}

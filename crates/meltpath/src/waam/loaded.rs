@@ -1,0 +1,108 @@
+//! A job file with its resolved values, and what every run of it names and writes.
+
+use std::path::{Path, PathBuf};
+
+use meltpath_base::settings::Problem;
+use meltpath_base::{Check, Reporter};
+use meltpath_programs::TextFile;
+use meltpath_toolpath::Toolpath;
+
+use super::checks::program_check;
+use super::error::WaamError;
+use super::program::{self, Commands, Programs};
+use super::reach;
+use super::settings::{Settings, resolve};
+use crate::job::common::SubstrateTable;
+use crate::job::{self, Job, JobError, WaamJob};
+
+/// Warnings of one kind that a verdict tells one by one.
+pub(super) const SHOWN_WARNINGS: usize = 3;
+
+/// A job file with its resolved values.
+pub(super) struct Loaded {
+    pub(super) path: PathBuf,
+    pub(super) text: String,
+    pub(super) name: String,
+    pub(super) settings: Settings,
+    /// The plate as written.
+    pub(super) plate: SubstrateTable,
+}
+
+/// The job, read and resolved.
+pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError> {
+    let (job, text) = job::load(path)?;
+    let Job::Waam(job) = job else {
+        return Err(other_process(path, &text));
+    };
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let settings =
+        resolve(&job, &folder, reporter).map_err(|e| JobError::in_file(path, &text, e))?;
+    Ok(Loaded {
+        path: path.to_path_buf(),
+        name: job_name(path, &job),
+        text,
+        settings,
+        plate: job.substrate.value.clone(),
+    })
+}
+
+/// A job of another process where a wire-arc one is needed.
+pub(super) fn other_process(path: &Path, text: &str) -> WaamError {
+    let place = text.find("[process]").map(|at| at..at + 9);
+    let problem = Problem::new("this command is for wire-arc jobs")
+        .at(place)
+        .help("`meltpath run` takes jobs of every process");
+    WaamError::Job(JobError::in_file(path, text, problem))
+}
+
+/// A name for people: the part's, or the folder's where the job file has none of its own.
+fn job_name(path: &Path, job: &WaamJob) -> String {
+    let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let own = stem(path).filter(|s| s != "job");
+    let folder = || {
+        path.parent()
+            .and_then(Path::file_name)
+            .map(|n| n.to_string_lossy().into_owned())
+    };
+    own.or_else(folder)
+        .or_else(|| stem(Path::new(&**job.part)))
+        .unwrap_or_else(|| "job".to_owned())
+}
+
+/// What a run of these settings is of, in a line; `what` is the part or the program.
+pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
+    format!(
+        "{what} · wire {} · {} · {} · cell {}",
+        *settings.wire.name,
+        *settings.gas.name,
+        settings.mode.to_uppercase(),
+        settings.cell_name
+    )
+}
+
+/// The files that the job asks for, those for other controllers than the cell's own too, each read back; and their check.
+pub(super) fn written(
+    loaded: &Loaded,
+    toolpath: &Toolpath,
+    own: &Programs,
+    commands: &Commands,
+) -> Result<(Vec<TextFile>, Check), WaamError> {
+    let settings = &loaded.settings;
+    let (mut files, mut further) = (Vec::new(), Vec::new());
+    for &dialect in &settings.programs {
+        if dialect == settings.cell.program.dialect.value {
+            files.extend_from_slice(&own.files);
+            continue;
+        }
+        // what is to be told of the plan is told by the cell's own
+        let silent = Reporter::new();
+        let programs = reach::write(&loaded.name, toolpath, dialect, settings, &silent)?;
+        let commands = program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
+        files.extend_from_slice(&programs.files);
+        further.push((programs, commands));
+    }
+    let all: Vec<_> = std::iter::once((own, commands))
+        .chain(further.iter().map(|(p, c)| (p, c)))
+        .collect();
+    Ok((files, program_check(&all, toolpath)))
+}

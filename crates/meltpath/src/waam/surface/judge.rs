@@ -1,0 +1,269 @@
+//! What is judged and told of a wall on a surface: how evenly its passes lie, how the torch leans, what no pass reaches.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_planning::surface::{
+    Distribution, Extreme, SurfacePass, distribution, evenness, nearest_spacing, tilts,
+};
+use meltpath_robot::Summary;
+use meltpath_robot::cell::Arrangement;
+
+use super::Asked;
+use super::plan::SurfacePlan;
+use crate::waam::settings::Settings;
+
+fn place(at: &Extreme) -> Place {
+    Place {
+        layer: Some(at.pass),
+        ..Place::at(at.position.to_array())
+    }
+}
+
+/// The checks of the plan, and what cannot be said as long as its metal is not simulated.
+pub(super) fn checks(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> Vec<Check> {
+    let mut checks = vec![spacing(plan, asked)];
+    if let Some(free) = hanging(&plan.passes) {
+        checks.push(free);
+    }
+    checks.push(unreached(plan));
+    checks.push(tilt(plan, asked, settings));
+    checks.push(metal());
+    checks
+}
+
+/// Distances from the nearest place of the pass before, which is what a bead lies on.
+pub(crate) fn nearest(plan: &SurfacePlan, asked: &Asked) -> Option<Distribution> {
+    nearest_spacing(&plan.passes, asked.spacing)
+}
+
+fn spacing(plan: &SurfacePlan, asked: &Asked) -> Check {
+    const ID: &str = "spacing";
+    const TITLE: &str =
+        "distance between passes: largest deviation from the layer height, share of it";
+    let Some(d) = nearest(plan, asked) else {
+        return Check::not_checked(ID, TITLE, "there is one pass");
+    };
+    let share = |at: &Extreme| 100.0 * (at.value - asked.spacing).abs() / asked.spacing;
+    let worst = if share(&d.least) > share(&d.greatest) {
+        d.least
+    } else {
+        d.greatest
+    };
+    Check::judge(
+        ID,
+        TITLE,
+        Measure::exact(share(&worst), "%"),
+        Limit::AtMost(100.0 * asked.spacing_limit),
+    )
+    .because(&format!(
+        "{:.3} to {:.3} mm, {:.3} mm asked",
+        d.least.value, d.greatest.value, asked.spacing
+    ))
+    .at(place(&worst))
+    .remedy(
+        "surface.strategy = \"distance\"; or a larger checks.spacing, where the bead may be uneven",
+    )
+}
+
+/// Passes with nothing below them; `None` where there are none.
+fn hanging(passes: &[SurfacePass]) -> Option<Check> {
+    let free = |pass: &SurfacePass, i: usize| {
+        let from = pass.points.get(i)?.from;
+        Some(f64::from(u8::from(from.is_none())))
+    };
+    let d = distribution(passes, free)?;
+    if d.greatest.value == 0.0 {
+        return None;
+    }
+    let check = Check::judge(
+        "hanging",
+        "passes with nothing below them within ten layer heights, share of their length",
+        Measure::exact(100.0 * d.mean, "%"),
+        Limit::AtMost(0.0),
+    );
+    let check = Check {
+        status: Status::Fail,
+        ..check
+    };
+    Some(
+        check
+            .at(place(&d.greatest))
+            .remedy("surface.strategy = \"distance\", a base below that place, or the part turned"),
+    )
+}
+
+fn unreached(plan: &SurfacePlan) -> Check {
+    Check::judge(
+        "unreached",
+        "area of the surface that no pass reaches",
+        Measure::exact(plan.unreached.abs(), "mm²"),
+        Limit::AtMost(0.0),
+    )
+    .remedy("a base that the whole surface hangs together with, or the pieces as jobs of their own")
+}
+
+/// How far the pool lies from horizontal, as far as the torch shows it.
+fn tilt(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> Check {
+    const ID: &str = "tilt";
+    const TITLE: &str = "torch against the vertical, at most";
+    let (angle, at) = match leaning(plan, settings) {
+        Leaning::Standing(angle) => (angle, None),
+        Leaning::Along(d) => (d.greatest.value, Some(place(&d.greatest))),
+        Leaning::Nothing => return Check::not_checked(ID, TITLE, "there is no pass"),
+    };
+    let measure = Measure::exact(angle.to_degrees(), "deg");
+    let check = if let Some(limit) = asked.tilt_limit {
+        Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
+            .remedy("a smaller surface.tilt, or a positioner that turns the part")
+    } else {
+        let check = Check {
+            status: Status::CannotSay,
+            value: Some(measure),
+            ..Check::not_checked(ID, TITLE, "")
+        };
+        check
+            .because(&format!(
+                "how far a pool of {} in mode {} may lean was not measured",
+                *settings.wire.name, settings.mode
+            ))
+            .remedy("lay a leaning bead, and write the angle up to which it stays: checks.tilt")
+    };
+    match at {
+        Some(place) => check.at(place),
+        None => check,
+    }
+}
+
+/// How the torch leans in the world.
+pub(crate) enum Leaning {
+    /// It stands: the part turns below it.
+    Standing(f64),
+    /// It leans differently along the passes.
+    Along(Distribution),
+    /// There is no pass.
+    Nothing,
+}
+
+/// How the torch leans in the world.
+pub(crate) fn leaning(plan: &SurfacePlan, settings: &Settings) -> Leaning {
+    if let Some(cell) = &settings.robot
+        && cell.arrangement == Arrangement::PartOnRobot
+    {
+        let axis = cell.frames(&cell.at_rest()).wire_tip.tool_axis();
+        return Leaning::Standing(axis.angle_between(meltpath_geometry::math::DVec3::Z));
+    }
+    tilts(&plan.passes, &plan.torch).map_or(Leaning::Nothing, Leaning::Along)
+}
+
+fn metal() -> Check {
+    let title = "metal along the surface: thickness, lack, contact tube distance";
+    let why = "metal in other directions than up is not simulated";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("metal", title, why)
+    };
+    check.remedy("build and measure a short piece, cut off before the surface leans more")
+}
+
+/// What a wall on a surface tells without a limit.
+pub(super) fn facts(
+    plan: &SurfacePlan,
+    asked: &Asked,
+    settings: &Settings,
+    summary: &Summary,
+) -> Vec<Fact> {
+    let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
+    let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
+    let mass = summary.wire * settings.wire.section() * 1e-9 * settings.wire.density.0;
+    let passes = plan.passes.last().map_or(0, |p| p.number);
+    let mut facts = vec![
+        exact(
+            "layers",
+            "passes, one over the other",
+            f64::from(passes),
+            "",
+        ),
+        exact("arc-starts", "arc starts", plan.passes.len() as f64, ""),
+        exact(
+            "length",
+            "length of the beads",
+            plan.toolpath.deposited_length() / 1000.0,
+            "m",
+        ),
+    ];
+    if let Some(even) = evenness(
+        &plan.passes,
+        asked.spacing,
+        asked.spacing_limit * asked.spacing,
+    ) {
+        let words = |d: &Distribution| {
+            let [low, middle, high] = d.quantiles;
+            format!(
+                "{:.3} to {:.3} mm; 5, 50 and 95 % of the length below {low:.3}, {middle:.3} and {high:.3}",
+                d.least.value, d.greatest.value
+            )
+        };
+        let spacing = Measure::exact(even.spacing.mean, "mm");
+        facts.push(
+            Fact::new(
+                "spacing-laid",
+                "distance from the points that passes were laid from, mean",
+                spacing,
+                &words(&even.spacing),
+            )
+            .at(place(&even.deviation)),
+        );
+        if let Some(near) = nearest(plan, asked) {
+            let mean = Measure::exact(near.mean, "mm");
+            let fact = Fact::new(
+                "spacing-nearest",
+                "distance from the nearest place of the pass before, mean",
+                mean,
+                &words(&near),
+            );
+            facts.push(fact.at(place(&near.least)));
+        }
+        let ratio = Fact::new(
+            "thickness-ratio",
+            "widest over closest place of one pass: how much the bead's height would have to vary",
+            Measure::exact(even.ratio.value, ""),
+            "",
+        );
+        facts.push(ratio.at(place(&even.ratio)));
+    }
+    if let Leaning::Along(d) = leaning(plan, settings) {
+        let [_, middle, high] = d.quantiles.map(f64::to_degrees);
+        let words = format!("half of the length below {middle:.1} deg, 95 % below {high:.1} deg");
+        let mean = Measure::exact(d.mean.to_degrees(), "deg");
+        facts.push(Fact::new(
+            "tilt-mean",
+            "torch against the vertical, mean",
+            mean,
+            &words,
+        ));
+    }
+    if let Some(end) = plan.ends.iter().max_by(|a, b| a.left.total_cmp(&b.left)) {
+        let left = Measure::exact(end.left, "mm");
+        let words = format!(
+            "of {} ends of passes at rims, caps and other passes",
+            plan.ends.len()
+        );
+        let fact = Fact::new(
+            "left-over",
+            "surface left beyond the last pass, at most",
+            left,
+            &words,
+        );
+        facts.push(fact.at(Place {
+            layer: Some(end.front),
+            ..Place::at(end.position.to_array())
+        }));
+    }
+    facts.extend([
+        exact("wire-mass", "wire used", mass, "kg"),
+        minutes("time-arc", "time with arc", summary.arc_time),
+        minutes("time-travel", "time of travels", summary.travel_time),
+        minutes("time-pause", "time of pauses", summary.pause_time),
+        minutes("time-total", "time in all", summary.total_time),
+    ]);
+    facts
+}

@@ -1,0 +1,269 @@
+//! The passes of a wall on a surface, how the torch is held along them, and the toolpath they make.
+
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::sheet::FrontEnd;
+use meltpath_planning::surface::{
+    Base, MeshPasses, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint, SurfaceSettings,
+    SurfaceStrategy, Torch, layers, plan_mesh, plan_patch,
+};
+use meltpath_robot::cell::Arrangement;
+use meltpath_toolpath::Toolpath;
+
+use super::{Asked, BaseAsked};
+use crate::job::waam::SurfaceStrategyChoice;
+use crate::stages::sheet::{Rectangle, Sheet};
+use crate::waam::plan::profile;
+use crate::waam::settings::Settings;
+
+/// A wall along a surface.
+#[derive(Debug)]
+pub struct SurfacePlan {
+    /// The beads: one layer for each pass, with the torch's axis at every point, speed and wire feed in their profile.
+    pub toolpath: Toolpath,
+    /// Where each pass ends on the surface, in the order in which they are laid.
+    pub passes: Vec<SurfacePass>,
+    /// How the torch is held.
+    pub torch: Torch,
+    /// Where fronts end: caps, rims, other fronts.
+    pub ends: Vec<FrontEnd>,
+    /// Area that no pass reaches, mm².
+    pub unreached: f64,
+}
+
+/// Why a surface cannot be planned.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SurfacePlanError {
+    /// The passes.
+    #[error(transparent)]
+    Passes(#[from] SurfaceError),
+    /// A strategy of one face, and there is none between lines of its parameters.
+    #[error(
+        "surface.strategy \"{}\" follows the parameters of one face that lies between lines of them, and the surface is none: name such a face (surface.faces; `meltpath inspect` lists them), or write \"distance\" or \"planes\"", .strategy.word()
+    )]
+    NoParameters {
+        /// The strategy.
+        strategy: SurfaceStrategyChoice,
+    },
+    /// No side of the face lies on the base.
+    #[error("no side of the face lies on the base: the nearest one is {gap:.3} mm away at ({:.3}, {:.3}, {:.3}) mm of the build; move surface.base, or write strategy = \"distance\"", .at.x, .at.y, .at.z)]
+    NoSide {
+        /// Its greatest distance, mm.
+        gap: f64,
+        /// Where, mm.
+        at: DVec3,
+    },
+}
+
+/// Plans the passes of a surface and the torch along them.
+///
+/// # Errors
+/// [`SurfacePlanError`].
+pub fn plan(
+    sheet: &Sheet,
+    asked: &Asked,
+    settings: &Settings,
+) -> Result<SurfacePlan, SurfacePlanError> {
+    let base = base(&asked.base, sheet);
+    let how = |strategy| SurfaceSettings {
+        strategy,
+        spacing: asked.spacing,
+        chord_error: settings.chord_error,
+    };
+    let on_mesh = |strategy| plan_mesh(&sheet.mesh, &base, &how(strategy));
+    let exactly = |strategy| on_face(sheet, &base, asked.strategy, &how(strategy));
+    let mut found = match asked.strategy {
+        SurfaceStrategyChoice::Distance => on_mesh(SurfaceStrategy::Distance)?,
+        SurfaceStrategyChoice::Planes => on_mesh(SurfaceStrategy::Planes {
+            direction: DVec3::Z,
+        })?,
+        SurfaceStrategyChoice::ParameterDistance => exactly(SurfaceStrategy::Distance)?,
+        SurfaceStrategyChoice::Parameter => exactly(SurfaceStrategy::Parameter)?,
+    };
+    if let Some(count) = settings.count {
+        found.passes.retain(|p| p.number <= count);
+    }
+    let passes = ordered(&found.passes);
+    let torch = torch(asked, &base, settings);
+    let layers = layers(&passes, &torch, asked.spacing);
+    Ok(SurfacePlan {
+        toolpath: Toolpath {
+            profiles: vec![profile(settings)],
+            layers,
+            ..Toolpath::default()
+        },
+        passes,
+        torch,
+        ends: found.ends,
+        unreached: found.unreached,
+    })
+}
+
+/// The base in the build. A plane whose place is not written lies under the surface.
+fn base(asked: &BaseAsked, sheet: &Sheet) -> Base {
+    let place = &sheet.build_from_file;
+    let direction = asked
+        .direction
+        .map_or(DVec3::Z, |d| place.transform_vector3(d).normalize());
+    let written = asked.origin.map(|o| place.transform_point3(o));
+    if let Some(radius) = asked.radius {
+        return Base::Cylinder {
+            origin: written.unwrap_or(place.transform_point3(DVec3::ZERO)),
+            axis: direction,
+            radius,
+        };
+    }
+    let lowest = || {
+        let heights = sheet.mesh.vertices.iter().map(|p| p.dot(direction));
+        heights.fold(f64::INFINITY, f64::min) * direction
+    };
+    Base::Plane {
+        origin: written.unwrap_or_else(lowest),
+        normal: direction,
+    }
+}
+
+/// The torch along a wall that stands on `base`.
+fn torch(asked: &Asked, base: &Base, settings: &Settings) -> Torch {
+    let up = up(settings);
+    Torch {
+        rule: asked.torch,
+        begin: match *base {
+            Base::Plane { normal, .. } => normal,
+            // around a cylinder a wall begins in every direction: none but the vertical is that of all
+            Base::Cylinder { .. } => DVec3::Z,
+        },
+        up,
+        greatest_tilt: asked.tilt.unwrap_or(std::f64::consts::PI),
+        lead: asked.lead,
+        even: settings.bead.width.value,
+    }
+}
+
+/// The vertical in the part. A robot that holds the part turns it under the torch: the build's own direction stands in.
+pub(super) fn up(settings: &Settings) -> DVec3 {
+    match &settings.robot {
+        Some(cell) if cell.arrangement == Arrangement::TorchOnRobot => {
+            let world_from_part = cell.frames(&cell.at_rest()).part.orientation;
+            world_from_part.inverse() * DVec3::Z
+        }
+        _ => DVec3::Z,
+    }
+}
+
+/// Passes on the face itself.
+fn on_face(
+    sheet: &Sheet,
+    base: &Base,
+    strategy: SurfaceStrategyChoice,
+    settings: &SurfaceSettings,
+) -> Result<MeshPasses, SurfacePlanError> {
+    let exact = sheet.exact.as_ref();
+    let face = exact.ok_or(SurfacePlanError::NoParameters { strategy })?;
+    let patch = standing(face, base, settings.chord_error)?;
+    let mut passes = plan_patch(&patch, settings)?;
+    let place = &face.build_from_surface;
+    let turned = |v: DVec3| place.transform_vector3(v).normalize_or_zero();
+    for point in passes.iter_mut().flat_map(|p| &mut p.points) {
+        *point = SurfacePoint {
+            position: place.transform_point3(point.position),
+            normal: turned(point.normal),
+            growth: turned(point.growth),
+            from: point.from.map(|p| place.transform_point3(p)),
+        };
+    }
+    Ok(MeshPasses {
+        passes,
+        ends: Vec::new(),
+        unreached: 0.0,
+    })
+}
+
+/// The face, growing from the side that lies on the base within `near` mm.
+fn standing<'a>(
+    face: &'a Rectangle,
+    base: &Base,
+    near: f64,
+) -> Result<Patch<'a>, SurfacePlanError> {
+    const PLACES: u32 = 64;
+    let [u, v] = face.ranges;
+    let mut best: Option<(f64, DVec3, Patch<'a>)> = None;
+    for (growth, along, across) in [(Parameter::U, u, v), (Parameter::V, v, u)] {
+        if face.closed[usize::from(growth == Parameter::V)] {
+            continue;
+        }
+        for along in [along, [along[1], along[0]]] {
+            let patch = Patch {
+                surface: &face.surface,
+                growth,
+                along,
+                across,
+            };
+            let place = |i: u32| {
+                let t = across[0] + (across[1] - across[0]) * f64::from(i) / f64::from(PLACES);
+                let p = face
+                    .build_from_surface
+                    .transform_point3(patch.point(along[0], t));
+                (base.distance(p).abs(), p)
+            };
+            let places = (0..=PLACES).map(place);
+            let Some((gap, at)) = places.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|b| gap < b.0) {
+                best = Some((gap, at, patch));
+            }
+        }
+    }
+    match best {
+        Some((gap, _, patch)) if gap <= near => Ok(patch),
+        Some((gap, at, _)) => Err(SurfacePlanError::NoSide { gap, at }),
+        // a face that closes both ways has no side
+        None => Err(SurfacePlanError::NoSide {
+            gap: f64::INFINITY,
+            at: face.build_from_surface.translation,
+        }),
+    }
+}
+
+/// The share of a turn by which closed passes start farther from one to the next: start defects do not stack.
+const SPREAD: f64 = 0.618_033_988_749_895;
+
+/// The pieces of each pass in the order of the shortest ways between them, closed ones each beginning elsewhere.
+fn ordered(passes: &[SurfacePass]) -> Vec<SurfacePass> {
+    let mut done: Vec<SurfacePass> = Vec::with_capacity(passes.len());
+    let mut here: Option<DVec3> = None;
+    for group in passes.chunk_by(|a, b| a.number == b.number) {
+        let mut left: Vec<SurfacePass> = group.to_vec();
+        while !left.is_empty() {
+            let far = |p: &SurfacePoint| here.map_or(0.0, |h| h.distance(p.position));
+            // (distance, piece, turned round)
+            let ends = left.iter().enumerate().flat_map(|(i, pass)| {
+                let closed = pass.is_closed();
+                let first = pass.points.first().map(|p| (far(p), i, false));
+                let last = pass.points.last().filter(|_| !closed);
+                first.into_iter().chain(last.map(|p| (far(p), i, true)))
+            });
+            let nearest = ends.min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, i, turned)) = nearest else { break };
+            let mut pass = left.remove(i);
+            if pass.is_closed() {
+                begin_elsewhere(&mut pass);
+            } else if turned {
+                pass.points.reverse();
+            }
+            here = pass.points.last().map(|p| p.position);
+            done.push(pass);
+        }
+    }
+    done
+}
+
+/// Turns a closed pass so that it begins at its own share of its points.
+fn begin_elsewhere(pass: &mut SurfacePass) {
+    pass.points.pop();
+    let count = pass.points.len();
+    let share = (f64::from(pass.number) * SPREAD).fract();
+    pass.points
+        .rotate_left((share * count as f64) as usize % count);
+    pass.points.push(pass.points[0]);
+}

@@ -1,0 +1,105 @@
+//! The run of a job on a surface: plan, program, machine, checks, and what it writes.
+
+use meltpath_base::output::OutputFolder;
+use meltpath_base::{Observer, Reporter, Verdict};
+use meltpath_report::html::Report;
+use meltpath_toolpath::storage;
+
+use super::Asked;
+use super::plan::{SurfacePlan, plan};
+use super::wall::{load_sheet, wall};
+use crate::inputs;
+use crate::outcome::{self, Examined, Outcome, record_inputs};
+use crate::views;
+use crate::waam::error::WaamError;
+use crate::waam::foretell;
+use crate::waam::loaded::{Loaded, SHOWN_WARNINGS, subtitle};
+
+/// The run into a new folder.
+pub(in crate::waam) fn run(
+    loaded: &Loaded,
+    asked: &Asked,
+    folder: OutputFolder,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Outcome, WaamError> {
+    let settings = &loaded.settings;
+    let wall = wall(loaded, asked, reporter, observer)?;
+    let verdict = Verdict {
+        checks: wall.checks.clone(),
+        facts: wall.facts.clone(),
+        warnings: reporter.digest(SHOWN_WARNINGS),
+    };
+    let mut provenance = settings.provenance.clone();
+    record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
+    for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
+        record_inputs(&mut provenance, &[file])?;
+    }
+    observer.stage("write results", 0);
+    views::waam::surface::write_files(&folder, &wall)?;
+    let report = Report {
+        title: loaded.name.clone(),
+        subtitle: subtitle(&wall.sheet.name, settings),
+        verdict: verdict.clone(),
+        scene: Some(views::waam::surface::scene(&wall, settings)),
+        sections: views::waam::surface::sections(&wall, asked, settings),
+        sheet: None,
+        provenance,
+    };
+    outcome::tell(&folder, &report)?;
+    inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
+    folder.write("toolpath.melt", |w| storage::write(&wall.plan.toolpath, w))?;
+    for file in &wall.files {
+        folder.write(&format!("program/{}", file.name), |w| {
+            w.write_all(file.text.as_bytes())
+        })?;
+    }
+    observer.check()?;
+    Ok(Outcome {
+        folder: folder.commit()?,
+        verdict,
+    })
+}
+
+/// The plan alone, with a summary in words.
+pub(in crate::waam) fn plan_only(
+    loaded: &Loaded,
+    asked: &Asked,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<(SurfacePlan, Vec<String>), WaamError> {
+    let sheet = load_sheet(loaded, asked, reporter, observer)?;
+    let plan = plan(&sheet, asked, &loaded.settings)?;
+    let passes = plan.passes.last().map_or(0, |p| p.number);
+    let mut lines = vec![format!(
+        "{} beads, {:.1} m, in {passes} passes {:.3} mm apart",
+        plan.passes.len(),
+        plan.toolpath.deposited_length() / 1000.0,
+        asked.spacing
+    )];
+    lines.extend(sheet.findings);
+    Ok((plan, lines))
+}
+
+/// What a run of the job will find.
+pub(in crate::waam) fn examine(
+    loaded: &Loaded,
+    asked: &Asked,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Examined, WaamError> {
+    let quiet = Reporter::new();
+    let wall = wall(loaded, asked, &quiet, observer)?;
+    let mut notes = wall.sheet.findings.clone();
+    notes.push(format!(
+        "{} passes, {:.0} min with arc",
+        wall.plan.passes.last().map_or(0, |p| p.number),
+        wall.summary.arc_time / 60.0
+    ));
+    notes.extend(foretell::lines(&foretell::undecided(wall.checks)));
+    Ok(Examined {
+        notes,
+        provenance: loaded.settings.provenance.clone(),
+        warnings: reporter.warnings(),
+    })
+}
