@@ -201,7 +201,7 @@ table! {
 
     /// Resolution.
     pub struct SimulationTable {
-        /// Cell of the height map.
+        /// Cell of the height map; along a surface, side of the voxels, a twelfth of the bead's width at most.
         cell: Length where within(0.05, 10.0) => default("0.5 mm", "a thirteenth of a usual bead");
         /// Chord error of the mesh made of a B-rep part.
         chord_error: Length where within(1e-4, 10.0) => default("0.02 mm", "far below a bead's scatter");

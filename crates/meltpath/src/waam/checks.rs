@@ -321,7 +321,8 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
         minutes("time-pause", "time of pauses", s.pause_time),
         minutes("time-total", "time in all", s.total_time),
     ];
-    facts.extend(tube::distribution(simulation));
+    let distances = simulation.ctwd.iter().map(|(_, d)| *d).collect();
+    facts.extend(tube::distribution(&simulation.layers, distances));
     facts
 }
 

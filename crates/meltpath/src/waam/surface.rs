@@ -1,8 +1,8 @@
-//! A wall one bead thick along a surface in space: what a job asks, the plan, its checks, and the run from part to program.
-//!
-//! Its metal is not simulated: what hangs on it cannot be said.
+//! A wall one bead thick along a surface in space: what a job asks, the plan, its metal, its checks, and the run from part to program.
 
+pub(crate) mod grow;
 mod judge;
+mod metal;
 pub mod plan;
 pub(super) mod run;
 pub(crate) mod wall;

@@ -6,7 +6,7 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 
 use super::judge::{GrowthError, LayerOutcome, TubePlace};
 use super::settings::Settings;
-use super::simulate::{CtwdPoint, Simulation};
+use super::simulate::CtwdPoint;
 
 /// Checks of every simulated sample: nearest and farthest contact tube, and whether the wire feed is known there.
 pub(super) fn checks(
@@ -138,13 +138,11 @@ fn known(layers: &[LayerOutcome], ctwd: &[CtwdPoint], settings: &Settings) -> Op
     )))
 }
 
-/// How the distances are distributed along the beads.
-pub(super) fn distribution(simulation: &Simulation) -> Option<Fact> {
-    let mut distances: Vec<f64> = simulation.ctwd.iter().map(|(_, d)| *d).collect();
+/// How distances are distributed along the beads.
+pub(super) fn distribution(layers: &[LayerOutcome], mut distances: Vec<f64>) -> Option<Fact> {
     distances.sort_unstable_by(f64::total_cmp);
     let last = distances.len().checked_sub(1)?;
     let at = |share: f64| distances[(last as f64 * share).round() as usize];
-    let layers = &simulation.layers;
     let (near, far) = (
         End::Nearest.worst(layers)?.1,
         End::Farthest.worst(layers)?.1,

@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 use meltpath::waam::{WaamError, plan_to_file, read_toolpath, run};
-use meltpath_base::{Check, Fact, Silent, Status, Verdict};
+use meltpath_base::{Check, Fact, Reporter, Silent, Status, Verdict};
 use meltpath_geometry::Mesh;
-use meltpath_geometry::io::stl::write_stl;
+use meltpath_geometry::io::stl::{read_stl, write_stl};
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::shapes;
 use tempfile::TempDir;
@@ -183,8 +183,10 @@ fn multiaxis_ma5_a_job_keeps_the_distance_on_a_face() {
         }
     }
     // what is not known is told, and never passes
-    for id in ["metal", "tilt"] {
-        assert_eq!(ran.check(id).status, Status::CannotSay);
+    assert_eq!(ran.check("tilt").status, Status::CannotSay);
+    // beads of 2.4 mm laid 5 mm apart: the metal stays behind
+    for id in ["loose", "ctwd-max", "height"] {
+        assert_ne!(ran.check(id).status, Status::Pass, "{id}");
     }
     assert_eq!(ran.check("program").status, Status::Pass);
     assert_ne!(ran.verdict.status(), Status::Pass);
@@ -420,5 +422,138 @@ fn a_wall_is_written_for_two_controllers() {
             names.iter().any(|n| n.ends_with(ending)),
             "{ending}: {names:?}"
         );
+    }
+}
+
+/// Lines of a bead of its own, so that `layers.height` is what the test says.
+const BEAD: &str = "[waam.bead]\nheight = \"2 mm\"";
+/// What a wall of such beads grows by a pass, mm.
+const GROWTH: f64 = 1.48;
+
+fn as_built(ran: &Ran) -> Mesh {
+    let bytes = std::fs::read(ran.folder.join("as-built.stl")).unwrap();
+    let stl = read_stl(&bytes[..], None, &Reporter::new(), &Silent);
+    stl.unwrap().mesh
+}
+
+/// A plane sheet that leans by `angle` rad towards +y, 60 mm long and `wide` mm wide.
+fn leaning(angle: f64, wide: f64) -> Mesh {
+    grid(
+        8,
+        30,
+        |_, _| false,
+        |i, k| {
+            let (along, up) = (2.0 * f64::from(k), wide / 8.0 * f64::from(i));
+            DVec3::new(along, up * angle.sin(), up * angle.cos())
+        },
+    )
+}
+
+#[test]
+fn metal_of_a_leaning_wall_stands_along_the_torch() {
+    let dir = tempfile::tempdir().unwrap();
+    let angle = 25_f64.to_radians();
+    sheet(dir.path(), &leaning(angle, 16.0));
+    let how = format!("torch = \"tangent\"\n{BEAD}");
+    let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", &how), dir);
+    for id in [
+        "height",
+        "flatness",
+        "accumulation",
+        "ctwd-min",
+        "ctwd-max",
+        "loose",
+    ] {
+        let check = ran.check(id);
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+    }
+    // along the wall, in its middle: as thick as a bead is wide, and as high as its passes
+    let (up, out) = (
+        DVec3::new(0.0, angle.sin(), angle.cos()),
+        DVec3::new(0.0, angle.cos(), -angle.sin()),
+    );
+    let mesh = as_built(&ran);
+    let wall = || {
+        let middle = mesh.vertices.iter().filter(|p| (10.0..50.0).contains(&p.x));
+        middle.filter(|p| p.dot(up) > 6.0 && p.z > 2.0).copied()
+    };
+    assert!(wall().count() > 1000);
+    let aside = wall().map(|p| p.dot(out).abs()).fold(0.0, f64::max);
+    assert!((2.6..4.2).contains(&aside), "{aside}");
+    let top = wall().map(|p| p.dot(up)).fold(0.0, f64::max);
+    let planned = GROWTH * f64::from(ran.passes());
+    assert!((top - planned).abs() < 1.5, "{top} of {planned}");
+    // what was fed is what lies there
+    let laid = ran.fact("metal").value.as_ref().unwrap().value;
+    let fed = ran.fact("wire-mass").value.as_ref().unwrap().value;
+    assert!(laid > 5.0 && fed > 0.0, "{laid} {fed}");
+    assert!(ran.folder.join("fields/beads.vtp").exists());
+}
+
+#[test]
+fn metal_beside_the_torch_cannot_be_said() {
+    let dir = tempfile::tempdir().unwrap();
+    sheet(dir.path(), &leaning(25_f64.to_radians(), 16.0));
+    let how = format!("torch = \"fixed\"\n{BEAD}");
+    let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", &how), dir);
+    for id in ["height", "ctwd-max", "loose"] {
+        let check = ran.check(id);
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        assert!(check.reason.contains("25 deg aside"), "{check:?}");
+    }
+}
+
+#[test]
+fn metal_that_stays_behind_its_passes_fails() {
+    let dir = tempfile::tempdir().unwrap();
+    sheet(dir.path(), &leaning(0.0, 32.0));
+    let how = format!("torch = \"tangent\"\n{BEAD}");
+    let ran = Ran::of(&job(dir.path(), "sheet.stl", "3.2 mm", &how), dir);
+    let tube = ran.check("ctwd-max");
+    assert_eq!(tube.status, Status::Fail, "{tube:?}");
+    assert!(tube.place.as_ref().unwrap().layer >= Some(4), "{tube:?}");
+    assert_eq!(ran.check("height").status, Status::Fail);
+    assert_eq!(ran.check("ctwd-known").status, Status::CannotSay);
+}
+
+#[test]
+fn metal_on_a_cylinder_begins_on_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let disc = grid(
+        4,
+        48,
+        |_, _| false,
+        |i, k| {
+            let angle = TAU * f64::from(k % 48) / 48.0;
+            let radius = 12.0 + 2.0 * f64::from(i);
+            DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0)
+        },
+    );
+    sheet(dir.path(), &disc);
+    let how = format!(
+        "base.radius = \"12 mm\"\nbase.direction = [0.0, 0.0, 1.0]\ntorch = \"tangent\"\n{BEAD}"
+    );
+    let text = job(dir.path(), "sheet.stl", "1.48 mm", &how);
+    let ran = Ran::of(&text, dir);
+    let loose = ran.check("loose");
+    assert_eq!(loose.status, Status::Pass, "{loose:?}");
+    let near = ran.check("ctwd-max").value.as_ref().unwrap().value;
+    assert!((near - 15.0).abs() < 0.6, "{near}");
+    // nothing is known of a pool that lies on its side
+    assert_eq!(ran.check("tilt").status, Status::CannotSay);
+}
+
+#[test]
+fn metal_of_a_controller_that_nobody_knows_cannot_be_said() {
+    let dir = tempfile::tempdir().unwrap();
+    sheet(dir.path(), &leaning(0.0, 16.0));
+    let cell = crate::dialects::cell("kuka-krl");
+    std::fs::write(dir.path().join("cell.toml"), cell).unwrap();
+    let how = "torch = \"tangent\"\n[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[machine]\ncell = \"cell.toml\"\n[output]\nprograms = []";
+    let ran = Ran::of(&job(dir.path(), "sheet.stl", "1.48 mm", how), dir);
+    for id in ["height", "ctwd-min", "loose"] {
+        let check = ran.check(id);
+        assert_eq!(check.status, Status::CannotSay, "{check:?}");
+        assert!(check.reason.contains("no corner model"), "{check:?}");
     }
 }

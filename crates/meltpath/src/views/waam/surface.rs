@@ -1,6 +1,9 @@
-//! What people look at of a wall on a surface: passes and torch in space, how evenly they lie, how the torch leans.
+//! What people look at of a wall on a surface: passes, torch and metal in space, how evenly they lie, how the torch leans.
 
 use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_deposition::workpiece::{Laid, Support};
+use meltpath_geometry::Mesh;
+use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::surface::{SurfacePass, distribution, torch_axes};
 use meltpath_report::html::Section;
@@ -10,9 +13,13 @@ use meltpath_report::series::{Column, Kind, Values};
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::write_lines;
 
-use super::{PER_MINUTE, SHOWN_TRIANGLES, motion_series, vtk_io, write_passes, write_series};
+use super::{
+    PER_MINUTE, SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, vtk_io,
+    write_passes, write_series,
+};
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
+use crate::waam::surface::grow::outcomes;
 use crate::waam::surface::wall::Wall;
 
 /// Length of a torch's axis in the 3D view, mm.
@@ -106,7 +113,70 @@ fn travels(wall: &Wall) -> LineSet {
     set
 }
 
-/// The 3D scene: surface, passes, torch, travels.
+/// The beads as they lie: the surface that each left on its axis.
+fn beads(laid: &Laid, layer_of_command: &[u32]) -> LineSet {
+    let layer = |command: u32| {
+        let found = layer_of_command.get(command as usize);
+        found.copied().unwrap_or(0)
+    };
+    let mut set = LineSet {
+        name: "beads".to_owned(),
+        points: laid.path.iter().map(|p| p.crest).collect(),
+        polylines: Vec::new(),
+        scalars: Vec::new(),
+        stroke: Stroke::Hairline,
+        visibility: Visibility::Hidden,
+    };
+    let mut first = 0;
+    for bead in laid.path.chunk_by(|a, b| a.bead == b.bead) {
+        set.polylines.push(Polyline {
+            first,
+            layer: layer(bead[0].command),
+        });
+        first += bead.len();
+    }
+    let support = |s: Support| match s {
+        Support::Metal => 0.0,
+        Support::Partial => 1.0,
+        Support::None => 2.0,
+    };
+    let path = &laid.path;
+    set.scalars = vec![
+        Scalar::new(
+            "contact tube distance",
+            "mm",
+            path.iter().map(|p| p.ctwd as f32).collect(),
+        ),
+        Scalar::new(
+            "thickness",
+            "mm",
+            path.iter().map(|p| p.thickness as f32).collect(),
+        ),
+        Scalar::new(
+            "hangs (1 over its edge, 2 free)",
+            "",
+            path.iter().map(|p| support(p.support)).collect(),
+        ),
+    ];
+    set
+}
+
+/// The metal as a mesh, in voxels that a page can show; none where there is none.
+fn metal(wall: &Wall) -> Option<Surface> {
+    let grown = wall.grown.as_ref().ok()?;
+    let shown = |m: &Mesh| m.triangles.len() <= SHOWN_TRIANGLES;
+    let mesh = Some(grown.fine.voxels.to_mesh()).filter(shown);
+    let mesh = mesh.or_else(|| Some(grown.coarse.voxels.to_mesh()).filter(shown));
+    Some(Surface {
+        name: "predicted metal".to_owned(),
+        mesh: mesh?,
+        scalars: Vec::new(),
+        opacity: 0.6,
+        visibility: Visibility::Shown,
+    })
+}
+
+/// The 3D scene: metal, surface, passes, torch, travels.
 pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
     let mesh = &wall.sheet.mesh;
     let shown = (mesh.triangles.len() <= SHOWN_TRIANGLES).then(|| Surface {
@@ -117,9 +187,13 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
         visibility: Visibility::Hidden,
     });
     let bead = Stroke::Bead(0.7 * settings.bead.height.value);
+    let mut lines = vec![passes(wall, bead), axes(wall), travels(wall)];
+    if let Ok(grown) = &wall.grown {
+        lines.push(beads(&grown.fine, &wall.commands.layer_of_command));
+    }
     Scene {
-        lines: vec![passes(wall, bead), axes(wall), travels(wall)],
-        surfaces: shown.into_iter().collect(),
+        lines,
+        surfaces: metal(wall).into_iter().chain(shown).collect(),
         heights: None,
     }
 }
@@ -221,12 +295,31 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
     } else {
         "Angles are those between the torch and the vertical."
     };
-    vec![Section {
+    let mut sections = vec![Section {
         title: "Passes on the surface".to_owned(),
         intro: intro.to_owned(),
         plots: vec![spacing, ratio, tilt, speed],
         tables: vec![table(wall)],
-    }]
+    }];
+    sections.extend(growth_section(wall, asked, settings));
+    sections
+}
+
+/// How the wall grows, pass by pass.
+fn growth_section(wall: &Wall, asked: &Asked, settings: &Settings) -> Option<Section> {
+    let laid = &wall.grown.as_ref().ok()?.fine;
+    let layers = outcomes(laid, &wall.commands, settings, asked.spacing);
+    let growth = settings.growth_error(1.0);
+    Some(Section {
+        title: "How the wall grows".to_owned(),
+        intro: "Heights are those of the metal on the bead's axis over the base, along the torch; each pass is a layer. The band is one standard uncertainty.".to_owned(),
+        plots: vec![
+            height_plot(&layers, &growth),
+            ctwd_plot(&layers, &settings.limits),
+            flatness_plot(&layers, &settings.limits),
+        ],
+        tables: Vec::new(),
+    })
 }
 
 fn table(wall: &Wall) -> Table {
@@ -268,7 +361,7 @@ fn table(wall: &Wall) -> Table {
     table
 }
 
-/// Writes the ParaView field and the series.
+/// Writes the as-built mesh, the ParaView fields and the series.
 ///
 /// # Errors
 /// [`OutputError`], a full disk included.
@@ -277,6 +370,14 @@ pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), Outp
     folder.write("fields/passes.vtp", |w| {
         write_lines(w, &lines).map_err(vtk_io)
     })?;
+    if let Ok(grown) = &wall.grown {
+        let mesh = grown.fine.voxels.to_mesh();
+        folder.write("as-built.stl", |mut w| write_stl(&mesh, "as-built", &mut w))?;
+        let lines = beads(&grown.fine, &wall.commands.layer_of_command);
+        folder.write("fields/beads.vtp", |w| {
+            write_lines(w, &lines).map_err(vtk_io)
+        })?;
+    }
     motion_series(folder, &wall.samples, &wall.commands.layer_of_command)?;
     write_passes(folder, &wall.plan.toolpath)?;
     let float = |name: &str, unit: &str| Column::new(name, unit, Kind::Float);

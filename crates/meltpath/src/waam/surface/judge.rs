@@ -18,7 +18,7 @@ fn place(at: &Extreme) -> Place {
     }
 }
 
-/// The checks of the plan, and what cannot be said as long as its metal is not simulated.
+/// The checks of the plan.
 pub(super) fn checks(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> Vec<Check> {
     let mut checks = vec![spacing(plan, asked)];
     if let Some(free) = hanging(&plan.passes) {
@@ -26,7 +26,6 @@ pub(super) fn checks(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> 
     }
     checks.push(unreached(plan));
     checks.push(tilt(plan, asked, settings));
-    checks.push(metal());
     checks
 }
 
@@ -152,16 +151,6 @@ pub(crate) fn leaning(plan: &SurfacePlan, settings: &Settings) -> Leaning {
         return Leaning::Standing(axis.angle_between(meltpath_geometry::math::DVec3::Z));
     }
     tilts(&plan.passes, &plan.torch).map_or(Leaning::Nothing, Leaning::Along)
-}
-
-fn metal() -> Check {
-    let title = "metal along the surface: thickness, lack, contact tube distance";
-    let why = "metal in other directions than up is not simulated";
-    let check = Check {
-        status: Status::CannotSay,
-        ..Check::not_checked("metal", title, why)
-    };
-    check.remedy("build and measure a short piece, cut off before the surface leans more")
 }
 
 /// What a wall on a surface tells without a limit.

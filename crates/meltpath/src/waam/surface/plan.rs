@@ -22,6 +22,8 @@ pub struct SurfacePlan {
     pub toolpath: Toolpath,
     /// Where each pass ends on the surface, in the order in which they are laid.
     pub passes: Vec<SurfacePass>,
+    /// What the wall stands on.
+    pub base: Base,
     /// How the torch is held.
     pub torch: Torch,
     /// Where fronts end: caps, rims, other fronts.
@@ -92,6 +94,7 @@ pub fn plan(
             ..Toolpath::default()
         },
         passes,
+        base,
         torch,
         ends: found.ends,
         unreached: found.unreached,

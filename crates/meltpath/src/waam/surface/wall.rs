@@ -1,31 +1,32 @@
-//! A wall on a surface, planned, written, driven and judged: everything but its metal.
+//! A wall on a surface, planned, written, driven, laid and judged.
 
 use meltpath_base::{Check, Fact, Observer, Reporter};
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::workpiece::HeightMap;
+use meltpath_geometry::workpiece::{HeightMap, VoxelsError};
 use meltpath_programs::TextFile;
 use meltpath_robot::Summary;
 use meltpath_robot::collision::Metal;
-use meltpath_robot::interpolation::fir;
 
+use super::grow::{Grown, drive};
 use super::plan::{SurfacePlan, plan};
-use super::{Asked, judge};
+use super::{Asked, judge, metal};
 use crate::stages::sheet::{self, Sheet};
-use crate::waam::checks::{fixed_torch_check, planned, range_check};
+use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::error::WaamError;
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::program::{self, Commands};
 use crate::waam::reach;
-use crate::waam::record::{Recorder, Sample};
+use crate::waam::record::Sample;
 use crate::waam::settings::Settings;
-use crate::waam::simulate::SimulateError;
 
-/// Everything about a wall on a surface but its metal.
+/// Everything about a wall on a surface.
 pub(crate) struct Wall {
     pub(crate) sheet: Sheet,
     pub(crate) plan: SurfacePlan,
     pub(crate) commands: Commands,
     pub(crate) samples: Vec<Sample>,
+    /// Its metal, or why there is no room for it.
+    pub(crate) grown: Result<Grown, VoxelsError>,
     pub(super) summary: Summary,
     pub(super) files: Vec<TextFile>,
     pub(super) checks: Vec<Check>,
@@ -64,33 +65,35 @@ pub(super) fn wall(
     let own = settings.cell.program.dialect.value;
     let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, reporter)?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
-    let mut recorder = Recorder::default();
-    let summary = fir::simulate(
-        commands.start,
-        &commands.commands,
-        &settings.controller,
-        settings.controller.sampling(),
-        observer,
-        &mut recorder,
-    )
-    .map_err(SimulateError::from)?;
+    let driven = drive(&commands, &plan, settings, reporter, observer)?;
     let mut checks = judge::checks(&plan, asked, settings);
+    checks.extend(metal::checks(
+        &driven.grown,
+        (&plan, asked),
+        &commands,
+        settings,
+    ));
+    checks.extend(borrowed_check(settings));
     checks.extend(range_check(planned(&plan.toolpath), settings));
     let (files, check) = written(loaded, &plan.toolpath, &programs, &commands)?;
     checks.push(check);
     observer.stage("robot", 0);
-    let metal = metal(&plan, settings)?;
-    let along = reach::along(&programs.parsed, &commands, settings, &metal);
+    let columns = columns(&plan, settings)?;
+    let along = reach::along(&programs.parsed, &commands, settings, &columns);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));
-    let mut facts = judge::facts(&plan, asked, settings, &summary);
+    let mut facts = judge::facts(&plan, asked, settings, &driven.summary);
+    if let Ok(grown) = &driven.grown {
+        facts.extend(metal::facts(grown, asked, &commands, settings));
+    }
     facts.extend(reach::facts(along.as_ref(), &commands));
     Ok(Wall {
         sheet,
         plan,
         commands,
-        samples: recorder.finish(),
-        summary,
+        samples: driven.samples,
+        grown: driven.grown,
+        summary: driven.summary,
         files,
         checks,
         facts,
@@ -101,7 +104,7 @@ pub(super) fn wall(
 const COLUMN: f64 = 2.0;
 
 /// The wall as it has grown after each pass, in columns that reach down to the plate: no less than its metal.
-fn metal(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>, WaamError> {
+fn columns(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>, WaamError> {
     if settings.robot.as_ref().is_none_or(|r| r.shapes.is_none()) {
         return Ok(Vec::new());
     }

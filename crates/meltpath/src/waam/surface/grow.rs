@@ -1,0 +1,257 @@
+//! How a wall on a surface grows: its program driven, its metal laid along the torch in voxels, on what the wall stands on.
+
+use meltpath_base::{Observer, Reporter};
+use meltpath_deposition::deposit::TubeDistance;
+use meltpath_deposition::workpiece::{Laid, LaidPoint, Laying};
+use meltpath_geometry::Mesh;
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::workpiece::{Voxels, VoxelsError};
+use meltpath_planning::surface::Base;
+use meltpath_robot::Summary;
+use meltpath_robot::interpolation::fir;
+use meltpath_toolpath::{MotionBlock, MotionSink};
+
+use super::plan::SurfacePlan;
+use crate::waam::judge::{LayerOutcome, TubePlace};
+use crate::waam::program::Commands;
+use crate::waam::record::{Recorder, Sample};
+use crate::waam::settings::Settings;
+use crate::waam::simulate::SimulateError;
+
+/// Voxels along the bead's width at least.
+const ACROSS: f64 = 12.0;
+/// Side of the coarser voxels, by which the finer ones are judged, over theirs.
+const COARSER: f64 = 1.5;
+/// Room about the passes, widths of the bead.
+const ROOM: f64 = 2.0;
+/// What a plane is the top of, mm thick.
+const SLAB: f64 = 4.0;
+/// Corners that stand for a circle: 0.04 mm off at a radius of 1 m.
+const CORNERS: u32 = 360;
+
+/// Metal of one wall, laid twice.
+#[derive(Debug)]
+pub(crate) struct Grown {
+    /// In voxels of `cell`.
+    pub(crate) fine: Laid,
+    /// In coarser ones.
+    pub(crate) coarse: Laid,
+    /// Side of the finer voxels, mm.
+    pub(crate) cell: f64,
+    /// What the wall stands on, in the finer voxels, mm³.
+    pub(crate) ground: f64,
+}
+
+/// A program driven.
+pub(super) struct Driven {
+    pub(super) summary: Summary,
+    pub(super) samples: Vec<Sample>,
+    /// The metal, or why there is no room for it.
+    pub(super) grown: Result<Grown, VoxelsError>,
+}
+
+/// Pushes motion to the recorder and to what lays metal.
+struct Sinks<'a, 'b> {
+    recorder: &'a mut Recorder,
+    layings: &'a mut [Laying<'b>],
+}
+
+impl MotionSink for Sinks<'_, '_> {
+    fn block(&mut self, block: &MotionBlock) {
+        self.recorder.block(block);
+        for laying in &mut *self.layings {
+            laying.block(block);
+        }
+    }
+}
+
+/// Drives the commands and lays their metal, in voxels of two sizes.
+pub(super) fn drive(
+    commands: &Commands,
+    plan: &SurfacePlan,
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Driven, SimulateError> {
+    let cell = settings.cell_size.min(settings.bead.width.value / ACROSS);
+    let grounds = ground(plan, settings, cell)
+        .and_then(|fine| Ok([fine, ground(plan, settings, COARSER * cell)?]));
+    let (mut layings, mut under, mut trouble) = (Vec::new(), 0.0, None);
+    match grounds {
+        Ok([fine, coarse]) => {
+            under = fine.volume();
+            let new =
+                |voxels| Laying::new(voxels, settings.bead_model, settings.pool, settings.deposit);
+            layings = vec![new(fine)?.reporting_to(reporter), new(coarse)?];
+        }
+        Err(e) => trouble = Some(e),
+    }
+    let mut recorder = Recorder::default();
+    let summary = fir::simulate(
+        commands.start,
+        &commands.commands,
+        &settings.controller,
+        settings.controller.sampling(),
+        observer,
+        &mut Sinks {
+            recorder: &mut recorder,
+            layings: &mut layings,
+        },
+    )?;
+    let mut laid = layings.into_iter().map(Laying::finish);
+    let grown = match (laid.next(), laid.next(), trouble) {
+        (Some(fine), Some(coarse), None) => Ok(Grown {
+            fine,
+            coarse,
+            cell,
+            ground: under,
+        }),
+        (.., trouble) => Err(trouble.unwrap_or(VoxelsError::Cell { cell })),
+    };
+    Ok(Driven {
+        summary,
+        samples: recorder.finish(),
+        grown,
+    })
+}
+
+/// What the wall stands on, in voxels with room for the wall.
+fn ground(plan: &SurfacePlan, settings: &Settings, cell: f64) -> Result<Voxels, VoxelsError> {
+    let points = plan.passes.iter().flat_map(|p| &p.points);
+    let places = points.flat_map(|p| [Some(p.position), p.from]).flatten();
+    let (low, high) = places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let room = DVec3::splat(ROOM * settings.bead.width.value);
+    let (low, high) = (low - room, high + room);
+    // a plane between voxels is theirs exactly
+    let low = (low / cell).floor() * cell;
+    let mut voxels = Voxels::new(low, high, cell)?;
+    voxels.fill_mesh(&solid(&plan.base, (low, high)))?;
+    Ok(voxels)
+}
+
+/// The body of a base, as far as a box needs it and farther.
+fn solid(base: &Base, (low, high): (DVec3, DVec3)) -> Mesh {
+    let (middle, reach) = (0.5 * (low + high), low.distance(high));
+    match *base {
+        Base::Plane { origin, normal } => {
+            let up = normal.normalize_or_zero();
+            let (u, v) = up.any_orthonormal_pair();
+            let centre = middle - (middle - origin).dot(up) * up;
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let corner = |(a, b): (f64, f64)| centre + reach * (a * u + b * v);
+            prism(&corners.map(corner), -SLAB * up)
+        }
+        Base::Cylinder {
+            origin,
+            axis,
+            radius,
+        } => {
+            let along = axis.normalize_or_zero();
+            let (u, v) = along.any_orthonormal_pair();
+            let end = origin + ((middle - origin).dot(along) - reach) * along;
+            let corner = |i: u32| {
+                let (sin, cos) =
+                    (std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+                end + radius * (cos * u + sin * v)
+            };
+            let outline: Vec<DVec3> = (0..CORNERS).map(corner).collect();
+            prism(&outline, 2.0 * reach * along)
+        }
+    }
+}
+
+/// A convex outline drawn along a way.
+fn prism(outline: &[DVec3], along: DVec3) -> Mesh {
+    let n = outline.len() as u32;
+    let mut mesh = Mesh {
+        vertices: outline.to_vec(),
+        triangles: Vec::new(),
+    };
+    mesh.vertices.extend(outline.iter().map(|p| *p + along));
+    for i in 0..n {
+        let next = (i + 1) % n;
+        mesh.triangles
+            .extend([[i, next, n + next], [i, n + next, n + i]]);
+        if i > 0 && next > 0 {
+            mesh.triangles.extend([[0, next, i], [n, n + i, n + next]]);
+        }
+    }
+    mesh
+}
+
+/// What was predicted of each pass, `spacing` mm over the one before.
+pub(crate) fn outcomes(
+    laid: &Laid,
+    commands: &Commands,
+    settings: &Settings,
+    spacing: f64,
+) -> Vec<LayerOutcome> {
+    let layer = |p: &LaidPoint| commands.layer_of_command.get(p.command as usize).copied();
+    let passes = laid.path.chunk_by(|a, b| layer(a) == layer(b));
+    let pass = |points: &[LaidPoint]| {
+        let number = layer(points.first()?)?;
+        Some(outcome(
+            number,
+            points,
+            commands,
+            (settings.deposit.nominal_ctwd, spacing),
+        ))
+    };
+    passes.filter_map(pass).collect()
+}
+
+/// What was predicted of one pass.
+fn outcome(
+    number: u32,
+    points: &[LaidPoint],
+    commands: &Commands,
+    (nominal, spacing): (f64, f64),
+) -> LayerOutcome {
+    let mean = |f: &dyn Fn(&LaidPoint) -> f64| {
+        points.iter().map(f).sum::<f64>() / points.len().max(1) as f64
+    };
+    // how much higher than planned the metal stands on the bead's axis, along the torch
+    let higher = |p: &LaidPoint| nominal - p.ctwd + p.thickness - spacing;
+    let planned_top = f64::from(number) * spacing;
+    let mut heights: Vec<f64> = points.iter().map(higher).collect();
+    heights.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| {
+        let last = heights.len().saturating_sub(1) as f64;
+        heights.get((last * share).round() as usize).copied()
+    };
+    let place = |p: &LaidPoint| TubePlace {
+        at: TubeDistance {
+            distance: p.ctwd,
+            tool: p.tool,
+            time: p.time,
+            command: p.command,
+        },
+        bead: commands
+            .bead_of_command
+            .get(p.command as usize)
+            .copied()
+            .flatten(),
+    };
+    let nearer = |a: &&LaidPoint, b: &&LaidPoint| a.ctwd.total_cmp(&b.ctwd);
+    let ends = points
+        .iter()
+        .min_by(nearer)
+        .zip(points.iter().max_by(nearer));
+    let thickness = mean(&|p| p.thickness);
+    let thickest = points
+        .iter()
+        .max_by(|a, b| a.thickness.total_cmp(&b.thickness));
+    LayerOutcome {
+        layer: number,
+        planned_top,
+        mean_top: Some(planned_top + mean(&higher)),
+        flatness: at(0.95).zip(at(0.05)).map(|(high, low)| high - low),
+        ctwd_mean: mean(&|p| p.ctwd),
+        ctwd_range: ends.map_or((f64::NAN, f64::NAN), |(a, b)| (a.ctwd, b.ctwd)),
+        tube: ends.map(|(a, b)| [place(a), place(b)]),
+        accumulation: thickest.map(|p| (p.thickness / thickness - 1.0, p.crest)),
+        ..LayerOutcome::default()
+    }
+}

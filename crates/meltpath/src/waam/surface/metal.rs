@@ -1,0 +1,215 @@
+//! What is judged and told of the metal of a wall on a surface: by the limits of flat layers, along the torch instead of up.
+//!
+//! Metal is laid in voxels of two sizes: what they differ by is part of every uncertainty.
+
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
+use meltpath_deposition::workpiece::{Laid, Loose, Support};
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::workpiece::VoxelsError;
+use meltpath_planning::surface::torch_axes;
+
+use super::Asked;
+use super::grow::{Grown, outcomes};
+use super::plan::SurfacePlan;
+use crate::waam::doubt::{self, Doubt};
+use crate::waam::judge::layer_checks;
+use crate::waam::program::Commands;
+use crate::waam::settings::Settings;
+use crate::waam::tube;
+
+/// The torch may lean so far aside from the wall before its bead is lopsided, rad: 10°.
+const ASIDE: f64 = 0.175;
+/// The torch may point so far ahead or back before a bead's height is no longer that of an upright one, rad: 15°, as was tried.
+const AHEAD: f64 = 0.262;
+/// A bead may hang free over this share of its width.
+const FREE: f64 = 0.5;
+
+/// The checks of the metal.
+pub(super) fn checks(
+    grown: &Result<Grown, VoxelsError>,
+    (plan, asked): (&SurfacePlan, &Asked),
+    commands: &Commands,
+    settings: &Settings,
+) -> Vec<Check> {
+    let grown = match grown {
+        Ok(grown) => grown,
+        Err(why) => return vec![without_room(why)],
+    };
+    let of = |laid: &Laid| -> Vec<Check> {
+        let growth = settings.growth_error(1.0);
+        let layers = outcomes(laid, commands, settings, asked.spacing);
+        let ctwd: Vec<(f64, f64)> = laid.path.iter().map(|p| (p.time, p.ctwd)).collect();
+        let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
+        checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
+        checks.push(loose(laid, commands, FREE * settings.bead.width.value));
+        checks
+    };
+    let coarse = of(&grown.coarse);
+    let fine = of(&grown.fine).into_iter();
+    let mut checks: Vec<Check> = fine.map(|check| converged(check, &coarse)).collect();
+    doubt::undecided(&mut checks, &doubts(grown, plan, settings));
+    checks
+}
+
+/// Metal that would not fit in memory.
+fn without_room(why: &VoxelsError) -> Check {
+    let title = "metal along the surface: contact tube distance, height, what hangs";
+    let check = Check {
+        status: Status::CannotSay,
+        ..Check::not_checked("metal", title, &why.to_string())
+    };
+    check.remedy(
+        "lay fewer passes (layers.count), or a part of the surface at a time (surface.faces)",
+    )
+}
+
+/// The longest stretch of bead with no metal under it, or none under a quarter of its width.
+fn loose(laid: &Laid, commands: &Commands, limit: f64) -> Check {
+    const TITLE: &str = "metal that hangs free: longest stretch of bead with no metal under it";
+    let longest = |a: &&Loose, b: &&Loose| a.length.total_cmp(&b.length);
+    let found = laid.loose.iter().max_by(longest);
+    let length = found.map_or(0.0, |l| l.length);
+    let check = Check::judge(
+        "loose",
+        TITLE,
+        Measure::exact(length, "mm"),
+        Limit::AtMost(limit),
+    );
+    let Some(found) = found else { return check };
+    let all: f64 = laid.loose.iter().map(|l| l.length).sum();
+    let what = match found.support {
+        Support::None => "no metal within reach of the arc",
+        Support::Partial | Support::Metal => "none under a quarter of its width",
+    };
+    let at = |v: &[u32]| v.get(found.command as usize).copied();
+    let bead = commands.bead_of_command.get(found.command as usize);
+    check
+        .because(&format!("{what}; {all:.1} mm in all"))
+        .at(Place {
+            layer: at(&commands.layer_of_command),
+            bead: bead.copied().flatten(),
+            ..Place::at(found.position.to_array())
+        })
+}
+
+/// What the finer voxels say; what the coarser ones differ by is part of its uncertainty.
+fn converged(fine: Check, coarse: &[Check]) -> Check {
+    let advice = remedy(&fine.id);
+    let other = coarse.iter().find(|c| c.id == fine.id);
+    let other = other.and_then(|c| c.value.as_ref());
+    let (Some(value), Some(limit)) = (&fine.value, fine.limit) else {
+        return fine.remedy(advice);
+    };
+    // what only the finer ones tell has not been tried on others
+    let apart = other.map_or(f64::INFINITY, |o| (o.value - value.value).abs());
+    let sigma = value.sigma.unwrap_or(0.0).hypot(apart);
+    let measure = Measure::new(value.value, sigma, &value.unit);
+    let judged = Check::judge(&fine.id, &fine.title, measure, limit);
+    let status = match fine.status {
+        Status::CannotSay => Status::CannotSay,
+        _ => judged.status,
+    };
+    let check = Check {
+        value: judged.value,
+        status,
+        ..fine
+    };
+    let check = if judged.reason.is_empty() || check.reason.contains(&judged.reason) {
+        check
+    } else {
+        check.because(&judged.reason)
+    };
+    check.remedy(advice)
+}
+
+/// What mends a check of the metal.
+fn remedy(id: &str) -> &'static str {
+    match id {
+        "height" => {
+            "layers.height = \"auto\", or the height corrected at the machine every few passes"
+        }
+        "flatness" => "surface.strategy = \"distance\": passes then lie evenly",
+        "accumulation" => "more machine.smoothing where the torch waits at corners",
+        "loose" => {
+            "surface.torch = \"tangent\", a smaller layers.height, or the bead begun on metal"
+        }
+        "ctwd-known" => {
+            "layers.height = \"auto\", and surface.strategy = \"distance\"; or measure the wire feed at that distance, and extend [feed_response] of the process map"
+        }
+        _ => {
+            "layers.height = \"auto\", surface.strategy = \"distance\", or a machine.ctwd farther from the limit"
+        }
+    }
+}
+
+/// What keeps the metal from being decided about.
+fn doubts(grown: &Grown, plan: &SurfacePlan, settings: &Settings) -> Vec<Doubt> {
+    let corners = doubt::of_corners(*settings.cell.program.dialect, settings);
+    let room = (grown.fine.beside > 0.0 || grown.coarse.beside > 0.0).then(|| Doubt {
+        reason: format!(
+            "{:.1} mm³ of metal found no room in memory",
+            grown.fine.beside.max(grown.coarse.beside)
+        ),
+        remedy:
+            "lay fewer passes (layers.count), or a part of the surface at a time (surface.faces)"
+                .to_owned(),
+    });
+    lean(plan).into_iter().chain(room).chain(corners).collect()
+}
+
+/// A torch that leans from the wall by more than any bead was tried at.
+fn lean(plan: &SurfacePlan) -> Option<Doubt> {
+    let angle = |a: DVec3, b: DVec3| a.dot(b).abs().clamp(0.0, 1.0).asin();
+    // (how far over what was tried, aside, ahead, pass, place)
+    let mut worst: Option<(f64, f64, f64, u32, DVec3)> = None;
+    for pass in &plan.passes {
+        for (point, axis) in pass.points.iter().zip(torch_axes(pass, &plan.torch)) {
+            let aside = angle(axis, point.normal);
+            let ahead = angle(axis, point.normal.cross(point.growth));
+            let over = (aside / ASIDE).max(ahead / AHEAD);
+            if worst.is_none_or(|w| over > w.0) {
+                worst = Some((over, aside, ahead, pass.number, point.position));
+            }
+        }
+    }
+    let (_, aside, ahead, number, at) = worst.filter(|w| w.0 > 1.0)?;
+    Some(Doubt {
+        reason: format!(
+            "the torch leans from the wall by {:.0} deg aside and {:.0} deg along the pass (pass {number}, at {:.1}, {:.1}, {:.1} mm): beads were tried up to {:.0} and {:.0} deg",
+            aside.to_degrees(),
+            ahead.to_degrees(),
+            at.x,
+            at.y,
+            at.z,
+            ASIDE.to_degrees(),
+            AHEAD.to_degrees()
+        ),
+        remedy: "surface.torch = \"tangent\" without surface.tilt, so that the torch stands along the wall; or build and measure a short piece"
+            .to_owned(),
+    })
+}
+
+/// What the metal tells without a limit.
+pub(super) fn facts(
+    grown: &Grown,
+    asked: &Asked,
+    commands: &Commands,
+    settings: &Settings,
+) -> Vec<Fact> {
+    let laid = &grown.fine;
+    let held = laid.voxels.volume() - grown.ground;
+    let words = format!(
+        "voxels of {:.2} mm hold {held:.1} of {:.1} mm³ fed; {:.1} mm³ lie over places without metal within reach",
+        grown.cell, laid.volume, laid.loose_volume
+    );
+    let balance = Fact::new(
+        "metal",
+        "metal laid along the torch",
+        Measure::exact(1e-3 * laid.volume, "cm³"),
+        &words,
+    );
+    let layers = outcomes(laid, commands, settings, asked.spacing);
+    let distances = laid.path.iter().map(|p| p.ctwd).collect();
+    let tube = tube::distribution(&layers, distances);
+    std::iter::once(balance).chain(tube).collect()
+}
