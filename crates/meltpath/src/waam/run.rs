@@ -16,15 +16,17 @@ use super::checks::{build_facts, plan_facts, program_check};
 use super::error::WaamError;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
+use super::mend::mend;
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
+use super::planned::{Planned, planned};
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, laws_tried, resolve};
 use super::simulate::{Build, Simulation, simulate};
 use crate::inputs;
 use crate::job::common::SubstrateTable;
-use crate::job::{self, Job, JobError, WaamJob};
+use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::{self, Examined, Outcome, record_inputs};
 use crate::stages::part::{self, Part};
 use crate::views;
@@ -39,8 +41,8 @@ pub(super) struct Loaded {
     text: String,
     name: String,
     pub(super) settings: Settings,
-    /// The plate as written.
-    plate: SubstrateTable,
+    /// As written.
+    job: Written<WaamJob>,
 }
 
 /// The job, read and resolved.
@@ -57,7 +59,7 @@ pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError
         name: job_name(path, &job),
         text,
         settings,
-        plate: job.substrate.value.clone(),
+        job: *job,
     })
 }
 
@@ -99,7 +101,7 @@ pub(super) fn load_part(
         reporter,
         observer,
     )?;
-    match too_small(&loaded.plate, &part) {
+    match too_small(&loaded.job.substrate, &part) {
         Some(problem) => Err(JobError::in_file(&loaded.path, &loaded.text, problem).into()),
         None => Ok(part),
     }
@@ -148,13 +150,17 @@ pub fn run(
     warn_of_plate(settings, &reporter);
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
-    let plan = plan::plan(&part, settings, &reporter, observer)?;
-    let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &reporter)?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
+    let Planned {
+        plan,
+        programs,
+        commands,
+    } = planned(&loaded.name, &part, settings, &reporter, observer)?;
     let foretold = foretell(&part, &plan, &commands, settings, observer)?;
     for line in foretell::lines(&foretold) {
         observer.note(&line);
+    }
+    if !foretold.is_empty() {
+        observer.note("`meltpath doctor` tries other settings that may mend it");
     }
     let map = plan.plate(settings)?;
     let layers = plan
@@ -388,12 +394,15 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     let part = load_part(&loaded, &reporter, observer)?;
     // layer by layer a plan warns of much: the run tells it
     let quiet = Reporter::new();
-    let plan = plan::plan(&part, &loaded.settings, &quiet, observer)?;
     let settings = &loaded.settings;
-    let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &quiet)?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &quiet)?;
+    let Planned { plan, commands, .. } = planned(&loaded.name, &part, settings, &quiet, observer)?;
     let foretold = foretell(&part, &plan, &commands, settings, observer)?;
+    let mut lines = foretell::lines(&foretold);
+    // no way to fill holds a wall that leans
+    if !foretold.is_empty() && plan.lean.is_none() {
+        let place = (&*loaded.name, job.parent().unwrap_or(Path::new("")));
+        lines.push(mend(place, &loaded.job, &part, &foretold, observer)?);
+    }
     let map = &settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
@@ -402,7 +411,7 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
         )
     });
     Ok(Examined {
-        notes: laws.into_iter().chain(foretell::lines(&foretold)).collect(),
+        notes: laws.into_iter().chain(lines).collect(),
         provenance: loaded.settings.provenance,
         warnings: reporter.warnings(),
     })
