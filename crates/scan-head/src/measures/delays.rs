@@ -277,25 +277,45 @@ impl DelayTuning {
 
     /// The tuned delays, and the two tables searched. The on-delay: the shortest with the least spurious light at starts, among those
     /// that leave no more than a quarter of the marks' length dark. The off-delay: the shortest with the least missing at ends. Where
-    /// this pair leaves the shortest chain of marks, of `shortest` s, without light, the on-delay is no longer than the off-delay: every
+    /// this pair leaves the shortest chain of marks, of `shortest` s, without light, the two meet where least is spurious and missing: every
     /// chain is then lit for as long as it lasts.
     pub fn tune(&self, shortest: f64) -> Tuned {
         let on_table = self.table(|on| LaserDelays { on, off: 0.0 });
         let allowed = MOST_DARK * self.marked + on_table.first().map_or(0.0, |s| s.missing_start);
         let bright = on_table.partition_point(|s| s.missing_start <= allowed);
-        let free = least(&on_table[..bright], |s| s.spurious_start).on;
-        let off_table = self.table(|off| LaserDelays { on: free, off });
+        let on = least(&on_table[..bright], |s| s.spurious_start).on;
+        let off_table = self.table(|off| LaserDelays { on, off });
         let off = least(&off_table, |s| s.missing_end).off;
         // half a sample: chains and delays are whole numbers of samples
-        let dark = free - off > shortest - 0.5 * self.period;
-        let on = if dark { free.min(off) } else { free };
-        let held = least(&on_table, |s| s.spurious_start).on > on;
+        let dark = on - off > shortest - 0.5 * self.period;
+        let best = if dark {
+            self.meeting(off, on)
+        } else {
+            self.score(LaserDelays { on, off })
+        };
+        let held = least(&on_table, |s| s.spurious_start).on > best.delays.on;
         Tuned {
-            best: self.score(LaserDelays { on, off }),
+            best,
             held,
             on_table,
             off_table,
         }
+    }
+
+    /// The pair of equal delays between `off` and `on`, s, with the least that is spurious or missing.
+    fn meeting(&self, off: f64, on: f64) -> DelayScore {
+        let [from, to] = [off, on].map(|delay| (delay / self.period).round() as i64);
+        let wrong = |s: &DelayScore| s.spurious() + s.missing();
+        (from..=to)
+            .map(|k| k as f64 * self.period)
+            .map(|delay| {
+                self.score(LaserDelays {
+                    on: delay,
+                    off: delay,
+                })
+            })
+            .min_by(|a, b| wrong(a).total_cmp(&wrong(b)))
+            .unwrap_or_else(|| self.score(LaserDelays { on: off, off }))
     }
 
     /// The pairs of delays, in steps of `step` samples, that no other pair beats in both spurious and missing length, by
