@@ -67,6 +67,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn between_two_numbers() {
+        let mut r = Random::new(1);
+        let drawn: Vec<f64> = (0..1000).map(|_| r.between(-2.0, 3.0)).collect();
+        assert!(drawn.iter().all(|x| (-2.0..3.0).contains(x)));
+        assert!((drawn.iter().sum::<f64>() / 1000.0 - 0.5).abs() < 0.2);
+    }
+
+    #[test]
     fn moments() {
         let mut r = Random::new(1);
         let n = 200_000;

@@ -420,6 +420,25 @@ mod tests {
         x.iter().map(|v| (v - 0.3).powi(2)).sum()
     }
 
+    /// The best within reach to either side, round the end of the flock; itself where none is better.
+    #[test]
+    fn neighbours_lead_round_the_end() {
+        let costs = [3.0, 9.0, 8.0, 7.0, 6.0, 5.0, 4.0];
+        let flock = costs.map(|best_cost| Particle {
+            place: Vec::new(),
+            velocity: Vec::new(),
+            best: Vec::new(),
+            best_cost,
+        });
+        let leaders = |reach: usize| -> Vec<usize> {
+            (0..7).map(|of| local_leader(&flock, of, reach)).collect()
+        };
+        assert_eq!(leaders(0), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(leaders(1), [0, 0, 3, 4, 5, 6, 0]);
+        assert_eq!(leaders(2), [0, 0, 0, 5, 6, 0, 0]);
+        assert_eq!(leaders(9), [0; 7]);
+    }
+
     #[test]
     fn lpbf_ac21_perturbed_swarm() {
         let mut r = Radius::new(0.1);

@@ -145,6 +145,26 @@ mod tests {
         }
     }
 
+    /// With its dwells the swing comes back after each period, and goes through the middle in between.
+    #[test]
+    fn a_swing_repeats_after_its_period_and_its_dwells() {
+        for shape in [WeaveShape::Sine, WeaveShape::Triangle] {
+            let weave = Weave {
+                shape,
+                frequency: 2.0,
+                dwell: [0.1, 0.2],
+                ..sine()
+            };
+            let side = |time: f64| swing(&weave, time)[1];
+            assert!((side(0.15) - 1.0).abs() < 1e-9 && (side(0.21) - 1.0).abs() < 1e-9);
+            assert!((side(0.5) + 1.0).abs() < 1e-9 && (side(0.66) + 1.0).abs() < 1e-9);
+            assert!(side(0.35).abs() < 1e-9);
+            for time in [0.03, 0.2, 0.4, 0.6, 0.75] {
+                assert!((side(time + 0.8) - side(time)).abs() < 1e-9, "{time}");
+            }
+        }
+    }
+
     /// 60 mm along x at 6 mm/s, woven from 1 s to 9 s, in blocks of 1000 samples.
     fn woven(weave: Weave) -> Vec<DVec3> {
         let mut kept = Kept::default();

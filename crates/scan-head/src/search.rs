@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::error::HeadError;
-use crate::head::gate::Gate;
+use crate::head::gate::{Darkness, Gate};
 use crate::head::prepared::alone;
 use crate::head::ready::ReadyHead;
 use crate::head::recipe::{LaserDelays, Recipe};
@@ -430,7 +430,8 @@ impl Search<'_> {
         }
         let hits: Vec<_> = blocks.iter().flat_map(|b| b.hit.iter().copied()).collect();
         let (radius, longest) = (head.head().beam.waist, head.head().delays_up_to());
-        let tuned = DelayTuning::new(&job, &hits, period, longest, radius).tune();
+        let shortest = Darkness::of(alone(&job), recipe.delays, period)?.shortest;
+        let tuned = DelayTuning::new(&job, &hits, period, longest, radius).tune(shortest);
         recipe.delays = tuned.best.delays;
         let (errors, fill) = judge(&job, recipe.delays, &mut blocks, self.problem.fill);
         candidate.contour_share = errors.contour.share_below(self.bounds.contour_error);

@@ -183,12 +183,13 @@ impl<'a> Run<'a> {
         head.run(&job, recipe.delays, 1, self.observer, &mut record)?;
         let (radius, longest) = (head.head().beam.waist, head.head().delays_up_to());
         let tuning = DelayTuning::new(&job, &record.hits, period, longest, radius);
-        let tuned = tuning.tune();
+        let layers = self.plan.work.layers(recipe)?;
+        let tuned = tuning.tune(Darkness::of(layers, recipe.delays, period)?.shortest);
         if tuned.held {
             self.reporter.warn(
                 "spurious-light",
                 format!(
-                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave more than a quarter of the marks dark",
+                    "{}: {:.2} mm of spurious light stay at the starts of marks of the tuning squares: a laser-on delay that avoids it would leave marks dark",
                     recipe.name, tuned.best.spurious_start
                 ),
                 "let the mirrors settle instead: a wait after jumps, slower jumps, or a run up to the lines (run_in)",
@@ -390,13 +391,18 @@ fn unless_measured(check: Check, remedy: String) -> (Check, String) {
 }
 
 /// Marks that no light reaches; `None` where all are lit.
-fn dark_check(number: usize, r: &RecipeResult<'_>) -> Option<Check> {
-    let Darkness { chains, dark, .. } = r.darkness;
-    let (layer, start) = r.darkness.first_dark?;
+fn dark_check(
+    number: usize,
+    recipe: &str,
+    delays: LaserDelays,
+    darkness: &Darkness,
+) -> Option<Check> {
+    let Darkness { chains, dark, .. } = darkness;
+    let (layer, start) = darkness.first_dark?;
     let reason = format!(
         "of {chains}: the laser-on delay, {:.0} µs, lasts as long as they and the laser-off delay, {:.0} µs",
-        1e6 * r.delays.on,
-        1e6 * r.delays.off
+        1e6 * delays.on,
+        1e6 * delays.off
     );
     let place = Place {
         layer: Some(layer),
@@ -404,13 +410,37 @@ fn dark_check(number: usize, r: &RecipeResult<'_>) -> Option<Check> {
     };
     let check = Check::judge(
         &format!("dark-{number}"),
-        &format!("{}: marks between jumps that stay dark", r.recipe.name),
-        Measure::exact(dark as f64, ""),
+        &format!("{recipe}: marks between jumps that stay dark"),
+        Measure::exact(*dark as f64, ""),
         Limit::AtMost(0.0),
     );
     Some(check.because(&reason).at(place).remedy(
-        "a shorter laser-on delay, with a wait after jumps in its stead; or leave out such short marks",
+        "lpbf.delays = \"tuned\"; or a laser-on delay no longer than the laser-off delay, with a wait after jumps in its stead",
     ))
+}
+
+/// The marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
+fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
+    if plan.settings.delays == DelayChoice::Tuned {
+        return Ok(Vec::new());
+    }
+    let period = plan.settings.data.head.period;
+    let mut lines = Vec::new();
+    for (k, recipe) in plan.settings.recipes.iter().enumerate() {
+        let darkness = Darkness::of(plan.work.layers(recipe)?, recipe.delays, period)?;
+        if let Some(c) = dark_check(k + 1, &recipe.name, recipe.delays, &darkness) {
+            let words = (c.status.words(), &c.title, c.line());
+            let mut line = format!("foretold: {}: {}: {}", words.0, words.1, words.2);
+            for more in [
+                c.place.map(|p| format!(" ({p})")),
+                c.remedy.map(|r| format!("; {r}")),
+            ] {
+                line.push_str(&more.unwrap_or_default());
+            }
+            lines.push(line);
+        }
+    }
+    Ok(lines)
 }
 
 fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter) -> Vec<Check> {
@@ -454,7 +484,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
                 .at(Place::at(r.errors.worst.extend(0.0).to_array()))
                 .remedy(remedy)
         });
-        checks.extend(dark_check(number, r));
+        checks.extend(dark_check(number, &r.recipe.name, r.delays, &r.darkness));
         // contours alone have no surface to fill
         let fills = settings.fill_rate.filter(|_| r.fills());
         checks.extend(fills.map(|limit| {
@@ -496,8 +526,8 @@ pub fn examine(
 ) -> Result<Examined, LpbfError> {
     let (plan, _) = resolved(job_file, job, text, observer)?;
     Ok(Examined {
+        notes: foretold(&plan)?,
         provenance: plan.settings.provenance,
-        notes: Vec::new(),
         warnings: plan.warnings,
     })
 }

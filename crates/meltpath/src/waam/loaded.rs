@@ -12,8 +12,7 @@ use super::error::WaamError;
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, resolve};
-use crate::job::common::SubstrateTable;
-use crate::job::{self, Job, JobError, WaamJob};
+use crate::job::{self, Job, JobError, WaamJob, Written};
 
 /// Warnings of one kind that a verdict tells one by one.
 pub(super) const SHOWN_WARNINGS: usize = 3;
@@ -24,8 +23,8 @@ pub(super) struct Loaded {
     pub(super) text: String,
     pub(super) name: String,
     pub(super) settings: Settings,
-    /// The plate as written.
-    pub(super) plate: SubstrateTable,
+    /// As written.
+    pub(super) job: Written<WaamJob>,
 }
 
 /// The job, read and resolved.
@@ -42,7 +41,7 @@ pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError
         name: job_name(path, &job),
         text,
         settings,
-        plate: job.substrate.value.clone(),
+        job: *job,
     })
 }
 

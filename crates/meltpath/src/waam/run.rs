@@ -16,8 +16,10 @@ use super::error::WaamError;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
+use super::mend::mend;
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
+use super::planned::{Planned, planned};
 use super::program::{self, Commands};
 use super::reach;
 use super::settings::{Settings, laws_tried};
@@ -46,7 +48,7 @@ pub(super) fn load_part(
         reporter,
         observer,
     )?;
-    match too_small(&loaded.plate, &part) {
+    match too_small(&loaded.job.substrate, &part) {
         Some(problem) => Err(JobError::in_file(&loaded.path, &loaded.text, problem).into()),
         None => Ok(part),
     }
@@ -98,13 +100,17 @@ pub fn run(
     }
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
-    let plan = plan::plan(&part, settings, &reporter, observer)?;
-    let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &reporter)?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &reporter)?;
+    let Planned {
+        plan,
+        programs,
+        commands,
+    } = planned(&loaded.name, &part, settings, &reporter, observer)?;
     let foretold = foretell(&part, &plan, &commands, settings, observer)?;
     for line in foretell::lines(&foretold) {
         observer.note(&line);
+    }
+    if !foretold.is_empty() {
+        observer.note("`meltpath doctor` tries other settings that may mend it");
     }
     let map = plan.plate(settings)?;
     let layers = plan
@@ -310,12 +316,15 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
     let part = load_part(&loaded, &reporter, observer)?;
     // layer by layer a plan warns of much: the run tells it
     let quiet = Reporter::new();
-    let plan = plan::plan(&part, &loaded.settings, &quiet, observer)?;
     let settings = &loaded.settings;
-    let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, &quiet)?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings, &quiet)?;
+    let Planned { plan, commands, .. } = planned(&loaded.name, &part, settings, &quiet, observer)?;
     let foretold = foretell(&part, &plan, &commands, settings, observer)?;
+    let mut lines = foretell::lines(&foretold);
+    // no way to fill holds a wall that leans
+    if !foretold.is_empty() && plan.lean.is_none() {
+        let place = (&*loaded.name, job.parent().unwrap_or(Path::new("")));
+        lines.push(mend(place, &loaded.job, &part, &foretold, observer)?);
+    }
     let map = &settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
@@ -324,7 +333,7 @@ pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamErro
         )
     });
     Ok(Examined {
-        notes: laws.into_iter().chain(foretell::lines(&foretold)).collect(),
+        notes: laws.into_iter().chain(lines).collect(),
         provenance: loaded.settings.provenance,
         warnings: reporter.warnings(),
     })

@@ -1,8 +1,9 @@
 //! The templates of `meltpath new waam`, run as they come: which plans pass their own verdict.
 
+use std::fs;
 use std::path::Path;
 
-use meltpath::{start, waam};
+use meltpath::{chain, start, waam};
 use meltpath_base::{Silent, Status, Verdict};
 
 fn verdict(shape: &str, dir: &Path) -> Verdict {
@@ -56,4 +57,58 @@ fn templates_pass_their_own_verdict() {
     ];
     let known = known.map(|(shape, hindered)| (shape, hindered.to_owned()));
     assert_eq!(found, known);
+}
+
+/// What `doctor` says mends a plan, written into the job, lets the run pass.
+#[test]
+#[ignore = "half a minute of computing"]
+fn what_is_said_to_mend_a_plan_mends_it() {
+    let dir = tempfile::tempdir().unwrap();
+    for (shape, expected) in [
+        ("tee", "fill.strategy = \"zigzag\""),
+        ("box-wall", "machine.smoothing = \"25 %\""),
+        (
+            "bracket",
+            "fill.spacing = \"exact\" and target.allowance = \"3 mm\"",
+        ),
+    ] {
+        let job = start::waam(&dir.path().join(shape), shape, None).unwrap();
+        let lines = chain::doctor(&job, &Silent).unwrap().lines;
+        let mut told = lines.iter().filter_map(|l| {
+            let (_, rest) = l.split_once("foretold: with ")?;
+            rest.strip_suffix(" no check is expected to fail")
+        });
+        let told = told.next().unwrap_or_else(|| panic!("{shape}: {lines:?}"));
+        assert_eq!(told, expected);
+        let mut text = fs::read_to_string(&job).unwrap();
+        for setting in told.split(" and ") {
+            let (key, value) = setting.split_once(" = ").unwrap();
+            let key = key.split_once('.').unwrap().1;
+            let written = |l: &str| l.trim_start_matches("# ").starts_with(&format!("{key} = "));
+            let lines: Vec<String> = text
+                .lines()
+                .map(|l| {
+                    if written(l) {
+                        format!("{key} = {value}")
+                    } else {
+                        l.to_owned()
+                    }
+                })
+                .collect();
+            text = lines.join("\n");
+        }
+        fs::write(&job, text).unwrap();
+        let out = dir.path().join(format!("{shape}-mended"));
+        let verdict = waam::run(&job, Some(&out), dir.path(), &Silent)
+            .unwrap()
+            .verdict;
+        let none: [&str; 0] = [];
+        assert_eq!(hindered(&verdict), none, "{shape}");
+        // a plan that is expected to fail nothing is tried with no other setting
+        let after = chain::doctor(&job, &Silent).unwrap().lines;
+        assert!(
+            after.iter().any(|l| l.contains("foretold: no check")),
+            "{after:?}"
+        );
+    }
 }

@@ -91,10 +91,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     }
     for controller in ["runs/001/controllers.json", "h-infinity"] {
         let done = run(controller).unwrap();
-        // the shortest lines of the square stay dark at the tuned delays, whatever the controller
-        let checks = &done.verdict.checks;
-        let contour = checks.iter().find(|c| c.id == "contour-1").unwrap();
-        assert_eq!(contour.status, Status::Pass, "{:?}", done.verdict);
+        assert_eq!(done.verdict.status(), Status::Pass, "{:?}", done.verdict);
         let told = fs::read_to_string(done.folder.join("provenance.json")).unwrap();
         assert!(told.contains(controller) && told.contains("lpbf.prefilter"));
     }

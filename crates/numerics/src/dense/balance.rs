@@ -69,6 +69,15 @@ mod tests {
         assert_eq!(d, [64.0, 1.0]);
     }
 
+    /// An exchange that gains less than a twentieth is left.
+    #[test]
+    fn what_hardly_pays_is_left() {
+        let a = Matrix::from_rows([[0.0, 2.1], [1.0, 0.0]]);
+        let (b, d) = balance(&a);
+        assert_eq!(d, [1.0, 1.0]);
+        assert_eq!((b[(0, 1)], b[(1, 0)]), (2.1, 1.0));
+    }
+
     #[test]
     fn evens_out_and_keeps_the_similarity() {
         let a = Matrix::from_rows([[1.0, 1e8, 0.0], [1e-8, 2.0, 1e-5], [3.0, 1e9, 4.0]]);

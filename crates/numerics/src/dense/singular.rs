@@ -225,6 +225,24 @@ mod tests {
     }
 
     #[test]
+    fn smallest_of_a_complex_matrix() {
+        let i = Complex64::i();
+        let a = ComplexMatrix::from_fn(3, 2, |row, column| match (row, column) {
+            (0, 0) => 3.0 * i,
+            (1, 1) => 2.0 - i,
+            _ => Complex64::ZERO,
+        });
+        assert!((smallest_singular_value(&a).unwrap() - 5f64.sqrt()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_row_of_zeros_is_left_as_it_is() {
+        let s = Singular::new(&Matrix::from_rows([[0.0, 0.0], [3.0, 4.0]])).unwrap();
+        assert!((s.values[0] - 5.0).abs() < 1e-15 && s.values[1] == 0.0);
+        assert!(s.left.is_finite() && s.right.is_finite());
+    }
+
+    #[test]
     fn rank_of_a_dependent_matrix() {
         let s = Singular::new(&Matrix::from_rows([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]])).unwrap();
         assert_eq!(s.rank(1e-12), 1);

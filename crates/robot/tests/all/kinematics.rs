@@ -349,3 +349,22 @@ fn any_other_chain_is_searched() {
         );
     }
 }
+
+/// Within narrow limits an arm reaches little, and never beyond what it reaches within wide ones.
+#[test]
+fn reach_keeps_to_the_limits() {
+    let wide = shipped("abb-irb2600-12-185").arm;
+    let mut narrow = wide.clone();
+    for joint in &mut narrow.chain.joints[1..3] {
+        (joint.limits.low, joint.limits.high) = (-0.05, 0.05);
+    }
+    let (wide, narrow) = (wide.reach(), narrow.reach());
+    let span = |[low, high]: [f64; 2]| high - low;
+    assert!(span(wide.out) > 1000.0 && span(wide.up) > 1000.0);
+    // a twentieth of a radian to either side of joints with some 1.9 m and 1.1 m beyond them
+    assert!(
+        span(narrow.out) < 300.0 && span(narrow.up) < 300.0,
+        "{narrow:?}"
+    );
+    assert!(narrow.out[1] <= wide.out[1] && narrow.up[1] <= wide.up[1]);
+}

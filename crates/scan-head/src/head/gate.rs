@@ -85,6 +85,8 @@ pub struct Darkness {
     pub bridged: u64,
     /// Duration of the longest chain, s.
     pub longest: f64,
+    /// Of the shortest, s.
+    pub shortest: f64,
     /// Layer and start of the first dark one: x and y in the field, z the layer's height, mm.
     pub first_dark: Option<(u32, DVec3)>,
 }
@@ -95,7 +97,10 @@ impl Darkness {
     /// # Errors
     /// [`HeadError`] of a layer that cannot be had.
     pub fn of(layers: Layers<'_>, delays: LaserDelays, period: f64) -> Result<Self, HeadError> {
-        let mut found = Darkness::default();
+        let mut found = Darkness {
+            shortest: f64::INFINITY,
+            ..Darkness::default()
+        };
         let mut last: Option<f64> = None;
         let (mut window, mut chains) = (Window::new(layers), Chains::new(period));
         while let Some(chain) = chains.next(&mut window) {
@@ -108,6 +113,7 @@ impl Darkness {
             );
             found.chains += 1;
             found.longest = found.longest.max(duration);
+            found.shortest = found.shortest.min(duration);
             if off <= on {
                 found.dark += 1;
                 let start = held.first().map(|l| {

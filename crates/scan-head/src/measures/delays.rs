@@ -1,7 +1,7 @@
 //! Tuning of the laser's delays: how much is marked where nothing was asked, how much is missing, against both delays.
 //!
 //! Source: Rasoanarivo 2020, § 2.6.1 (by trial and error on the simulator); the measures and the search are
-//! ours (docs/theory/sources.md). A stuck axis may leave the whole path beside its mark, which no delay cures: what counts is light
+//! ours (docs/theory/sources.md). Light for the shortest mark: SCANLAB RTC4 manual, rev. 1.3, p. 24: the laser-off delay is the longer. A stuck axis may leave the whole path beside its mark, which no delay cures: what counts is light
 //! and marks farther than the spot's radius from where the chain's own path runs steadily. The gate does not act on the mirrors: one run is enough for every pair of delays.
 
 #![expect(
@@ -79,7 +79,7 @@ pub struct DelayTuning {
     marked: f64,
 }
 
-/// Share of the marks that may stay dark at starts for the sake of no spurious light: beyond, a delay cures less than it costs.
+/// Share of the marks' length that may stay dark at starts for the sake of no spurious light: beyond, a delay cures less than it costs.
 const MOST_DARK: f64 = 0.25;
 /// A path may run this many radii beside its mark.
 const BESIDE: f64 = 4.0;
@@ -276,21 +276,46 @@ impl DelayTuning {
     }
 
     /// The tuned delays, and the two tables searched. The on-delay: the shortest with the least spurious light at starts, among those
-    /// that leave no more than a quarter of the marks dark. The off-delay: the shortest with the least missing at ends.
-    pub fn tune(&self) -> Tuned {
+    /// that leave no more than a quarter of the marks' length dark. The off-delay: the shortest with the least missing at ends. Where
+    /// this pair leaves the shortest chain of marks, of `shortest` s, without light, the two meet where least is spurious and missing: every
+    /// chain is then lit for as long as it lasts.
+    pub fn tune(&self, shortest: f64) -> Tuned {
         let on_table = self.table(|on| LaserDelays { on, off: 0.0 });
         let allowed = MOST_DARK * self.marked + on_table.first().map_or(0.0, |s| s.missing_start);
         let bright = on_table.partition_point(|s| s.missing_start <= allowed);
         let on = least(&on_table[..bright], |s| s.spurious_start).on;
-        let held = least(&on_table, |s| s.spurious_start).on > on;
         let off_table = self.table(|off| LaserDelays { on, off });
         let off = least(&off_table, |s| s.missing_end).off;
+        // half a sample: chains and delays are whole numbers of samples
+        let dark = on - off > shortest - 0.5 * self.period;
+        let best = if dark {
+            self.meeting(off, on)
+        } else {
+            self.score(LaserDelays { on, off })
+        };
+        let held = least(&on_table, |s| s.spurious_start).on > best.delays.on;
         Tuned {
-            best: self.score(LaserDelays { on, off }),
+            best,
             held,
             on_table,
             off_table,
         }
+    }
+
+    /// The pair of equal delays between `off` and `on`, s, with the least that is spurious or missing.
+    fn meeting(&self, off: f64, on: f64) -> DelayScore {
+        let [from, to] = [off, on].map(|delay| (delay / self.period).round() as i64);
+        let wrong = |s: &DelayScore| s.spurious() + s.missing();
+        (from..=to)
+            .map(|k| k as f64 * self.period)
+            .map(|delay| {
+                self.score(LaserDelays {
+                    on: delay,
+                    off: delay,
+                })
+            })
+            .min_by(|a, b| wrong(a).total_cmp(&wrong(b)))
+            .unwrap_or_else(|| self.score(LaserDelays { on: off, off }))
     }
 
     /// The pairs of delays, in steps of `step` samples, that no other pair beats in both spurious and missing length, by
@@ -329,7 +354,7 @@ impl DelayTuning {
 pub struct Tuned {
     /// The delays and their costs.
     pub best: DelayScore,
-    /// Whether a longer on-delay would leave less spurious light, and too many marks dark.
+    /// Whether a longer on-delay would leave less spurious light, and too much of the marks dark or a chain without light.
     pub held: bool,
     /// Costs against the on-delay.
     pub on_table: Vec<DelayScore>,

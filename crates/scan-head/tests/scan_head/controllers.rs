@@ -113,7 +113,7 @@ fn told_with(
         .run(&job, recipe.delays, 1, &Silent, &mut record)
         .unwrap();
     recipe.delays = DelayTuning::new(&job, &record.hits, head.period, 800e-6, 0.035)
-        .tune()
+        .tune(f64::INFINITY)
         .best
         .delays;
     let one = SquarePlate {

@@ -210,7 +210,10 @@ fn runs_before_and_after_lines_keep_them_at_speed() {
     let flown = run(dir.path(), "flown", &job("two-axis-150", "sky.toml", ""));
     let row = "energy a millimetre, fills, 99 %";
     let (before, after) = (figures(&plain, row)[0], figures(&flown, row)[0]);
-    assert!(after < before && after < 115.0, "{before} {after}");
+    // the shortest lines are lit too: with delays that leave them dark 115 % are reached, and a fill of 44 % in place of 53 %
+    assert!(after < 0.7 * before && after < 135.0, "{before} {after}");
+    let fill = figures(&flown, "fill rate, cell centres under the swept spot, %")[0];
+    assert!(fill > 50.0, "{fill}");
     fs::write(
         dir.path().join("back.toml"),
         sky.replacen("\"1 ms\"", "\"-1 ms\"", 1),

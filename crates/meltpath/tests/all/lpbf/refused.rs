@@ -211,12 +211,47 @@ fn delays_longer_than_marks_are_told() {
     }
     let verdict = job("industrial").verdict(dir.path(), "own");
     assert!(!verdict.contains("the light stays on"), "{verdict}");
-    // the shortest lines of the square last less than 0.3 ms
-    assert!(verdict.contains("dark-1"), "{verdict}");
     let text = with(INDUSTRIAL, "laser_on_delay", "100 us");
     fs::write(dir.path().join("own.toml"), text).unwrap();
     let verdict = job("own.toml").verdict(dir.path(), "soon");
     assert!(!verdict.contains("dark-1"), "{verdict}");
+}
+
+/// Own delays that leave marks dark are foretold with what mends it; tuned delays light every mark of squares of any size, whose
+/// shortest lines last a few samples.
+#[test]
+fn tuned_delays_light_every_mark_and_others_are_foretold() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = with(INDUSTRIAL, "laser_on_delay", "3 ms");
+    fs::write(dir.path().join("own.toml"), text).unwrap();
+    let job = |head: &str, delays: &str, side: &str| {
+        let text = format!(
+            "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{head}\"\nrecipes = [\"own.toml\"]\ndelays = \"{delays}\"\n[plate]\nblock = [1, 1]\nside = \"{side}\"\n"
+        );
+        let path = dir.path().join("job.toml");
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let path = job("three-axis-350", "recipe", "2 mm");
+    let lines = chain::doctor(&path, &Silent).unwrap().lines;
+    let told = |n: &String| n.contains("foretold: fail") && n.contains("lpbf.delays = \"tuned\"");
+    assert!(lines.iter().any(told), "{lines:?}");
+    for (k, (head, side)) in [
+        ("three-axis-350", "10 mm"),
+        ("three-axis-350", "2 mm"),
+        ("two-axis-150", "7.3 mm"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = job(head, "tuned", side);
+        let out = dir.path().join(format!("lit-{k}"));
+        let verdict = chain::run(&path, Some(&out), dir.path(), &Silent)
+            .unwrap()
+            .verdict;
+        let dark = verdict.checks.iter().find(|c| c.id.starts_with("dark"));
+        assert!(dark.is_none(), "{head} {side}: {dark:?}");
+    }
 }
 
 /// A head whose controller takes delays of 60 µs: none longer is tuned, and a recipe with longer ones is refused.

@@ -1,0 +1,37 @@
+//! A plan with the programs that it becomes, and what they command.
+
+use meltpath_base::{Observer, Reporter};
+
+use super::error::WaamError;
+use super::plan::{self, Plan};
+use super::program::{self, Commands, Programs};
+use super::reach;
+use super::settings::Settings;
+use crate::stages::part::Part;
+
+/// What is known before anything moves.
+pub(super) struct Planned {
+    pub(super) plan: Plan,
+    /// In the dialect of the cell's controller.
+    pub(super) programs: Programs,
+    pub(super) commands: Commands,
+}
+
+/// Plans `part`, writes the programs of the plan and reads them back.
+pub(super) fn planned(
+    name: &str,
+    part: &Part,
+    settings: &Settings,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Planned, WaamError> {
+    let plan = plan::plan(part, settings, reporter, observer)?;
+    let own = settings.cell.program.dialect.value;
+    let programs = reach::write(name, &plan.toolpath, own, settings, reporter)?;
+    let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
+    Ok(Planned {
+        plan,
+        programs,
+        commands,
+    })
+}
