@@ -499,7 +499,7 @@ fn metal_beside_the_torch_cannot_be_said() {
     for id in ["height", "ctwd-max", "loose"] {
         let check = ran.check(id);
         assert_eq!(check.status, Status::CannotSay, "{check:?}");
-        assert!(check.reason.contains("25 deg aside"), "{check:?}");
+        assert!(check.reason.contains("25.0 deg aside"), "{check:?}");
     }
 }
 

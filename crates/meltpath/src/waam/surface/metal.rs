@@ -175,7 +175,7 @@ fn lean(plan: &SurfacePlan) -> Option<Doubt> {
     let (_, aside, ahead, number, at) = worst.filter(|w| w.0 > 1.0)?;
     Some(Doubt {
         reason: format!(
-            "the torch leans from the wall by {:.0} deg aside and {:.0} deg along the pass (pass {number}, at {:.1}, {:.1}, {:.1} mm): beads were tried up to {:.0} and {:.0} deg",
+            "the torch leans from the wall by {:.1} deg aside and {:.1} deg along the pass (pass {number}, at {:.1}, {:.1}, {:.1} mm): beads were tried up to {:.0} and {:.0} deg",
             aside.to_degrees(),
             ahead.to_degrees(),
             at.x,
@@ -184,7 +184,7 @@ fn lean(plan: &SurfacePlan) -> Option<Doubt> {
             ASIDE.to_degrees(),
             AHEAD.to_degrees()
         ),
-        remedy: "surface.torch = \"tangent\" without surface.tilt, so that the torch stands along the wall; or build and measure a short piece"
+        remedy: "surface.torch = \"tangent\" without surface.tilt, and a smaller surface.lead, so that the torch stands along the wall; or build and measure a short piece"
             .to_owned(),
     })
 }
