@@ -20,7 +20,7 @@ use meltpath_base::Length;
 /// Exit codes: 0 the part passes, 1 the part fails its checks, 2 the input is wrong, 3 a bug in meltpath,
 /// 4 nothing fails but a check cannot be decided, 130 interrupted (nothing is written then).
 #[derive(Debug, Parser)]
-#[command(name = "meltpath", version, verbatim_doc_comment)]
+#[command(name = "meltpath", version)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
