@@ -1,6 +1,6 @@
 //! Metal in any direction: beads laid along the local torch axis on whatever is there already, in voxels.
 //!
-//! A local height map along the torch axis goes with the pool ([`patch`]): columns through the voxels, read where the pool comes and
+//! A local height map along the torch axis goes with the pool (`patch`): columns through the voxels, read where the pool comes and
 //! written where it freezes. On it a bead is laid and levelled by the functions of [`crate::deposit`]. So on a flat wall it gives what
 //! the height map gives, and elsewhere the same law in the frame of the torch.
 //!

@@ -251,3 +251,27 @@ fn surfaces_close_at_the_border_of_the_box_and_of_blocks() {
     let mesh = voxels.to_mesh();
     assert!(is_closed(&mesh) && mesh.volume() > 0.0);
 }
+
+/// Voxels half full put the surface on their centres: no two vertices coincide there, nor as the 32-bit numbers of files.
+#[test]
+fn vertices_never_coincide() {
+    let mut voxels = Voxels::new(DVec3::splat(200.0), DVec3::splat(212.0), 0.5).unwrap();
+    // ends in the middle of voxels: half full along faces, a quarter along edges
+    voxels
+        .fill_box(DVec3::splat(203.25), DVec3::new(207.25, 206.0, 208.75))
+        .unwrap();
+    voxels
+        .fill_box(
+            DVec3::new(207.5, 203.0, 203.0),
+            DVec3::new(208.0, 203.25, 203.5),
+        )
+        .unwrap();
+    let mesh = voxels.to_mesh();
+    assert!(is_closed(&mesh));
+    let places: std::collections::HashSet<_> = mesh
+        .vertices
+        .iter()
+        .map(|p| p.as_vec3().to_array().map(f32::to_bits))
+        .collect();
+    assert_eq!(places.len(), mesh.vertices.len());
+}

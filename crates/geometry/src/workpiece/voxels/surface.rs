@@ -9,6 +9,8 @@ use crate::math::DVec3;
 
 /// A place is metal from this share on.
 const HALF: f64 = 0.5;
+/// The surface stays this share of a voxel away from voxel centres, so that no two vertices coincide, not even as 32-bit numbers.
+const APART: f64 = 0.02;
 
 impl Voxels {
     /// The metal as a closed mesh; empty where there is none. Its volume differs from the voxels' by the pores inside and by what
@@ -97,7 +99,7 @@ impl Voxels {
                     continue;
                 }
                 let mut p = DVec3::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64);
-                p[axis] = (HALF - value[n]) / (value[m] - value[n]);
+                p[axis] = ((HALF - value[n]) / (value[m] - value[n])).clamp(APART, 1.0 - APART);
                 sum += p;
                 count += 1.0;
             }
