@@ -2,17 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use meltpath_base::output::OutputFolder;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Check, Reporter};
+use meltpath_base::{Check, Provenance, Reporter};
 use meltpath_programs::TextFile;
-use meltpath_toolpath::Toolpath;
+use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::program_check;
 use super::error::WaamError;
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, resolve};
+use crate::inputs;
 use crate::job::{self, Job, JobError, WaamJob, Written};
+use crate::outcome::record_inputs;
 
 /// Warnings of one kind that a verdict tells one by one.
 pub(super) const SHOWN_WARNINGS: usize = 3;
@@ -25,6 +28,36 @@ pub(super) struct Loaded {
     pub(super) settings: Settings,
     /// As written.
     pub(super) job: Written<WaamJob>,
+}
+
+impl Loaded {
+    /// Records the files that the job was read from.
+    pub(super) fn record(&self, provenance: &mut Provenance) -> Result<(), WaamError> {
+        record_inputs(provenance, &[&self.path, &self.settings.part])?;
+        for data in &self.settings.own {
+            if let Some(file) = data.file.as_deref() {
+                record_inputs(provenance, &[file])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what a run keeps beside its results: its inputs, its path, its programs.
+    pub(super) fn keep(
+        &self,
+        folder: &OutputFolder,
+        toolpath: &Toolpath,
+        programs: &[TextFile],
+    ) -> Result<(), WaamError> {
+        inputs::write(folder, &self.path, &self.text, &self.settings.own)?;
+        folder.write("toolpath.melt", |w| storage::write(toolpath, w))?;
+        for file in programs {
+            folder.write(&format!("program/{}", file.name), |w| {
+                w.write_all(file.text.as_bytes())
+            })?;
+        }
+        Ok(())
+    }
 }
 
 /// The job, read and resolved.

@@ -25,10 +25,9 @@ use super::reach;
 use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
 use super::surface;
-use crate::inputs;
 use crate::job::JobError;
 use crate::job::common::SubstrateTable;
-use crate::outcome::{self, Examined, Outcome, record_inputs};
+use crate::outcome::{self, Examined, Outcome};
 use crate::stages::part::{self, Part};
 use crate::views;
 use crate::views::waam::sheet::operator_sheet;
@@ -142,10 +141,7 @@ pub fn run(
     };
     let mut provenance = settings.provenance.clone();
     plan.record(&mut provenance);
-    record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
-    for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
-        record_inputs(&mut provenance, &[file])?;
-    }
+    loaded.record(&mut provenance)?;
     let names: Vec<String> = written.iter().map(|f| f.name.clone()).collect();
     let shown = Shown {
         title: loaded.name.clone(),
@@ -161,13 +157,7 @@ pub fn run(
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
     views::waam::write_passes(&folder, &plan.toolpath)?;
-    inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
-    folder.write("toolpath.melt", |w| storage::write(&plan.toolpath, w))?;
-    for file in &written {
-        folder.write(&format!("program/{}", file.name), |w| {
-            w.write_all(file.text.as_bytes())
-        })?;
-    }
+    loaded.keep(&folder, &plan.toolpath, &written)?;
     observer.check()?;
     Ok(Outcome {
         folder: folder.commit()?,

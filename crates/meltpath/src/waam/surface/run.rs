@@ -3,13 +3,11 @@
 use meltpath_base::output::OutputFolder;
 use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_report::html::Report;
-use meltpath_toolpath::storage;
 
 use super::Asked;
 use super::plan::{SurfacePlan, plan};
 use super::wall::{load_sheet, wall};
-use crate::inputs;
-use crate::outcome::{self, Examined, Outcome, record_inputs};
+use crate::outcome::{self, Examined, Outcome};
 use crate::views;
 use crate::waam::error::WaamError;
 use crate::waam::foretell;
@@ -31,10 +29,7 @@ pub(in crate::waam) fn run(
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
-    record_inputs(&mut provenance, &[&loaded.path, &settings.part])?;
-    for file in settings.own.iter().filter_map(|data| data.file.as_deref()) {
-        record_inputs(&mut provenance, &[file])?;
-    }
+    loaded.record(&mut provenance)?;
     observer.stage("write results", 0);
     views::waam::surface::write_files(&folder, &wall)?;
     let report = Report {
@@ -47,13 +42,7 @@ pub(in crate::waam) fn run(
         provenance,
     };
     outcome::tell(&folder, &report)?;
-    inputs::write(&folder, &loaded.path, &loaded.text, &settings.own)?;
-    folder.write("toolpath.melt", |w| storage::write(&wall.plan.toolpath, w))?;
-    for file in &wall.files {
-        folder.write(&format!("program/{}", file.name), |w| {
-            w.write_all(file.text.as_bytes())
-        })?;
-    }
+    loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
     observer.check()?;
     Ok(Outcome {
         folder: folder.commit()?,
