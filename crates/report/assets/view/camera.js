@@ -34,6 +34,7 @@ function viewMatrix() {
 const VIEWS = { top: [-Math.PI / 2, Math.PI / 2], front: [-Math.PI / 2, 0], side: [0, 0], oblique: [-0.9, 0.6] };
 
 function look(name) {
+  unpin();
   if (name in VIEWS) [camera.azimuth, camera.height] = VIEWS[name];
   camera.target = [...centre];
   camera.scale = fittingScale(canvas.clientWidth, canvas.clientHeight);

@@ -141,6 +141,7 @@ function draw() {
   surfaces(true);
   drawTriad();
   drawScale();
+  drawPin();
 }
 
 function drawTriad() {

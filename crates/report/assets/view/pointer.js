@@ -115,13 +115,17 @@ function readOut(x, y) {
   const value = (s) => s.codes[hit.index] === NO_VALUE ? "–" : figure(s.lo + s.step * s.codes[hit.index]) + (s.unit ? " " + s.unit : "");
   const rows = [hit.item.name + (hit.layer ? `, layer ${hit.layer}` : ""), ...hit.item.scalars.map((s) => `${s.name}: ${value(s)}`),
     "x, y, z: " + hit.point.map((v) => figure(+v.toFixed(2), 6)).join(", ") + " mm"];
-  const out = $("readout"), { right, up } = axes();
+  const out = $("readout");
   out.replaceChildren(...rows.map((text) => Object.assign(document.createElement("div"), { textContent: text })));
-  const d = hit.point.map((v, k) => v - camera.target[k]);
-  const marker = $("marker");
-  marker.style.left = canvas.clientWidth / 2 + dot(right, d) / camera.scale + "px";
-  marker.style.top = canvas.clientHeight / 2 - dot(up, d) / camera.scale + "px";
-  out.hidden = marker.hidden = false;
+  putAt($("marker"), hit.point);
+  out.hidden = $("marker").hidden = false;
+}
+
+/** Puts an element of the page over a point of the scene. */
+function putAt(element, point) {
+  const { right, up } = axes(), d = point.map((v, k) => v - camera.target[k]);
+  element.style.left = canvas.clientWidth / 2 + dot(right, d) / camera.scale + "px";
+  element.style.top = canvas.clientHeight / 2 - dot(up, d) / camera.scale + "px";
 }
 
 function hide() { $("readout").hidden = $("marker").hidden = true; }
