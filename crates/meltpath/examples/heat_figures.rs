@@ -11,7 +11,7 @@ use meltpath_base::{Provenance, Silent, Verdict};
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_planning::powder::modulation::Ramp;
 use meltpath_report::html::{Report, Section, write_html};
-use meltpath_report::plot::{Axis, Bar, Mark, Plot};
+use meltpath_report::plot::{Bar, Mark, Plot};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::calibration::coupon::{BeamGuess, BeamSetting, Bench, Charts, Coupon};
 use meltpath_thermal::charts::build::compute;
@@ -52,8 +52,8 @@ fn modulation() -> Vec<Plot> {
     let of = |r: Ramp| (0..=60).map(move |n| [0.025 * f64::from(n), r.at(0.025 * f64::from(n))]);
     let plot = Plot::new(
         "Ramps",
-        Axis::new("distance to powder", "mm"),
-        Axis::new("share of the energy", ""),
+        ["distance to powder", "mm"],
+        ["share of the energy", ""],
     )
     .with(line("in the plane", of(ramp(0.8))))
     .with(line("upwards", of(ramp(0.6))));
@@ -81,13 +81,7 @@ fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         &Silent,
     )?;
     let curve = Enthalpy::new(material)?;
-    let axes = |title: &str| {
-        Plot::new(
-            title,
-            Axis::new("time", "ms"),
-            Axis::new("temperature", "°C"),
-        )
-    };
+    let axes = |title: &str| Plot::new(title, ["time", "ms"], ["temperature", "°C"]);
     let thin = set
         .charts
         .iter()
@@ -171,16 +165,12 @@ fn bodies(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         let size = wall.size(&bench, sure, &mut Charts::default(), &Silent)?;
         walls.push([micron, 1e3 * size]);
     }
-    let plot = Plot::new(
-        "Walls",
-        Axis::new("beam diameter", "µm"),
-        Axis::new("thickness", "µm"),
-    )
-    .with(line(
-        "thesis, e = 0.60 φ + 120 µm",
-        [[300.0, 300.0], [800.0, 600.0]],
-    ))
-    .with(dots("charts", walls.clone()));
+    let plot = Plot::new("Walls", ["beam diameter", "µm"], ["thickness", "µm"])
+        .with(line(
+            "thesis, e = 0.60 φ + 120 µm",
+            [[300.0, 300.0], [800.0, 600.0]],
+        ))
+        .with(dots("charts", walls.clone()));
     plots.push(plot);
     let spot = focus::load("a1-beraud-2016", Path::new("."))?
         .0
@@ -204,14 +194,10 @@ fn bodies(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         };
         struts.push([radius, strut.size(&bench, sure, &mut known, &Silent)?]);
     }
-    let plot = Plot::new(
-        "Struts",
-        Axis::new("first contour", "mm"),
-        Axis::new("diameter", "mm"),
-    )
-    .with(line("charts", struts))
-    .with(dots("thesis, its charts", [[0.2, 0.718], [0.372, 1.0]]))
-    .with(dots("thesis, built", [[0.2, 0.657], [0.372, 0.868]]));
+    let plot = Plot::new("Struts", ["first contour", "mm"], ["diameter", "mm"])
+        .with(line("charts", struts))
+        .with(dots("thesis, its charts", [[0.2, 0.718], [0.372, 1.0]]))
+        .with(dots("thesis, built", [[0.2, 0.657], [0.372, 0.868]]));
     plots.push(plot);
     Ok(plots)
 }
@@ -282,16 +268,12 @@ fn prisms(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     };
     let grid = &rectangle.grid;
     let middle = grid.origin.y + 0.5 * grid.edge[1] * grid.cells[1] as f64;
-    let plot = Plot::new(
-        "Rectangle",
-        Axis::new("x", "mm"),
-        Axis::new("highest temperature", "°C"),
-    )
-    .with(line("through its middle", across(&rectangle, middle)))
-    .with(dots(
-        "thesis: ends and centre",
-        [[-7.4, 2780.0], [0.0, 2730.0], [7.4, 2780.0]],
-    ));
+    let plot = Plot::new("Rectangle", ["x", "mm"], ["highest temperature", "°C"])
+        .with(line("through its middle", across(&rectangle, middle)))
+        .with(dots(
+            "thesis: ends and centre",
+            [[-7.4, 2780.0], [0.0, 2730.0], [7.4, 2780.0]],
+        ));
     plots.push(plot);
     let triangle = highest(&example.join("triangle.csv"), material)?;
     let top = triangle.grid.planes() - 1;
@@ -306,18 +288,15 @@ fn prisms(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
         .collect();
     let plot = Plot::new(
         "Triangle",
-        Axis::new("highest temperature", "°C"),
-        Axis::new("molten voxels of the last layer", ""),
+        ["highest temperature", "°C"],
+        ["molten voxels of the last layer", ""],
     )
-    .with(Mark::Bars {
-        name: "charts to 3700 °C".to_owned(),
-        bars,
-    });
+    .bars("charts to 3700 °C", bars);
     plots.push(plot);
     let mut profile = Plot::new(
         "Triangle, along its lines",
-        Axis::new("x", "mm"),
-        Axis::new("highest temperature", "°C"),
+        ["x", "mm"],
+        ["highest temperature", "°C"],
     );
     for y in [0.7, 3.7, 6.5] {
         profile = profile.with(line(&format!("y = {y} mm"), across(&triangle, y)));
@@ -327,12 +306,7 @@ fn prisms(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
 }
 
 fn section(title: &str, intro: &str, plots: Vec<Plot>) -> Section {
-    Section {
-        title: title.to_owned(),
-        intro: intro.to_owned(),
-        plots,
-        tables: Vec::new(),
-    }
+    Section::new(title.to_owned(), intro.to_owned(), plots, vec![])
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

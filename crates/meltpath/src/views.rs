@@ -7,3 +7,17 @@ pub(crate) mod health;
 pub(crate) mod lpbf;
 pub(crate) mod tune;
 pub mod waam;
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_report::series::csv::write_columns;
+
+/// Numbers by name and unit as a CSV file; whole ones have no point there.
+fn write_csv(
+    folder: &OutputFolder,
+    name: &str,
+    columns: &[(&str, &str, Vec<f64>)],
+) -> Result<(), OutputError> {
+    folder.write(name, |out| {
+        write_columns(out, columns).map_err(std::io::Error::other)
+    })
+}

@@ -58,6 +58,23 @@ pub struct Section {
     pub tables: Vec<Table>,
 }
 
+impl Section {
+    /// A chapter of these.
+    pub fn new(
+        title: impl Into<String>,
+        intro: impl Into<String>,
+        plots: Vec<Plot>,
+        tables: Vec<Table>,
+    ) -> Self {
+        Section {
+            title: title.into(),
+            intro: intro.into(),
+            plots,
+            tables,
+        }
+    }
+}
+
 /// What a report holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {

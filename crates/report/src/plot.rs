@@ -63,6 +63,13 @@ impl Axis {
     }
 }
 
+/// Label and unit.
+impl From<[&str; 2]> for Axis {
+    fn from([label, unit]: [&str; 2]) -> Self {
+        Axis::new(label, unit)
+    }
+}
+
 /// Whether both axes have the same scale.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Aspect {
@@ -198,11 +205,11 @@ pub struct Plot {
 
 impl Plot {
     /// An empty plot.
-    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+    pub fn new(title: &str, x: impl Into<Axis>, y: impl Into<Axis>) -> Self {
         Plot {
             title: title.to_owned(),
-            x,
-            y,
+            x: x.into(),
+            y: y.into(),
             ..Plot::default()
         }
     }
@@ -212,6 +219,41 @@ impl Plot {
     pub fn with(mut self, mark: Mark) -> Self {
         self.marks.push(mark);
         self
+    }
+
+    /// The same plot with one more line.
+    #[must_use]
+    pub fn line(self, name: impl Into<String>, points: Vec<DVec2>) -> Self {
+        let name = name.into();
+        self.with(Mark::Line { name, points })
+    }
+
+    /// The same plot with more dots.
+    #[must_use]
+    pub fn dots(self, name: impl Into<String>, points: Vec<DVec2>) -> Self {
+        let name = name.into();
+        self.with(Mark::Dots { name, points })
+    }
+
+    /// The same plot with one more band.
+    #[must_use]
+    pub fn band(self, name: impl Into<String>, lower: Vec<DVec2>, upper: Vec<DVec2>) -> Self {
+        let name = name.into();
+        self.with(Mark::Band { name, lower, upper })
+    }
+
+    /// The same plot with more bars.
+    #[must_use]
+    pub fn bars(self, name: impl Into<String>, bars: Vec<Bar>) -> Self {
+        let name = name.into();
+        self.with(Mark::Bars { name, bars })
+    }
+
+    /// The same plot with one more limit.
+    #[must_use]
+    pub fn limit(self, name: impl Into<String>, value: f64) -> Self {
+        let name = name.into();
+        self.with(Mark::Limit { name, value })
     }
 
     /// The same plot with a caption.

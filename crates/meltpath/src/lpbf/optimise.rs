@@ -9,8 +9,8 @@ use meltpath_geometry::math::DVec2;
 use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_report::html::Section;
 use meltpath_report::plot::{Axis, Mark, Plot};
-use meltpath_report::series::csv::CsvWriter;
-use meltpath_report::series::{Column, Kind, SeriesError, Values};
+use meltpath_report::series::SeriesError;
+use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::interpolation::sample_count;
@@ -190,18 +190,13 @@ pub(crate) fn section(found: &Found) -> Section {
             .with(dots("keeps a bound only, or none", &|c| !c.within, of))
             .with(dots("within bounds", &|c| c.within, of))
             .with(dots("found", &|c| found.best.as_ref() == Some(c), of))
-            .with(Mark::Limit {
-                name: "bound".to_owned(),
-                value: bound,
-            })
+            .limit("bound", bound)
     };
-    Section {
-        title: "A faster recipe".to_owned(),
-        intro: "Speeds, waits, jump speeds and the mirrors' first filter were searched, laser delays tuned for each: the shortest time within the bounds. \
-                The head is judged, not the melt pool: power is that of the recipe, so faster marks bring less energy a millimetre."
-            .to_owned(),
-        tables: vec![table],
-        plots: vec![
+    Section::new(
+        "A faster recipe",
+        "Speeds, waits, jump speeds and the mirrors' first filter were searched, laser delays tuned for each: the shortest time within the bounds. \
+                The head is judged, not the melt pool: power is that of the recipe, so faster marks bring less energy a millimetre.",
+        vec![
             plot(
                 "Time against contours",
                 Axis::new("contour points within the bound", "%"),
@@ -215,7 +210,8 @@ pub(crate) fn section(found: &Found) -> Section {
                 &|c| 100.0 * c.fill_rate,
             ),
         ],
-    }
+        vec![table],
+    )
 }
 
 /// The range of values with room for the dots at its ends.
@@ -286,11 +282,8 @@ fn series(w: &mut dyn io::Write, found: &Found) -> Result<(), SeriesError> {
         ("fill rate", "1", |c| c.fill_rate),
         ("within bounds", "", |c| f64::from(u8::from(c.within))),
     ];
-    let heads = columns.map(|(name, unit, _)| Column::new(name, unit, Kind::Float));
-    let values = columns.map(|(_, _, get)| found.tried.iter().map(get).collect::<Vec<f64>>());
-    let mut csv = CsvWriter::new(w, heads.to_vec())?;
-    csv.block(&values.iter().map(|v| Values::Float(v)).collect::<Vec<_>>())?;
-    csv.finish()
+    let all = |get: Get| found.tried.iter().map(get).collect::<Vec<f64>>();
+    write_columns(w, &columns.map(|(name, unit, get)| (name, unit, all(get))))
 }
 
 /// The candidate as a file of `data/recipes` would be.

@@ -10,13 +10,13 @@ use meltpath_report::colour::ColourMap;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Axis, Map as PlotMap, Mark, Plot, histogram};
 use meltpath_report::scene::{Grid, HeightLayers, Scalar, Scene};
-use meltpath_report::series::csv::write_columns;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image};
 use meltpath_thermal::calibration::comparison::{PERCENTILES, Pair, apart, relative};
 
 use crate::compare::comparison::{Compared, Comparison};
 use crate::compare::quantity::Quantity;
+use crate::views::write_csv;
 
 /// Dots drawn of temperature against temperature, at most.
 const DOTS: usize = 3000;
@@ -177,15 +177,8 @@ fn course(title: &str, axis: Axis, part: &Compared, along: &dyn Fn(&Pair) -> f64
         upper.push(DVec2::new(x, mean + deviation));
     }
     Plot::new(title, axis, Axis::new("difference", shown.difference))
-        .with(Mark::Band {
-            name: "one standard deviation".to_owned(),
-            lower,
-            upper,
-        })
-        .with(Mark::Line {
-            name: "mean".to_owned(),
-            points: middle,
-        })
+        .band("one standard deviation", lower, upper)
+        .line("mean", middle)
 }
 
 fn against_each_other(part: &Compared) -> Plot {
@@ -213,14 +206,8 @@ fn against_each_other(part: &Compared) -> Plot {
         Axis::new("other", shown.unit),
         Axis::new("table", shown.unit),
     )
-    .with(Mark::Dots {
-        name: "pairs".to_owned(),
-        points: dots,
-    })
-    .with(Mark::Line {
-        name: "equal".to_owned(),
-        points: ends.map(DVec2::splat).to_vec(),
-    })
+    .dots("pairs", dots)
+    .line("equal", ends.map(DVec2::splat).to_vec())
     .caption(&caption)
 }
 
@@ -338,12 +325,9 @@ fn section(comparison: &Comparison, part: &Compared, viewed: bool) -> Section {
     let spread = Plot::new(
         "How often",
         Axis::new("difference", shown.difference),
-        Axis::new("samples", ""),
+        ["samples", ""],
     )
-    .with(Mark::Bars {
-        name: "samples".to_owned(),
-        bars: histogram(&differences, 60),
-    });
+    .bars("samples", histogram(&differences, 60));
     let mut plots = Vec::new();
     if !viewed {
         plots.extend(flat_map(part, comparison.cell));
@@ -358,17 +342,12 @@ fn section(comparison: &Comparison, part: &Compared, viewed: bool) -> Section {
     plots.push(course(&title, axis, part, &|p| shown.value(p.other)));
     let mut words = part.quantity.words().to_owned();
     words[..1].make_ascii_uppercase();
-    Section {
-        title: words,
-        intro: if viewed {
+    Section::new(words, if viewed {
             "Differences are the table's less the other's. In the view: their mean and largest by place, over all times and depths."
         } else {
             "Differences are the table's less the other's."
         }
-        .to_owned(),
-        plots,
-        tables: tables(part),
-    }
+        .to_owned(), plots, tables(part))
 }
 
 /// The report.
@@ -390,18 +369,6 @@ pub fn report(comparison: &Comparison, provenance: &Provenance) -> Report {
         sheet: None,
         provenance: provenance.clone(),
     }
-}
-
-fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
-    io::Error::other(error)
-}
-
-fn write_csv(
-    folder: &OutputFolder,
-    name: &str,
-    columns: &[(&str, &str, Vec<f64>)],
-) -> Result<(), OutputError> {
-    folder.write(name, |out| write_columns(out, columns).map_err(as_io))
 }
 
 /// Writes the pairs and the map of each quantity.
@@ -483,6 +450,6 @@ fn write_map(folder: &OutputFolder, part: &Compared, cell: f64) -> Result<(), Ou
             field("mean difference", &map.mean),
             field("largest difference", &map.largest),
         ];
-        write_height_image(w, &map.grid, 0.0, &fields).map_err(as_io)
+        write_height_image(w, &map.grid, 0.0, &fields).map_err(io::Error::other)
     })
 }

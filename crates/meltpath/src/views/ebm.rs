@@ -224,16 +224,16 @@ pub fn report(
     });
     let mut sections: Vec<Section> = outcome.preview.iter().map(|p| highest(p, plan)).collect();
     if let Some(table) = judged_table(plan, outcome) {
-        sections.push(Section {
-            title: "The judge".to_owned(),
-            intro: "The paths drawn on the reference solver, and what moves the share.".to_owned(),
-            plots: outcome
+        sections.push(Section::new(
+            "The judge",
+            "The paths drawn on the reference solver, and what moves the share.",
+            outcome
                 .judged
                 .iter()
                 .map(|j| histogram::judged(j, plan))
                 .collect(),
-            tables: vec![table],
-        });
+            vec![table],
+        ));
     }
     sections.extend(outcome.found.iter().map(|f| found::section(f, plan)));
     sections.push(sections::section(&plan.settings, outcome));
@@ -271,22 +271,18 @@ fn subtitle(plan: &Plan, outcome: &Outcome) -> String {
 
 /// How hot each voxel became on charts.
 fn highest(preview: &Preview, plan: &Plan) -> Section {
-    Section {
-        title: "Highest temperatures".to_owned(),
-        intro: "How hot each voxel of the last layer became. In the view above the slider goes through time; its steps are pictures, not layers.".to_owned(),
-        plots: vec![histogram::plot(
+    Section::new(
+        "Highest temperatures",
+        "How hot each voxel of the last layer became. In the view above the slider goes through time; its steps are pictures, not layers.",
+        vec![histogram::plot(
             "Highest temperatures",
             &preview.given.highest,
             preview.better.as_ref().map(|b| &b.highest),
             &preview.classes,
             plan,
         )],
-        tables: vec![share_table(preview)],
-    }
-}
-
-fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
-    io::Error::other(error)
+        vec![share_table(preview)],
+    )
 }
 
 /// Writes ParaView fields, the voxels' table and the paths.
@@ -302,11 +298,11 @@ pub fn write_files(
         write_frames(folder, preview.shown())?;
     }
     let path = outcome.path(plan);
-    let record = || Record::of(&path.motion(), &plan.gun).map_err(as_io);
+    let record = || Record::of(&path.motion(), &plan.gun).map_err(io::Error::other);
     folder.write("path.csv", |w| w.write_all(record()?.to_csv().as_bytes()))?;
     folder.write("path.parquet", |w| write_parquet(&record()?, w))?;
     if let Some(gun) = &outcome.gun {
-        let drawn = || Record::of(&gun.drawn.motion, &plan.gun).map_err(as_io);
+        let drawn = || Record::of(&gun.drawn.motion, &plan.gun).map_err(io::Error::other);
         folder.write("drawn.csv", |w| w.write_all(drawn()?.to_csv().as_bytes()))?;
     }
     sections::write_volumes(folder, outcome)?;
@@ -330,7 +326,8 @@ fn write_frames(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError>
                 field("temperature", &now),
                 field("highest temperature", &highest),
             ];
-            write_height_image(w, &grid, shown.highest.grid.top(), &fields).map_err(as_io)
+            write_height_image(w, &grid, shown.highest.grid.top(), &fields)
+                .map_err(io::Error::other)
         })?;
         entries.push((frame.time, name));
     }

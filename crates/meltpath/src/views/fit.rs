@@ -4,7 +4,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
-use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::plot::Plot;
 use meltpath_report::table::{Cell, Table};
 use meltpath_thermal::calibration::coupon::Coupon;
 
@@ -113,40 +113,30 @@ fn curve_plot(found: &Found, p: &Prediction) -> Plot {
         .collect();
     let mut plot = Plot::new(
         "Diameter against first contour",
-        Axis::new("radius", "mm"),
-        Axis::new("diameter", "mm"),
+        ["radius", "mm"],
+        ["diameter", "mm"],
     );
     for (name, curve) in NAMES.iter().zip(&p.curves) {
-        plot = plot.with(Mark::Line {
-            name: (*name).to_owned(),
-            points: points(curve),
-        });
+        plot = plot.line((*name).to_owned(), points(curve));
     }
-    plot.with(Mark::Dots {
-        name: "measured".to_owned(),
-        points: measured,
-    })
-    .with(Mark::Limit {
-        name: "wanted".to_owned(),
-        value: p.wanted,
-    })
+    plot.dots("measured", measured).limit("wanted", p.wanted)
 }
 
 /// The report.
 pub fn report(file: &str, found: &Found, provenance: &Provenance) -> Report {
-    let mut sections = vec![Section {
-        title: "The beam that explains what was built".to_owned(),
-        intro: String::new(),
-        plots: Vec::new(),
-        tables: vec![parameters(found), bodies(found)],
-    }];
+    let mut sections = vec![Section::new(
+        "The beam that explains what was built",
+        "",
+        vec![],
+        vec![parameters(found), bodies(found)],
+    )];
     if let Some(p) = &found.prediction {
-        sections.push(Section {
-            title: "What to build".to_owned(),
-            intro: String::new(),
-            plots: vec![curve_plot(found, p)],
-            tables: vec![contours(p)],
-        });
+        sections.push(Section::new(
+            "What to build",
+            "",
+            vec![curve_plot(found, p)],
+            vec![contours(p)],
+        ));
     }
     Report {
         title: "Beam fitted to measurements".to_owned(),

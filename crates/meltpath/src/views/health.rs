@@ -4,7 +4,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
-use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::plot::Plot;
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::health::bench::Km0Stage1;
 use meltpath_scan_head::health::rating::{Drift, Km0Record, rate};
@@ -131,12 +131,12 @@ fn drift(told: &Told<'_>) -> Section {
             Cell::text(&e.reasons.join(", ")),
         ]);
     }
-    Section {
-        title: "Drift".to_owned(),
-        intro: "Every quantity against the last accepted test. Likely faults and actions are starting points for a person, not a diagnosis.".to_owned(),
-        plots: trend(told),
-        tables: vec![table, tests, found],
-    }
+    Section::new(
+        "Drift",
+        "Every quantity against the last accepted test. Likely faults and actions are starting points for a person, not a diagnosis.",
+        trend(told),
+        vec![table, tests, found],
+    )
 }
 
 /// Changes of the quantities that change most, over the tests since the accepted one.
@@ -153,8 +153,8 @@ fn trend(told: &Told<'_>) -> Vec<Plot> {
         .collect();
     let mut plot = Plot::new(
         "Change against the accepted test",
-        Axis::new("test", ""),
-        Axis::new("change", "%"),
+        ["test", ""],
+        ["change", "%"],
     );
     let mut most: Vec<&Drift> = told.drifts.iter().collect();
     most.sort_by(|a, b| (b.size / b.limits.1).total_cmp(&(a.size / a.limits.1)));
@@ -163,10 +163,7 @@ fn trend(told: &Told<'_>) -> Vec<Plot> {
             let d = drifts.iter().find(|d| d.quantity == wanted.quantity)?;
             Some(DVec2::new(k as f64 + 1.0, 100.0 * d.change))
         });
-        plot = plot.with(Mark::Line {
-            name: wanted.quantity.clone(),
-            points: points.collect(),
-        });
+        plot = plot.line(wanted.quantity.clone(), points.collect());
     }
     vec![plot.caption("The quantities nearest to their limit of intervention.")]
 }
@@ -190,15 +187,8 @@ fn curves(told: &Told<'_>) -> Section {
     };
     let micro = |_: f64, y: f64| 1e6 * y;
     let plain = |_: f64, y: f64| y;
-    let mut torque = Plot::new(
-        "Friction torque",
-        Axis::new("speed", "deg/s"),
-        Axis::new("torque", "µN·m"),
-    )
-    .with(Mark::Dots {
-        name: "this test".to_owned(),
-        points: points(now, &micro, Of::Torque),
-    });
+    let mut torque = Plot::new("Friction torque", ["speed", "deg/s"], ["torque", "µN·m"])
+        .dots("this test", points(now, &micro, Of::Torque));
     let f = now.stage2.friction;
     let fastest = now
         .stage2
@@ -217,24 +207,12 @@ fn curves(told: &Told<'_>) -> Section {
     fitted.reverse();
     fitted.push(DVec2::splat(f64::NAN));
     fitted.extend(law(1.0));
-    torque = torque.with(Mark::Line {
-        name: "its fit".to_owned(),
-        points: fitted,
-    });
-    let mut lag =
-        Plot::new("Lag", Axis::new("speed", "deg/s"), Axis::new("lag", "deg")).with(Mark::Dots {
-            name: "this test".to_owned(),
-            points: points(now, &plain, Of::Lag),
-        });
+    torque = torque.line("its fit", fitted);
+    let mut lag = Plot::new("Lag", ["speed", "deg/s"], ["lag", "deg"])
+        .dots("this test", points(now, &plain, Of::Lag));
     if let Some(reference) = reference {
-        torque = torque.with(Mark::Dots {
-            name: "accepted test".to_owned(),
-            points: points(reference, &micro, Of::Torque),
-        });
-        lag = lag.with(Mark::Dots {
-            name: "accepted test".to_owned(),
-            points: points(reference, &plain, Of::Lag),
-        });
+        torque = torque.dots("accepted test", points(reference, &micro, Of::Torque));
+        lag = lag.dots("accepted test", points(reference, &plain, Of::Lag));
     }
     let mut table = Table::new(
         "Friction: T = B ω + T_P + T_C sgn ω",
@@ -258,12 +236,12 @@ fn curves(told: &Told<'_>) -> Section {
             then.map_or(Cell::Empty, Cell::Number),
         ]);
     }
-    Section {
-        title: "Friction and lag".to_owned(),
-        intro: "Mean of the second half of each ramp.".to_owned(),
-        plots: vec![torque, lag],
-        tables: vec![table],
-    }
+    Section::new(
+        "Friction and lag",
+        "Mean of the second half of each ramp.",
+        vec![torque, lag],
+        vec![table],
+    )
 }
 
 #[derive(Clone, Copy)]
@@ -294,13 +272,12 @@ fn steps(record: &Km0Record) -> Section {
             Cell::Fixed(s.static_error_deg, 4),
         ]);
     }
-    Section {
-        title: "Steps".to_owned(),
-        intro: "Start: a change by 10⁻⁴ deg. Response: within 5 % of the steady value for good."
-            .to_owned(),
-        plots: Vec::new(),
-        tables: vec![table],
-    }
+    Section::new(
+        "Steps",
+        "Start: a change by 10⁻⁴ deg. Response: within 5 % of the steady value for good.",
+        vec![],
+        vec![table],
+    )
 }
 
 fn ramps(record: &Km0Record) -> Section {
@@ -327,10 +304,5 @@ fn ramps(record: &Km0Record) -> Section {
             Cell::Fixed(1e6 * r.torque, 1),
         ]);
     }
-    Section {
-        title: "Ramps".to_owned(),
-        intro: String::new(),
-        plots: Vec::new(),
-        tables: vec![table],
-    }
+    Section::new("Ramps", "", vec![], vec![table])
 }

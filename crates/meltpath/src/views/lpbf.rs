@@ -8,7 +8,7 @@ use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Fact, Measure, Provenance, Verdict};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::{Report, Section};
-use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
+use meltpath_report::plot::{Aspect, Axis, Plot};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Visibility};
 use meltpath_report::table::{Cell, Table};
 use meltpath_scan_head::measures::delays::{DelayScore, Tuned};
@@ -140,37 +140,56 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
 
 fn sections(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Section> {
     vec![
-        Section {
-            title: "Recipes compared".to_owned(),
-            intro: "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached; \
-                    cells are as wide as the spot. What a figure of the head rests on stands in its file."
-                .to_owned(),
-            tables: tables(plan, results),
-            plots: vec![
+        Section::new(
+            "Recipes compared",
+            "One layer. Contours are judged by the distance of lit points to the commanded marks, fills by the share of cells reached; \
+                    cells are as wide as the spot. What a figure of the head rests on stands in its file.",
+            vec![
                 shares("Contour errors of contours", results, |r| &r.errors.contour),
                 shares("Contour errors of fills", results, |r| &r.errors.fill),
-                steps("Tracking error of X on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[0]),
-                steps("Tracking error of Y on marks", "set-point − angle", "deg", 1.0, results, |r| &r.errors.tracking[1]),
-                steps("Energy a millimetre, fills", "energy over power and speed of the mark", "%", 100.0, results, |r| &r.energy.fill),
+                steps(
+                    "Tracking error of X on marks",
+                    "set-point − angle",
+                    "deg",
+                    1.0,
+                    results,
+                    |r| &r.errors.tracking[0],
+                ),
+                steps(
+                    "Tracking error of Y on marks",
+                    "set-point − angle",
+                    "deg",
+                    1.0,
+                    results,
+                    |r| &r.errors.tracking[1],
+                ),
+                steps(
+                    "Energy a millimetre, fills",
+                    "energy over power and speed of the mark",
+                    "%",
+                    100.0,
+                    results,
+                    |r| &r.energy.fill,
+                ),
             ],
-        },
-        Section {
-            title: "Where the laser goes".to_owned(),
-            intro: "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks (dashed), and the path with the laser on (where the solid line ends, the laser is off). \
-                    The view in space shows the first recipe; the others are in its list.".to_owned(),
-            plots: results.iter().map(|r| corner(plan, r)).collect(),
-            tables: Vec::new(),
-        },
-        Section {
-            title: "Laser delays".to_owned(),
-            intro: "Spurious: lit path farther than the spot's radius from where the marks run. Missing: marks that no lit point reaches. \
-                    The shortest on-delay with the least spurious light at starts, then the shortest off-delay with the least missing at ends."
-                .to_owned(),
-            plots: delay_plots(results),
-            tables: std::iter::once(delay_table(results))
+            tables(plan, results),
+        ),
+        Section::new(
+            "Where the laser goes",
+            "The lower right corner of the first square, or the sharpest corner of the first layer: commanded marks (dashed), and the path with the laser on (where the solid line ends, the laser is off). \
+                    The view in space shows the first recipe; the others are in its list.",
+            results.iter().map(|r| corner(plan, r)).collect(),
+            vec![],
+        ),
+        Section::new(
+            "Laser delays",
+            "Spurious: lit path farther than the spot's radius from where the marks run. Missing: marks that no lit point reaches. \
+                    The shortest on-delay with the least spurious light at starts, then the shortest off-delay with the least missing at ends.",
+            delay_plots(results),
+            std::iter::once(delay_table(results))
                 .chain(results.iter().filter_map(front_table))
                 .collect(),
-        },
+        ),
     ]
 }
 
@@ -244,10 +263,7 @@ fn shares(
                 break;
             }
         }
-        plot = plot.with(Mark::Line {
-            name: r.recipe.name.clone(),
-            points,
-        });
+        plot = plot.line(r.recipe.name.clone(), points);
     }
     plot.caption(REACH)
 }
@@ -271,7 +287,7 @@ fn steps(
     let mut plot = Plot::new(
         title,
         Axis::new(label, unit).between(0.0, count as f64 * width),
-        Axis::new("share of points", "%"),
+        ["share of points", "%"],
     );
     for r in results {
         let h = of(r);
@@ -283,10 +299,7 @@ fn steps(
             points.push(DVec2::new(k as f64 * width, value));
             points.push(DVec2::new((k + 1) as f64 * width, value));
         }
-        plot = plot.with(Mark::Line {
-            name: r.recipe.name.clone(),
-            points,
-        });
+        plot = plot.line(r.recipe.name.clone(), points);
     }
     plot.caption(REACH)
 }
@@ -348,15 +361,9 @@ fn corner(plan: &Plan, r: &RecipeResult<'_>) -> Plot {
             done.push(point);
         }
     }
-    let mut plot = Plot::new(&r.recipe.name, Axis::new("x", "mm"), Axis::new("y", "mm"))
-        .with(Mark::Line {
-            name: "marked, laser on".to_owned(),
-            points: done,
-        })
-        .with(Mark::Line {
-            name: "commanded marks".to_owned(),
-            points: asked,
-        });
+    let mut plot = Plot::new(&r.recipe.name, ["x", "mm"], ["y", "mm"])
+        .line("marked, laser on", done)
+        .line("commanded marks", asked);
     plot.aspect = Aspect::Equal;
     plot
 }
@@ -377,21 +384,18 @@ fn delay_plots(results: &[RecipeResult<'_>]) -> Vec<Plot> {
         return Vec::new();
     }
     let draw = |(title, (label, table, delay), cost): (&str, (&str, Side, Cost), Cost)| {
-        let mut plot = Plot::new(title, Axis::new(label, "µs"), Axis::new("length", "mm"));
+        let mut plot = Plot::new(title, Axis::new(label, "µs"), ["length", "mm"]);
         let mut chosen = Vec::new();
         for r in results {
             let Some(tuned) = &r.tuned else { continue };
             let point = |s: &DelayScore| DVec2::new(1e6 * delay(s), cost(s));
-            plot = plot.with(Mark::Line {
-                name: r.recipe.name.clone(),
-                points: table(tuned).iter().map(point).collect(),
-            });
+            plot = plot.line(
+                r.recipe.name.clone(),
+                table(tuned).iter().map(point).collect(),
+            );
             chosen.push(point(&tuned.best));
         }
-        plot.with(Mark::Dots {
-            name: "chosen".to_owned(),
-            points: chosen,
-        })
+        plot.dots("chosen", chosen)
     };
     plots.map(draw).into()
 }

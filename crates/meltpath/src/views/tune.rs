@@ -126,31 +126,31 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
         cascade.insert(1, tables::refinement(refined));
     }
     let mut out = vec![
-        Section {
-            title: format!("{name} axis: cascade, loop by loop"),
-            intro: format!(
+        Section::new(
+            format!("{name} axis: cascade, loop by loop"),
+            format!(
                 "From the inside out: first the integral (or derivative) time, bounded by the phase margin, then the gain for the crossover.{refinement}"
             ),
-            plots: by_loop,
-            tables: cascade,
-        },
-        Section {
-            title: format!("{name} axis: H-infinity"),
-            intro: "Three templates bound sensitivity, command and the response to disturbances; the controller replaces the speed and position regulators.".to_owned(),
-            plots: bode::h_infinity(result).map_err(step(letter, drawn))?,
-            tables: vec![tables::h_infinity(result)],
-        },
-        Section {
-            title: format!("{name} axis: what brings what"),
-            intro: format!(
+            by_loop,
+            cascade,
+        ),
+        Section::new(
+            format!("{name} axis: H-infinity"),
+            "Three templates bound sensitivity, command and the response to disturbances; the controller replaces the speed and position regulators.",
+            bode::h_infinity(result).map_err(step(letter, drawn))?,
+            vec![tables::h_infinity(result)],
+        ),
+        Section::new(
+            format!("{name} axis: what brings what"),
+            format!(
                 "Every controller with and without the pre-filter, friction and limits included, on steps of ±{:.3}° and so on, halved {} times, at {:.0} °/s.",
                 result.task.signal.amplitude.to_degrees(),
                 result.task.signal.levels.saturating_sub(1),
                 result.task.signal.slope.to_degrees()
             ),
-            plots: bode::responses(result, settings.data.head.period),
-            tables: vec![tables::two_by_two(result)],
-        },
+            bode::responses(result, settings.data.head.period),
+            vec![tables::two_by_two(result)],
+        ),
     ];
     let mut spread = Section {
         title: format!("{name} axis: motors that differ"),

@@ -10,17 +10,16 @@ use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::{Crop, HeightMap};
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Aspect, Axis, Mark, Plot, histogram};
+use meltpath_report::plot::{Aspect, Axis, Plot, histogram};
 use meltpath_report::scene::{Grid, LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
 use meltpath_report::series::csv::CsvWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 use meltpath_report::table::{Cell, Table};
-use meltpath_report::vtk::{
-    Field, Values as FieldValues, VtkError, write_height_image, write_lines,
-};
-use meltpath_toolpath::{Pass, Toolpath};
+use meltpath_report::vtk::{Field, Values as FieldValues, write_height_image, write_lines};
+use meltpath_toolpath::Toolpath;
 
 use crate::stages::part::Part;
+use crate::views::write_csv;
 use crate::waam::judge::{GrowthError, LayerOutcome, Limits};
 use crate::waam::record::Sample;
 use crate::waam::simulate::Simulation;
@@ -147,83 +146,66 @@ fn by_layer(layers: &[LayerOutcome], f: impl Fn(&LayerOutcome) -> f64) -> Vec<DV
 /// The chapters of plots and tables.
 pub fn sections(simulation: &Simulation, growth: &GrowthError, limits: &Limits) -> Vec<Section> {
     vec![
-        Section {
-            title: "How the build grows".to_owned(),
-            intro: "Heights are those of the bead crests over the plate, starts and ends left out. The band is one standard uncertainty.".to_owned(),
-            plots: vec![height_plot(&simulation.layers, growth), ctwd_plot(&simulation.layers, limits), flatness_plot(&simulation.layers, limits), speed_plot(simulation)],
-            tables: vec![layer_table(&simulation.layers)],
-        },
-        Section {
-            title: "Sections through the metal".to_owned(),
-            intro: "The predicted surface on lines through the middle of the build.".to_owned(),
-            plots: section_plots(&simulation.deposit.map),
-            tables: Vec::new(),
-        },
+        Section::new(
+            "How the build grows",
+            "Heights are those of the bead crests over the plate, starts and ends left out. The band is one standard uncertainty.",
+            vec![
+                height_plot(&simulation.layers, growth),
+                ctwd_plot(&simulation.layers, limits),
+                flatness_plot(&simulation.layers, limits),
+                speed_plot(simulation),
+            ],
+            vec![layer_table(&simulation.layers)],
+        ),
+        Section::new(
+            "Sections through the metal",
+            "The predicted surface on lines through the middle of the build.",
+            section_plots(&simulation.deposit.map),
+            vec![],
+        ),
     ]
 }
 
 fn height_plot(layers: &[LayerOutcome], growth: &GrowthError) -> Plot {
     let predicted = |l: &LayerOutcome| l.mean_top.unwrap_or(f64::NAN);
-    Plot::new(
-        "Height after each layer",
-        Axis::new("layer", ""),
-        Axis::new("height", "mm"),
-    )
-    .with(Mark::Band {
-        name: "± 1 σ".to_owned(),
-        lower: by_layer(layers, |l| growth.shifted(predicted(l), -1.0)),
-        upper: by_layer(layers, |l| growth.shifted(predicted(l), 1.0)),
-    })
-    .with(Mark::Line {
-        name: "predicted".to_owned(),
-        points: by_layer(layers, predicted),
-    })
-    .with(Mark::Line {
-        name: "planned".to_owned(),
-        points: by_layer(layers, |l| l.planned_top),
-    })
+    Plot::new("Height after each layer", ["layer", ""], ["height", "mm"])
+        .band(
+            "± 1 σ",
+            by_layer(layers, |l| growth.shifted(predicted(l), -1.0)),
+            by_layer(layers, |l| growth.shifted(predicted(l), 1.0)),
+        )
+        .line("predicted", by_layer(layers, predicted))
+        .line("planned", by_layer(layers, |l| l.planned_top))
 }
 
 fn ctwd_plot(layers: &[LayerOutcome], limits: &Limits) -> Plot {
     Plot::new(
         "Contact tube to work distance",
-        Axis::new("layer", ""),
-        Axis::new("distance", "mm"),
+        ["layer", ""],
+        ["distance", "mm"],
     )
-    .with(Mark::Band {
-        name: "least to greatest".to_owned(),
-        lower: by_layer(layers, |l| l.ctwd_range.0),
-        upper: by_layer(layers, |l| l.ctwd_range.1),
-    })
-    .with(Mark::Line {
-        name: "mean of the layer".to_owned(),
-        points: by_layer(layers, |l| l.ctwd_mean),
-    })
-    .with(Mark::Limit {
-        name: "nearest allowed".to_owned(),
-        value: limits.ctwd_min,
-    })
-    .with(Mark::Limit {
-        name: "farthest allowed".to_owned(),
-        value: limits.ctwd_max,
-    })
+    .band(
+        "least to greatest",
+        by_layer(layers, |l| l.ctwd_range.0),
+        by_layer(layers, |l| l.ctwd_range.1),
+    )
+    .line("mean of the layer", by_layer(layers, |l| l.ctwd_mean))
+    .limit("nearest allowed", limits.ctwd_min)
+    .limit("farthest allowed", limits.ctwd_max)
     .caption("Falls where the build grows faster than it was planned, rises where it grows slower.")
 }
 
 fn flatness_plot(layers: &[LayerOutcome], limits: &Limits) -> Plot {
     Plot::new(
         "Flatness of each layer",
-        Axis::new("layer", ""),
-        Axis::new("5-95 % of heights", "mm"),
+        ["layer", ""],
+        ["5-95 % of heights", "mm"],
     )
-    .with(Mark::Line {
-        name: "predicted".to_owned(),
-        points: by_layer(layers, |l| l.flatness.unwrap_or(f64::NAN)),
-    })
-    .with(Mark::Limit {
-        name: "limit".to_owned(),
-        value: limits.flatness,
-    })
+    .line(
+        "predicted",
+        by_layer(layers, |l| l.flatness.unwrap_or(f64::NAN)),
+    )
+    .limit("limit", limits.flatness)
 }
 
 fn speed_plot(simulation: &Simulation) -> Plot {
@@ -233,8 +215,8 @@ fn speed_plot(simulation: &Simulation) -> Plot {
         .filter(|s| s.arc)
         .map(|s| s.speed * PER_MINUTE)
         .collect();
-    Plot::new("Travel speed with arc", Axis::new("speed", "m/min"), Axis::new("kept samples", ""))
-        .with(Mark::Bars { name: "samples".to_owned(), bars: histogram(&speeds, 40) })
+    Plot::new("Travel speed with arc", ["speed", "m/min"], ["kept samples", ""])
+        .bars("samples", histogram(&speeds, 40))
         .caption("Samples below the programmed speed are starts, stops and corners: the wire keeps coming, so metal accumulates there.")
 }
 
@@ -264,16 +246,9 @@ fn section_plots(map: &HeightMap) -> Vec<Plot> {
             .collect::<Vec<_>>();
         Plot {
             aspect: Aspect::Equal,
-            ..Plot::new(
-                &format!("Along {axis}"),
-                Axis::new(axis, "mm"),
-                Axis::new("z", "mm"),
-            )
+            ..Plot::new(&format!("Along {axis}"), Axis::new(axis, "mm"), ["z", "mm"])
         }
-        .with(Mark::Line {
-            name: "predicted surface".to_owned(),
-            points: profile,
-        })
+        .line("predicted surface", profile)
     };
     vec![
         line(
@@ -328,27 +303,6 @@ fn layer_table(layers: &[LayerOutcome]) -> Table {
     table
 }
 
-/// An error of a series or a field writer as one of the output's file.
-fn as_io(error: impl std::error::Error + Send + Sync + 'static) -> io::Error {
-    io::Error::other(error)
-}
-
-pub(super) fn write_series(
-    folder: &OutputFolder,
-    name: &str,
-    columns: Vec<Column>,
-    values: &[Values<'_>],
-) -> Result<(), OutputError> {
-    folder.write(name, |out| {
-        let write = || -> Result<(), SeriesError> {
-            let mut csv = CsvWriter::new(out, columns)?;
-            csv.block(values)?;
-            csv.finish()
-        };
-        write().map_err(as_io)
-    })
-}
-
 /// Writes the as-built mesh, the ParaView fields and the series.
 ///
 /// # Errors
@@ -363,7 +317,9 @@ pub fn write_files(
     let mesh = map.to_mesh(Crop::Built { threshold: BUILT }, thickness.unwrap_or(FLOOR));
     folder.write("as-built.stl", |mut w| write_stl(&mesh, "as-built", &mut w))?;
     let path = lines("path", simulation, layer_of_command, Beads::Deposited);
-    folder.write("fields/path.vtp", |w| write_lines(w, &path).map_err(vtk_io))?;
+    folder.write("fields/path.vtp", |w| {
+        write_lines(w, &path).map_err(io::Error::other)
+    })?;
     let grid = Grid {
         origin: map.origin,
         cell: map.cell,
@@ -376,14 +332,10 @@ pub fn write_files(
         values: FieldValues::Float64(&map.z),
     };
     folder.write("fields/surface.vti", |w| {
-        write_height_image(w, &grid, map.base, &[height]).map_err(vtk_io)
+        write_height_image(w, &grid, map.base, &[height]).map_err(io::Error::other)
     })?;
     motion_series(folder, &simulation.samples, layer_of_command)?;
     layer_series(folder, &simulation.layers)
-}
-
-pub(super) fn vtk_io(error: VtkError) -> io::Error {
-    as_io(error)
 }
 
 pub(super) fn motion_series(
@@ -391,79 +343,41 @@ pub(super) fn motion_series(
     samples: &[Sample],
     layer_of_command: &[u32],
 ) -> Result<(), OutputError> {
-    let float = |name: &str, unit: &str| Column::new(name, unit, Kind::Float);
-    let integer = |name: &str| Column::new(name, "", Kind::Integer);
-    let columns = vec![
-        float("time", "s"),
-        float("x", "mm"),
-        float("y", "mm"),
-        float("z", "mm"),
-        float("speed", "mm/s"),
-        integer("arc"),
-        integer("command"),
-        integer("layer"),
+    let layer = |s: &Sample| layer_of_command.get(s.command as usize).copied();
+    let all = |f: &dyn Fn(&Sample) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
+    let columns = [
+        ("time", "s", all(&|s| s.time)),
+        ("x", "mm", all(&|s| s.position.x)),
+        ("y", "mm", all(&|s| s.position.y)),
+        ("z", "mm", all(&|s| s.position.z)),
+        ("speed", "mm/s", all(&|s| s.speed)),
+        ("arc", "", all(&|s| f64::from(u8::from(s.arc)))),
+        ("command", "", all(&|s| f64::from(s.command))),
+        ("layer", "", all(&|s| f64::from(layer(s).unwrap_or(0)))),
     ];
-    let pick = |f: &dyn Fn(&Sample) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
-    let count = |f: &dyn Fn(&Sample) -> i64| samples.iter().map(f).collect::<Vec<i64>>();
-    let (t, v) = (pick(&|s| s.time), pick(&|s| s.speed));
-    let (x, y, z) = (
-        pick(&|s| s.position.x),
-        pick(&|s| s.position.y),
-        pick(&|s| s.position.z),
-    );
-    let (arc, command) = (
-        count(&|s| i64::from(s.arc)),
-        count(&|s| i64::from(s.command)),
-    );
-    let layer = count(&|s| {
-        layer_of_command
-            .get(s.command as usize)
-            .map_or(0, |l| i64::from(*l))
-    });
-    let values = [
-        Values::Float(&t),
-        Values::Float(&x),
-        Values::Float(&y),
-        Values::Float(&z),
-        Values::Float(&v),
-        Values::Integer(&arc),
-        Values::Integer(&command),
-        Values::Integer(&layer),
-    ];
-    write_series(folder, "series/motion.csv", columns, &values)
+    write_csv(folder, "series/motion.csv", &columns)
 }
 
 fn layer_series(folder: &OutputFolder, layers: &[LayerOutcome]) -> Result<(), OutputError> {
-    type Pick = fn(&LayerOutcome) -> f64;
-    let floats: [(&str, &str, Pick); 9] = [
-        ("planned_top", "mm", |l| l.planned_top),
-        ("predicted_top", "mm", |l| l.mean_top.unwrap_or(f64::NAN)),
-        ("flatness", "mm", |l| l.flatness.unwrap_or(f64::NAN)),
-        ("ctwd_mean", "mm", |l| l.ctwd_mean),
-        ("ctwd_least", "mm", |l| l.ctwd_range.0),
-        ("ctwd_greatest", "mm", |l| l.ctwd_range.1),
-        ("length", "mm", |l| l.length),
-        ("wire", "mm", |l| l.wire),
-        ("arc_time", "s", |l| l.arc_time),
+    let all = |f: fn(&LayerOutcome) -> f64| layers.iter().map(f).collect::<Vec<f64>>();
+    let columns = [
+        ("layer", "", all(|l| f64::from(l.layer))),
+        ("beads", "", all(|l| f64::from(l.beads))),
+        ("planned_top", "mm", all(|l| l.planned_top)),
+        (
+            "predicted_top",
+            "mm",
+            all(|l| l.mean_top.unwrap_or(f64::NAN)),
+        ),
+        ("flatness", "mm", all(|l| l.flatness.unwrap_or(f64::NAN))),
+        ("ctwd_mean", "mm", all(|l| l.ctwd_mean)),
+        ("ctwd_least", "mm", all(|l| l.ctwd_range.0)),
+        ("ctwd_greatest", "mm", all(|l| l.ctwd_range.1)),
+        ("length", "mm", all(|l| l.length)),
+        ("wire", "mm", all(|l| l.wire)),
+        ("arc_time", "s", all(|l| l.arc_time)),
     ];
-    let mut columns = vec![
-        Column::new("layer", "", Kind::Integer),
-        Column::new("beads", "", Kind::Integer),
-    ];
-    columns.extend(
-        floats
-            .iter()
-            .map(|(name, unit, _)| Column::new(name, unit, Kind::Float)),
-    );
-    let number: Vec<i64> = layers.iter().map(|l| i64::from(l.layer)).collect();
-    let beads: Vec<i64> = layers.iter().map(|l| i64::from(l.beads)).collect();
-    let picked: Vec<Vec<f64>> = floats
-        .iter()
-        .map(|(_, _, f)| layers.iter().map(f).collect())
-        .collect();
-    let mut values = vec![Values::Integer(&number), Values::Integer(&beads)];
-    values.extend(picked.iter().map(|p| Values::Float(p)));
-    write_series(folder, "series/layers.csv", columns, &values)
+    write_csv(folder, "series/layers.csv", &columns)
 }
 
 /// One line per bead of the plan.
@@ -471,46 +385,38 @@ fn layer_series(folder: &OutputFolder, layers: &[LayerOutcome]) -> Result<(), Ou
 /// # Errors
 /// [`OutputError`].
 pub fn write_passes(folder: &OutputFolder, toolpath: &Toolpath) -> Result<(), OutputError> {
-    let float = |name: &str, unit: &str| Column::new(name, unit, Kind::Float);
-    let integer = |name: &str| Column::new(name, "", Kind::Integer);
-    let columns = vec![
-        integer("pass"),
-        integer("layer"),
-        Column::new("role", "", Kind::Text),
-        float("length", "mm"),
-        integer("moves"),
-        integer("neighbours"),
-        float("start_x", "mm"),
-        float("start_y", "mm"),
-        float("start_z", "mm"),
-    ];
-    let passes: Vec<Pass<'_>> = toolpath.passes().collect();
-    let count = |f: &dyn Fn(&Pass<'_>) -> i64| passes.iter().map(f).collect::<Vec<i64>>();
-    let pick = |f: &dyn Fn(&Pass<'_>) -> f64| passes.iter().map(f).collect::<Vec<f64>>();
-    let (id, layer) = (
-        count(&|p| i64::from(p.head.id.0)),
-        count(&|p| i64::from(p.layer)),
-    );
-    let (moves, neighbours) = (
-        count(&|p| i64::try_from(p.move_count()).unwrap_or(i64::MAX)),
-        count(&|p| i64::try_from(p.neighbours().len()).unwrap_or(i64::MAX)),
-    );
-    let role: Vec<String> = passes
-        .iter()
-        .map(|p| format!("{:?}", p.head.role).to_lowercase())
-        .collect();
-    let length = pick(&|p| p.length());
-    let [x, y, z] = [0, 1, 2].map(|axis| pick(&|p| p.points[0][axis]));
-    let values = [
-        Values::Integer(&id),
-        Values::Integer(&layer),
-        Values::Text(&role),
-        Values::Float(&length),
-        Values::Integer(&moves),
-        Values::Integer(&neighbours),
-        Values::Float(&x),
-        Values::Float(&y),
-        Values::Float(&z),
-    ];
-    write_series(folder, "series/passes.csv", columns, &values)
+    let columns = [
+        ("pass", "", Kind::Integer),
+        ("layer", "", Kind::Integer),
+        ("role", "", Kind::Text),
+        ("length", "mm", Kind::Float),
+        ("moves", "", Kind::Integer),
+        ("neighbours", "", Kind::Integer),
+        ("start_x", "mm", Kind::Float),
+        ("start_y", "mm", Kind::Float),
+        ("start_z", "mm", Kind::Float),
+    ]
+    .map(|(name, unit, kind)| Column::new(name, unit, kind));
+    let count = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
+    folder.write("series/passes.csv", |out| {
+        let mut write = || -> Result<(), SeriesError> {
+            let mut csv = CsvWriter::new(out, columns.to_vec())?;
+            for p in toolpath.passes() {
+                let start = p.points[0];
+                csv.block(&[
+                    Values::Integer(&[i64::from(p.head.id.0)]),
+                    Values::Integer(&[i64::from(p.layer)]),
+                    Values::Text(&[format!("{:?}", p.head.role).to_lowercase()]),
+                    Values::Float(&[p.length()]),
+                    Values::Integer(&[count(p.move_count())]),
+                    Values::Integer(&[count(p.neighbours().len())]),
+                    Values::Float(&[start.x]),
+                    Values::Float(&[start.y]),
+                    Values::Float(&[start.z]),
+                ])?;
+            }
+            csv.finish()
+        };
+        write().map_err(io::Error::other)
+    })
 }

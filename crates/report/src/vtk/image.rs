@@ -54,16 +54,9 @@ pub fn write_height_image(
     let cells = grid.nx.saturating_mul(grid.ny);
     check(fields, cells, "height image")?;
     let extent = format!("0 {} 0 {} 0 0", grid.nx - 1, grid.ny - 1);
-    let mut document = Document::new("ImageData");
-    document.xml(&format!(
-        "<ImageData WholeExtent=\"{extent}\" Origin=\"{} {} {z}\" Spacing=\"{2} {2} {2}\">\n<Piece Extent=\"{extent}\">\n<PointData>",
-        grid.origin.x, grid.origin.y, grid.cell
-    ));
-    for field in fields {
-        document.array(&name_in_files(field.name, field.unit), field.values);
-    }
-    document.xml("</PointData>\n</Piece>");
-    Ok(document.write(out)?)
+    let origin = grid.origin.extend(z);
+    let spacing = DVec3::splat(grid.cell);
+    image(out, (&extent, origin, spacing), "PointData", fields)
 }
 
 /// A grid of equal cells in space.
@@ -100,15 +93,27 @@ pub fn write_volume(
     let cells = nx.saturating_mul(ny).saturating_mul(nz);
     check(fields, cells, "volume")?;
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
+    image(out, (&extent, volume.origin, edge), "CellData", fields)
+}
+
+/// Writes fields `of` the points or the cells of an image: its extent, where it begins and how far its points are apart, mm.
+fn image(
+    out: &mut dyn Write,
+    (extent, origin, spacing): (&str, DVec3, DVec3),
+    of: &str,
+    fields: &[Field<'_>],
+) -> Result<(), VtkError> {
     let mut document = Document::new("ImageData");
+    let three = |v: DVec3| format!("{} {} {}", v.x, v.y, v.z);
     document.xml(&format!(
-        "<ImageData WholeExtent=\"{extent}\" Origin=\"{} {} {}\" Spacing=\"{} {} {}\">\n<Piece Extent=\"{extent}\">\n<CellData>",
-        volume.origin.x, volume.origin.y, volume.origin.z, edge.x, edge.y, edge.z
+        "<ImageData WholeExtent=\"{extent}\" Origin=\"{}\" Spacing=\"{}\">\n<Piece Extent=\"{extent}\">\n<{of}>",
+        three(origin),
+        three(spacing)
     ));
     for field in fields {
         document.array(&name_in_files(field.name, field.unit), field.values);
     }
-    document.xml("</CellData>\n</Piece>");
+    document.xml(&format!("</{of}>\n</Piece>"));
     Ok(document.write(out)?)
 }
 

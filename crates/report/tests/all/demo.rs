@@ -18,7 +18,7 @@ use meltpath_base::{
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_report::html::{Report, Section};
-use meltpath_report::plot::{Aspect, Axis, Mark, Plot, histogram};
+use meltpath_report::plot::{Aspect, Mark, Plot, histogram};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility,
 };
@@ -238,18 +238,13 @@ fn verdict() -> Verdict {
 fn sections() -> Vec<Section> {
     let [height, distance] = growth();
     vec![
-        Section {
-            title: "Growth".to_owned(),
-            intro: "What the metal does layer by layer, from the simulated motion.".to_owned(),
-            plots: vec![height, distance, wall_section()],
-            tables: vec![layer_table()],
-        },
-        Section {
-            title: "Motion".to_owned(),
-            intro: String::new(),
-            plots: speeds(),
-            tables: vec![],
-        },
+        Section::new(
+            "Growth",
+            "What the metal does layer by layer, from the simulated motion.",
+            vec![height, distance, wall_section()],
+            vec![layer_table()],
+        ),
+        Section::new("Motion", "", speeds(), vec![]),
     ]
 }
 
@@ -259,42 +254,31 @@ fn growth() -> [Plot; 2] {
         name: name.to_owned(),
         points: layers().map(|n| DVec2::new(n, f(n))).collect(),
     };
-    let height = Plot::new(
-        "Height after each layer",
-        Axis::new("layer", ""),
-        Axis::new("height", "mm"),
-    )
-    .with(Mark::Band {
-        name: "± one standard uncertainty".to_owned(),
-        lower: layers()
-            .map(|n| DVec2::new(n, 1.65 * n - 0.3 - 0.06 * n))
-            .collect(),
-        upper: layers()
-            .map(|n| DVec2::new(n, 1.65 * n + 0.3 + 0.06 * n))
-            .collect(),
-    })
-    .with(line("predicted", &|n| 1.65 * n))
-    .with(line("planned", &|n| 1.2 * n))
-    .caption("The wall grows faster than the torch climbs.");
-    let ctwd = Plot::new(
-        "Contact-tube distance",
-        Axis::new("layer", ""),
-        Axis::new("distance", "mm"),
-    )
-    .with(line("wall", &|n| 15.0 - 0.45 * (n - 1.0)))
-    .with(line("ring", &|n| 15.0 - 0.31 * (n - 1.0)))
-    .with(Mark::Dots {
-        name: "measured".to_owned(),
-        points: vec![
-            DVec2::new(1.0, 15.0),
-            DVec2::new(5.0, 12.6),
-            DVec2::new(22.0, 5.5),
-        ],
-    })
-    .with(Mark::Limit {
-        name: "limit".to_owned(),
-        value: 8.0,
-    });
+    let height = Plot::new("Height after each layer", ["layer", ""], ["height", "mm"])
+        .band(
+            "± one standard uncertainty",
+            layers()
+                .map(|n| DVec2::new(n, 1.65 * n - 0.3 - 0.06 * n))
+                .collect(),
+            layers()
+                .map(|n| DVec2::new(n, 1.65 * n + 0.3 + 0.06 * n))
+                .collect(),
+        )
+        .with(line("predicted", &|n| 1.65 * n))
+        .with(line("planned", &|n| 1.2 * n))
+        .caption("The wall grows faster than the torch climbs.");
+    let ctwd = Plot::new("Contact-tube distance", ["layer", ""], ["distance", "mm"])
+        .with(line("wall", &|n| 15.0 - 0.45 * (n - 1.0)))
+        .with(line("ring", &|n| 15.0 - 0.31 * (n - 1.0)))
+        .dots(
+            "measured",
+            vec![
+                DVec2::new(1.0, 15.0),
+                DVec2::new(5.0, 12.6),
+                DVec2::new(22.0, 5.5),
+            ],
+        )
+        .limit("limit", 8.0);
     [height, ctwd]
 }
 
@@ -313,26 +297,13 @@ fn speeds() -> Vec<Plot> {
     let values: Vec<f64> = speed.iter().map(|p| p.y).filter(|v| *v > 11.0).collect();
     let speed = Plot::new(
         "Travel speed while the arc is on",
-        Axis::new("time", "s"),
-        Axis::new("speed", "mm/s"),
+        ["time", "s"],
+        ["speed", "mm/s"],
     )
-    .with(Mark::Line {
-        name: "simulated".to_owned(),
-        points: speed,
-    })
-    .with(Mark::Limit {
-        name: "programmed".to_owned(),
-        value: 12.5,
-    });
-    let spread = Plot::new(
-        "Spread of the speed",
-        Axis::new("speed", "mm/s"),
-        Axis::new("samples", ""),
-    )
-    .with(Mark::Bars {
-        name: "samples".to_owned(),
-        bars: histogram(&values, 24),
-    });
+    .line("simulated", speed)
+    .limit("programmed", 12.5);
+    let spread = Plot::new("Spread of the speed", ["speed", "mm/s"], ["samples", ""])
+        .bars("samples", histogram(&values, 24));
     vec![speed, spread]
 }
 
@@ -349,19 +320,19 @@ fn wall_section() -> Plot {
         .collect();
     let mut section = Plot::new(
         "Section of the wall at x = 105 mm",
-        Axis::new("y", "mm"),
-        Axis::new("z", "mm"),
+        ["y", "mm"],
+        ["z", "mm"],
     )
     .with(Mark::Area {
         name: "predicted metal".to_owned(),
         outline,
     })
-    .with(Mark::Line {
-        name: "finished part".to_owned(),
-        points: [[-2.0, 0.0], [-2.0, 40.0], [2.0, 40.0], [2.0, 0.0]]
+    .line(
+        "finished part",
+        [[-2.0, 0.0], [-2.0, 40.0], [2.0, 40.0], [2.0, 0.0]]
             .map(DVec2::from)
             .to_vec(),
-    });
+    );
     section.aspect = Aspect::Equal;
     section
 }

@@ -2,7 +2,7 @@
 
 use meltpath_base::{Check, Fact, Place, Warning};
 use meltpath_report::html::{Report, ReportError, Section, write_html};
-use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::plot::{Axis, Plot};
 use meltpath_report::scene::SceneError;
 use meltpath_report::table::{Cell, Table};
 
@@ -81,19 +81,16 @@ fn hostile_names_stay_text() {
     let mut table = Table::new(evil, &[evil]);
     table.rows = vec![vec![Cell::text(evil)]];
     table.note = evil.to_owned();
-    report.sections.push(Section {
-        title: evil.to_owned(),
-        intro: evil.to_owned(),
-        plots: vec![
+    report.sections.push(Section::new(
+        evil.to_owned(),
+        evil.to_owned(),
+        vec![
             Plot::new(evil, Axis::new(evil, evil), Axis::new(evil, evil))
-                .with(Mark::Limit {
-                    name: evil.to_owned(),
-                    value: 1.0,
-                })
+                .limit(evil.to_owned(), 1.0)
                 .caption(evil),
         ],
-        tables: vec![table],
-    });
+        vec![table],
+    ));
     if let Some(scene) = &mut report.scene {
         scene.lines[0].name = evil.to_owned();
         scene.lines[0].scalars[0].name = evil.to_owned();

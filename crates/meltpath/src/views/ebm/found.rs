@@ -21,15 +21,8 @@ pub(super) fn section(found: &Found, plan: &Plan) -> Section {
         .zip(&found.scores)
         .map(|(n, s)| DVec2::new(f64::from(n), 100.0 * s))
         .collect();
-    let rounds = Plot::new(
-        "Share in the window",
-        Axis::new("round", ""),
-        Axis::new("share", "%"),
-    )
-    .with(Mark::Line {
-        name: "share".to_owned(),
-        points,
-    });
+    let rounds =
+        Plot::new("Share in the window", ["round", ""], ["share", "%"]).line("share", points);
     let change = plan
         .settings
         .optimise
@@ -54,12 +47,7 @@ pub(super) fn section(found: &Found, plan: &Plan) -> Section {
         }
         None => "Found on the charts, not judged on the reference solver here.".to_owned(),
     };
-    Section {
-        title: "Better path".to_owned(),
-        intro,
-        plots,
-        tables,
-    }
+    Section::new("Better path", intro, plots, tables)
 }
 
 fn trials(found: &Found) -> Table {
@@ -143,13 +131,10 @@ fn along_the_path(path: &BeamPath, change: Change, plan: &Plan) -> Plot {
 
 /// A quantity along chosen lines of the path: near the beginning, in the middle, near the end.
 fn along_lines(path: &BeamPath, title: &str, axis: Axis, of: Quantity<'_>) -> Plot {
-    let mut plot = Plot::new(title, Axis::new("x", "mm"), axis);
+    let mut plot = Plot::new(title, ["x", "mm"], axis);
     for (name, share) in [("a tenth", 0.1), ("half", 0.5), ("nine tenths", 0.9)] {
         let points = line_at(path, path.begin() + share * (path.end() - path.begin()), of);
-        plot = plot.with(Mark::Line {
-            name: format!("after {name} of the time"),
-            points,
-        });
+        plot = plot.line(format!("after {name} of the time"), points);
     }
     plot.caption("Each line of the path that is drawn at that time, over its whole length.")
 }

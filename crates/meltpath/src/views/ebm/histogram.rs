@@ -1,7 +1,7 @@
 //! Histograms of the highest temperatures with the window, before and after the path was changed.
 
 use meltpath_geometry::math::DVec2;
-use meltpath_report::plot::{Axis, Bar, Mark, Plot};
+use meltpath_report::plot::{Bar, Mark, Plot};
 use meltpath_thermal::criteria::{Classes, histogram};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
@@ -56,29 +56,15 @@ fn drawn(title: &str, before: Vec<Bar>, after: Option<Vec<Bar>>, classes: &Class
     let tallest = before.iter().chain(after.iter().flatten());
     let tallest = tallest.map(|b| b.value).fold(1.0, f64::max);
     let outline = [[low, 0.0], [high, 0.0], [high, tallest], [low, tallest]];
-    let plot = Plot::new(
-        title,
-        Axis::new("highest temperature", "°C"),
-        Axis::new("voxels", "%"),
-    )
-    .with(Mark::Area {
+    let plot = Plot::new(title, ["highest temperature", "°C"], ["voxels", "%"]).with(Mark::Area {
         name: format!("window, {low:.0} to {high:.0} °C"),
         outline: outline.map(DVec2::from_array).to_vec(),
     });
     let plot = match after {
         Some(after) => plot
-            .with(Mark::Bars {
-                name: "better path".to_owned(),
-                bars: after,
-            })
-            .with(Mark::Line {
-                name: "as given".to_owned(),
-                points: stairs(&before),
-            }),
-        None => plot.with(Mark::Bars {
-            name: "as given".to_owned(),
-            bars: before,
-        }),
+            .bars("better path", after)
+            .line("as given", stairs(&before)),
+        None => plot.bars("as given", before),
     };
     plot.caption("Voxels of the last layer inside the contour.")
 }

@@ -13,12 +13,7 @@ pub(super) fn section(plan: &Plan) -> Option<Section> {
         .into_iter()
         .flatten()
         .collect();
-    (!tables.is_empty()).then(|| Section {
-        title: "What is built".to_owned(),
-        intro: String::new(),
-        plots: Vec::new(),
-        tables,
-    })
+    (!tables.is_empty()).then(|| Section::new("What is built", "", vec![], tables))
 }
 
 fn drawn(plan: &Plan) -> Option<Table> {

@@ -124,14 +124,14 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
             plots.extend(both.into_iter().flatten());
         }
     }
-    Section {
-        title: "Sections".to_owned(),
-        intro: format!(
+    Section::new(
+        "Sections",
+        format!(
             "Vertical planes through the last layer: temperatures in time, whose sliders move together, then highest temperatures; depths are drawn larger than widths. The whole volume lies in {volume}.{outside}"
         ),
         plots,
-        tables: Vec::new(),
-    }
+        vec![],
+    )
 }
 
 fn plot(
@@ -187,10 +187,7 @@ fn plot(
                 DVec2::new(x, isotherm(&cut.highest, i, j, kelvin))
             })
             .collect();
-        plot = plot.with(Mark::Line {
-            name: format!("{name} {:.0} °C", kelvin - CELSIUS),
-            points,
-        });
+        plot = plot.line(format!("{name} {:.0} °C", kelvin - CELSIUS), points);
     }
     let at = grid.centre(cell(0).0, cell(0).1, 0)[across.axis()];
     Some(plot.caption(&format!("At {} = {at:.2} mm.", across.name())))

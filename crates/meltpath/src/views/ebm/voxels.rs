@@ -1,10 +1,7 @@
 //! Voxels of the build plane that melted, and temperatures in time, as tables: those of charts and of the reference solver
 //! alike, so that `meltpath compare` takes either.
 
-use std::io;
-
 use meltpath_base::output::{OutputError, OutputFolder};
-use meltpath_report::series::csv::write_columns;
 use meltpath_thermal::criteria::gradient;
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::grid::sample::Sample;
@@ -14,6 +11,7 @@ use meltpath_thermal::solver::watch::Freezing;
 use crate::ebm::judge::JudgedPath;
 use crate::ebm::plan::Plan;
 use crate::ebm::simulate::{Outcome, top};
+use crate::views::write_csv;
 
 /// Voxels that melted, of the charts.
 pub(crate) const VOXELS: &str = "series/voxels.csv";
@@ -61,7 +59,7 @@ pub(super) fn write(
     }
     let begin = outcome.path(plan).begin();
     let of = |f: &dyn Fn(&Sample) -> f64| seen.samples.iter().map(f).collect::<Vec<f64>>();
-    table(
+    write_csv(
         folder,
         TEMPERATURES_REFERENCE,
         &[
@@ -72,16 +70,6 @@ pub(super) fn write(
             ("T", "°C", of(&|s| s.value - CELSIUS)),
         ],
     )
-}
-
-fn table(
-    folder: &OutputFolder,
-    name: &str,
-    columns: &[(&str, &str, Vec<f64>)],
-) -> Result<(), OutputError> {
-    folder.write(name, |out| {
-        write_columns(out, columns).map_err(io::Error::other)
-    })
 }
 
 /// The voxels of the build plane that melted, one a line.
@@ -123,5 +111,5 @@ fn voxels(
         ("cooling_rate", "K/s", pick(rate)),
         ("gradient", "K/mm", pick(&steep)),
     ];
-    table(folder, name, &columns)
+    write_csv(folder, name, &columns)
 }

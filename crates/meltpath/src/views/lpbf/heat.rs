@@ -3,7 +3,7 @@
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::DVec2;
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Aspect, Axis, Mark, Plot};
+use meltpath_report::plot::{Aspect, Axis, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values, write_height_image};
@@ -33,9 +33,9 @@ pub(super) fn section(settings: &HeatSettings, results: &[RecipeResult<'_>]) -> 
     plots.push(pools(&heats, "Width of the pool", "width", |t| {
         t.pool.width
     }));
-    Section {
-        title: "What melts".to_owned(),
-        intro: format!(
+    Section::new(
+        "What melts",
+        format!(
             "The first square or layer, drawn by the semi-analytic heat engine as commanded and as marked: a place is melted through where the metal \
              was liquid {:.0} µm below the surface. {}, absorptivity {:.0} %, bed at {:.0} °C, spot {:.0} µm. Conduction in dense metal with mean \
              properties: powder, flow in the pool and vapour are left out, so that a keyhole is deeper than told here. A boiling number \
@@ -46,9 +46,9 @@ pub(super) fn section(settings: &HeatSettings, results: &[RecipeResult<'_>]) -> 
             settings.medium.ambient - CELSIUS,
             1e3 * settings.spot
         ),
-        tables: heats.iter().map(|(name, heat)| table(name, heat)).collect(),
         plots,
-    }
+        heats.iter().map(|(name, heat)| table(name, heat)).collect(),
+    )
 }
 
 fn quantile(sorted: &[f64], q: f64) -> Cell {
@@ -124,24 +124,18 @@ fn places(name: &str, heat: &RecipeHeat) -> Plot {
     };
     let mut plot = Plot::new(
         &format!("Not melted through, {name}"),
-        Axis::new("x", "mm"),
-        Axis::new("y", "mm"),
+        ["x", "mm"],
+        ["y", "mm"],
     );
     plot.aspect = Aspect::Equal;
-    plot = plot.with(Mark::Line {
-        name: "edge of the map".to_owned(),
-        points: outline(&heat.drawings[0].map),
-    });
+    plot = plot.line("edge of the map", outline(&heat.drawings[0].map));
     for (from, to, words) in [
         (0.5, 1.0, "more than half of a square"),
         (0.1, 0.5, "10 to 50 %"),
     ] {
         let points = some(from, to);
         if !points.is_empty() {
-            plot = plot.with(Mark::Dots {
-                name: words.to_owned(),
-                points,
-            });
+            plot = plot.dots(words.to_owned(), points);
         }
     }
     let few = heat.cold.iter().filter(|l| l.share <= 0.1).count();
@@ -166,11 +160,7 @@ fn pools(
     label: &str,
     of: fn(&TracePoint) -> f64,
 ) -> Plot {
-    let mut plot = Plot::new(
-        title,
-        Axis::new(label, "µm"),
-        Axis::new("share of the path", "%"),
-    );
+    let mut plot = Plot::new(title, Axis::new(label, "µm"), ["share of the path", "%"]);
     let end = heats
         .iter()
         .filter_map(|(_, h)| sizes(&h.drawings[1].trace, of).last().copied())
@@ -188,10 +178,7 @@ fn pools(
             .enumerate()
             .map(|(k, n)| DVec2::new((k as f64 + 0.5) * bar, 100.0 * f64::from(*n) / total))
             .collect();
-        plot = plot.with(Mark::Line {
-            name: (*name).to_owned(),
-            points,
-        });
+        plot = plot.line((*name).to_owned(), points);
     }
     plot.caption("As marked, at equal distances along the path. Small pools: starts of lines, and places where the laser came on late.")
 }

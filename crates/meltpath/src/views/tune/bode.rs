@@ -94,20 +94,12 @@ pub(super) fn synthesis(result: &AxisResult, which: Loop) -> Vec<Plot> {
     let name = which.name();
     let at = target.crossover / TAU;
     let grid = grid(result, (0.01 * at).max(0.1), 30.0 * at);
-    let mut gains = Plot::new(
-        &format!("{name} loop, open: gain"),
-        hertz(),
-        Axis::new("gain", "dB"),
-    )
-    .caption(&format!(
-        "The set gain crosses 0 dB at {:.0} rad/s ({at:.0} Hz).",
-        target.crossover
-    ));
-    let mut phases = Plot::new(
-        &format!("{name} loop, open: phase"),
-        hertz(),
-        Axis::new("phase", "deg"),
-    )
+    let mut gains = Plot::new(&format!("{name} loop, open: gain"), hertz(), ["gain", "dB"])
+        .caption(&format!(
+            "The set gain crosses 0 dB at {:.0} rad/s ({at:.0} Hz).",
+            target.crossover
+        ));
+    let mut phases = Plot::new(&format!("{name} loop, open: phase"), hertz(), ["phase", "deg"])
     .caption("At the crossover the phase has to stay above the limit: the least margin. A gain does not change the phase.");
     for step in result.tuned.steps.iter().filter(|s| s.which == which) {
         if step.stage == Stage::Trial {
@@ -145,8 +137,8 @@ pub(super) fn steps(result: &AxisResult) -> Result<Vec<Plot>, SystemError> {
         let period = STEPS_LONG * wanted / f64::from(count);
         let mut plot = Plot::new(
             &format!("{} loop, closed: step", which.name()),
-            Axis::new("time", "ms"),
-            Axis::new("response to a step of one", ""),
+            ["time", "ms"],
+            ["response to a step of one", ""],
         );
         let mut ways = vec![("synthesis", result.tuned.gains)];
         if result.refined.is_some() {
@@ -257,10 +249,7 @@ pub(super) fn h_infinity(result: &AxisResult) -> Result<Vec<Plot>, SystemError> 
             .caption("The changes: a nearly cancelling pair away, the slowest pole made an integrator."),
         plot("Open loop", "")
             .with(gain("GK", &grid, loop_gain))
-            .with(Mark::Limit {
-                name: "0 dB".to_owned(),
-                value: 0.0,
-            }),
+            .limit("0 dB", 0.0),
     ])
 }
 
@@ -268,19 +257,15 @@ pub(super) fn h_infinity(result: &AxisResult) -> Result<Vec<Plot>, SystemError> 
 pub(super) fn responses(result: &AxisResult, period: f64) -> Vec<Plot> {
     let mut errors = Plot::new(
         "Error on the multi-step, without pre-filter",
-        Axis::new("time", "s"),
-        Axis::new("set-point − angle", "deg"),
+        ["time", "s"],
+        ["set-point − angle", "deg"],
     );
     let mut filtered = Plot::new(
         "Error on the multi-step, with pre-filter",
-        Axis::new("time", "s"),
-        Axis::new("set-point − angle", "deg"),
+        ["time", "s"],
+        ["set-point − angle", "deg"],
     );
-    let mut small = Plot::new(
-        "A small step of it",
-        Axis::new("time", "ms"),
-        Axis::new("angle", "deg"),
-    );
+    let mut small = Plot::new("A small step of it", ["time", "ms"], ["angle", "deg"]);
     let span = small_step(&result.set_points);
     let stretch = |values: &[f64]| -> Vec<DVec2> {
         let (from, to) = span;
@@ -335,8 +320,8 @@ fn small_step(set_points: &[f64]) -> (usize, usize) {
 pub(super) fn sweep(result: &AxisResult, limit: f64) -> Plot {
     let mut plot = Plot::new(
         "Modes that moved",
-        Axis::new("frequency of the modes over the design's", "%"),
-        Axis::new("distance to the critical point", ""),
+        ["frequency of the modes over the design's", "%"],
+        ["distance to the critical point", ""],
     );
     for c in &result.candidates {
         let points = c
@@ -346,10 +331,7 @@ pub(super) fn sweep(result: &AxisResult, limit: f64) -> Plot {
             .collect();
         plot = plot.with(line(c.name, points));
     }
-    plot.with(Mark::Limit {
-        name: "limit".to_owned(),
-        value: limit,
-    })
+    plot.limit("limit", limit)
     .caption("0 where the loop is unstable. H-infinity and robust: the sampled loop. Cascade: its continuous outer loop.")
 }
 
@@ -357,7 +339,7 @@ pub(super) fn sweep(result: &AxisResult, limit: f64) -> Plot {
 pub(super) fn scattered(candidates: &[Candidate]) -> Plot {
     let mut plot = Plot::new(
         "Scattered motors",
-        Axis::new("frequency of the modes over the design's", "%"),
+        ["frequency of the modes over the design's", "%"],
         Axis::logarithmic("error, root mean square", "deg"),
     );
     for c in candidates {
@@ -369,10 +351,7 @@ pub(super) fn scattered(candidates: &[Candidate]) -> Plot {
                 Some(DVec2::new(100.0 * (d.modes - 1.0), rms.to_degrees()))
             })
             .collect();
-        plot = plot.with(Mark::Dots {
-            name: c.name.to_owned(),
-            points,
-        });
+        plot = plot.dots(c.name.to_owned(), points);
     }
     plot.caption("The same motors for every controller; those that ran away are not drawn but counted in the table.")
 }

@@ -1,7 +1,6 @@
 //! Tables of a tuning: gains, loops, combinations, scattered motors.
 
 use meltpath_report::table::{Cell, Table};
-use meltpath_scan_head::axis::control::CascadeGains;
 use meltpath_scan_head::servo::compare::TrackingError;
 use meltpath_scan_head::servo::h_infinity::LoopQuality;
 use meltpath_scan_head::servo::model::{Actions, Loop, ServoModel};
@@ -23,34 +22,21 @@ const PARAMETERS: [&str; 8] = [
     "K2",
 ];
 
-fn values(g: &CascadeGains) -> [f64; 8] {
-    [
-        g.current.gain,
-        g.current.integral_time,
-        g.speed_gain,
-        g.speed_integral_time,
-        g.position_gain,
-        g.position_derivative_time,
-        g.feed_forward.speed,
-        g.feed_forward.current,
-    ]
-}
-
 /// The table of gains, one a row, beside those of the head's file.
 pub(super) fn gains(result: &AxisResult) -> Table {
     let mut headings = vec!["", "after the synthesis"];
-    let mut columns: Vec<[Cell; 8]> = vec![values(&result.tuned.gains).map(Cell::Number)];
+    let mut columns: Vec<[Cell; 8]> = vec![result.tuned.gains.values().map(Cell::Number)];
     if let Some(refined) = &result.refined {
         headings.push(if refined.gains == result.gains {
             "after the swarm"
         } else {
             "after the swarm, not kept"
         });
-        columns.push(values(&refined.gains).map(Cell::Number));
+        columns.push(refined.gains.values().map(Cell::Number));
     }
     if let Some(own) = &result.task.own {
         headings.push("those of the head's file");
-        columns.push(values(own).map(Cell::Number));
+        columns.push(own.values().map(Cell::Number));
     }
     let mut table = Table::new("Gains of the cascade", &headings);
     for (k, name) in PARAMETERS.into_iter().enumerate() {

@@ -1,22 +1,23 @@
 //! What people look at of a wall on a surface: passes, torch and metal in space, how evenly they lie, how the torch leans.
 
+use std::io;
+
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_deposition::workpiece::{Laid, Support};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_planning::surface::{SurfacePass, distribution, torch_axes};
+use meltpath_planning::surface::{SurfacePass, SurfacePoint, distribution, torch_axes};
 use meltpath_report::html::Section;
-use meltpath_report::plot::{Axis, Mark, Plot, histogram};
+use meltpath_report::plot::{Plot, histogram};
 use meltpath_report::scene::{LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility};
-use meltpath_report::series::{Column, Kind, Values};
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::write_lines;
 
 use super::{
-    PER_MINUTE, SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, vtk_io,
-    write_passes, write_series,
+    PER_MINUTE, SHOWN_TRIANGLES, ctwd_plot, flatness_plot, height_plot, motion_series, write_passes,
 };
+use crate::views::write_csv;
 use crate::waam::settings::Settings;
 use crate::waam::surface::Asked;
 use crate::waam::surface::grow::outcomes;
@@ -223,53 +224,30 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
         let point = |p: &[SurfacePass]| DVec2::new(f64::from(p[0].number), f(p));
         numbered(wall).map(point).collect()
     };
-    let spacing = Plot::new(
-        "Distance between passes",
-        Axis::new("pass", ""),
-        Axis::new("distance", "mm"),
-    )
-    .with(Mark::Band {
-        name: "least to greatest".to_owned(),
-        lower: by_pass(&|p| spacing_of(p)[0]),
-        upper: by_pass(&|p| spacing_of(p)[2]),
-    })
-    .with(Mark::Line {
-        name: "mean of the pass".to_owned(),
-        points: by_pass(&|p| spacing_of(p)[1]),
-    })
-    .with(Mark::Limit {
-        name: "asked".to_owned(),
-        value: asked.spacing,
-    })
-    .caption("From the point of the pass before that each point was laid from.");
+    let spacing = Plot::new("Distance between passes", ["pass", ""], ["distance", "mm"])
+        .band(
+            "least to greatest",
+            by_pass(&|p| spacing_of(p)[0]),
+            by_pass(&|p| spacing_of(p)[2]),
+        )
+        .line("mean of the pass", by_pass(&|p| spacing_of(p)[1]))
+        .limit("asked", asked.spacing)
+        .caption("From the point of the pass before that each point was laid from.");
     let ratio = Plot::new(
         "Thickness of each pass, widest over closest place",
-        Axis::new("pass", ""),
-        Axis::new("ratio", ""),
+        ["pass", ""],
+        ["ratio", ""],
     )
-    .with(Mark::Line {
-        name: "ratio".to_owned(),
-        points: by_pass(&|p| spacing_of(p)[2] / spacing_of(p)[0]),
-    });
-    let mut tilt = Plot::new(
-        "Torch against up",
-        Axis::new("pass", ""),
-        Axis::new("angle", "deg"),
-    )
-    .with(Mark::Band {
-        name: "least to greatest".to_owned(),
-        lower: by_pass(&|p| tilt_of(p, wall)[0]),
-        upper: by_pass(&|p| tilt_of(p, wall)[2]),
-    })
-    .with(Mark::Line {
-        name: "mean of the pass".to_owned(),
-        points: by_pass(&|p| tilt_of(p, wall)[1]),
-    });
+    .line("ratio", by_pass(&|p| spacing_of(p)[2] / spacing_of(p)[0]));
+    let mut tilt = Plot::new("Torch against up", ["pass", ""], ["angle", "deg"])
+        .band(
+            "least to greatest",
+            by_pass(&|p| tilt_of(p, wall)[0]),
+            by_pass(&|p| tilt_of(p, wall)[2]),
+        )
+        .line("mean of the pass", by_pass(&|p| tilt_of(p, wall)[1]));
     if let Some(limit) = asked.tilt_limit {
-        tilt = tilt.with(Mark::Limit {
-            name: "limit".to_owned(),
-            value: limit.to_degrees(),
-        });
+        tilt = tilt.limit("limit", limit.to_degrees());
     }
     let speeds: Vec<f64> = wall
         .samples
@@ -279,13 +257,10 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
         .collect();
     let speed = Plot::new(
         "Travel speed with arc",
-        Axis::new("speed", "m/min"),
-        Axis::new("kept samples", ""),
+        ["speed", "m/min"],
+        ["kept samples", ""],
     )
-    .with(Mark::Bars {
-        name: "samples".to_owned(),
-        bars: histogram(&speeds, 40),
-    });
+    .bars("samples", histogram(&speeds, 40));
     let part_turns = settings
         .robot
         .as_ref()
@@ -295,12 +270,12 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
     } else {
         "Angles are those between the torch and the vertical."
     };
-    let mut sections = vec![Section {
-        title: "Passes on the surface".to_owned(),
-        intro: intro.to_owned(),
-        plots: vec![spacing, ratio, tilt, speed],
-        tables: vec![table(wall)],
-    }];
+    let mut sections = vec![Section::new(
+        "Passes on the surface",
+        intro.to_owned(),
+        vec![spacing, ratio, tilt, speed],
+        vec![table(wall)],
+    )];
     sections.extend(growth_section(wall, asked, settings));
     sections
 }
@@ -310,16 +285,16 @@ fn growth_section(wall: &Wall, asked: &Asked, settings: &Settings) -> Option<Sec
     let laid = &wall.grown.as_ref().ok()?.fine;
     let layers = outcomes(laid, &wall.commands, settings, asked.spacing);
     let growth = settings.growth_error(1.0);
-    Some(Section {
-        title: "How the wall grows".to_owned(),
-        intro: "Heights are those of the metal on the bead's axis over the base, along the torch; each pass is a layer. The band is one standard uncertainty.".to_owned(),
-        plots: vec![
+    Some(Section::new(
+        "How the wall grows",
+        "Heights are those of the metal on the bead's axis over the base, along the torch; each pass is a layer. The band is one standard uncertainty.",
+        vec![
             height_plot(&layers, &growth),
             ctwd_plot(&layers, &settings.limits),
             flatness_plot(&layers, &settings.limits),
         ],
-        tables: Vec::new(),
-    })
+        vec![],
+    ))
 }
 
 fn table(wall: &Wall) -> Table {
@@ -368,30 +343,18 @@ fn table(wall: &Wall) -> Table {
 pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), OutputError> {
     let lines = passes(wall, Stroke::Hairline);
     folder.write("fields/passes.vtp", |w| {
-        write_lines(w, &lines).map_err(vtk_io)
+        write_lines(w, &lines).map_err(io::Error::other)
     })?;
     if let Ok(grown) = &wall.grown {
         let mesh = grown.fine.voxels.to_mesh();
         folder.write("as-built.stl", |mut w| write_stl(&mesh, "as-built", &mut w))?;
         let lines = beads(&grown.fine, &wall.commands.layer_of_command);
         folder.write("fields/beads.vtp", |w| {
-            write_lines(w, &lines).map_err(vtk_io)
+            write_lines(w, &lines).map_err(io::Error::other)
         })?;
     }
     motion_series(folder, &wall.samples, &wall.commands.layer_of_command)?;
     write_passes(folder, &wall.plan.toolpath)?;
-    let float = |name: &str, unit: &str| Column::new(name, unit, Kind::Float);
-    let columns = vec![
-        Column::new("pass", "", Kind::Integer),
-        float("x", "mm"),
-        float("y", "mm"),
-        float("z", "mm"),
-        float("axis_x", ""),
-        float("axis_y", ""),
-        float("axis_z", ""),
-        float("spacing", "mm"),
-        float("tilt", "deg"),
-    ];
     let plan = &wall.plan;
     let all: Vec<_> = plan
         .passes
@@ -404,27 +367,22 @@ pub(crate) fn write_files(folder: &OutputFolder, wall: &Wall) -> Result<(), Outp
                 .map(|(p, a)| (pass.number, p, a))
         })
         .collect();
-    let number: Vec<i64> = all.iter().map(|a| i64::from(a.0)).collect();
-    let [x, y, z] = [0, 1, 2].map(|k| all.iter().map(|a| a.1.position[k]).collect::<Vec<_>>());
-    let [i, j, k] = [0, 1, 2].map(|k| all.iter().map(|a| a.2[k]).collect::<Vec<_>>());
-    let spacing: Vec<f64> = all
-        .iter()
-        .map(|a| a.1.spacing().unwrap_or(f64::NAN))
-        .collect();
-    let tilt: Vec<f64> = all
-        .iter()
-        .map(|a| a.2.angle_between(plan.torch.up).to_degrees())
-        .collect();
-    let values = [
-        Values::Integer(&number),
-        Values::Float(&x),
-        Values::Float(&y),
-        Values::Float(&z),
-        Values::Float(&i),
-        Values::Float(&j),
-        Values::Float(&k),
-        Values::Float(&spacing),
-        Values::Float(&tilt),
+    let all =
+        |f: &dyn Fn(&(u32, &SurfacePoint, DVec3)) -> f64| all.iter().map(f).collect::<Vec<f64>>();
+    let columns = [
+        ("pass", "", all(&|a| f64::from(a.0))),
+        ("x", "mm", all(&|a| a.1.position.x)),
+        ("y", "mm", all(&|a| a.1.position.y)),
+        ("z", "mm", all(&|a| a.1.position.z)),
+        ("axis_x", "", all(&|a| a.2.x)),
+        ("axis_y", "", all(&|a| a.2.y)),
+        ("axis_z", "", all(&|a| a.2.z)),
+        ("spacing", "mm", all(&|a| a.1.spacing().unwrap_or(f64::NAN))),
+        (
+            "tilt",
+            "deg",
+            all(&|a| a.2.angle_between(plan.torch.up).to_degrees()),
+        ),
     ];
-    write_series(folder, "series/surface.csv", columns, &values)
+    write_csv(folder, "series/surface.csv", &columns)
 }
