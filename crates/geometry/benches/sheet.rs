@@ -6,6 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
+use meltpath_geometry::shapes;
 use meltpath_geometry::sheet::Sheet;
 
 const ROWS: u32 = 500;
@@ -14,24 +15,11 @@ const SPACING: f64 = 5.0;
 
 /// A tube 300 mm high that bulges and has five lobes.
 fn tube() -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..=ROWS {
-        let z = f64::from(i) / f64::from(ROWS);
-        for k in 0..COLUMNS {
-            let angle = TAU * f64::from(k) / f64::from(COLUMNS);
-            let r = 140.0 * (1.0 + 0.1 * (3.0 * z).sin() + 0.05 * z * (5.0 * angle).cos());
-            let place = DVec3::new(r * angle.cos(), r * angle.sin(), 300.0 * z);
-            mesh.vertices.push(place);
-        }
-    }
-    for i in 0..ROWS {
-        for k in 0..COLUMNS {
-            let at = |i: u32, k: u32| i * COLUMNS + k % COLUMNS;
-            let (a, b, c, d) = (at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k));
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    mesh
+    shapes::tube(ROWS, COLUMNS, |z, turn| {
+        let angle = TAU * turn;
+        let r = 140.0 * (1.0 + 0.1 * (3.0 * z).sin() + 0.05 * z * (5.0 * angle).cos());
+        DVec3::new(r * angle.cos(), r * angle.sin(), 300.0 * z)
+    })
 }
 
 fn bench(c: &mut Criterion) {

@@ -1,9 +1,10 @@
 //! Generator of test parts as watertight meshes: outlines in the plane, terraces (extrusions at several
-//! heights) and bodies of revolution. Unlimited, exact, seeded where random.
+//! heights), bodies of revolution, sheets and tubes of squares. Unlimited, exact, seeded where random.
 
 mod outlines;
 mod parts;
 mod revolve;
+mod squares;
 mod terrace;
 
 pub use outlines::{
@@ -14,4 +15,5 @@ pub use parts::{
     vase,
 };
 pub use revolve::revolve;
+pub use squares::{sheet, tube};
 pub use terrace::{Terrace, extrude, terrace};

@@ -1,31 +1,18 @@
 //! Voxels: shares of boxes and meshes, columns read and laid in any direction, closed surfaces.
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
+use meltpath_geometry::shapes;
 use meltpath_geometry::workpiece::{Columns, Voxels, VoxelsError};
 use std::collections::HashMap;
 
 /// A box as a mesh, turned.
 fn cuboid(lo: DVec3, hi: DVec3, turn: DMat3) -> Mesh {
-    let at = |n: usize, a: usize| if n >> a & 1 == 1 { hi[a] } else { lo[a] };
-    let vertices = (0..8)
-        .map(|n| turn * DVec3::new(at(n, 0), at(n, 1), at(n, 2)))
-        .collect();
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = quads
-        .iter()
-        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
-        .collect();
-    Mesh {
-        vertices,
-        triangles,
+    let size = hi - lo;
+    let mut mesh = shapes::extrude(&[shapes::plate(size.x, size.y)], size.z);
+    for v in &mut mesh.vertices {
+        *v = turn * (*v + lo);
     }
+    mesh
 }
 
 fn joined(a: Mesh, b: &Mesh) -> Mesh {

@@ -1,10 +1,8 @@
 //! Why charts read lower than the solver they were made with on fast hatches (erratum E10): the same
 //! lines on both, one difference at a time.
-use crate::support::{beam, compute_charts, fresh_layer, on_metal, settings, titanium};
+use crate::support::{compute_charts, fresh_layer, on_solver, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_melt_strategy::bed::{Domain, Resolution};
-use meltpath_melt_strategy::judgement::judge;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::simulation::{ChartSimulation, Settings};
 use meltpath_thermal::grid::{Field, Grid};
@@ -43,22 +41,6 @@ fn last_line(field: &Field, lines: u32, length: f64) -> [f64; 2] {
         most([0.45 * length, 0.55 * length]),
         most([end - 0.3, end + 0.3]),
     ]
-}
-
-fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
-    let material = titanium();
-    let beam = beam();
-    let body = on_metal(&material, &beam);
-    let resolution = Resolution {
-        cell,
-        planes,
-        step: 4e-6,
-        domain: Domain::THESIS,
-        power: 1.0,
-    };
-    judge(&body, &[], path, &resolution, &Silent)
-        .unwrap()
-        .highest
 }
 
 fn on_charts(path: &BeamPath, stop: f64, cell: f64, batch: usize) -> Field {

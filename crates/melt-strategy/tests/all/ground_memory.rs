@@ -1,11 +1,9 @@
 //! Charts that remember what earlier lines left in the ground, against the reference solver (erratum E10).
 use std::time::Instant;
 
-use crate::support::{beam, compute_warm_charts, fresh_layer, on_metal, settings, titanium};
+use crate::support::{compute_warm_charts, fresh_layer, on_solver, settings, titanium};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
-use meltpath_melt_strategy::bed::{Domain, Resolution};
-use meltpath_melt_strategy::judgement::judge;
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::ChartSet;
 use meltpath_thermal::charts::simulation::{ChartSimulation, Memory, Settings};
@@ -58,22 +56,6 @@ fn box_of(path: &BeamPath) -> [DVec3; 2] {
         ends = [ends[0].min(p), ends[1].max(p)];
     }
     ends
-}
-
-fn on_solver(path: &BeamPath) -> Field {
-    let material = titanium();
-    let beam = beam();
-    let body = on_metal(&material, &beam);
-    let resolution = Resolution {
-        cell: CELL,
-        planes: 1,
-        step: 4e-6,
-        domain: Domain::THESIS,
-        power: 1.0,
-    };
-    judge(&body, &[], path, &resolution, &Silent)
-        .unwrap()
-        .highest
 }
 
 /// On the solver's own cells.
@@ -138,7 +120,7 @@ fn beside(charts: &Field, solver: &Field, path: &BeamPath) -> Beside {
 }
 
 fn told(name: &str, path: &BeamPath, set: &ChartSet) -> [Beside; 2] {
-    let solver = on_solver(path);
+    let solver = on_solver(path, CELL, 1);
     [("none", Memory::None), ("ground", GROUND)].map(|(memory, how)| {
         let begun = Instant::now();
         let charts = on_charts(path, &solver.grid, set, how);
@@ -164,7 +146,7 @@ fn ebm_e10_charts_remember_earlier_lines() {
     let sets = [3700.0, 4200.0].map(|stop| compute_warm_charts(300.0, 0.413_67, stop));
     for count in [1, 2, 3, 7] {
         let path = hatch(count, 3.0, 0.125);
-        let solver = on_solver(&path);
+        let solver = on_solver(&path, CELL, 1);
         let top = solver.grid.planes() - 1;
         let middle = |field: &Field, plane: usize| {
             let y = 0.125 * f64::from(count - 1);

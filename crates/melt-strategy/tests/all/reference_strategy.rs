@@ -1,7 +1,7 @@
 //! Optimised paths on the reference solver itself (case ebm Q4): what learning reaches on the last 2 mm of the
 //! thesis' triangle, what limits it, and whether it is converged.
 use crate::support::{
-    HATCH, SPEED, faces, fresh_layer, good_body, settings, titanium, window_round,
+    HATCH, SPEED, faces, fresh_layer, good_body, serpentine, settings, side, titanium, window_round,
 };
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec3;
@@ -18,11 +18,6 @@ use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::Solver;
 use meltpath_thermal::solver::run::draw;
 use meltpath_thermal::solver::source::Depth;
-
-/// Half the width of the thesis' triangle at height `y`, mm.
-fn side(y: f64) -> f64 {
-    8.75 * (1.0 - y / 7.5)
-}
 
 /// How far inside the last 2 mm of the triangle a point lies, mm.
 fn depth([x, y]: [f64; 2]) -> f64 {
@@ -52,18 +47,6 @@ fn one_way(spacing: f64) -> BeamPath {
         }
     }
     BeamPath::new(points).unwrap()
-}
-
-/// The thesis' lines: to and fro, the beam always on.
-fn serpentine() -> BeamPath {
-    let corners: Vec<[f64; 2]> = (0..16)
-        .flat_map(|n| {
-            let y = 5.5 + (f64::from(n) + 0.5) * HATCH;
-            let ends = [[-side(y), y], [side(y), y]];
-            if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
-        })
-        .collect();
-    BeamPath::along(&corners, SPEED, settings(300.0, 0.413_67)).unwrap()
 }
 
 /// Cells, longest step and power of a solver.
@@ -196,7 +179,14 @@ fn judged(what: &str, at: Resolution, path: &BeamPath, fixed: &Classes) -> [f64;
 fn ebm_q04_levers_on_the_reference_solver() {
     let classes = COARSE.window();
     println!("window round {:.0} °C", centre(&classes) - CELSIUS);
-    let fro = learned(COARSE, &serpentine(), Lever::Speed, 16, &classes, None);
+    let fro = learned(
+        COARSE,
+        &serpentine(5.5, 7.5, side),
+        Lever::Speed,
+        16,
+        &classes,
+        None,
+    );
     println!("to and fro, 0.125 mm, speed: {:.3?}", fro.scores);
     let path = one_way(0.0625);
     let narrow = learned(COARSE, &path, Lever::Power, 12, &classes, None);

@@ -1,5 +1,5 @@
 //! Acceptance cases of the optimisers and of the bodies they are judged on, on charts.
-use crate::support::{fast, fresh_layer, inner, settings, slow, titanium};
+use crate::support::{fast, fresh_layer, inner, serpentine, settings, side, slow, titanium};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use meltpath_base::{Observer, Silent};
@@ -19,26 +19,6 @@ use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::State;
-
-const HATCH: f64 = 0.125;
-
-/// Lines along x from `low` to `high` mm whose half length `half` gives; 980 mm/s, 60 kV, 5 mA, focus 4 mA.
-fn serpentine(low: f64, high: f64, half: impl Fn(f64) -> f64) -> BeamPath {
-    let lines = ((high - low) / HATCH).round() as usize;
-    let corners: Vec<[f64; 2]> = (0..lines)
-        .flat_map(|n| {
-            let y = low + (n as f64 + 0.5) * HATCH;
-            let ends = [[-half(y), y], [half(y), y]];
-            if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
-        })
-        .collect();
-    BeamPath::along(&corners, 980.0, settings(300.0, 0.413_67)).unwrap()
-}
-
-/// Half the width of the thesis' triangle at height `y`, mm.
-fn side(y: f64) -> f64 {
-    8.75 * (1.0 - y / 7.5)
-}
 
 fn ready(path: &BeamPath) -> ChartSimulation {
     let set = fast();

@@ -2,6 +2,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::support::warned;
 use meltpath::compare::quantity::Quantity;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
@@ -52,13 +53,7 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         "{:?}",
         found.parts[0].apart
     );
-    assert!(
-        found
-            .verdict
-            .warnings
-            .iter()
-            .any(|w| w.code == "samples-left-out")
-    );
+    assert!(warned(&found.verdict, "samples-left-out"));
     for name in [
         "report.html",
         "pairs.csv",

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::support::{check, thin_wall};
 use meltpath::waam::{run, simulate_program};
-use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_base::{Silent, Status, Verdict};
 use meltpath_data::cells;
 
 /// The shipped cell for another controller, of which nobody says how it goes round corners.
@@ -26,21 +27,13 @@ pub(crate) fn cell(dialect: &str) -> String {
 }
 
 fn job(folder: &Path, machine: &str, rest: &str) -> PathBuf {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
-    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
-    let text = format!(
-        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
-         [waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n\
-         [layers]\ncount = 2\n[machine]\n{machine}\n[simulation]\ncell = \"1 mm\"\n{rest}"
-    );
-    let path = folder.join("job.toml");
-    std::fs::write(&path, text).unwrap();
-    path
-}
-
-fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
-    let found = verdict.checks.iter().find(|c| c.id == id);
-    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
+    thin_wall(
+        folder,
+        &format!(
+            "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n\
+             [layers]\ncount = 2\n[machine]\n{machine}\n[simulation]\ncell = \"1 mm\"\n{rest}"
+        ),
+    )
 }
 
 fn names(folder: &Path) -> Vec<String> {

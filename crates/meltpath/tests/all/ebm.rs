@@ -12,6 +12,7 @@ mod spots;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::support::{plan_of, warned};
 use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
@@ -71,11 +72,7 @@ fn a_small_job_runs_and_learns() {
         let fact = outcome.verdict.facts.iter().find(|f| f.id == id).unwrap();
         assert!(fact.value.is_some() && fact.reason == "preview by charts");
     }
-    let told = outcome
-        .verdict
-        .warnings
-        .iter()
-        .any(|w| w.code == "laws-extrapolated");
+    let told = warned(&outcome.verdict, "laws-extrapolated");
     assert!(told, "{:?}", outcome.verdict.warnings);
     for name in [
         "report.html",
@@ -216,10 +213,7 @@ fn optimiser_and_judge_speak_of_one_window() {
         + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.125 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
     let file = dir.path().join("job.toml");
     std::fs::write(&file, previewed(&text)).unwrap();
-    let (Job::Ebm(read), _) = load(&file).unwrap() else {
-        unreachable!("the job is an electron-beam job")
-    };
-    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let plan = plan_of(&file);
     let outcome = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let found = outcome.found.unwrap().reference.unwrap();
     let judged = outcome.judged.unwrap();

@@ -4,8 +4,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::support::{check, thin_wall};
 use meltpath::waam::simulate_program;
-use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_base::{Silent, Status, Verdict};
 
 /// A wall of two beads, 100 mm long, with `lines` before its first bead.
 fn program(folder: &Path, lines: &[&str]) -> PathBuf {
@@ -52,13 +53,10 @@ fn job(folder: &Path) -> PathBuf {
         "{shipped}\n[[program.schedule]]\nnumber = 7\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n"
     );
     std::fs::write(folder.join("cell.toml"), cell).unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
-    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
-    let text = "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
-                [machine]\ncell = \"cell.toml\"\n[simulation]\ncell = \"1 mm\"\n";
-    let path = folder.join("job.toml");
-    std::fs::write(&path, text).unwrap();
-    path
+    thin_wall(
+        folder,
+        "[machine]\ncell = \"cell.toml\"\n[simulation]\ncell = \"1 mm\"\n",
+    )
 }
 
 fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
@@ -67,11 +65,6 @@ fn simulated(folder: &Path, lines: &[&str], job: Option<&Path>) -> Verdict {
     simulate_program(&program, job, None, &runs, &Silent)
         .unwrap()
         .verdict
-}
-
-fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
-    let found = verdict.checks.iter().find(|c| c.id == id);
-    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
 }
 
 /// A wall whose middle is bridged after eight layers with a gap: the contact tube is 26 to 30 mm from what lies in the gap, for four

@@ -19,6 +19,7 @@ mod names;
 mod reach;
 mod reference;
 mod remedies;
+mod support;
 mod surface;
 mod templates;
 mod tune;

@@ -2,21 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::support::{check, thin_wall};
 use meltpath::waam::{run, simulate_program};
-use meltpath_base::{Check, Reporter, Silent, Status, Verdict};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::robots;
 
 /// The first layers of the thin wall, with lines under `[machine]`.
 fn job(folder: &Path, machine: &str) -> PathBuf {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
-    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
-    let text = format!(
-        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
-         [layers]\ncount = 3\n[machine]\n{machine}\n[simulation]\ncell = \"1 mm\"\n"
-    );
-    let path = folder.join("job.toml");
-    std::fs::write(&path, text).unwrap();
-    path
+    let machine = format!("[layers]\ncount = 3\n[machine]\n{machine}\n");
+    thin_wall(folder, &format!("{machine}[simulation]\ncell = \"1 mm\"\n"))
 }
 
 /// The ARC Mate as if it had been measured.
@@ -36,11 +30,6 @@ fn verdict(folder: &Path, machine: &str) -> (Verdict, PathBuf) {
     let job = job(folder, machine);
     let outcome = run(&job, None, &folder.join("runs"), &Silent).unwrap();
     (outcome.verdict, outcome.folder)
-}
-
-fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
-    let found = verdict.checks.iter().find(|c| c.id == id);
-    found.unwrap_or_else(|| panic!("no check {id}: {:?}", verdict.checks))
 }
 
 fn program(folder: &Path) -> (PathBuf, String) {

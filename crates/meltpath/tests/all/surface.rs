@@ -203,34 +203,13 @@ fn multiaxis_ma6_a_job_tells_lines_of_a_parameter_as_uneven() {
     assert_eq!(ran.passes(), 20);
 }
 
-/// A grid of squares `columns` x `rows` over `f`, without those that `cut` names.
-fn grid(
-    rows: u32,
-    columns: u32,
-    cut: impl Fn(u32, u32) -> bool,
-    f: impl Fn(u32, u32) -> DVec3,
-) -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..=rows {
-        mesh.vertices.extend((0..=columns).map(|k| f(i, k)));
-    }
-    for i in 0..rows {
-        for k in (0..columns).filter(|k| !cut(i, *k)) {
-            let at = |i: u32, k: u32| i * (columns + 1) + k;
-            let [a, b, c, d] = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    mesh
-}
-
 /// A wall that leans, with a window, far from the origin of its file and lying on its side there.
 #[test]
 fn a_leaning_sheet_with_a_window_is_planned_around_it() {
     let dir = tempfile::tempdir().unwrap();
     let window = |i: u32, k: u32| (8..14).contains(&i) && (20..30).contains(&k);
-    let wall = grid(20, 50, window, |i, k| {
-        let (along, up) = (2.0 * f64::from(k), 2.0 * f64::from(i));
+    let wall = shapes::sheet(20, 50, window, |i, k| {
+        let (along, up) = (2.0 * k, 2.0 * i);
         DVec3::new(300.0 + up, along, 0.01 * up * up)
     });
     sheet(dir.path(), &wall);
@@ -261,13 +240,13 @@ fn a_leaning_sheet_with_a_window_is_planned_around_it() {
 #[test]
 fn a_wall_grows_from_a_cylinder() {
     let dir = tempfile::tempdir().unwrap();
-    let disc = grid(
+    let disc = shapes::sheet(
         10,
         90,
         |_, _| false,
         |i, k| {
-            let angle = TAU * f64::from(k % 90) / 90.0;
-            let radius = 30.0 + 2.0 * f64::from(i);
+            let angle = TAU * (k % 90.0) / 90.0;
+            let radius = 30.0 + 2.0 * i;
             DVec3::new(radius * angle.cos(), radius * angle.sin(), 40.0)
         },
     );
@@ -349,12 +328,7 @@ fn what_is_no_wall_is_refused_with_place_and_remedy() {
     assert!(said.contains("closed") && said.contains("sheet"), "{said}");
     let said = refused(dir.path(), "sheet.stl", "2 mm", "faces = [1]");
     assert!(said.contains("no faces with numbers"), "{said}");
-    let low = grid(
-        1,
-        8,
-        |_, _| false,
-        |i, k| DVec3::new(4.0 * f64::from(k), 0.0, 3.0 * f64::from(i)),
-    );
+    let low = shapes::sheet(1, 8, |_, _| false, |i, k| DVec3::new(4.0 * k, 0.0, 3.0 * i));
     sheet(dir.path(), &low);
     let said = refused(dir.path(), "sheet.stl", "5 mm", "");
     assert!(
@@ -438,12 +412,12 @@ fn as_built(ran: &Ran) -> Mesh {
 
 /// A plane sheet that leans by `angle` rad towards +y, 60 mm long and `wide` mm wide.
 fn leaning(angle: f64, wide: f64) -> Mesh {
-    grid(
+    shapes::sheet(
         8,
         30,
         |_, _| false,
         |i, k| {
-            let (along, up) = (2.0 * f64::from(k), wide / 8.0 * f64::from(i));
+            let (along, up) = (2.0 * k, wide / 8.0 * i);
             DVec3::new(along, up * angle.sin(), up * angle.cos())
         },
     )
@@ -519,13 +493,13 @@ fn metal_that_stays_behind_its_passes_fails() {
 #[test]
 fn metal_on_a_cylinder_begins_on_it() {
     let dir = tempfile::tempdir().unwrap();
-    let disc = grid(
+    let disc = shapes::sheet(
         4,
         48,
         |_, _| false,
         |i, k| {
-            let angle = TAU * f64::from(k % 48) / 48.0;
-            let radius = 12.0 + 2.0 * f64::from(i);
+            let angle = TAU * (k % 48.0) / 48.0;
+            let radius = 12.0 + 2.0 * i;
             DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0)
         },
     );

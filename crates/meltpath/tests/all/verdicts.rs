@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::support::check;
 use meltpath::{chain, tune};
-use meltpath_base::{Check, Silent, Status, Verdict};
+use meltpath_base::{Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::{Mesh, shapes};
 
@@ -17,11 +18,6 @@ fn run(folder: &Path, text: &str) -> Verdict {
     let outcome = chain::run(&job, None, &folder.join("runs"), &Silent).unwrap();
     assert!(in_style(&outcome.folder) > 3);
     outcome.verdict
-}
-
-fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
-    let found = verdict.checks.iter().find(|c| c.id == id);
-    found.unwrap_or_else(|| panic!("no check {id}: {verdict:?}"))
 }
 
 /// A check that does not pass, in a job where `from` stands as `bad`; what its remedy names, and the job with that written.

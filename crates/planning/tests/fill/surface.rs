@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::brep::{Frame, Surface, TorusSheet};
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::shapes;
 use meltpath_planning::surface::{
     Parameter, Patch, SurfacePass, SurfaceSettings, SurfaceStrategy, plan_patch,
 };
@@ -63,32 +64,13 @@ fn parameters(p: DVec3) -> DVec2 {
     DVec2::new(p.z.atan2(p.x + 50.0), p.y.atan2(rho - 50.0).rem_euclid(TAU))
 }
 
-/// A mesh of `f` over a grid; rows wrap around.
-fn wrapped(rows: u32, columns: u32, f: impl Fn(f64, f64) -> DVec3) -> Mesh {
-    let share = |i: u32, n: u32| f64::from(i) / f64::from(n);
-    let mut mesh = Mesh::default();
-    for i in 0..=rows {
-        for k in 0..columns {
-            mesh.vertices.push(f(share(i, rows), share(k, columns)));
-        }
-    }
-    for i in 0..rows {
-        for k in 0..columns {
-            let at = |i: u32, k: u32| i * columns + k % columns;
-            let (a, b, c, d) = (at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k));
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    mesh
-}
-
 /// The quarter torus as a mesh that lies within `tolerance` mm of it.
 fn torus_mesh(tolerance: f64) -> Mesh {
     let parts = |radius: f64, angle: f64| {
         // half of it for each of the two directions
         (angle / (2.0 * (1.0 - 0.5 * tolerance / radius).acos())).ceil() as u32
     };
-    wrapped(parts(65.0, FRAC_PI_2), parts(15.0, TAU), |u, v| {
+    shapes::tube(parts(65.0, FRAC_PI_2), parts(15.0, TAU), |u, v| {
         eq1(u * FRAC_PI_2, v * TAU)
     })
 }

@@ -67,7 +67,8 @@ fn through_text(built: &Built) -> Vec<Program> {
     built.programs.iter().map(parse).collect()
 }
 
-fn small() -> Toolpath {
+/// Two layers: a contour with an arc; a bead with changing feed, speed and torch.
+pub(crate) fn two_layers() -> [Layer; 2] {
     let p = DVec3::new;
     let mut first = Layer::new(1, 0.0);
     first
@@ -90,7 +91,12 @@ fn small() -> Toolpath {
     pass.line_to(p(30.0, 25.0, 1.6));
     pass.axis(p(0.0, -0.5, 1.0).normalize());
     pass.set(Channel::WireFeed, 100.0).set(Channel::Speed, 8.0);
-    let at = p(10.0, 10.0, 1.6);
+    [first, second]
+}
+
+fn small() -> Toolpath {
+    let [first, mut second] = two_layers();
+    let at = DVec3::new(10.0, 10.0, 1.6);
     let mut spot = second.begin(head(3, Role::Fill), at);
     spot.go(Move::Spot { time: 0.4 }, at);
     let small = toolpath(400.0 / 3.0, vec![first, second]);
@@ -98,15 +104,14 @@ fn small() -> Toolpath {
     small
 }
 
+/// The programs of a toolpath for the ARC Mate.
+fn built(toolpath: &Toolpath, pause: Pause) -> Built {
+    build(toolpath, &arcmate(), &settings(pause), &Reporter::new()).unwrap()
+}
+
 #[test]
 fn golden_program() {
-    let built = build(
-        &small(),
-        &arcmate(),
-        &settings(Pause::Wait(30.0)),
-        &Reporter::new(),
-    )
-    .unwrap();
+    let built = built(&small(), Pause::Wait(30.0));
     assert_eq!(built.programs.len(), 1);
     insta::assert_snapshot!(fanuc_ls::write(&built.programs[0]).unwrap());
 }
@@ -156,13 +161,7 @@ fn executed(built: &Built) -> (DVec3, Vec<Told>) {
 
 #[test]
 fn speeds_schedules_and_places_survive_the_text() {
-    let built = build(
-        &small(),
-        &arcmate(),
-        &settings(Pause::None),
-        &Reporter::new(),
-    )
-    .unwrap();
+    let built = built(&small(), Pause::None);
     let feeds: Vec<_> = built
         .schedules
         .iter()
@@ -196,13 +195,7 @@ fn speeds_schedules_and_places_survive_the_text() {
 
 #[test]
 fn travels_clear_the_highest_surface() {
-    let built = build(
-        &small(),
-        &arcmate(),
-        &settings(Pause::None),
-        &Reporter::new(),
-    )
-    .unwrap();
+    let built = built(&small(), Pause::None);
     let (start, moves) = executed(&built);
     let mut a = start;
     for m in &moves {
@@ -276,15 +269,7 @@ fn unsound_passes_are_refused_by_number() {
 
 #[test]
 fn infinite_numbers_are_not_written() {
-    let mut program = build(
-        &small(),
-        &arcmate(),
-        &settings(Pause::None),
-        &Reporter::new(),
-    )
-    .unwrap()
-    .programs
-    .remove(0);
+    let mut program = built(&small(), Pause::None).programs.remove(0);
     if let Coordinates::Cartesian { xyz, .. } = &mut program.positions[3].groups[0].coordinates {
         xyz[1] = f64::INFINITY;
     }

@@ -9,10 +9,10 @@ use meltpath_programs::{
     BuildError, BuildSettings, Built, CellProgramming, Dialect, Parsed, Pause, TextFile,
     WriteError, build, dialect, read_toolpath,
 };
-use meltpath_toolpath::{Channel, Layer, Move, Role, Toolpath};
+use meltpath_toolpath::{Layer, Role, Toolpath};
 use proptest::prelude::*;
 
-use crate::built::{arcmate, head, random_toolpath, settings, toolpath};
+use crate::built::{arcmate, head, random_toolpath, settings, toolpath, two_layers};
 use crate::told::{Told, motions};
 
 pub(crate) const OTHERS: [Dialect; 5] = [
@@ -115,29 +115,7 @@ fn read(dialect: Dialect, files: &[TextFile], cell: &CellProgramming) -> Parsed 
 }
 
 fn small() -> Toolpath {
-    let p = DVec3::new;
-    let mut first = Layer::new(1, 0.0);
-    first
-        .begin(head(1, Role::Contour), p(0.0, 0.0, 0.0))
-        .line_to(p(50.0, 0.0, 0.0))
-        .go(
-            Move::Arc {
-                via: p(57.071_067, 2.928_933, 0.0),
-            },
-            p(60.0, 10.0, 0.0),
-        )
-        .line_to(p(60.0, 40.0, 0.0));
-    let mut second = Layer::new(2, 0.0);
-    let mut pass = second.begin(head(2, Role::Fill), p(0.0, 5.0, 1.6));
-    pass.axis(DVec3::Z)
-        .line_to(p(30.0, 5.0, 1.6))
-        .axis(DVec3::Z);
-    pass.set(Channel::WireFeed, 400.0 / 3.0);
-    pass.set(Channel::Speed, 10.0);
-    pass.line_to(p(30.0, 25.0, 1.6));
-    pass.axis(p(0.0, -0.5, 1.0).normalize());
-    pass.set(Channel::WireFeed, 100.0).set(Channel::Speed, 8.0);
-    toolpath(400.0 / 3.0, vec![first, second])
+    toolpath(400.0 / 3.0, two_layers().into())
 }
 
 fn golden(dialect: Dialect) -> String {

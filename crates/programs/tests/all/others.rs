@@ -3,7 +3,7 @@
 use meltpath_base::{Reporter, settings as files};
 use meltpath_programs::program::{Instruction, Program, Termination};
 use meltpath_programs::{
-    CellProgramming, Dialect, Missing, ParseError, Reading, dialect, read_toolpath,
+    CellProgramming, Dialect, Gap, Missing, ParseError, Reading, dialect, read_toolpath,
 };
 use meltpath_toolpath::Move;
 use proptest::prelude::*;
@@ -22,6 +22,15 @@ const DTX: &str = include_str!("../data/bead.dtx");
 
 fn executed(programs: &[Program], cell: &CellProgramming) -> Reading {
     read_toolpath(programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap()
+}
+
+/// The number of the first line that holds `words`.
+fn line_of(text: &str, words: &str) -> u32 {
+    text.lines().position(|l| l.contains(words)).unwrap() as u32 + 1
+}
+
+fn place(gap: &Gap) -> (u32, &str) {
+    (gap.line, gap.text.as_str())
 }
 
 #[test]
@@ -65,12 +74,7 @@ fn a_kuka_program_of_inline_forms_is_read() {
         .map(|g| (g.line, g.text.as_str(), &g.why))
         .collect();
     assert_eq!(gaps.len(), 1, "{gaps:?}");
-    let line = SEAM_SRC
-        .lines()
-        .position(|l| l.contains("TS_Search"))
-        .unwrap() as u32
-        + 1;
-    assert_eq!(gaps[0].0, line);
+    assert_eq!(gaps[0].0, line_of(SEAM_SRC, "TS_Search"));
     assert!(
         matches!(gaps[0].2, Missing::Call(name) if name == "TS_SEARCH"),
         "{gaps:?}"
@@ -113,12 +117,8 @@ fn an_abb_module_of_another_is_read() {
         ]
     );
     assert_eq!(moves[1].control.smoothing, Some(0.25));
-    let gaps: Vec<_> = reading
-        .gaps
-        .iter()
-        .map(|g| (g.line, g.text.as_str()))
-        .collect();
-    let line = |text: &str| MODULE.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
+    let gaps: Vec<_> = reading.gaps.iter().map(place).collect();
+    let line = |text: &str| line_of(MODULE, text);
     assert_eq!(
         gaps,
         [(
@@ -149,12 +149,8 @@ fn a_script_of_another_is_read() {
             (false, Some(100.0), None, 200.0),
         ]
     );
-    let gaps: Vec<_> = reading
-        .gaps
-        .iter()
-        .map(|g| (g.line, g.text.as_str()))
-        .collect();
-    let line = |text: &str| SCRIPT.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
+    let gaps: Vec<_> = reading.gaps.iter().map(place).collect();
+    let line = |text: &str| line_of(SCRIPT, text);
     assert_eq!(
         gaps,
         [(
@@ -236,7 +232,7 @@ fn a_staubli_project_of_another_is_read() {
     );
     assert!(matches!(moves[1].shape, Move::Arc { via } if via.x == 75.0));
     // an output that is switched while moves are queued is no arc word
-    let line = |text: &str| PGX.lines().position(|l| l.contains(text)).unwrap() as u32 + 1;
+    let line = |text: &str| line_of(PGX, text);
     let gaps: Vec<u32> = reading.gaps.iter().map(|g| g.line).collect();
     let told = ["call clean", "nJob=3", "aioSet(aoWire,9)", "doArc=true //"];
     assert_eq!(gaps, told.map(line));
@@ -256,7 +252,7 @@ fn what_no_controller_has_is_not_taken_for_it() {
     );
     let programs: Vec<Program> = all.unwrap().into_iter().map(|p| p.program).collect();
     let reading = executed(&programs, &cell);
-    let schedule = |g: &meltpath_programs::Gap| matches!(g.why, Missing::Schedule(_));
+    let schedule = |g: &Gap| matches!(g.why, Missing::Schedule(_));
     assert!(reading.gaps.iter().any(schedule), "{:?}", reading.gaps);
     let nameless = dialect::read(Dialect::Rapid, b"MODULE m\nPROC];\nENDPROC\n", None, &cell);
     assert!(

@@ -2,6 +2,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::support::foretold;
 use meltpath::chain;
 use meltpath::compare::compare;
 use meltpath_base::Silent;
@@ -229,14 +230,7 @@ fn paths_that_cannot_be_meant_are_refused() {
         let out = folder.join("out");
         let error = chain::run(&file, Some(&out), folder, &Silent).unwrap_err();
         assert!(!out.exists());
-        assert_eq!(
-            error.to_string(),
-            chain::doctor(&file, &Silent)
-                .unwrap()
-                .refused
-                .unwrap()
-                .to_string()
-        );
+        foretold(&error, &file);
         (error.to_string(), format!("{error:?}"))
     };
     let region = "[region]\ncontour = [[\"10 mm\", \"0 mm\"], [\"12 mm\", \"0 mm\"], [\"12 mm\", \"2 mm\"]]\n";

@@ -1,6 +1,7 @@
 //! Materials of an electron-beam job from files: used, kept with the run, named in its report; refused with what, where and why.
 use std::path::{Path, PathBuf};
 
+use crate::support::foretold;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
@@ -76,14 +77,7 @@ fn what_is_no_material_is_named_in_its_place() {
         let file = job(folder, material);
         let text = std::fs::read_to_string(&file).unwrap();
         let error = chain::run(&file, None, folder, &Silent).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            chain::doctor(&file, &Silent)
-                .unwrap()
-                .refused
-                .unwrap()
-                .to_string()
-        );
+        foretold(&error, &file);
         let place = format!("{error:?}");
         let at = text.find(&format!("\"{material}\"")).unwrap();
         // in the job, or, for a file that was read, in that file

@@ -1,12 +1,11 @@
 //! A layer of a part drawn by the electron beam: cut, scaled, hatched, over the metal and the powder that lie below it.
 use std::path::{Path, PathBuf};
 
+use crate::support::plan_of;
 use meltpath::chain;
 use meltpath::chain::RunError;
-use meltpath::ebm::plan::planned;
 use meltpath::ebm::region::Below;
 use meltpath::ebm::simulate::{Outcome, simulate};
-use meltpath::job::{Job, load};
 use meltpath_base::{Observer, Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 
@@ -36,10 +35,7 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
     let text = std::fs::read_to_string(&file).unwrap();
     let plain = text.replace("[charts]\n", "[charts]\nmemory = \"none\"\n");
     std::fs::write(&file, plain).unwrap();
-    let (Job::Ebm(read), _) = load(&file).unwrap() else {
-        unreachable!("the job is an electron-beam job")
-    };
-    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let plan = plan_of(&file);
     let part = plan.part.as_ref().unwrap();
     // 16 x 4 mm, 0.86 % larger each way
     assert!((part.area - 64.0 * 1.0086_f64.powi(2)).abs() < 1e-6);
@@ -96,10 +92,7 @@ fn ebm_q11_roughness_knows_nothing_of_the_beam() {
     let told = |extra: &str| {
         let dir = tempfile::tempdir().unwrap();
         let file = job(dir.path(), extra);
-        let (Job::Ebm(read), _) = load(&file).unwrap() else {
-            unreachable!("the job is an electron-beam job")
-        };
-        let plan = planned(&read, dir.path(), &Silent).unwrap();
+        let plan = plan_of(&file);
         (
             plan.settings.material.roughness.unwrap(),
             plan.gun.current(plan.path.points()[0].power),
@@ -166,10 +159,7 @@ fn a_layer_that_hangs_over_is_judged_on_the_reference_solver() {
     let dir = tempfile::tempdir().unwrap();
     let extra = "[section]\nheight = \"6.02 mm\"\n[window]\nbody = [\"1.5 mm\", \"1.5 mm\"]\n[checks]\nin_window = \"0 %\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0 mm\"\ncell = \"0.2 mm\"\nstep = \"40 us\"\npart = [[\"-3 mm\", \"-0.3 mm\"], [\"3 mm\", \"0.3 mm\"]]\n";
     let file = job(dir.path(), extra);
-    let (Job::Ebm(read), _) = load(&file).unwrap() else {
-        unreachable!("the job is an electron-beam job")
-    };
-    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let plan = plan_of(&file);
     let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let on_charts = found.preview.as_ref().unwrap().classes;
     let judged = found.judged.unwrap().given;

@@ -2,10 +2,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::support::plan_of;
 use meltpath::ebm::optimise::search::OnReference;
-use meltpath::ebm::plan::planned;
 use meltpath::ebm::simulate::simulate;
-use meltpath::job::{Job, load};
 use meltpath_base::{Reporter, Silent};
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
@@ -17,10 +16,7 @@ const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspa
 fn looked_at(folder: &Path, text: &str) -> OnReference {
     let file = folder.join("job.toml");
     std::fs::write(&file, super::previewed(text)).unwrap();
-    let (Job::Ebm(job), _) = load(&file).unwrap() else {
-        unreachable!("the job is an electron-beam job")
-    };
-    let plan = planned(&job, folder, &Silent).unwrap();
+    let plan = plan_of(&file);
     let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     found.found.unwrap().reference.unwrap()
 }

@@ -1,10 +1,9 @@
 //! Spots through jobs: their times are learned on charts and on the reference solver; what has no spots is refused.
 use std::path::Path;
 
+use crate::support::plan_of;
 use meltpath::chain;
-use meltpath::ebm::plan::planned;
 use meltpath::ebm::simulate::simulate;
-use meltpath::job::{Job, load};
 use meltpath_base::{Reporter, Silent};
 use meltpath_thermal::criteria::Class;
 
@@ -32,10 +31,7 @@ fn times_of_spots_are_found_through_a_job() {
         )
     };
     let file = job(dir.path(), "spots", &how(2));
-    let (Job::Ebm(read), _) = load(&file).unwrap() else {
-        unreachable!("the job is an electron-beam job")
-    };
-    let plan = planned(&read, dir.path(), &Silent).unwrap();
+    let plan = plan_of(&file);
     let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let found = found.found.unwrap();
     let there = found.reference.unwrap();

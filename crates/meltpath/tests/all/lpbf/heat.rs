@@ -2,6 +2,7 @@
 use std::fs;
 use std::path::Path;
 
+use crate::support::warned;
 use meltpath::job::{Job, parse};
 use meltpath_base::{Silent, Status};
 
@@ -49,7 +50,7 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
     let check = find(&outcome);
     let share = check.value.clone().unwrap();
     assert!(share.value > 60.0 && share.value <= 100.0, "{share:?}");
-    assert!(!outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
+    assert!(!warned(&outcome.verdict, "keyhole"));
     // light that comes on late leaves the starts of lines
     let late = soft("70 W").replace("395 µs", "1000 µs");
     let worse = find(&run(place.path(), JOB, &late).unwrap());
@@ -76,7 +77,7 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
 fn a_boiling_surface_is_told_and_not_judged_against() {
     let place = tempfile::tempdir().unwrap();
     let outcome = run(place.path(), &JOB.replace("10 µm", "90 µm"), &soft("300 W")).unwrap();
-    assert!(outcome.verdict.warnings.iter().any(|w| w.code == "keyhole"));
+    assert!(warned(&outcome.verdict, "keyhole"));
     let all = &outcome.verdict.checks;
     let check = all.iter().find(|c| c.id == "fusion-1").unwrap();
     assert_eq!(check.status, Status::CannotSay, "{check:?}");

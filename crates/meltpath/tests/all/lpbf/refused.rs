@@ -74,6 +74,17 @@ fn with(text: &str, key: &str, value: &str) -> String {
     )
 }
 
+/// What a job with this head is refused with.
+fn own_head(folder: &Path, text: &str) -> String {
+    fs::write(folder.join("own.toml"), text).unwrap();
+    let job = Job {
+        head: "own.toml",
+        told_before: true,
+        ..Job::default()
+    };
+    job.refused(folder)
+}
+
 #[test]
 fn heads_that_cannot_be_built_are_refused_at_their_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -105,13 +116,7 @@ fn heads_that_cannot_be_built_are_refused_at_their_name() {
         ),
         ("first_filter", "-1 µs", ["x.first_filter is", "above"]),
     ] {
-        fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
-        let job = Job {
-            head: "own.toml",
-            told_before: true,
-            ..Job::default()
-        };
-        let error = job.refused(dir.path());
+        let error = own_head(dir.path(), &with(THREE, key, value));
         assert!(error.contains("own.toml"), "{key}: {error}");
         for word in words {
             assert!(error.contains(word), "{key}: {error}");
@@ -124,13 +129,7 @@ fn heads_that_cannot_be_built_are_refused_at_their_name() {
         ("peak_current", "20 V", "x.peak_current"),
         ("waist", "wide", "beam.waist"),
     ] {
-        fs::write(dir.path().join("own.toml"), with(THREE, key, value)).unwrap();
-        let job = Job {
-            head: "own.toml",
-            told_before: true,
-            ..Job::default()
-        };
-        let error = job.refused(dir.path());
+        let error = own_head(dir.path(), &with(THREE, key, value));
         assert!(error.contains(words), "{key}: {error}");
     }
 }
@@ -141,13 +140,7 @@ fn an_unstable_axis_is_named_before_anything_runs() {
     // the loop of the first axis acts later than its margins allow
     let late = with(THREE, "loop_delay", "300 us");
     assert_ne!(late, THREE);
-    fs::write(dir.path().join("late.toml"), late).unwrap();
-    let job = Job {
-        head: "late.toml",
-        told_before: true,
-        ..Job::default()
-    };
-    let error = job.refused(dir.path());
+    let error = own_head(dir.path(), &late);
     assert!(
         error.contains("X axis") && error.contains("unstable"),
         "{error}"

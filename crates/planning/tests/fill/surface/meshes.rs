@@ -25,34 +25,9 @@ fn refused(mesh: &Mesh, base: &Base, spacing: f64) -> SurfaceError {
     error
 }
 
-/// A grid of squares over `f`, without those that `cut` names.
-fn grid(
-    rows: u32,
-    columns: u32,
-    cut: impl Fn(u32, u32) -> bool,
-    f: impl Fn(f64, f64) -> DVec3,
-) -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..=rows {
-        for k in 0..=columns {
-            mesh.vertices.push(f(f64::from(i), f64::from(k)));
-        }
-    }
-    for i in 0..rows {
-        for k in 0..columns {
-            let at = |i: u32, k: u32| i * (columns + 1) + k;
-            let (a, b, c, d) = (at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k));
-            if !cut(i, k) {
-                mesh.triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-    }
-    mesh
-}
-
 fn sphere(radius: f64, rows: u32, columns: u32) -> Mesh {
     // just short of the poles, which close themselves by welding below
-    let mut mesh = wrapped(rows, columns, |s, t| {
+    let mut mesh = shapes::tube(rows, columns, |s, t| {
         let (lat, lon) = ((s - 0.5) * TAU / 2.0, t * TAU);
         radius * DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
     });
@@ -100,7 +75,7 @@ fn fronts_on_a_dome_close_at_its_cap() {
 fn fronts_split_around_a_window_and_merge_over_it() {
     // 60 mm wide, 50 high, with a window from 20 to 40 mm and from 15 to 30 mm high
     let window = |i: u32, k: u32| (15..30).contains(&i) && (20..40).contains(&k);
-    let wall = grid(50, 60, window, |z, x| DVec3::new(x, 0.0, z));
+    let wall = shapes::sheet(50, 60, window, |z, x| DVec3::new(x, 0.0, z));
     let found = fronts(&wall);
     let count = |n: u32| numbered(&found.passes, n).len();
     assert_eq!([1, 2, 3].map(count), [1, 1, 1].map(|x: usize| x));
@@ -137,7 +112,7 @@ fn fronts_split_around_a_window_and_merge_over_it() {
 #[test]
 fn fronts_do_not_jump_to_a_leaf_beside() {
     let ways = [(0.0, 0.0), (0.0, 30.0), (2.0, 30.0), (2.0, 10.0)];
-    let wall = grid(
+    let wall = shapes::sheet(
         3,
         40,
         |_, _| false,
@@ -159,7 +134,7 @@ fn fronts_do_not_jump_to_a_leaf_beside() {
 
 #[test]
 fn a_flange_grows_from_a_cylinder() {
-    let disc = wrapped(20, 360, |s, t| {
+    let disc = shapes::tube(20, 360, |s, t| {
         let r = 10.0 + 20.5 * s;
         DVec3::new(r * (t * TAU).cos(), r * (t * TAU).sin(), 7.0)
     });
@@ -182,7 +157,7 @@ fn a_flange_grows_from_a_cylinder() {
 #[test]
 fn large_triangles_make_the_same_fronts_as_small_ones() {
     let of = |rows, columns| {
-        let wall = grid(
+        let wall = shapes::sheet(
             rows,
             columns,
             |_, _| false,
@@ -207,7 +182,7 @@ fn large_triangles_make_the_same_fronts_as_small_ones() {
 
 #[test]
 fn what_is_no_wall_on_a_base_is_refused_with_its_place() {
-    let wall = grid(
+    let wall = shapes::sheet(
         4,
         4,
         |_, _| false,
@@ -276,7 +251,7 @@ fn what_is_no_wall_on_a_base_is_refused_with_its_place() {
 #[test]
 fn a_piece_that_no_front_reaches_is_told() {
     let gap = |i: u32, _: u32| i == 2;
-    let wall = grid(4, 4, gap, |i, k| DVec3::new(10.0 * k, 0.0, 10.0 * i));
+    let wall = shapes::sheet(4, 4, gap, |i, k| DVec3::new(10.0 * k, 0.0, 10.0 * i));
     let found = fronts(&wall);
     assert!((found.unreached - 400.0).abs() < 1e-9);
     assert!(
@@ -297,7 +272,7 @@ proptest! {
         radius in 8.0..25.0, bulge in -0.3..0.3, waves in 0.0..0.2, lobes in 1..5_u32, bend in -0.4..0.4,
         spacing in 1.5..6.0,
     ) {
-        let mesh = wrapped(40, 90, |s, t| {
+        let mesh = shapes::tube(40, 90, |s, t| {
             let angle = t * TAU;
             let r = radius
                 * (1.0 + bulge * (3.0 * s).sin() + waves * s * (f64::from(lobes) * angle).cos());

@@ -1,0 +1,45 @@
+//! What several of these tests set up, and what they look for.
+
+use std::path::{Path, PathBuf};
+
+use meltpath::chain;
+use meltpath::ebm::plan::{Plan, planned};
+use meltpath::job::{Job, load};
+use meltpath_base::{Check, Silent, Verdict};
+
+/// The check `id`.
+pub(crate) fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
+    let found = verdict.checks.iter().find(|c| c.id == id);
+    found.unwrap_or_else(|| panic!("no check {id}: {verdict:?}"))
+}
+
+/// Whether it warns of `code`.
+pub(crate) fn warned(verdict: &Verdict, code: &str) -> bool {
+    verdict.warnings.iter().any(|w| w.code == code)
+}
+
+/// A job of the thin wall that ships, with its wire, gas and mode and further tables.
+pub(crate) fn thin_wall(folder: &Path, tables: &str) -> PathBuf {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/thin-wall");
+    std::fs::copy(example.join("wall.stl"), folder.join("wall.stl")).unwrap();
+    let text = format!(
+        "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n{tables}"
+    );
+    let path = folder.join("job.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// The plan of an electron-beam job.
+pub(crate) fn plan_of(file: &Path) -> Plan {
+    let (Job::Ebm(read), _) = load(file).unwrap() else {
+        unreachable!("the job is an electron-beam job")
+    };
+    planned(&read, file.parent().unwrap(), &Silent).unwrap()
+}
+
+/// What a run was refused with, `meltpath doctor` says before.
+pub(crate) fn foretold(error: &impl ToString, job: &Path) {
+    let doctor = chain::doctor(job, &Silent).unwrap();
+    assert_eq!(error.to_string(), doctor.refused.unwrap().to_string());
+}
