@@ -6,20 +6,20 @@ use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
-use meltpath_base::{Observer, Provenance, Reporter, Verdict};
+use meltpath_base::{Observer, Provenance, Reporter, Silent, Verdict};
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
-use super::foretell::{self, foretell};
+use super::foretell;
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
-use super::mend::mend;
+use super::mend::{leaves_open, mend, settle};
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
-use super::planned::{Planned, planned};
+use super::planned::Planned;
 use super::program::{self, Commands};
 use super::reach;
 use super::settings::{Settings, laws_tried};
@@ -90,27 +90,27 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     let folder = outcome::folder(out, runs)?;
-    let settings = &loaded.settings;
-    warn_of_plate(settings, &reporter);
-    if let Some(asked) = &settings.surface {
+    warn_of_plate(&loaded.settings, &reporter);
+    if let Some(asked) = &loaded.settings.surface {
         return surface::run::run(&loaded, asked, folder, &reporter, observer);
     }
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
+    let foretold = settle(&mut loaded, &part, &reporter, observer)?;
+    let settings = &loaded.settings;
+    for line in foretold.lines() {
+        observer.note(&line);
+    }
+    if !foretold.checks.is_empty() {
+        observer.note("`meltpath doctor` tries other settings that may mend it");
+    }
     let Planned {
         plan,
         programs,
         commands,
-    } = planned(&loaded.name, &part, settings, &reporter, observer)?;
-    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
-    for line in foretell::lines(&foretold) {
-        observer.note(&line);
-    }
-    if !foretold.is_empty() {
-        observer.note("`meltpath doctor` tries other settings that may mend it");
-    }
+    } = foretold.planned;
     let map = plan.plate(settings)?;
     let layers = plan
         .planned_layers(&map, settings)
@@ -133,7 +133,8 @@ pub fn run(
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
-    facts.push(foretell::fact(&foretold));
+    facts.push(foretell::fact(&foretold.checks));
+    facts.extend(foretold.chosen);
     let verdict = Verdict {
         checks,
         facts,
@@ -218,7 +219,7 @@ pub(super) fn write_common(
 /// [`WaamError`].
 pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<String, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     if out.exists() {
         return Err(OutputError::Exists(out.to_path_buf()).into());
     }
@@ -227,7 +228,14 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
         (plan.toolpath, lines)
     } else {
         let part = load_part(&loaded, &reporter, observer)?;
-        let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
+        let (plan, chosen) = if leaves_open(&loaded.job) {
+            let foretold = settle(&mut loaded, &part, &reporter, observer)?;
+            let choice = foretold.choice();
+            (foretold.planned.plan, choice)
+        } else {
+            let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
+            (plan, None)
+        };
         let told = format!(
             "{} beads, {:.1} m, in {} layers of {:.3} mm",
             plan.toolpath.pass_count(),
@@ -235,7 +243,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
             plan.layers.len(),
             plan.height.value
         );
-        let lines = std::iter::once(told).chain(part.findings).collect();
+        let lines = std::iter::once(told)
+            .chain(chosen)
+            .chain(part.findings)
+            .collect();
         (plan.toolpath, lines)
     };
     write_file(out, |w| storage::write(&toolpath, w))?;
@@ -271,8 +282,13 @@ pub fn program_to_folder(
     out: &Path,
 ) -> Result<Vec<String>, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     let toolpath = read_toolpath(toolpath)?;
+    // the plan may have chosen how corners are smoothed
+    if loaded.settings.surface.is_none() && !loaded.job.machine.smoothing.is_written() {
+        let part = load_part(&loaded, &reporter, &Silent)?;
+        settle(&mut loaded, &part, &Reporter::new(), &Silent)?;
+    }
     let own = loaded.settings.cell.program.dialect.value;
     let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
     let commands = program::commands(
@@ -299,23 +315,19 @@ pub fn program_to_folder(
 /// [`WaamError`] for whatever a run refuses before it simulates: a part or a plan that cannot be used too.
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     if let Some(asked) = &loaded.settings.surface {
         return surface::run::examine(&loaded, asked, &reporter, observer);
     }
     let part = load_part(&loaded, &reporter, observer)?;
     // layer by layer a plan warns of much: the run tells it
-    let quiet = Reporter::new();
-    let settings = &loaded.settings;
-    let Planned { plan, commands, .. } = planned(&loaded.name, &part, settings, &quiet, observer)?;
-    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
-    let mut lines = foretell::lines(&foretold);
+    let foretold = settle(&mut loaded, &part, &Reporter::new(), observer)?;
+    let mut lines = foretold.lines();
     // no way to fill holds a wall that leans
-    if !foretold.is_empty() && plan.lean.is_none() {
-        let place = (&*loaded.name, job.parent().unwrap_or(Path::new("")));
-        lines.push(mend(place, &loaded.job, &part, &foretold, observer)?);
+    if !foretold.checks.is_empty() && foretold.planned.plan.lean.is_none() {
+        lines.push(mend(&loaded, &part, &foretold.checks, observer)?);
     }
-    let map = &settings.map;
+    let map = &loaded.settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
             "process map {}, laws by their errors on beads left out: {laws}; the first is taken",
