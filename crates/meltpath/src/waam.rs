@@ -18,6 +18,7 @@ pub mod plan;
 mod planned;
 mod process;
 pub mod program;
+mod program_to_folder;
 mod reach;
 pub mod record;
 pub mod run;
@@ -26,7 +27,9 @@ pub mod simulate;
 pub mod surface;
 pub mod target;
 mod tube;
+pub mod wanted;
 
 pub use error::WaamError;
 pub use foreign::simulate_program;
-pub use run::{examine, plan_to_file, program_to_folder, read_toolpath, run};
+pub use program_to_folder::program_to_folder;
+pub use run::{examine, plan_to_file, read_toolpath, run};

@@ -6,7 +6,7 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
-use meltpath_programs::{Dialect, Program, Schedule};
+use meltpath_programs::{Dialect, Program, Schedule, dry_run};
 use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Closest, Metal, Surroundings, sweep};
 use meltpath_robot::kinematics::Unreachable;
@@ -19,6 +19,7 @@ use super::film::{self, Moment, Step};
 use super::program::{self, Commands, ProgramStageError, Programs, commands};
 use super::record;
 use super::settings::Settings;
+use super::wanted::{Asked, Torch};
 
 /// What the robot does along a program.
 #[derive(Debug)]
@@ -41,12 +42,15 @@ pub(crate) struct Along {
 pub(super) fn write(
     name: &str,
     toolpath: &Toolpath,
-    dialect: Dialect,
+    asked: Asked,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Programs, ProgramStageError> {
-    let mut built = program::make(name, toolpath, dialect, settings, reporter)?;
+    let mut built = program::make(name, toolpath, asked, settings, reporter)?;
     choose(&mut built.programs, &built.schedules, settings)?;
+    if asked.1.torch == Torch::Dry {
+        dry_run(&mut built.programs);
+    }
     program::write(built, &settings.cell.program)
 }
 

@@ -21,7 +21,7 @@ use super::mend::mend;
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
 use super::planned::{Planned, planned};
-use super::program::{self, Commands};
+use super::program::Commands;
 use super::reach;
 use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
@@ -264,38 +264,6 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
     };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
     storage::read(&mut BufReader::new(file)).map_err(failed)
-}
-
-/// Writes the program of a plan into a new folder. Returns the names of its files.
-///
-/// # Errors
-/// [`WaamError`].
-pub fn program_to_folder(
-    job: &Path,
-    toolpath: &Path,
-    out: &Path,
-) -> Result<Vec<String>, WaamError> {
-    let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
-    let toolpath = read_toolpath(toolpath)?;
-    let own = loaded.settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
-    let commands = program::commands(
-        &programs.parsed,
-        &programs.schedules,
-        &loaded.settings,
-        &reporter,
-    )?;
-    let (mut written, _) = written(&loaded, &toolpath, &programs, &commands)?;
-    if written.is_empty() {
-        written = programs.files;
-    }
-    let folder = OutputFolder::create(out)?;
-    for file in &written {
-        folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
-    }
-    folder.commit()?;
-    Ok(written.into_iter().map(|f| f.name).collect())
 }
 
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.

@@ -19,6 +19,7 @@ use crate::waam::program::{self, Commands};
 use crate::waam::reach;
 use crate::waam::record::Sample;
 use crate::waam::settings::Settings;
+use crate::waam::wanted::Wanted;
 
 /// Everything about a wall on a surface.
 pub(crate) struct Wall {
@@ -66,7 +67,13 @@ pub(super) fn wall(
     let plan = plan(&sheet, asked, settings)?;
     observer.check()?;
     let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, reporter)?;
+    let programs = reach::write(
+        &loaded.name,
+        &plan.toolpath,
+        (own, Wanted::WHOLE),
+        settings,
+        reporter,
+    )?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     let mut checks = judge::checks(&plan, asked, settings);
