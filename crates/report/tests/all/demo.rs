@@ -493,8 +493,7 @@ fn provenance() -> Provenance {
 fn machine(beads: &LineSet) -> Machine {
     let box_of = |lo: DVec3, hi: DVec3| {
         let corner = |i: usize| {
-            let pick = |bit: usize, k: usize| if i & bit == 0 { lo[k] } else { hi[k] };
-            DVec3::new(pick(1, 0), pick(2, 1), pick(4, 2))
+            DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { lo[k] } else { hi[k] }))
         };
         let sides = [
             [0, 2, 3, 1],
