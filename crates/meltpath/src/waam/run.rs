@@ -6,13 +6,14 @@ use std::path::Path;
 
 use meltpath_base::output::{OutputError, OutputFolder, write_file};
 use meltpath_base::settings::Problem;
-use meltpath_base::{Observer, Provenance, Reporter, Silent, Verdict};
+use meltpath_base::{Observer, Provenance, Reporter, Verdict};
 use meltpath_report::html::Report;
 use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
+use super::film::Moment;
 use super::foretell;
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
@@ -20,7 +21,7 @@ use super::mend::{leaves_open, mend, settle};
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
 use super::planned::Planned;
-use super::program::{self, Commands};
+use super::program::Commands;
 use super::reach;
 use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
@@ -154,6 +155,7 @@ pub fn run(
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -178,6 +180,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -195,7 +199,7 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
-    let report = Report {
+    let mut report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
         verdict: verdict.clone(),
@@ -209,6 +213,7 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
+    views::waam::cell::show(&mut report, settings.robot.as_ref(), &shown.moments);
     outcome::tell(folder, &report)?;
     Ok(())
 }
@@ -270,43 +275,6 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
     };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
     storage::read(&mut BufReader::new(file)).map_err(failed)
-}
-
-/// Writes the program of a plan into a new folder. Returns the names of its files.
-///
-/// # Errors
-/// [`WaamError`].
-pub fn program_to_folder(
-    job: &Path,
-    toolpath: &Path,
-    out: &Path,
-) -> Result<Vec<String>, WaamError> {
-    let reporter = Reporter::new();
-    let mut loaded = load(job, &reporter)?;
-    let toolpath = read_toolpath(toolpath)?;
-    // the plan may have chosen how corners are smoothed
-    if loaded.settings.surface.is_none() && !loaded.job.machine.smoothing.is_written() {
-        let part = load_part(&loaded, &reporter, &Silent)?;
-        settle(&mut loaded, &part, &Reporter::new(), &Silent)?;
-    }
-    let own = loaded.settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
-    let commands = program::commands(
-        &programs.parsed,
-        &programs.schedules,
-        &loaded.settings,
-        &reporter,
-    )?;
-    let (mut written, _) = written(&loaded, &toolpath, &programs, &commands)?;
-    if written.is_empty() {
-        written = programs.files;
-    }
-    let folder = OutputFolder::create(out)?;
-    for file in &written {
-        folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
-    }
-    folder.commit()?;
-    Ok(written.into_iter().map(|f| f.name).collect())
 }
 
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.

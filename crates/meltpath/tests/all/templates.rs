@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
+use meltpath::waam::wanted::Wanted;
 use meltpath::{chain, start, waam};
-use meltpath_base::{Silent, Status, Verdict};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
 use meltpath_geometry::shapes;
 
@@ -142,7 +143,9 @@ fn a_plan_takes_what_doctor_says_mends_it() {
         let kept = fs::read(out.join("toolpath.melt")).unwrap();
         assert!(fs::read(&plan).unwrap() == kept, "{shape}");
         let programs = dir.path().join(format!("{shape}-program"));
-        for name in waam::program_to_folder(&job, &plan, &programs).unwrap() {
+        for name in waam::program_to_folder(&job, &plan, &programs, Wanted::WHOLE, &Reporter::new())
+            .unwrap()
+        {
             let [stage, run] = [&programs, &out.join("program")].map(|f| f.join(&name));
             assert!(fs::read(stage).unwrap() == fs::read(run).unwrap(), "{name}");
         }
