@@ -5,6 +5,7 @@ pub(crate) mod checks;
 mod cover;
 mod doubt;
 pub mod error;
+pub(crate) mod film;
 mod foreign;
 mod foretell;
 mod heights;

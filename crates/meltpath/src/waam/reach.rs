@@ -15,7 +15,9 @@ use meltpath_robot::posture::{
 };
 use meltpath_toolpath::Toolpath;
 
+use super::film::{self, Moment, Step};
 use super::program::{self, Commands, ProgramStageError, Programs, commands};
+use super::record;
 use super::settings::Settings;
 use super::wanted::{Asked, Torch};
 
@@ -29,6 +31,8 @@ pub(crate) struct Along {
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
     differing: Option<(usize, Place)>,
+    /// The way of the axes.
+    steps: Vec<Step>,
 }
 
 /// The programs of a toolpath, their positions as the job's robot holds them, written and read back.
@@ -100,6 +104,7 @@ pub(super) fn along(
             closest,
             configurations: Vec::new(),
             differing: None,
+            steps: film::steps(&task, &held)?,
         };
         for reached in ends(&task, &held)? {
             let found = stance(cell, dialect, reached.joints);
@@ -119,6 +124,18 @@ pub(super) fn along(
         }
         Ok(along)
     }))
+}
+
+/// The cell at every moment of the simulated motion; nothing where the robot does not hold the torch along the whole program.
+pub(super) fn moments(
+    along: Option<&Result<Along, NotHeld>>,
+    samples: &[record::Sample],
+    moves: &Commands,
+) -> Vec<Moment> {
+    match along {
+        Some(Ok(along)) => film::moments(&along.steps, samples, &moves.layer_of_command),
+        _ => Vec::new(),
+    }
 }
 
 /// How near bodies come. While a layer is laid its metal counts as laid already.

@@ -13,6 +13,7 @@ use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
+use super::film::Moment;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
@@ -153,6 +154,7 @@ pub fn run(
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -177,6 +179,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -194,7 +198,7 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
-    let report = Report {
+    let mut report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
         verdict: verdict.clone(),
@@ -208,6 +212,7 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
+    views::waam::cell::show(&mut report, settings.robot.as_ref(), &shown.moments);
     outcome::tell(folder, &report)?;
     Ok(())
 }

@@ -57,7 +57,7 @@ fn asked(dialect: Dialect) -> BuildSettings {
 
 fn text_of(plan: &Toolpath, cell: &CellProgramming, asked: &BuildSettings) -> (Program, String) {
     let built = build(plan, cell, asked, &Reporter::new()).unwrap();
-    let built = held(built, asked.dialect).unwrap();
+    let built = held(built, asked.dialect);
     let written = dialect::write(&built.programs[0], cell).unwrap();
     let parsed = read(asked.dialect, &written, cell);
     assert_eq!(dialect::write(&parsed.program, cell).unwrap(), written);

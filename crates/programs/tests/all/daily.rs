@@ -73,7 +73,7 @@ fn files(
     asked: &BuildSettings,
 ) -> (Vec<Program>, Vec<Vec<TextFile>>) {
     let built = build(toolpath, cell, asked, &Reporter::new()).unwrap();
-    let built = held(built, asked.dialect).unwrap();
+    let built = held(built, asked.dialect);
     let files = written(&built, cell).unwrap();
     let parsed = files.iter().map(|f| read(asked.dialect, f, cell).program);
     let parsed: Vec<Program> = parsed.collect();
@@ -209,7 +209,7 @@ fn a_dry_run_moves_as_the_whole_and_never_strikes() {
     for dialect in all() {
         let asked = asked(dialect);
         let built = build(&plan(), &cell(), &asked, &Reporter::new()).unwrap();
-        let built = held(built, dialect).unwrap();
+        let built = held(built, dialect);
         let mut dry = built.clone();
         dry_run(&mut dry.programs);
         let mut parsed = Vec::new();

@@ -81,28 +81,26 @@ fn built(
     cell: &CellProgramming,
     dialect: Dialect,
 ) -> Result<Built, BuildError> {
-    held(
-        build(toolpath, cell, &asked(dialect), &Reporter::new())?,
-        dialect,
-    )
+    let built = build(toolpath, cell, &asked(dialect), &Reporter::new())?;
+    Ok(held(built, dialect))
 }
 
 /// Says of every position how an arm stands.
-pub(crate) fn held(mut built: Built, dialect: Dialect) -> Result<Built, BuildError> {
+pub(crate) fn held(mut built: Built, dialect: Dialect) -> Built {
     let said = match dialect {
         Dialect::UrScript => "0,-90.5,90,-90,-90,12.25",
         Dialect::Krl => "S 2, T 35",
         Dialect::Rapid => "0,-1,0,1",
         Dialect::Inform => "1,0,0,0,0,0",
         Dialect::Val3 => "lefty,epositive,wpositive",
-        Dialect::FanucLs => return Ok(built),
+        Dialect::FanucLs => return built,
     };
     for position in built.programs.iter_mut().flat_map(|p| &mut p.positions) {
         if let Coordinates::Cartesian { config, .. } = &mut position.groups[0].coordinates {
             said.clone_into(config);
         }
     }
-    Ok(built)
+    built
 }
 
 pub(crate) fn written(

@@ -13,6 +13,7 @@ use super::{Asked, judge, metal};
 use crate::stages::sheet::{self, Sheet};
 use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::error::WaamError;
+use crate::waam::film::Moment;
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::program::{self, Commands};
 use crate::waam::reach;
@@ -32,6 +33,8 @@ pub(crate) struct Wall {
     pub(super) files: Vec<TextFile>,
     pub(super) checks: Vec<Check>,
     pub(super) facts: Vec<Fact>,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The surface of a job, read and placed.
@@ -94,6 +97,7 @@ pub(super) fn wall(
         facts.extend(metal::facts(grown, asked, &commands, settings));
     }
     facts.extend(reach::facts(along.as_ref(), &commands));
+    let moments = reach::moments(along.as_ref(), &driven.samples, &commands);
     Ok(Wall {
         sheet,
         plan,
@@ -104,6 +108,7 @@ pub(super) fn wall(
         files,
         checks,
         facts,
+        moments,
     })
 }
 
