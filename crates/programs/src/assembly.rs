@@ -4,8 +4,9 @@ use meltpath_geometry::math::DVec3;
 
 use crate::cell::CellProgramming;
 use crate::krl;
+use crate::positioner::Positioner;
 use crate::program::{
-    Attribute, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
+    Attribute, Axis, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
     Program,
 };
 
@@ -23,6 +24,8 @@ pub struct Assembly<'a> {
     current: Part,
     /// Instructions that every program begins with.
     head: usize,
+    /// What moves with the arm.
+    positioner: Option<&'a Positioner>,
 }
 
 /// A program that a main program calls.
@@ -84,13 +87,22 @@ impl<'a> Assembly<'a> {
             done: Vec::new(),
             current: Part::default(),
             head: 0,
+            positioner: None,
         };
         assembly.begin();
         assembly
     }
 
+    /// With a positioner that moves with the arm; to be called before anything is added.
+    #[must_use]
+    pub fn coordinated(mut self, positioner: Option<&'a Positioner>) -> Self {
+        self.positioner = positioner;
+        self.begin();
+        self
+    }
+
     fn begin(&mut self) {
-        self.current.program = empty(self.cell, self.dialect);
+        self.current.program = empty(self.cell, self.dialect, self.positioner);
         self.head = self.current.program.instructions.len();
     }
 
@@ -134,16 +146,39 @@ impl<'a> Assembly<'a> {
         self.current.program.instructions.push(instruction);
     }
 
-    /// Adds a point of the part, mm, with W, P, R in degrees.
-    pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3]) -> PositionRef {
+    /// Adds a point of the part, mm, with W, P, R in degrees, and where the positioner's axes stand there, degrees.
+    pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3], axes: &[f64]) -> PositionRef {
+        let axes = |name: fn(usize) -> String, unit: &str| -> Vec<Axis> {
+            let named = axes.iter().enumerate().map(|(i, value)| Axis {
+                name: name(i),
+                value: *value,
+                unit: unit.to_owned(),
+            });
+            named.collect()
+        };
+        let (frame, tool) = (Some(*self.cell.user_frame), Some(*self.cell.tool_frame));
+        let mut further = None;
+        let external = match self.dialect {
+            Dialect::Krl => axes(|i| format!("E{}", i + 1), ""),
+            Dialect::Rapid => axes(|i| format!("eax_{}", char::from(b'a' + i as u8)), ""),
+            _ => {
+                further = self.positioner.map(|p| Group {
+                    number: *p.group,
+                    frame,
+                    tool,
+                    coordinates: Coordinates::Joint(axes(|i| format!("J{}", i + 1), "deg")),
+                });
+                Vec::new()
+            }
+        };
         let index = self.current.program.positions.len() as u32 + 1;
         self.current.program.positions.push(Position {
             index,
             comment: None,
-            groups: vec![Group {
+            groups: std::iter::once(Group {
                 number: 1,
-                frame: Some(*self.cell.user_frame),
-                tool: Some(*self.cell.tool_frame),
+                frame,
+                tool,
                 coordinates: Coordinates::Cartesian {
                     config: match self.dialect {
                         Dialect::FanucLs => self.cell.config.value.clone(),
@@ -151,9 +186,11 @@ impl<'a> Assembly<'a> {
                     },
                     xyz: position.to_array(),
                     wpr_degrees,
-                    external: Vec::new(),
+                    external,
                 },
-            }],
+            })
+            .chain(further)
+            .collect(),
         });
         PositionRef::point(index)
     }
@@ -165,9 +202,15 @@ impl<'a> Assembly<'a> {
         if parts.is_empty() {
             parts.push(std::mem::take(&mut self.current));
         }
-        let (cell, comment) = (self.cell, &self.comment);
-        let attributes = |program: &Program| match self.dialect {
-            Dialect::FanucLs => attributes(cell, comment, program),
+        let (cell, comment, positioner) = (self.cell, &self.comment, self.positioner);
+        let attributes = |program: &Program| match (self.dialect, positioner) {
+            (Dialect::FanucLs, _) => attributes(
+                comment,
+                program,
+                cell.owner.as_str(),
+                &groups(cell, positioner),
+            ),
+            (Dialect::Krl, Some(positioner)) => vec![krl::coupled(*positioner.machine)],
             _ => Vec::new(),
         };
         if let [only] = &mut parts[..] {
@@ -181,7 +224,7 @@ impl<'a> Assembly<'a> {
         let labels = labels(&parts);
         let mut main = Program {
             name: self.name.clone(),
-            ..empty(cell, self.dialect)
+            ..empty(cell, self.dialect, positioner)
         };
         let mut programs = Vec::with_capacity(parts.len() + 1);
         for (part, label) in parts.into_iter().zip(labels) {
@@ -233,7 +276,7 @@ fn named(name: &str, label: &str, length: usize) -> String {
 }
 
 /// What every program begins with.
-fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
+fn empty(cell: &CellProgramming, dialect: Dialect, positioner: Option<&Positioner>) -> Program {
     let frames = [
         Instruction::UserFrame(*cell.user_frame),
         Instruction::ToolFrame(*cell.tool_frame),
@@ -241,6 +284,11 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     let (application, opening) = match dialect {
         Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
         Dialect::Krl => (Vec::new(), krl::opening()),
+        Dialect::Rapid => {
+            let unit = positioner.and_then(|p| p.unit.as_ref());
+            let active = unit.map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
+            (Vec::new(), active.into_iter().collect())
+        }
         _ => (Vec::new(), Vec::new()),
     };
     Program {
@@ -251,8 +299,19 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     }
 }
 
+/// The motion groups of the header, the positioner's among them.
+fn groups(cell: &CellProgramming, positioner: Option<&Positioner>) -> String {
+    let own = positioner.map(|p| *p.group as usize);
+    let group = |(i, word): (usize, &str)| match own {
+        Some(group) if group == i + 1 => "1".to_owned(),
+        _ => word.to_owned(),
+    };
+    let all = cell.default_group.split(',').enumerate().map(group);
+    all.collect::<Vec<_>>().join(",")
+}
+
 /// The header; the controller fills sizes and dates in when it loads the program.
-fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<Attribute> {
+fn attributes(comment: &str, program: &Program, owner: &str, groups: &str) -> Vec<Attribute> {
     let lines = program.instructions.len().to_string();
     let text: String = comment
         .chars()
@@ -260,7 +319,7 @@ fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<A
         .take(16)
         .collect();
     let entries = [
-        ("OWNER", cell.owner.as_str()),
+        ("OWNER", owner),
         ("COMMENT", &format!("\"{text}\"")),
         ("PROG_SIZE", "0"),
         ("FILE_NAME", ""),
@@ -272,7 +331,7 @@ fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<A
             "TCD",
             "STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0, BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0",
         ),
-        ("DEFAULT_GROUP", &cell.default_group),
+        ("DEFAULT_GROUP", groups),
         ("CONTROL_CODE", "00000000 00000000"),
     ];
     let attribute = |(key, value): (&str, &str)| Attribute {

@@ -8,6 +8,7 @@
 
 mod between;
 mod check;
+mod coordination;
 mod error;
 mod partial;
 mod service;
@@ -22,6 +23,7 @@ use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
+use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
 use partial::before;
 pub use partial::{Restart, dry_run, laid_from};
@@ -30,8 +32,8 @@ use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 
 use crate::orientation::{axis_of_wpr, wpr_of_axis};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit,
-    Termination,
+    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
+    SpeedUnit, Termination,
 };
 
 /// What happens after each layer.
@@ -102,13 +104,16 @@ pub fn build(
         wording.until_cooled()?;
     }
     let title = (settings.name.as_str(), settings.variant.as_str());
+    let coordination = Coordination::of(toolpath, cell, settings.dialect)?;
     let mut builder = Builder {
         toolpath,
         cell,
         wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment),
+        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment)
+            .coordinated(coordination.as_ref().map(|c| c.positioner)),
+        coordination,
         schedules: Vec::new(),
         told: BTreeSet::new(),
         feeds: BTreeSet::new(),
@@ -142,6 +147,8 @@ pub fn build(
 struct Point {
     position: DVec3,
     wpr: [f64; 3],
+    /// The positioner's axes, deg.
+    axes: [f64; MOST_AXES],
 }
 
 struct Builder<'a> {
@@ -151,6 +158,8 @@ struct Builder<'a> {
     settings: &'a BuildSettings,
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
+    /// How the positioner moves with the arm, where it does.
+    coordination: Option<Coordination<'a>>,
     schedules: Vec<Schedule>,
     /// Numbers of those that a comment tells.
     told: BTreeSet<u32>,
@@ -248,16 +257,32 @@ impl Builder<'_> {
         termination: Termination,
         arc: Option<ArcWord>,
     ) {
-        let target = self.assembly.point(point.position, point.wpr);
+        let target = self.target(point);
         self.place = Some(point);
+        let extra = match (&self.coordination, &kind, self.settings.dialect) {
+            (Some(_), MotionKind::Linear | MotionKind::Circular { .. }, Dialect::FanucLs) => {
+                vec!["COORD".to_owned()]
+            }
+            _ => Vec::new(),
+        };
         self.assembly.push(Instruction::Motion(Motion {
             kind,
             target,
             speed,
             termination,
             arc,
-            extra: Vec::new(),
+            extra,
         }));
+    }
+
+    /// The position of a point, with the axes that turn the part.
+    fn target(&mut self, point: Point) -> PositionRef {
+        let Some(coordination) = &self.coordination else {
+            return self.assembly.point(point.position, point.wpr, &[]);
+        };
+        let (position, wpr) = coordination.told(point.position, point.wpr, &point.axes);
+        let axes = point.axes.get(..coordination.count());
+        self.assembly.point(position, wpr, axes.unwrap_or_default())
     }
 
     fn line(&mut self, point: Point, speed: f64, termination: Termination, arc: Option<ArcWord>) {
@@ -273,6 +298,7 @@ impl Builder<'_> {
             wpr: pass
                 .axis(i)
                 .map_or(default, |axis| wpr_of_axis(default, axis)),
+            axes: axes_at(pass, i),
         };
         pass.points.iter().enumerate().map(at).collect()
     }
@@ -308,6 +334,7 @@ impl Builder<'_> {
                     round.map(|_| Point {
                         position,
                         wpr: self.between(pass, index),
+                        axes: halfway(axes_at(pass, index), axes_at(pass, index + 1)),
                     })
                 }
                 Move::Line | Move::Spot { .. } => None,
@@ -377,7 +404,7 @@ impl Builder<'_> {
                     let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
                     let speed = self.wording.speed(speed);
                     let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
-                        via: self.assembly.point(v.position, v.wpr),
+                        via: self.target(v),
                     });
                     self.motion(kind, to, speed, termination, arc);
                 }

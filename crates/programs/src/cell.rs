@@ -6,6 +6,7 @@ use meltpath_toolpath::{Weave, WeaveShape};
 use crate::execute::{ExecutionSettings, WeldSettings};
 use crate::inform::InformWords;
 use crate::krl::KrlWords;
+use crate::positioner::Positioner;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
 use crate::upkeep::{Cooled, Service, Split};
@@ -69,6 +70,8 @@ table! {
         services as "service": Vec<Service> => default([], "nothing");
         /// What tells that a layer has cooled, for jobs with `layers.until = "cooled"`.
         cooled: Cooled => none("layers follow each other after their pause");
+        /// What turns the part while metal is laid. FANUC, KUKA and ABB move it together with the arm.
+        positioner: Positioner => none("the part lies still");
         /// Smoothing of travels.
         travel_smoothing: Ratio where within(0.0, 1.0) => required;
         /// Longest name, 8 or 32 on most controllers.
@@ -274,6 +277,7 @@ impl CellProgramming {
                 .map(capital)
                 .collect(),
             blend: self.blend.map(|b| b.0),
+            positioner: self.positioner.as_ref().map(Positioner::turning),
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod inform;
 pub mod krl;
 mod orientation;
 mod parsed;
+pub mod positioner;
 pub mod program;
 pub mod rapid;
 pub mod reading;

@@ -144,6 +144,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         woven(commands),
+        turning(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
     ];
@@ -184,6 +185,14 @@ fn woven(commands: &Commands) -> Option<Doubt> {
     (!commands.weaves.is_empty()).then(|| Doubt {
         reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
         remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
+    })
+}
+
+/// The model of the bead was measured on a part that lay still and level.
+fn turning(commands: &Commands) -> Option<Doubt> {
+    commands.turns.then(|| Doubt {
+        reason: "a positioner turns the part: metal is laid in the frame of the part as if it lay level, and how it hangs meanwhile is not followed".to_owned(),
+        remedy: "compare what was laid with the surface that the report shows".to_owned(),
     })
 }
 

@@ -397,6 +397,8 @@ pub struct Commands {
     pub line_of_command: Vec<(u32, u32)>,
     /// Those of the start.
     pub start_line: (u32, u32),
+    /// A positioner turns the part while metal is laid.
+    pub turns: bool,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
@@ -480,9 +482,20 @@ pub fn commands(
         weaves: reading.weaves,
         line_of_command,
         start_line: reading.start_line,
+        turns: turns(toolpath),
         arc_length,
         gaps: reading.gaps,
     })
+}
+
+/// Whether an external axis moves.
+fn turns(toolpath: &Toolpath) -> bool {
+    let points = toolpath
+        .passes()
+        .flat_map(|p| (0..p.points.len()).map(move |i| p.external(i).collect::<Vec<_>>()));
+    let mut said = points.filter(|axes| axes.iter().any(Option::is_some));
+    said.next()
+        .is_some_and(|first| said.any(|axes| axes != first))
 }
 
 /// How the tool stands at point `i` of a pass that was read.

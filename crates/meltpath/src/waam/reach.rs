@@ -65,6 +65,9 @@ fn choose(
         return Ok(());
     };
     let moves = commands(programs, schedules, settings, &Reporter::new())?;
+    if moves.turns {
+        return Ok(());
+    }
     let any = BTreeMap::new();
     let task = task(cell, &moves, Rotation::Free, &any);
     let Ok(held) = hold(&task) else {
@@ -88,7 +91,7 @@ pub(super) fn along(
     settings: &Settings,
     metal: &[(u32, Metal)],
 ) -> Option<Result<Along, NotHeld>> {
-    let cell = settings.robot.as_ref()?;
+    let cell = settings.robot.as_ref().filter(|_| !moves.turns)?;
     let dialect = dialect_of(programs);
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
@@ -343,7 +346,7 @@ pub(super) fn checks(
     settings: &Settings,
 ) -> Vec<Check> {
     let (Some(along), Some(cell)) = (along, &settings.robot) else {
-        return not_checked(NO_ROBOT);
+        return not_checked(if moves.turns { TURNS } else { NO_ROBOT });
     };
     match along {
         Err(not) => {
@@ -365,6 +368,7 @@ pub(super) fn checks(
 
 const NO_ROBOT: &str =
     "the job names no robot: write machine.robot, a name that ships or a file of your own";
+const TURNS: &str = "a positioner turns the part while metal is laid, and the arm is not followed beside a positioner that moves";
 const REACH: &str = "reach of the robot";
 const COLLISION: &str = "collision of torch, robot and part";
 const CONFIG: &str = "robot CONFIG";

@@ -24,13 +24,20 @@ impl Builder<'_> {
         if let Some(bad) = all.find(|p| !p.is_finite()) {
             return fail("a point", bad.length(), "finite");
         }
-        let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());
-        if let Some(value) = external.next() {
-            return fail(
-                "an external axis",
-                value,
-                "left free: these programs move the robot alone",
-            );
+        if let Some(coordination) = &self.coordination {
+            let count = coordination.count();
+            let said = |i: usize| pass.external(i).flatten().count();
+            if let Some(other) = (0..pass.points.len()).map(said).find(|n| *n != count) {
+                return fail(
+                    "the number of external axes that a point says",
+                    other as f64,
+                    "that of the cell's positioner (program.positioner.axis)",
+                );
+            }
+            let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());
+            if let Some(value) = external.find(|v| !v.is_finite()) {
+                return fail("an external axis", value, "finite");
+            }
         }
         if let Some((_, event)) = pass.events().next() {
             return Err(BuildError::Event {

@@ -91,6 +91,11 @@ pub enum BuildError {
         "the cell's service {0} says neither after how many beads nor after how much arc time it is called: write beads or arc_time"
     )]
     Service(String),
+    /// A controller for which no words for a positioner are written.
+    #[error(
+        "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA or ABB, or let the part lie still"
+    )]
+    Positioner(&'static str),
     /// Nothing to do.
     #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
     Empty,

@@ -144,6 +144,9 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "CLKSTOP",
                 "CLKRESET",
                 "MOTIONSUP",
+                // whether its axes move the part is told by the positions
+                "ACTUNIT",
+                "DEACTUNIT",
                 "GRIPLOAD",
             ],
             &["WAITDI", "WAITUNTIL", "STOP"],
