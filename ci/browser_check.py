@@ -131,6 +131,67 @@ def check_view(page, failures):
     failures.expect(difference(before, picture(canvas)) > 0.002, "the cut does not change the picture")
     page.locator("#section-axis").select_option("")
     settle(page)
+    check_film(page, failures)
+    check_places(page, failures)
+
+
+def check_film(page, failures):
+    """The film of the machine: the slider moves it, and the metal with it; the cell can be looked at as a whole."""
+    if not page.locator("#film-controls").is_visible():
+        return
+    canvas, slider = page.locator("#canvas"), page.locator("#film")
+    whole = picture(canvas)
+    slider.fill("500")
+    settle(page)
+    failures.expect(page.locator("#machine-shown").is_checked(), "the film shows no machine")
+    middle = picture(canvas)
+    failures.expect(difference(whole, middle) > 0.002, "the film does not change the picture")
+    slider.fill("300")
+    settle(page)
+    failures.expect(difference(middle, picture(canvas)) > 0.0005, "the film stands still")
+    before = picture(canvas)
+    page.locator("[data-view=cell]").click()
+    settle(page)
+    failures.expect(difference(before, picture(canvas)) > 0.01, "“Cell” does not look at the cell")
+    slider.fill("1000")
+    page.locator("#machine-shown").uncheck()
+    page.locator("[data-view=oblique]").click()
+    settle(page)
+    failures.expect(difference(whole, picture(canvas)) < 0.002, "the picture does not come back after the film")
+
+
+def check_places(page, failures):
+    """Every place that the verdict names is flown to: marked in the picture where it has a position."""
+    canvas, pin = page.locator("#canvas"), page.locator("#pin")
+    places = page.locator("button.fly")
+    last = int(page.locator("#layer").get_attribute("max"))
+    for i in range(min(places.count(), 5)):
+        button = places.nth(i)
+        before = picture(canvas)
+        button.click()
+        settle(page)
+        words = button.inner_text()
+        failures.expect(words in page.locator("#pin-name").inner_text(), f"the view does not name {words!r}")
+        layer = button.get_attribute("data-layer")
+        if layer and last > 1:
+            shown = page.locator("#layer-label").inner_text()
+            failures.expect(shown == f"{layer} of {last}", f"{words!r}: the view shows layer {shown}")
+        if button.get_attribute("data-position"):
+            # the spot is in the middle of the picture, at the nearer of the two scales
+            box, stage = pin.bounding_box(), canvas.bounding_box()
+            failures.expect(box is not None, f"{words!r} is not marked")
+            if box:
+                off = max(abs(box[a] + box[s] / 2 - stage[a] - stage[s] / 2) for a, s in (("x", "width"), ("y", "height")))
+                failures.expect(off < 3, f"{words!r} is marked {off:.0f} pixels from the middle")
+            if i == 0:
+                failures.expect(difference(before, picture(canvas)) > 0.002, f"{words!r}: the picture does not change")
+    if places.count():
+        page.locator("[data-view=fit]").click()
+        settle(page)
+        failures.expect(not pin.is_visible(), "the mark stays after the view was fitted")
+        page.locator("[data-view=oblique]").click()
+        page.locator("#layer").fill(str(last))
+        settle(page)
 
 
 def check(browser, path, folder):

@@ -91,9 +91,6 @@ pub enum SystemError {
         "the loop is not well posed: its direct gain is −1 in some direction; a small delay or a strictly proper block removes this"
     )]
     AlgebraicLoop,
-    /// D is singular.
-    #[error("the system has no proper inverse: its direct gain D is singular")]
-    NoInverse,
     /// A complex root without its conjugate.
     #[error("the complex root {root} comes without its conjugate")]
     Unpaired {

@@ -173,25 +173,6 @@ impl StateSpace {
             domain,
         })
     }
-
-    /// The system that undoes this one (as many outputs as inputs, D invertible).
-    ///
-    /// # Errors
-    /// [`SystemError::Widths`] when not square, [`SystemError::NoInverse`] when D is singular.
-    pub fn inverse(&self) -> Result<StateSpace, SystemError> {
-        agree("inverse", self.inputs(), self.outputs())?;
-        let f = Factored::new(&self.d).map_err(|_| SystemError::NoInverse)?;
-        let di = f.inverse();
-        let bd = &self.b * &di;
-        let dc = &di * &self.c;
-        Ok(StateSpace {
-            a: &self.a - &bd * &self.c,
-            c: -&dc,
-            b: bd,
-            d: di,
-            domain: self.domain,
-        })
-    }
 }
 
 pub(crate) fn diagonal_blocks(one: &Matrix, two: &Matrix) -> Matrix {
@@ -227,7 +208,6 @@ mod tests {
             assert!(close(&g.then(&k).unwrap(), x * y));
             assert!(close(&g.plus(&k).unwrap(), x + y));
             assert!(close(&g.feedback(&k).unwrap(), x / (1.0 + x * y)));
-            assert!(close(&g.inverse().unwrap(), 1.0 / x));
         }
     }
 

@@ -87,11 +87,6 @@ impl Margins {
             modulus,
         }
     }
-
-    /// The last crossing of unit gain: the bandwidth of the open loop and its phase margin.
-    pub fn crossover(&self) -> Option<MarginAt> {
-        self.phase.last().copied()
-    }
 }
 
 /// The −3 dB bandwidth (rad/s): the first frequency of the grid, refined, at which the gain falls below its value at the

@@ -3,9 +3,6 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use meltpath_numerics::Matrix;
-use meltpath_numerics::dense::{DenseError, eigenvalues};
-
 /// A count as the exponent of an integer power.
 pub(crate) fn exponent(count: usize) -> i32 {
     i32::try_from(count).unwrap_or(i32::MAX)
@@ -16,9 +13,7 @@ pub(crate) fn exponent(count: usize) -> i32 {
 /// ```
 /// use meltpath_control::Polynomial;
 /// let p = Polynomial::new([1.0, 3.0, 2.0]); // s² + 3 s + 2
-/// let mut roots: Vec<f64> = p.roots().unwrap().iter().map(|r| r.re).collect();
-/// roots.sort_by(f64::total_cmp);
-/// assert!((roots[0] + 2.0).abs() < 1e-12 && (roots[1] + 1.0).abs() < 1e-12);
+/// assert_eq!((p.degree(), p.at(2.0.into()).re), (2, 12.0));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {
@@ -131,70 +126,6 @@ impl Polynomial {
                 .collect::<Vec<_>>(),
         )
     }
-
-    /// All roots, as eigenvalues of the companion matrix in a scaled variable, polished by Newton's method.
-    ///
-    /// # Errors
-    /// [`DenseError`] when a coefficient is not finite or the iteration does not settle.
-    pub fn roots(&self) -> Result<Vec<Complex64>, DenseError> {
-        let zeros = self
-            .coefficients
-            .iter()
-            .rev()
-            .take_while(|&&c| c == 0.0)
-            .count();
-        let mut roots = vec![Complex64::default(); zeros.min(self.degree())];
-        let reduced =
-            Polynomial::new(self.coefficients[..self.coefficients.len() - zeros].to_vec());
-        let n = reduced.degree();
-        if n == 0 {
-            return Ok(roots);
-        }
-        let first = reduced.leading();
-        // the variable is scaled by the geometric mean of the roots, so that coefficients do not overflow
-        let scale = (reduced.coefficient(0) / first).abs().powf(1.0 / n as f64);
-        if !scale.is_finite() || scale == 0.0 {
-            return Err(DenseError::NotFinite);
-        }
-        let monic: Vec<f64> = (0..=n)
-            .map(|k| reduced.coefficients[k] / first / scale.powi(exponent(k)))
-            .collect();
-        let companion = Matrix::from_fn(n, n, |i, j| {
-            if i == 0 {
-                -monic[j + 1]
-            } else if i == j + 1 {
-                1.0
-            } else {
-                0.0
-            }
-        });
-        let monic = Polynomial::new(monic);
-        let slope = monic.derivative();
-        for root in eigenvalues(&companion)? {
-            let polished = polish(&monic, &slope, root);
-            roots.push(polished * scale);
-        }
-        Ok(roots)
-    }
-}
-
-fn polish(p: &Polynomial, slope: &Polynomial, start: Complex64) -> Complex64 {
-    let mut root = start;
-    let mut residual = p.at(root).norm();
-    for _ in 0..3 {
-        let next = root - p.at(root) / slope.at(root);
-        let after = p.at(next).norm();
-        // on a multiple root the step is not to be trusted
-        if after >= residual || (next - root).norm() > 1e-6 * root.norm() {
-            break;
-        }
-        root = next;
-        residual = after;
-    }
-    if start.im == 0.0 {
-        root.im = 0.0;
-    }
-    root
 }
 
 #[cfg(test)]
@@ -205,28 +136,6 @@ mod tests {
     fn the_derivative_of_a_cubic() {
         let cubic = Polynomial::new([2.0, -3.0, 5.0, 7.0]);
         assert_eq!(cubic.derivative(), Polynomial::new([6.0, -6.0, 5.0]));
-    }
-
-    #[test]
-    fn roots_spread_over_decades() {
-        let wanted = [-0.134, -145.0, -1.4e4, -2.2e5];
-        let p = Polynomial::from_roots(&wanted.map(|r| Complex64::new(r, 0.0)), 3.0);
-        let mut roots: Vec<f64> = p.roots().unwrap().iter().map(|r| r.re).collect();
-        roots.sort_by(|a, b| b.total_cmp(a));
-        for (r, w) in roots.iter().zip(wanted) {
-            assert!((r / w - 1.0).abs() < 1e-10, "{r} {w}");
-        }
-    }
-
-    #[test]
-    fn roots_at_the_origin_are_exact() {
-        let roots = Polynomial::new([1.0, 2.0, 5.0, 0.0, 0.0]).roots().unwrap();
-        assert_eq!(roots.iter().filter(|r| r.norm() == 0.0).count(), 2);
-        assert!(
-            roots
-                .iter()
-                .any(|r| (r - Complex64::new(-1.0, 2.0)).norm() < 1e-12)
-        );
     }
 
     #[test]

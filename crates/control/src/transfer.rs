@@ -123,22 +123,6 @@ impl TransferFunction {
         self.at(self.domain.point(omega))
     }
 
-    /// Poles (the delay has none).
-    ///
-    /// # Errors
-    /// [`SystemError::Dense`].
-    pub fn poles(&self) -> Result<Vec<Complex64>, SystemError> {
-        Ok(self.denominator.roots()?)
-    }
-
-    /// Zeros.
-    ///
-    /// # Errors
-    /// [`SystemError::Dense`].
-    pub fn zeros(&self) -> Result<Vec<Complex64>, SystemError> {
-        Ok(self.numerator.roots()?)
-    }
-
     /// The product of two transfer functions; delays add.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ impl Lever {
     /// ```
     /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
     /// use meltpath_melt_strategy::{lever::Lever, speed::SpeedProfile};
-    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
+    /// let start = BeamPoint::start(300.0, 0.4);
     /// let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 1000.0, start).unwrap();
     /// let mut factors = SpeedProfile::of(&path, 1.0);
     /// factors.factors_mut()[1] = 2.0;
@@ -132,13 +132,7 @@ mod tests {
 
     #[test]
     fn spots_stay_within_what_the_machine_gives() {
-        let start = BeamPoint {
-            time: 0.0,
-            x: 0.0,
-            y: 0.0,
-            power: 300.0,
-            spot: 0.4,
-        };
+        let start = BeamPoint::start(300.0, 0.4);
         let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 1000.0, start).unwrap();
         let mut factors = SpeedProfile::of(&path, 1.0);
         factors.factors_mut().copy_from_slice(&[1.1, 2.0, 0.1]);

@@ -7,8 +7,6 @@ use meltpath_thermal::beam::{BeamError, BeamPath, BeamPoint};
 /// An order of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
-    /// As the path has them.
-    AsGiven,
     /// All of one remainder first: the first, the `n`th after it and so on, then those beside them.
     Every(usize),
     /// From the middle of the path to its ends, sides in turn.
@@ -64,7 +62,7 @@ fn runs(points: &[BeamPoint], shortest: f64) -> Vec<Run> {
 /// ```
 /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
 /// use meltpath_melt_strategy::order::{Order, reorder};
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
+/// let start = BeamPoint::start(300.0, 0.4);
 /// let corners: Vec<[f64; 2]> = (0..4).flat_map(|n| {
 ///     let y = 0.125 * f64::from(n);
 ///     if n % 2 == 0 { [[0.0, y], [2.0, y]] } else { [[2.0, y], [0.0, y]] }
@@ -79,7 +77,6 @@ pub fn reorder(path: &BeamPath, order: Order, shortest: f64) -> Result<BeamPath,
     let lines = runs(points, shortest);
     let mut sequence: Vec<usize> = (0..lines.len()).collect();
     match order {
-        Order::AsGiven => return Ok(path.clone()),
         Order::Every(n) => sequence.sort_by_key(|i| (i % n.max(1), *i)),
         Order::FromTheMiddle => {
             sequence.sort_by_key(|i| (2 * i + 1).abs_diff(lines.len()));

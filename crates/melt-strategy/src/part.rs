@@ -57,7 +57,7 @@ impl Rectangle {
 /// ```
 /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
 /// use meltpath_melt_strategy::part::{Rectangle, within};
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
+/// let start = BeamPoint::start(300.0, 0.4);
 /// let path = BeamPath::along(&[[0.0, 0.0], [9.0, 0.0]], 1000.0, start).unwrap();
 /// let middle = within(&path, &Rectangle { low: [2.0, -1.0], high: [4.0, 1.0] }).unwrap().unwrap();
 /// assert!((middle.begin() - 0.002).abs() < 1e-12 && (middle.end() - 0.004).abs() < 1e-12);

@@ -151,13 +151,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn zigzag() -> BeamPath {
-        let start = BeamPoint {
-            time: 0.0,
-            x: 0.0,
-            y: 0.0,
-            power: 300.0,
-            spot: 0.4,
-        };
+        let start = BeamPoint::start(300.0, 0.4);
         BeamPath::along(
             &[[0.0, 0.0], [3.0, 0.0], [3.0, 0.1], [0.0, 0.1]],
             1000.0,

@@ -19,10 +19,20 @@ pub struct Assembly<'a> {
     dialect: Dialect,
     name: String,
     comment: String,
-    done: Vec<Program>,
-    current: Program,
+    done: Vec<Part>,
+    current: Part,
     /// Instructions that every program begins with.
     head: usize,
+}
+
+/// A program that a main program calls.
+#[derive(Debug, Default)]
+struct Part {
+    program: Program,
+    /// What the main program does before it.
+    before: Vec<Instruction>,
+    /// Its layer, where programs are cut at layers.
+    layer: Option<u32>,
 }
 
 /// A name that the controller takes: capital letters, digits and `_`, a letter first, no longer than `length`.
@@ -58,15 +68,21 @@ pub fn comment(text: &str) -> Instruction {
 }
 
 impl<'a> Assembly<'a> {
-    /// Begins programs called after `title`.
-    pub fn new(cell: &'a CellProgramming, dialect: Dialect, title: &str, comment: &str) -> Self {
+    /// Begins programs called after `title`, and `variant` where they are not the whole of it.
+    pub fn new(
+        cell: &'a CellProgramming,
+        dialect: Dialect,
+        (title, variant): (&str, &str),
+        comment: &str,
+    ) -> Self {
+        let name = name(title, *cell.name_length);
         let mut assembly = Assembly {
             cell,
             dialect,
-            name: name(title, *cell.name_length),
+            name: named(&name, variant, *cell.name_length),
             comment: comment.to_owned(),
             done: Vec::new(),
-            current: Program::default(),
+            current: Part::default(),
             head: 0,
         };
         assembly.begin();
@@ -74,36 +90,54 @@ impl<'a> Assembly<'a> {
     }
 
     fn begin(&mut self) {
-        self.current = empty(self.cell, self.dialect);
-        self.head = self.current.instructions.len();
+        self.current.program = empty(self.cell, self.dialect);
+        self.head = self.current.program.instructions.len();
+    }
+
+    /// Whether a main program calls others: a script calls no other file, and a project has one of data.
+    fn calls_others(&self) -> bool {
+        !matches!(self.dialect, Dialect::UrScript | Dialect::Val3)
     }
 
     /// Whether the current program takes `lines` more instructions and `points` more positions.
     pub fn takes(&self, lines: usize, points: usize) -> bool {
-        // a script calls no other file, and a project has one of data
-        matches!(self.dialect, Dialect::UrScript | Dialect::Val3)
-            || (self.current.instructions.len() + lines <= *self.cell.lines_per_program
-                && self.current.positions.len() + points <= *self.cell.points_per_program)
+        let program = &self.current.program;
+        !self.calls_others()
+            || (program.instructions.len() + lines <= *self.cell.lines_per_program
+                && program.positions.len() + points <= *self.cell.points_per_program)
     }
 
     /// Ends the current program and begins the next; nothing where the current one is empty.
     pub fn cut(&mut self) {
-        if self.current.instructions.len() > self.head {
+        if self.current.program.instructions.len() > self.head {
+            let layer = self.current.layer;
             let full = std::mem::take(&mut self.current);
             self.done.push(full);
             self.begin();
+            self.current.layer = layer;
+        }
+    }
+
+    /// Begins a program of its own for a layer, before which the main program does `before`.
+    pub fn layer(&mut self, layer: u32, before: Vec<Instruction>) {
+        if self.calls_others() {
+            self.cut();
+            self.current.layer = Some(layer);
+            self.current.before = before;
+        } else {
+            self.current.program.instructions.extend(before);
         }
     }
 
     /// Adds an instruction.
     pub fn push(&mut self, instruction: Instruction) {
-        self.current.instructions.push(instruction);
+        self.current.program.instructions.push(instruction);
     }
 
     /// Adds a point of the part, mm, with W, P, R in degrees.
     pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3]) -> PositionRef {
-        let index = self.current.positions.len() as u32 + 1;
-        self.current.positions.push(Position {
+        let index = self.current.program.positions.len() as u32 + 1;
+        self.current.program.positions.push(Position {
             index,
             comment: None,
             groups: vec![Group {
@@ -137,31 +171,65 @@ impl<'a> Assembly<'a> {
             _ => Vec::new(),
         };
         if let [only] = &mut parts[..] {
+            let before = std::mem::take(&mut only.before);
+            let mut only = std::mem::take(&mut only.program);
+            only.instructions.splice(self.head..self.head, before);
             only.name = self.name;
-            only.attributes = attributes(only);
-            return parts;
+            only.attributes = attributes(&only);
+            return vec![only];
         }
-        let digits = parts.len().to_string().len().max(2);
-        let room = cell.name_length.saturating_sub(digits + 1);
-        let stem = self.name.get(..room).unwrap_or(&self.name);
-        let stem = stem.trim_end_matches('_');
-        for (i, part) in parts.iter_mut().enumerate() {
-            part.name = format!("{stem}_{:0digits$}", i + 1);
-            part.attributes = attributes(part);
-        }
+        let labels = labels(&parts);
         let mut main = Program {
             name: self.name.clone(),
             ..empty(cell, self.dialect)
         };
-        main.instructions
-            .extend(parts.iter().map(|p| Instruction::Call {
-                program: p.name.clone(),
+        let mut programs = Vec::with_capacity(parts.len() + 1);
+        for (part, label) in parts.into_iter().zip(labels) {
+            let mut program = part.program;
+            program.name = named(&self.name, &label, *cell.name_length);
+            program.attributes = attributes(&program);
+            main.instructions.extend(part.before);
+            main.instructions.push(Instruction::Call {
+                program: program.name.clone(),
                 arguments: String::new(),
-            }));
+            });
+            programs.push(program);
+        }
         main.attributes = attributes(&main);
-        parts.insert(0, main);
-        parts
+        programs.insert(0, main);
+        programs
     }
+}
+
+/// What tells parts apart in their names: their number, or their layer and their number in it.
+fn labels(parts: &[Part]) -> Vec<String> {
+    let digits = |greatest: usize, least: usize| greatest.to_string().len().max(least);
+    let width = digits(parts.len(), 2);
+    let highest = parts.iter().filter_map(|p| p.layer).max().unwrap_or(0);
+    let layer_width = digits(highest as usize, 3);
+    let mut last = (None, 0);
+    let label = |(i, part): (usize, &Part)| {
+        let Some(layer) = part.layer else {
+            return format!("{:0width$}", i + 1);
+        };
+        let of_layer = if last.0 == Some(layer) { last.1 + 1 } else { 1 };
+        last = (Some(layer), of_layer);
+        match of_layer {
+            1 => format!("L{layer:0layer_width$}"),
+            n => format!("L{layer:0layer_width$}_{n}"),
+        }
+    };
+    parts.iter().enumerate().map(label).collect()
+}
+
+/// `name` with what tells it from others behind it, no longer than `length`.
+fn named(name: &str, label: &str, length: usize) -> String {
+    if label.is_empty() {
+        return name.to_owned();
+    }
+    let room = length.saturating_sub(label.len() + 1);
+    let stem = name.get(..room).unwrap_or(name);
+    format!("{}_{label}", stem.trim_end_matches('_'))
 }
 
 /// What every program begins with.

@@ -17,7 +17,7 @@ use crate::scene::data::{self, SceneData};
 use crate::scene::{Scene, SceneError};
 use crate::sheet::OperatorSheet;
 use crate::table::Table;
-use crate::verdict_html;
+use crate::verdict_html::{self, Places};
 
 const STYLE: &str = include_str!("../assets/report.css");
 const PAGE_SCRIPT: &str = include_str!("../assets/page.js");
@@ -29,6 +29,8 @@ const VIEW_SCRIPT: &str = concat!(
     include_str!("../assets/view/draw.js"),
     include_str!("../assets/view/controls.js"),
     include_str!("../assets/view/pointer.js"),
+    include_str!("../assets/view/places.js"),
+    include_str!("../assets/view/machine.js"),
     include_str!("../assets/view/start.js"),
 );
 const VIEW_CONTROLS: &str = include_str!("../assets/view.html");
@@ -113,7 +115,7 @@ pub fn write_html(out: &mut dyn Write, report: &Report) -> Result<(), ReportErro
     write!(
         out,
         "<section id=\"warnings\" class=\"card\"><h2>Warnings</h2>{}</section>",
-        verdict_html::warnings(&report.verdict.warnings)
+        verdict_html::warnings(&report.verdict.warnings, places(report))
     )?;
     write!(
         out,
@@ -159,6 +161,13 @@ fn contents(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     out.write_all(b"<a href=\"#warnings\">Warnings</a><a href=\"#provenance\">Provenance</a></nav>")
 }
 
+fn places(report: &Report) -> Places {
+    match report.scene {
+        Some(_) => Places::InView,
+        None => Places::InWords,
+    }
+}
+
 fn verdict(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     write!(
         out,
@@ -168,8 +177,8 @@ fn verdict(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     write!(
         out,
         "{}{}</section>",
-        verdict_html::checks(&report.verdict),
-        verdict_html::facts(&report.verdict.facts)
+        verdict_html::checks(&report.verdict, places(report)),
+        verdict_html::facts(&report.verdict.facts, places(report))
     )
 }
 

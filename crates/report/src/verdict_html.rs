@@ -2,13 +2,43 @@
 
 use std::fmt::Write as _;
 
-use meltpath_base::{Check, Fact, Limit, Measure, Status, Verdict, Warning};
+use meltpath_base::{Check, Fact, Limit, Measure, Place, Status, Verdict, Warning};
 
 use crate::escape::escape;
 use crate::number::{duration, significant, with_uncertainty};
 
 /// Warnings of one code that are listed one by one; the rest is counted.
 const LISTED: usize = 20;
+
+/// What a place leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Places {
+    /// The 3D view of the same page flies there.
+    InView,
+    /// Nothing: the page has no view.
+    InWords,
+}
+
+impl Places {
+    /// Where something was found; a button where the view can show it.
+    fn shown(self, place: &Place) -> String {
+        let words = format!("at {}", escape(&place.to_string()));
+        if self == Places::InWords || (place.position.is_none() && place.layer.is_none()) {
+            return words;
+        }
+        let mut target = String::new();
+        if let Some([x, y, z]) = place.position {
+            // writing to a String cannot fail
+            let _ = write!(target, " data-position=\"{x:.4} {y:.4} {z:.4}\"");
+        }
+        if let Some(layer) = place.layer {
+            let _ = write!(target, " data-layer=\"{layer}\"");
+        }
+        format!(
+            "<button type=\"button\" class=\"fly\" title=\"Show it in the 3D view\"{target}>{words}</button>"
+        )
+    }
+}
 
 fn class(status: Status) -> &'static str {
     match status {
@@ -54,7 +84,7 @@ pub fn headline(verdict: &Verdict) -> String {
 }
 
 /// Every check in reading order; nothing where nothing was judged.
-pub fn checks(verdict: &Verdict) -> String {
+pub fn checks(verdict: &Verdict, places: Places) -> String {
     if verdict.checks.is_empty() {
         return String::new();
     }
@@ -63,14 +93,14 @@ pub fn checks(verdict: &Verdict) -> String {
          <th scope=\"col\" class=\"n\">Found</th><th scope=\"col\" class=\"n\">Limit</th><th scope=\"col\">Why, where, and what to do</th></tr></thead><tbody>",
     );
     for check in verdict.in_reading_order() {
-        row(&mut html, check);
+        row(&mut html, check, places);
     }
     html.push_str("</tbody></table></div>");
     html
 }
 
 /// What is told without a limit: one tile each.
-pub fn facts(facts: &[Fact]) -> String {
+pub fn facts(facts: &[Fact], places: Places) -> String {
     if facts.is_empty() {
         return String::new();
     }
@@ -90,11 +120,7 @@ pub fn facts(facts: &[Fact]) -> String {
             let _ = write!(html, "<dd class=\"why\">{}</dd>", escape(&fact.reason));
         }
         if let Some(place) = &fact.place {
-            let _ = write!(
-                html,
-                "<dd class=\"why\">at {}</dd>",
-                escape(&place.to_string())
-            );
+            let _ = write!(html, "<dd class=\"why\">{}</dd>", places.shown(place));
         }
         html.push_str("</div>");
     }
@@ -115,7 +141,7 @@ fn shown(measure: &Measure) -> String {
     format!("{number} {}", escape(&measure.unit))
 }
 
-fn row(html: &mut String, check: &Check) {
+fn row(html: &mut String, check: &Check, places: Places) {
     let found = check.value.as_ref().map_or_else(|| "–".to_owned(), shown);
     let unit = check.value.as_ref().map_or("", |m| m.unit.as_str());
     let limit = match check.limit {
@@ -136,11 +162,7 @@ fn row(html: &mut String, check: &Check) {
         escape(&check.reason),
     );
     if let Some(place) = &check.place {
-        let _ = write!(
-            html,
-            "<div class=\"place\">at {}</div>",
-            escape(&place.to_string())
-        );
+        let _ = write!(html, "<div class=\"place\">{}</div>", places.shown(place));
     }
     if let Some(remedy) = &check.remedy {
         let _ = write!(html, "<div class=\"remedy\">→ {}</div>", escape(remedy));
@@ -149,7 +171,7 @@ fn row(html: &mut String, check: &Check) {
 }
 
 /// The warnings by code, each with place and remedy.
-pub fn warnings(warnings: &[Warning]) -> String {
+pub fn warnings(warnings: &[Warning], places: Places) -> String {
     if warnings.is_empty() {
         return "<p>None.</p>".to_owned();
     }
@@ -168,11 +190,7 @@ pub fn warnings(warnings: &[Warning]) -> String {
                 escape(&warning.message)
             );
             if let Some(place) = &warning.place {
-                let _ = write!(
-                    html,
-                    "<div class=\"place\">at {}</div>",
-                    escape(&place.to_string())
-                );
+                let _ = write!(html, "<div class=\"place\">{}</div>", places.shown(place));
             }
             if let Some(remedy) = &warning.remedy {
                 let _ = write!(html, "<div class=\"remedy\">→ {}</div>", escape(remedy));
@@ -216,7 +234,7 @@ mod tests {
 
     #[test]
     fn checks_stand_worst_first_with_value_limit_place_and_remedy() {
-        insta::assert_snapshot!(checks(&verdict()).replace("<t", "\n<t"));
+        insta::assert_snapshot!(checks(&verdict(), Places::InWords).replace("<t", "\n<t"));
     }
 
     #[test]
@@ -234,12 +252,31 @@ mod tests {
             "largest place 1.5 mm²",
         )
         .at(Place::layer(3));
-        let html = facts(&[fact, bare]);
+        let html = facts(&[fact, bare], Places::InWords);
         assert!(html.contains("<dt>time in all</dt><dd>2 h 04 min</dd></div>"));
         assert!(html.contains(
             "<dd>0.06 %</dd><dd class=\"why\">largest place 1.5 mm²</dd><dd class=\"why\">at layer 3</dd>"
         ));
-        assert!(facts(&[]).is_empty());
+        assert!(facts(&[], Places::InWords).is_empty());
+    }
+
+    #[test]
+    fn a_place_is_a_button_where_a_view_can_show_it() {
+        let spot = Place {
+            layer: Some(2),
+            ..Place::at([1.0, -2.5, 3.25])
+        };
+        assert!(Places::InView.shown(&spot).starts_with(
+            "<button type=\"button\" class=\"fly\" title=\"Show it in the 3D view\" \
+             data-position=\"1.0000 -2.5000 3.2500\" data-layer=\"2\">at layer 2"
+        ));
+        let line = Place {
+            file: Some("a.ls".to_owned()),
+            line: Some(7),
+            ..Place::default()
+        };
+        assert_eq!(Places::InView.shown(&line), "at a.ls, line 7");
+        assert_eq!(Places::InWords.shown(&Place::layer(3)), "at layer 3");
     }
 
     #[test]
@@ -252,7 +289,7 @@ mod tests {
                 remedy: None,
             })
             .collect();
-        let html = warnings(&flood);
+        let html = warnings(&flood, Places::InView);
         assert_eq!(html.matches("<li>").count(), LISTED + 1);
         assert!(html.contains("and 480 more"));
     }

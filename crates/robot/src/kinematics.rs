@@ -2,7 +2,6 @@
 //! Lengths are mm, angles rad; poses are those of the flange in the robot's base.
 
 pub mod arm;
-pub mod batch;
 pub mod chain;
 pub mod configuration;
 pub mod nearness;
@@ -14,7 +13,6 @@ pub mod reach;
 pub mod solution;
 
 pub use arm::{Arm, Geometry, Inverse};
-pub use batch::{Poses, Ways};
 pub use chain::{Chain, Joint, JointKind, Limits};
 pub use configuration::Configuration;
 pub use nearness::Nearness;

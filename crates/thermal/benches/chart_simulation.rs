@@ -30,13 +30,7 @@ fn fast() -> ChartSettings {
 }
 
 fn start(power: f64, spot: f64) -> BeamPoint {
-    BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power,
-        spot,
-    }
+    BeamPoint::start(power, spot)
 }
 
 fn simulation(

@@ -21,13 +21,7 @@ fn path() -> BeamPath {
             if n % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
-    let start = BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power: 300.0,
-        spot: 0.4137,
-    };
+    let start = BeamPoint::start(300.0, 0.4137);
     BeamPath::along(&corners, 980.0, start).unwrap()
 }
 

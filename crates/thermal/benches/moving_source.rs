@@ -24,13 +24,7 @@ fn raster(length: f64, line: f64) -> BeamPath {
             }
         })
         .collect();
-    let start = BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power: 300.0,
-        spot: 0.4137,
-    };
+    let start = BeamPoint::start(300.0, 0.4137);
     BeamPath::along(&corners, SPEED, start).unwrap()
 }
 

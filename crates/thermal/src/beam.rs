@@ -22,6 +22,17 @@ pub struct BeamPoint {
 }
 
 impl BeamPoint {
+    /// At the origin at time zero, with a power in W and a spot in mm.
+    pub const fn start(power: f64, spot: f64) -> Self {
+        BeamPoint {
+            time: 0.0,
+            x: 0.0,
+            y: 0.0,
+            power,
+            spot,
+        }
+    }
+
     /// Whether the beam is on.
     pub fn is_on(&self) -> bool {
         self.power > 0.0
@@ -103,7 +114,7 @@ impl BeamPath {
     ///
     /// ```
     /// use meltpath_thermal::beam::{BeamPath, BeamPoint};
-    /// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 300.0, spot: 0.4 };
+    /// let start = BeamPoint::start(300.0, 0.4);
     /// let path = BeamPath::along(&[[0.0, 0.0], [3.0, 0.0]], 400.0, start).unwrap();
     /// assert!((path.end() - 0.0075).abs() < 1e-12);
     /// assert!((path.at(0.005).x - 2.0).abs() < 1e-12);

@@ -31,20 +31,6 @@ pub struct FrontLine {
     pub parents: Vec<u32>,
 }
 
-impl FrontLine {
-    /// Whether it ends where it starts.
-    pub fn is_closed(&self) -> bool {
-        let ends = self.points.first().zip(self.points.last());
-        self.points.len() > 2 && ends.is_some_and(|(a, b)| a.position == b.position)
-    }
-
-    /// Length, mm.
-    pub fn length(&self) -> f64 {
-        let steps = self.points.windows(2);
-        steps.map(|w| w[0].position.distance(w[1].position)).sum()
-    }
-}
-
 /// All lines at one distance from the front before.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Front {

@@ -42,8 +42,6 @@ pub struct Run {
     pub ledger: Ledger,
     /// What the solver lost of the heat.
     pub residual: f64,
-    /// Updates of cells.
-    pub updates: u64,
 }
 
 /// Metal that is molten outside the contour.
@@ -421,7 +419,6 @@ impl Court<'_> {
             tally,
             classes,
             residual: drawn.residual,
-            updates: drawn.updates,
         }
     }
 

@@ -107,11 +107,6 @@ impl Contour {
         Self::new(corners)
     }
 
-    /// The corners of the outer contour.
-    pub fn corners(&self) -> &[[f64; 2]] {
-        &self.corners
-    }
-
     /// The region inside: outer ring counter-clockwise, holes clockwise.
     pub fn region(&self) -> Region {
         let ring = |corners: &[[f64; 2]], sign: f64| {

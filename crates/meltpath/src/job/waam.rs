@@ -102,6 +102,8 @@ table! {
         count: u32 => none("as many as the part needs");
         /// Pause after each layer.
         pause: Time where within(0.0, DAY) => default("0 s", "no pause");
+        /// When the next layer begins.
+        until: LayerRelease => default("pause", "after the pause");
     }
 
     /// How layers are filled.
@@ -221,6 +223,15 @@ choice! {
         Auto = "auto",
         /// Always the same feed.
         Off = "off",
+    }
+
+    /// When the next layer begins.
+    pub enum LayerRelease {
+        /// After the pause.
+        Pause = "pause",
+        /// After the pause, once the cell's input tells that the layer has cooled (`program.cooled` of the cell file). How long that takes is
+        /// not simulated.
+        Cooled = "cooled",
     }
 
     /// Filling strategies.

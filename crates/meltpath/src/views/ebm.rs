@@ -222,6 +222,7 @@ pub fn report(
             lines: vec![beam_lines(drawn)],
             surfaces: Vec::new(),
             heights: Some(heights),
+            machine: None,
         })
     });
     let mut sections: Vec<Section> = outcome.preview.iter().map(|p| highest(p, plan)).collect();

@@ -466,6 +466,7 @@ fn scene(results: &[RecipeResult<'_>]) -> Scene {
         lines,
         surfaces: Vec::new(),
         heights: None,
+        machine: None,
     }
 }
 

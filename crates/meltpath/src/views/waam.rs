@@ -1,5 +1,6 @@
 //! From results to what people look at: the 3D scene, plots, tables, series and field files.
 
+pub(crate) mod cell;
 pub mod sheet;
 pub(crate) mod surface;
 
@@ -134,6 +135,7 @@ pub fn scene(
         lines: vec![beads, travels],
         surfaces,
         heights: Some(heights),
+        machine: None,
     }
 }
 

@@ -127,6 +127,7 @@ pub fn simulate_program(
         sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;

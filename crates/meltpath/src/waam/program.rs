@@ -18,6 +18,8 @@ use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::settings::Settings;
+use super::wanted::{Asked, Torch};
+use crate::job::waam::LayerRelease;
 
 /// Why there is no program, or why it cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +46,11 @@ pub enum ProgramStageError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A writer is at fault.
+    #[error(
+        "the programs do not read back as they were written, or do not lay what the plan does: this is a fault of the program writer; please report it with the job"
+    )]
+    Unfaithful,
     /// A folder without a single main program.
     #[error(
         "the folder {} has no single main program, one that no other calls: {}; name the file to begin with",
@@ -94,14 +101,14 @@ pub struct Programs {
 pub fn make(
     name: &str,
     toolpath: &Toolpath,
-    dialect: Dialect,
+    (dialect, wanted): Asked,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Built, ProgramStageError> {
-    let pause = if settings.pause > 0.0 {
-        Pause::Wait(settings.pause)
-    } else {
-        Pause::None
+    let pause = match (wanted.torch, settings.until) {
+        (Torch::Burns, LayerRelease::Cooled) => Pause::Cooled(settings.pause),
+        (Torch::Burns, LayerRelease::Pause) if settings.pause > 0.0 => Pause::Wait(settings.pause),
+        (Torch::Dry, _) | (Torch::Burns, LayerRelease::Pause) => Pause::None,
     };
     let build_settings = BuildSettings {
         name: name.to_owned(),
@@ -109,6 +116,8 @@ pub fn make(
         dialect,
         smoothing: Ratio(settings.smoothing),
         pause,
+        from: wanted.from,
+        variant: wanted.variant(),
     };
     let cell = &settings.cell.program;
     Ok(build(toolpath, cell, &build_settings, reporter)?)
@@ -148,6 +157,15 @@ pub fn write(built: Built, cell: &CellProgramming) -> Result<Programs, ProgramSt
         programs.parsed.push(parsed.program.clone());
     }
     Ok(programs)
+}
+
+/// Whether a program strikes an arc.
+pub(super) fn burns(program: &Program) -> bool {
+    program.instructions.iter().any(|i| match i {
+        Instruction::Arc(_) => true,
+        Instruction::Motion(motion) => motion.arc.is_some(),
+        _ => false,
+    })
 }
 
 /// How many lines of a program are kept verbatim.

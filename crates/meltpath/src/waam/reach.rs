@@ -6,7 +6,7 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
-use meltpath_programs::{Dialect, Program, Schedule};
+use meltpath_programs::{Dialect, Program, Schedule, dry_run};
 use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Closest, Metal, Surroundings, sweep};
 use meltpath_robot::kinematics::Unreachable;
@@ -15,8 +15,11 @@ use meltpath_robot::posture::{
 };
 use meltpath_toolpath::Toolpath;
 
+use super::film::{self, Moment, Step};
 use super::program::{self, Commands, ProgramStageError, Programs, commands};
+use super::record;
 use super::settings::Settings;
+use super::wanted::{Asked, Torch};
 
 /// What the robot does along a program.
 #[derive(Debug)]
@@ -28,6 +31,8 @@ pub(crate) struct Along {
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
     differing: Option<(usize, Place)>,
+    /// The way of the axes.
+    steps: Vec<Step>,
 }
 
 /// The programs of a toolpath, their positions as the job's robot holds them, written and read back.
@@ -37,12 +42,15 @@ pub(crate) struct Along {
 pub(super) fn write(
     name: &str,
     toolpath: &Toolpath,
-    dialect: Dialect,
+    asked: Asked,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Programs, ProgramStageError> {
-    let mut built = program::make(name, toolpath, dialect, settings, reporter)?;
+    let mut built = program::make(name, toolpath, asked, settings, reporter)?;
     choose(&mut built.programs, &built.schedules, settings)?;
+    if asked.1.torch == Torch::Dry {
+        dry_run(&mut built.programs);
+    }
     program::write(built, &settings.cell.program)
 }
 
@@ -93,6 +101,7 @@ pub(super) fn along(
             closest,
             configurations: Vec::new(),
             differing: None,
+            steps: film::steps(&task, &held)?,
         };
         for reached in ends(&task, &held)? {
             let found = stance(cell, dialect, reached.joints);
@@ -112,6 +121,18 @@ pub(super) fn along(
         }
         Ok(along)
     }))
+}
+
+/// The cell at every moment of the simulated motion; nothing where the robot does not hold the torch along the whole program.
+pub(super) fn moments(
+    along: Option<&Result<Along, NotHeld>>,
+    samples: &[record::Sample],
+    moves: &Commands,
+) -> Vec<Moment> {
+    match along {
+        Some(Ok(along)) => film::moments(&along.steps, samples, &moves.layer_of_command),
+        _ => Vec::new(),
+    }
 }
 
 /// How near bodies come. While a layer is laid its metal counts as laid already.

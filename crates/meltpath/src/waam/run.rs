@@ -13,6 +13,7 @@ use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
+use super::film::Moment;
 use super::foretell::{self, foretell};
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
@@ -20,7 +21,7 @@ use super::mend::mend;
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
 use super::planned::{Planned, planned};
-use super::program::{self, Commands};
+use super::program::Commands;
 use super::reach;
 use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
@@ -153,6 +154,7 @@ pub fn run(
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -177,6 +179,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -194,7 +198,7 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
-    let report = Report {
+    let mut report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
         verdict: verdict.clone(),
@@ -208,6 +212,7 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
+    views::waam::cell::show(&mut report, settings.robot.as_ref(), &shown.moments);
     outcome::tell(folder, &report)?;
     Ok(())
 }
@@ -259,38 +264,6 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
     };
     let file = File::open(path).map_err(|e| failed(e.into()))?;
     storage::read(&mut BufReader::new(file)).map_err(failed)
-}
-
-/// Writes the program of a plan into a new folder. Returns the names of its files.
-///
-/// # Errors
-/// [`WaamError`].
-pub fn program_to_folder(
-    job: &Path,
-    toolpath: &Path,
-    out: &Path,
-) -> Result<Vec<String>, WaamError> {
-    let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
-    let toolpath = read_toolpath(toolpath)?;
-    let own = loaded.settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
-    let commands = program::commands(
-        &programs.parsed,
-        &programs.schedules,
-        &loaded.settings,
-        &reporter,
-    )?;
-    let (mut written, _) = written(&loaded, &toolpath, &programs, &commands)?;
-    if written.is_empty() {
-        written = programs.files;
-    }
-    let folder = OutputFolder::create(out)?;
-    for file in &written {
-        folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
-    }
-    folder.commit()?;
-    Ok(written.into_iter().map(|f| f.name).collect())
 }
 
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.

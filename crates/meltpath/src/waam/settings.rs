@@ -27,8 +27,8 @@ use super::process::{self, Process};
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
-    Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, LayerRelease,
+    Spacing, Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -73,6 +73,8 @@ pub struct Settings {
     pub count: Option<u32>,
     /// Pause after each layer, s.
     pub pause: f64,
+    /// When the next layer begins.
+    pub until: LayerRelease,
     /// The cell.
     pub cell: Cell,
     /// How the cell's controller interpolates; one that holds its speed where the cell does not say.
@@ -200,6 +202,7 @@ pub fn resolve(
         heights: job.layers.height.value.clone(),
         count: *job.layers.count,
         pause: job.layers.pause.0,
+        until: *job.layers.until,
         controller,
         cell,
         cell_name: machine.cell.value.clone(),

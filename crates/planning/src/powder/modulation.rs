@@ -32,7 +32,8 @@ pub struct Modulation {
 
 impl Modulation {
     /// Nominal 49 J/mm³ (the thesis' optimum); ramps of 0.8 and 0.6 over 1 mm, starting values to be tuned.
-    pub const STARTING: Modulation = Modulation {
+    #[cfg(test)]
+    pub(crate) const STARTING: Modulation = Modulation {
         nominal: 49.0,
         across: Ramp {
             least: 0.8,

@@ -3,6 +3,7 @@
 
 mod built;
 mod cli_layers;
+mod daily;
 mod dialects;
 mod foreign;
 mod logic;

@@ -1,5 +1,5 @@
 // Starts the view, or says why there is none.
-function fail(text) { $("view-message").hidden = false; $("view-message").textContent = text; $("controls").hidden = true; }
+function fail(text) { $("view-message").hidden = false; $("view-message").textContent = text; $("controls").hidden = true; for (const b of document.querySelectorAll("button.fly")) b.disabled = true; }
 
 async function start() {
   gl = canvas.getContext("webgl2", { antialias: true, alpha: false, preserveDrawingBuffer: true });
@@ -9,6 +9,8 @@ async function start() {
   upload();
   controls();
   pointers();
+  places();
+  filmControls();
   look("oblique");
   $("view-message").hidden = true;
   new ResizeObserver(redraw).observe(canvas);

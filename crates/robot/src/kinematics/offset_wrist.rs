@@ -75,25 +75,6 @@ impl OffsetWrist {
         }
     }
 
-    /// Rotation and position (mm) of the flange for the joints' angles (rad): the chain in closed form.
-    pub fn forward(&self, q: [f64; 6]) -> (DMat3, DVec3) {
-        let ((s1, k1), (s5, k5), (s6, k6)) = (q[0].sin_cos(), q[4].sin_cos(), q[5].sin_cos());
-        let (s2, k2) = q[1].sin_cos();
-        let (s23, k23) = (q[1] + q[2]).sin_cos();
-        let (s234, k234) = (q[1] + q[2] + q[3]).sin_cos();
-        let (radial, aside) = (DVec3::new(k1, s1, 0.0), DVec3::new(s1, -k1, 0.0));
-        let along = k234 * radial + s234 * DVec3::Z;
-        let fifth = s234 * radial - k234 * DVec3::Z;
-        let sixth = -s5 * along + k5 * aside;
-        let across = k5 * along + s5 * aside;
-        let rotation = DMat3::from_cols(k6 * across - s6 * fifth, -s6 * across - k6 * fifth, sixth);
-        let out = -self.a2 * k2 - self.a3 * k23;
-        let up = self.d1 - self.a2 * s2 - self.a3 * s23;
-        let position =
-            out * radial + up * DVec3::Z + self.d4 * aside + self.d5 * fifth + self.d6 * sixth;
-        (rotation, position)
-    }
-
     /// The eight ways to hold the flange so: two of the shoulder, two of the wrist, two of the elbow. Where two of them are one,
     /// or a joint is free, they are named singular.
     ///

@@ -104,18 +104,6 @@ impl OrthoParallel {
         }
     }
 
-    /// Rotation and position (mm) of the flange for the joints' angles (rad): the chain in closed form.
-    pub fn forward(&self, joints: [f64; 6]) -> (DMat3, DVec3) {
-        let q = self.upright(joints);
-        let ((s1, k1), k2) = (q[0].sin_cos(), q[1].cos());
-        let (s23, k23) = (q[1] + q[2]).sin_cos();
-        let x = self.forward_of_axis(q[1], q[2]);
-        let z = self.c1 + self.c2 * k2 - self.a2 * s23 + self.c3 * k23;
-        let centre = DVec3::new(k1 * x - s1 * self.b, s1 * x + k1 * self.b, z);
-        let rotation = forearm(s1, k1, s23, k23) * wrist(q[3], q[4], q[5]);
-        (rotation, centre + self.c4 * rotation.z_axis)
-    }
-
     /// The eight ways to hold the flange so: front and back, elbow one way and the other, wrist one way and the other. Where two
     /// of them are one, or a joint is free, they are named singular.
     ///
@@ -215,15 +203,5 @@ fn forearm(s1: f64, k1: f64, s23: f64, k23: f64) -> DMat3 {
         DVec3::new(k1 * k23, s1 * k23, -s23),
         DVec3::new(-s1, k1, 0.0),
         DVec3::new(k1 * s23, s1 * s23, k23),
-    )
-}
-
-/// The rotation of the wrist: about z, y, z.
-fn wrist(q4: f64, q5: f64, q6: f64) -> DMat3 {
-    let ((s4, k4), (s5, k5), (s6, k6)) = (q4.sin_cos(), q5.sin_cos(), q6.sin_cos());
-    DMat3::from_cols(
-        DVec3::new(k4 * k5 * k6 - s4 * s6, s4 * k5 * k6 + k4 * s6, -s5 * k6),
-        DVec3::new(-k4 * k5 * s6 - s4 * k6, -s4 * k5 * s6 + k4 * k6, s5 * s6),
-        DVec3::new(k4 * s5, s4 * s5, k5),
     )
 }

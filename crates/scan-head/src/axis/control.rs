@@ -76,6 +76,22 @@ pub struct CascadeGains {
     pub unit: AngleUnit,
 }
 
+impl CascadeGains {
+    /// K_ii, T_ii, K_iω, T_iω, K_θ, T_dθ, K1, K2.
+    pub fn values(&self) -> [f64; 8] {
+        [
+            self.current.gain,
+            self.current.integral_time,
+            self.speed_gain,
+            self.speed_integral_time,
+            self.position_gain,
+            self.position_derivative_time,
+            self.feed_forward.speed,
+            self.feed_forward.current,
+        ]
+    }
+}
+
 /// What the controller does with the error angle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Controller {

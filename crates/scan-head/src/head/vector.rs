@@ -162,13 +162,6 @@ impl ScanJob {
             .sum()
     }
 
-    /// Duration without the rounding of vectors to whole samples, s.
-    pub fn duration(&self) -> f64 {
-        (0..self.vectors.len())
-            .map(|i| self.length_of(i) / self.vectors[i].speed + self.vectors[i].wait)
-            .sum()
-    }
-
     /// The first mark's start, mm.
     pub fn first_mark(&self) -> DVec3 {
         let first = self.vectors.iter().position(|v| v.kind.is_mark());

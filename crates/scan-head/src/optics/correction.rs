@@ -133,16 +133,6 @@ impl CorrectionTable {
         }
     }
 
-    /// Half the side of the field, mm.
-    pub fn half(&self) -> f64 {
-        self.half
-    }
-
-    /// Points a side.
-    pub fn points(&self) -> usize {
-        self.points
-    }
-
     /// Whether the table covers a point, mm.
     pub fn covers(&self, point: DVec2) -> bool {
         point.abs().max_element() <= self.half

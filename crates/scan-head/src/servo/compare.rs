@@ -1,4 +1,4 @@
-//! What brings what: controller and pre-filter compared two by two, and how much of it survives a spread of motors, delays
+//! What brings what: how far an angle is from its set-point, and how much of a control survives a spread of motors, delays
 //! and noise.
 //!
 //! Source: Rasoanarivo 2020, § 3.4 and fig. 3.8. The thesis compares the conventional control with pre-filter to H-infinity
@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::chain::{Axis, AxisRecord};
 use crate::axis::error::{AxisError, not_negative, positive};
-use crate::axis::prefilter::PreFilter;
 
 /// Alternating steps of falling amplitude, each reached at a limited speed and held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -118,55 +117,6 @@ impl TrackingError {
         let below = self.sorted.partition_point(|&e| e < error);
         below as f64 / self.sorted.len().max(1) as f64
     }
-}
-
-/// One of the four combinations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
-    /// Which controller, counted from 0 in the order given.
-    pub controller: usize,
-    /// Whether the pre-filter was there.
-    pub prefiltered: bool,
-    /// Error against the set-point before the pre-filter.
-    pub error: TrackingError,
-    /// Largest current, A.
-    pub peak_current: f64,
-}
-
-/// Runs two axes with and without a pre-filter on one record of set-points (rad): conventional first, both controllers
-/// without filter, then both with.
-///
-/// # Errors
-/// [`AxisError`].
-pub fn two_by_two(
-    axes: [&Axis; 2],
-    prefilter: &PreFilter,
-    set_points: &[f64],
-    period: f64,
-    seed: u64,
-) -> Result<Vec<Cell>, AxisError> {
-    let cells = [
-        (0, None),
-        (1, None),
-        (0, Some(*prefilter)),
-        (1, Some(*prefilter)),
-    ];
-    cells
-        .into_par_iter()
-        .map(|(controller, filter)| {
-            let axis = Axis {
-                prefilter: filter,
-                ..axes[controller].clone()
-            };
-            let record = run(&axis, set_points, period, seed)?;
-            Ok(Cell {
-                controller,
-                prefiltered: filter.is_some(),
-                error: TrackingError::of(set_points, &record.angle),
-                peak_current: record.current.iter().fold(0.0, |m, i| f64::max(m, i.abs())),
-            })
-        })
-        .collect()
 }
 
 /// A short record from rest at its first set-point.

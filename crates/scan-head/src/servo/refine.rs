@@ -287,20 +287,6 @@ impl Bounds<'_> {
     }
 }
 
-/// K_ii, T_ii, K_iω, T_iω, K_θ, T_dθ, K1, K2.
-fn unknowns(g: &CascadeGains) -> [f64; 8] {
-    [
-        g.current.gain,
-        g.current.integral_time,
-        g.speed_gain,
-        g.speed_integral_time,
-        g.position_gain,
-        g.position_derivative_time,
-        g.feed_forward.speed,
-        g.feed_forward.current,
-    ]
-}
-
 fn gains(x: &[f64], start: &CascadeGains) -> CascadeGains {
     CascadeGains {
         current: CurrentGains {
@@ -406,7 +392,7 @@ pub fn refine(
             sum / trials.len() as f64
         }
     };
-    let first = unknowns(start);
+    let first = start.values();
     let ranges = bounds.ranges(&first, signal.period);
     let search = minimise(cost, &ranges, Some(&first), swarm, observer)?;
     let gained = search.cost < 1.0 - WORTH;

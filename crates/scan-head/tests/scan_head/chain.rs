@@ -66,6 +66,7 @@ impl Chain {
         let viscous = self.rotor_viscous + self.loads.iter().map(|l| l.viscous).sum::<f64>();
         let slope = transfer.denominator.derivative();
         let mut modes: Vec<Mode> = transfer
+            .to_state_space()?
             .poles()?
             .into_iter()
             .filter(|p| p.im > 0.0)

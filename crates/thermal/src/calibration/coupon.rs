@@ -108,13 +108,7 @@ impl Coupon {
 
     /// What is drawn in each layer, and half the extent of the voxels needed round it, mm.
     fn paths(&self, guess: BeamGuess) -> Result<(Vec<BeamPath>, f64), BeamError> {
-        let start = |b: &BeamSetting| BeamPoint {
-            time: 0.0,
-            x: 0.0,
-            y: 0.0,
-            power: b.power,
-            spot: guess.width * b.spot,
-        };
+        let start = |b: &BeamSetting| BeamPoint::start(b.power, guess.width * b.spot);
         match self {
             Coupon::Strut {
                 circles,

@@ -143,7 +143,7 @@ pub struct Following {
 /// # let text = meltpath_data::materials::IN625_LASER.text;
 /// # let alloy = meltpath_thermal::material::file::read(text, Default::default()).unwrap();
 /// let medium = Medium::effective(&alloy, 293.15, Body::HalfSpace).unwrap();
-/// let start = BeamPoint { time: 0.0, x: 0.0, y: 0.0, power: 195.0, spot: 0.1 };
+/// let start = BeamPoint::start(195.0, 0.1);
 /// let path = BeamPath::along(&[[0.0, 0.0], [1.0, 0.0]], 800.0, start).unwrap();
 /// let beam = Beam { efficiency: 0.33, depth: Depth::Surface };
 /// let mut engine = MovingSource::new(medium, path, beam, Memory::Folded).unwrap();

@@ -38,13 +38,7 @@ fn beam() -> Beam {
 }
 
 fn line(length: f64, speed: f64, [power, spot]: [f64; 2]) -> BeamPath {
-    let start = BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power,
-        spot,
-    };
+    let start = BeamPoint::start(power, spot);
     BeamPath::along(&[[0.0, 0.0], [length, 0.0]], speed, start).unwrap()
 }
 

@@ -25,13 +25,7 @@ fn beam() -> Beam {
 }
 
 fn path(corners: &[[f64; 2]], speed: f64, spot: f64) -> BeamPath {
-    let start = BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power: 300.0,
-        spot,
-    };
+    let start = BeamPoint::start(300.0, spot);
     BeamPath::along(corners, speed, start).unwrap()
 }
 
@@ -112,13 +106,7 @@ fn a_narrow_beam_is_that_of_rosenthal() {
 fn a_thin_plate_warms_evenly_by_all_the_heat() {
     // a spot at rest on a plate, long after: the rise integrates to the heat brought
     let medium = medium(Body::Plate { thickness: 0.5 });
-    let start = BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power: 300.0,
-        spot: 0.4,
-    };
+    let start = BeamPoint::start(300.0, 0.4);
     let rest = BeamPath::new(vec![
         start,
         BeamPoint {

@@ -80,13 +80,7 @@ pub(crate) fn with_warm_ground(set: &mut ChartSet) {
 
 /// A beam of `power` W on `spot` mm at the origin and time 0.
 pub(crate) fn settings(power: f64, spot: f64) -> BeamPoint {
-    BeamPoint {
-        time: 0.0,
-        x: 0.0,
-        y: 0.0,
-        power,
-        spot,
-    }
+    BeamPoint::start(power, spot)
 }
 
 /// Speed of the thesis at lines 0.125 mm apart, mm/s.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use meltpath_base::{Observer, Ratio};
+use meltpath_base::Observer;
 use meltpath_melt_strategy::bed::{Bed, Domain, Resolution};
 use meltpath_melt_strategy::controller::{Accelerator, Controller, Pid, control};
 use meltpath_melt_strategy::error::StrategyError;
@@ -404,10 +404,5 @@ impl OnReference {
             1e6 * self.step,
             1e-6 * self.updates
         )
-    }
-
-    /// Shares in the window, as given and better.
-    pub fn shares(&self) -> [Ratio; 2] {
-        [&self.given, &self.better].map(|(_, tally)| Ratio(tally.share(Class::Good)))
     }
 }
