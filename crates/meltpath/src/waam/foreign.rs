@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_programs::Dialect;
 use meltpath_robot::command::{Command, Source};
 
 use super::checks::{borrowed_check, build_facts, programmed, range_check};
@@ -86,7 +85,7 @@ pub fn simulate_program(
     checks.extend(layer_checks(layers, &growth, limits, remedies));
     checks.extend(tube::checks(layers, ctwd, &growth, settings));
     checks.extend(borrowed_check(settings));
-    let dialect = parsed.first().map_or(Dialect::FanucLs, |p| p.dialect);
+    let dialect = program::spoken(&parsed);
     let mut doubts = doubts(job, &commands, settings);
     doubts.extend(doubt::of_corners(dialect, settings));
     doubt::undecided(&mut checks, &doubts);

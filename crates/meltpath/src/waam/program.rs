@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Ratio, Reporter};
+use meltpath_base::{Place, Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::Instruction;
@@ -159,6 +159,11 @@ pub fn write(built: Built, cell: &CellProgramming) -> Result<Programs, ProgramSt
     Ok(programs)
 }
 
+/// The dialect of programs, the first of which is the main one.
+pub(super) fn spoken(programs: &[Program]) -> Dialect {
+    programs.first().map_or(Dialect::FanucLs, |p| p.dialect)
+}
+
 /// Whether a program strikes an arc.
 pub(super) fn burns(program: &Program) -> bool {
     program.instructions.iter().any(|i| match i {
@@ -309,10 +314,10 @@ pub fn read(
 fn tell(parsed: &Parsed, path: &Path, reporter: &Reporter) {
     let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
     for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
-        let place = meltpath_base::Place {
+        let place = Place {
             file: Some(path.display().to_string()),
             line: Some(unread.line),
-            ..meltpath_base::Place::default()
+            ..Place::default()
         };
         reporter.warn_at(
             "program-line-kept",
@@ -404,6 +409,17 @@ pub struct Commands {
 }
 
 impl Commands {
+    /// A place along a command.
+    pub(super) fn place(&self, command: u32, position: DVec3) -> Place {
+        let i = command as usize;
+        Place {
+            position: Some(position.to_array()),
+            layer: self.layer_of_command.get(i).copied(),
+            bead: self.bead_of_command.get(i).copied().flatten(),
+            ..Place::default()
+        }
+    }
+
     /// Counts heights from `height` mm of the user frame on.
     pub fn lower(&mut self, height: f64) {
         self.start.position.z -= height;

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
 use meltpath_programs::{Dialect, Program, Schedule, dry_run};
 use meltpath_robot::cell::{Cell, Stance};
@@ -74,7 +73,7 @@ fn choose(
         return Ok(());
     };
     let positions = Positions::of(programs);
-    let dialect = dialect_of(programs);
+    let dialect = program::spoken(programs);
     for reached in ends(&task, &held).unwrap_or_default() {
         let stance = stance(cell, dialect, reached.joints);
         if let Some(coordinates) = positions.at(programs, &moves, &reached) {
@@ -92,7 +91,7 @@ pub(super) fn along(
     metal: &[(u32, Metal)],
 ) -> Option<Result<Along, NotHeld>> {
     let cell = settings.robot.as_ref().filter(|_| !moves.turns)?;
-    let dialect = dialect_of(programs);
+    let dialect = program::spoken(programs);
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
@@ -225,10 +224,6 @@ fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
         all.push(reached);
     }
     Ok(all)
-}
-
-fn dialect_of(programs: &[Program]) -> Dialect {
-    programs.first().map_or(Dialect::FanucLs, |p| p.dialect)
 }
 
 /// How the arm stands, where the dialect has its maker's words.
@@ -601,17 +596,4 @@ pub(super) fn facts(along: Option<&Result<Along, NotHeld>>, moves: &Commands) ->
     })
     .chain(clearances(along, moves))
     .collect()
-}
-
-impl Commands {
-    /// A place along a command.
-    fn place(&self, command: u32, position: DVec3) -> Place {
-        let i = command as usize;
-        Place {
-            position: Some(position.to_array()),
-            layer: self.layer_of_command.get(i).copied(),
-            bead: self.bead_of_command.get(i).copied().flatten(),
-            ..Place::default()
-        }
-    }
 }
