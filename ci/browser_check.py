@@ -131,7 +131,33 @@ def check_view(page, failures):
     failures.expect(difference(before, picture(canvas)) > 0.002, "the cut does not change the picture")
     page.locator("#section-axis").select_option("")
     settle(page)
+    check_film(page, failures)
     check_places(page, failures)
+
+
+def check_film(page, failures):
+    """The film of the machine: the slider moves it, and the metal with it; the cell can be looked at as a whole."""
+    if not page.locator("#film-controls").is_visible():
+        return
+    canvas, slider = page.locator("#canvas"), page.locator("#film")
+    whole = picture(canvas)
+    slider.fill("500")
+    settle(page)
+    failures.expect(page.locator("#machine-shown").is_checked(), "the film shows no machine")
+    middle = picture(canvas)
+    failures.expect(difference(whole, middle) > 0.002, "the film does not change the picture")
+    slider.fill("300")
+    settle(page)
+    failures.expect(difference(middle, picture(canvas)) > 0.0005, "the film stands still")
+    before = picture(canvas)
+    page.locator("[data-view=cell]").click()
+    settle(page)
+    failures.expect(difference(before, picture(canvas)) > 0.01, "“Cell” does not look at the cell")
+    slider.fill("1000")
+    page.locator("#machine-shown").uncheck()
+    page.locator("[data-view=oblique]").click()
+    settle(page)
+    failures.expect(difference(whole, picture(canvas)) < 0.002, "the picture does not come back after the film")
 
 
 def check_places(page, failures):

@@ -76,6 +76,13 @@ impl Reporter {
         });
     }
 
+    /// Takes what another has collected, in its order.
+    pub fn absorb(&self, other: Reporter) {
+        let warnings = other.warnings.into_inner();
+        self.lock()
+            .extend(warnings.unwrap_or_else(PoisonError::into_inner));
+    }
+
     /// Everything collected so far, sorted by code, then by message, so that the order does not depend on threads.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut all = self.lock().clone();

@@ -57,7 +57,7 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
-    /// Write the robot's program for a plan.
+    /// Write the robot's program for a plan: all of it, from a bead on, or a copy without the arc for a dry run.
     Program {
         /// The job file that the plan was made with.
         job: PathBuf,
@@ -67,6 +67,15 @@ pub(crate) enum Command {
         /// Folder to write, new; default `<job>-program` beside the job.
         #[arg(long)]
         out: Option<PathBuf>,
+        /// Begin with this layer: what lies under it is taken to stand.
+        #[arg(long, value_name = "LAYER")]
+        from_layer: Option<u32>,
+        /// Begin with this bead of that layer, counted from 1.
+        #[arg(long, value_name = "BEAD", requires = "from_layer")]
+        from_bead: Option<u32>,
+        /// Write a copy that moves without the arc, and without pauses.
+        #[arg(long)]
+        dry_run: bool,
     },
     /// Simulate a robot program: motion, metal and verdict. Programs that other software wrote are welcome.
     Simulate {

@@ -7,6 +7,7 @@ use meltpath::list::Listing;
 use meltpath::reference::{Subject, schema};
 use meltpath::start::{self, StartError};
 use meltpath::waam;
+use meltpath::waam::wanted::{Restart, Torch, Wanted};
 use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
 use meltpath_base::{Length, Reporter};
 use serde_json::json;
@@ -43,7 +44,24 @@ pub(crate) fn execute(arguments: &Arguments) -> u8 {
     let outcome = match &arguments.command {
         Command::Run { job, out } => run(job, out.as_deref()),
         Command::Plan { job, out } => plan(job, out.as_deref()),
-        Command::Program { job, toolpath, out } => program(job, toolpath, out.as_deref()),
+        Command::Program {
+            job,
+            toolpath,
+            out,
+            from_layer,
+            from_bead,
+            dry_run,
+        } => {
+            let restart = |layer: &u32| Restart {
+                layer: *layer,
+                bead: from_bead.unwrap_or(1),
+            };
+            let wanted = Wanted {
+                from: from_layer.as_ref().map(restart),
+                torch: if *dry_run { Torch::Dry } else { Torch::Burns },
+            };
+            program(job, toolpath, out.as_deref(), wanted)
+        }
         Command::Simulate { program, job, out } => {
             simulate(program, job.as_deref(), out.as_deref())
         }
@@ -148,11 +166,17 @@ fn plan(job: &Path, out: Option<&Path>) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn program(job: &Path, toolpath: &Path, out: Option<&Path>) -> Result<u8, Failure> {
-    let path = out.map_or_else(|| beside(job, "-program"), Path::to_path_buf);
-    for file in waam::program_to_folder(job, toolpath, &path)? {
+fn program(job: &Path, toolpath: &Path, out: Option<&Path>, wanted: Wanted) -> Result<u8, Failure> {
+    let suffix = match wanted.variant() {
+        whole if whole.is_empty() => "-program".to_owned(),
+        variant => format!("-program-{}", variant.to_ascii_lowercase()),
+    };
+    let path = out.map_or_else(|| beside(job, &suffix), Path::to_path_buf);
+    let reporter = Reporter::new();
+    for file in waam::program_to_folder(job, toolpath, &path, wanted, &reporter)? {
         line(&path.join(file).display().to_string());
     }
+    show_notes(&reporter);
     Ok(0)
 }
 

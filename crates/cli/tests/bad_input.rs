@@ -53,7 +53,7 @@ fn jobs_with_mistakes_are_refused_with_the_place() {
     let good = job(dir.path());
     for (right, wrong, words) in [
         (
-            "strategy = \"hybrid\"",
+            "# strategy = \"hybrid\"",
             "strategie = \"hybrid\"",
             &["strategie", "job.toml"] as &[_],
         ),

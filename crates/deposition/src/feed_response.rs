@@ -76,12 +76,6 @@ impl MeasuredResponse {
         .held_by(stabiliser)
     }
 
-    /// How well the distances are known at which it was measured, mm: one standard deviation of the reference, else the scatter of
-    /// such a measurement.
-    pub fn distance_sigma(&self) -> f64 {
-        self.reference.uncertainty.unwrap_or(SCATTER)
-    }
-
     /// Distances out of order.
     pub(crate) fn check(&self) -> Option<Problem> {
         let message = "the greatest distance measured must be above the least";

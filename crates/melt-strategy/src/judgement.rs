@@ -2,7 +2,7 @@
 //! moves when cell, step, ground or power do.
 //!
 //! A share of voxels in a window of 60 K hangs on the tail of a distribution; one that moves by more than [`CONVERGED`] is told as
-//! not converged (docs/theory/sources.md). It is told on the cells as set. How much of it is owed to them, cells twice as large
+//! not converged, or not robust where the power moves it (docs/theory/sources.md). It is told on the cells as set. How much of it is owed to them, cells twice as large
 //! show; all that moves it besides is looked for on those, where all runs together cost less than the one as set.
 
 use meltpath_base::Observer;
@@ -296,9 +296,34 @@ impl Share {
             .fold(0.0, f64::max)
     }
 
-    /// Whether no change moves it by more than [`CONVERGED`].
+    /// Whether nothing numerical moves it by more than [`CONVERGED`].
     pub fn converged(&self) -> bool {
-        self.within(CONVERGED)
+        self.numerical().within(CONVERGED)
+    }
+
+    /// Whether no change of the power moves it by more than [`CONVERGED`].
+    pub fn robust(&self) -> bool {
+        self.of_power().within(CONVERGED)
+    }
+
+    /// What cell, step, planes and ground change: whether the model is solved.
+    #[must_use]
+    pub fn numerical(&self) -> Self {
+        self.moved_by(|variant| !variant.is_of_power())
+    }
+
+    /// What the power changes: whether a machine that drifts still does as the model says.
+    #[must_use]
+    pub fn of_power(&self) -> Self {
+        self.moved_by(Variant::is_of_power)
+    }
+
+    fn moved_by(&self, kept: impl Fn(Variant) -> bool) -> Self {
+        let changes = self.changes.iter().copied();
+        Share {
+            value: self.value,
+            changes: changes.filter(|(variant, _)| kept(*variant)).collect(),
+        }
     }
 
     /// Whether there are changes and none moves it by more than `most`.
@@ -325,10 +350,16 @@ mod tests {
             value: 0.5,
             changes: vec![(Variant::TwiceCell, 0.01), (Variant::LessPower, -change)],
         };
-        assert!(share(0.049).converged());
-        assert!(!share(0.051).converged());
+        assert!(share(0.049).robust() && share(0.049).converged());
+        // the power moves it, not what the model is solved with
+        assert!(!share(0.051).robust() && share(0.051).converged());
+        let coarse = Share {
+            changes: vec![(Variant::TwiceCell, 0.051), (Variant::LessPower, 0.01)],
+            ..share(0.0)
+        };
+        assert!(coarse.robust() && !coarse.converged());
         assert!((share(0.3).spread() - 0.3).abs() < 1e-12);
-        assert!(!share(f64::NAN).converged());
+        assert!(!share(f64::NAN).robust());
         // one run alone shows nothing
         let alone = Share {
             changes: Vec::new(),

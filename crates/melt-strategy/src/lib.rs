@@ -1,8 +1,9 @@
-//! What looks for better beam paths and judges them: levers on a path, orders of its lines, learning, prediction, control,
-//! judgement by the reference solver. Lengths mm, times s, temperatures K, powers W.
+//! What looks for better beam paths and judges them: levers on a path, orders of its lines, learning, correction, prediction,
+//! control, judgement by the reference solver. Lengths mm, times s, temperatures K, powers W.
 
 pub mod bed;
 pub mod controller;
+pub mod correction;
 pub mod error;
 pub mod judgement;
 pub mod learning;

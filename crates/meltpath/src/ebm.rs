@@ -3,6 +3,7 @@
 mod advice;
 pub(crate) mod along;
 pub(crate) mod charts;
+pub mod correct;
 pub mod cost;
 pub mod drawn;
 pub mod ends;

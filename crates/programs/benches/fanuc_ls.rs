@@ -44,6 +44,8 @@ fn benchmark(c: &mut Criterion) {
         dialect: Dialect::FanucLs,
         smoothing: Ratio(0.5),
         pause: Pause::None,
+        from: None,
+        variant: String::new(),
     };
     let reporter = Reporter::new();
     let make = || build(&toolpath, &cell, &settings, &reporter).expect("the bench builds");

@@ -4,8 +4,9 @@ use meltpath_geometry::math::DVec3;
 
 use crate::cell::CellProgramming;
 use crate::krl;
+use crate::positioner::Positioner;
 use crate::program::{
-    Attribute, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
+    Attribute, Axis, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef,
     Program,
 };
 
@@ -19,10 +20,22 @@ pub struct Assembly<'a> {
     dialect: Dialect,
     name: String,
     comment: String,
-    done: Vec<Program>,
-    current: Program,
+    done: Vec<Part>,
+    current: Part,
     /// Instructions that every program begins with.
     head: usize,
+    /// What moves with the arm.
+    positioner: Option<&'a Positioner>,
+}
+
+/// A program that a main program calls.
+#[derive(Debug, Default)]
+struct Part {
+    program: Program,
+    /// What the main program does before it.
+    before: Vec<Instruction>,
+    /// Its layer, where programs are cut at layers.
+    layer: Option<u32>,
 }
 
 /// A name that the controller takes: capital letters, digits and `_`, a letter first, no longer than `length`.
@@ -58,58 +71,114 @@ pub fn comment(text: &str) -> Instruction {
 }
 
 impl<'a> Assembly<'a> {
-    /// Begins programs called after `title`.
-    pub fn new(cell: &'a CellProgramming, dialect: Dialect, title: &str, comment: &str) -> Self {
+    /// Begins programs called after `title`, and `variant` where they are not the whole of it.
+    pub fn new(
+        cell: &'a CellProgramming,
+        dialect: Dialect,
+        (title, variant): (&str, &str),
+        comment: &str,
+    ) -> Self {
+        let name = name(title, *cell.name_length);
         let mut assembly = Assembly {
             cell,
             dialect,
-            name: name(title, *cell.name_length),
+            name: named(&name, variant, *cell.name_length),
             comment: comment.to_owned(),
             done: Vec::new(),
-            current: Program::default(),
+            current: Part::default(),
             head: 0,
+            positioner: None,
         };
         assembly.begin();
         assembly
     }
 
+    /// With a positioner that moves with the arm; to be called before anything is added.
+    #[must_use]
+    pub fn coordinated(mut self, positioner: Option<&'a Positioner>) -> Self {
+        self.positioner = positioner;
+        self.begin();
+        self
+    }
+
     fn begin(&mut self) {
-        self.current = empty(self.cell, self.dialect);
-        self.head = self.current.instructions.len();
+        self.current.program = empty(self.cell, self.dialect, self.positioner);
+        self.head = self.current.program.instructions.len();
+    }
+
+    /// Whether a main program calls others: a script calls no other file, and a project has one of data.
+    fn calls_others(&self) -> bool {
+        !matches!(self.dialect, Dialect::UrScript | Dialect::Val3)
     }
 
     /// Whether the current program takes `lines` more instructions and `points` more positions.
     pub fn takes(&self, lines: usize, points: usize) -> bool {
-        // a script calls no other file, and a project has one of data
-        matches!(self.dialect, Dialect::UrScript | Dialect::Val3)
-            || (self.current.instructions.len() + lines <= *self.cell.lines_per_program
-                && self.current.positions.len() + points <= *self.cell.points_per_program)
+        let program = &self.current.program;
+        !self.calls_others()
+            || (program.instructions.len() + lines <= *self.cell.lines_per_program
+                && program.positions.len() + points <= *self.cell.points_per_program)
     }
 
     /// Ends the current program and begins the next; nothing where the current one is empty.
     pub fn cut(&mut self) {
-        if self.current.instructions.len() > self.head {
+        if self.current.program.instructions.len() > self.head {
+            let layer = self.current.layer;
             let full = std::mem::take(&mut self.current);
             self.done.push(full);
             self.begin();
+            self.current.layer = layer;
+        }
+    }
+
+    /// Begins a program of its own for a layer, before which the main program does `before`.
+    pub fn layer(&mut self, layer: u32, before: Vec<Instruction>) {
+        if self.calls_others() {
+            self.cut();
+            self.current.layer = Some(layer);
+            self.current.before = before;
+        } else {
+            self.current.program.instructions.extend(before);
         }
     }
 
     /// Adds an instruction.
     pub fn push(&mut self, instruction: Instruction) {
-        self.current.instructions.push(instruction);
+        self.current.program.instructions.push(instruction);
     }
 
-    /// Adds a point of the part, mm, with W, P, R in degrees.
-    pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3]) -> PositionRef {
-        let index = self.current.positions.len() as u32 + 1;
-        self.current.positions.push(Position {
+    /// Adds a point of the part, mm, with W, P, R in degrees, and where the positioner's axes stand there, degrees.
+    pub fn point(&mut self, position: DVec3, wpr_degrees: [f64; 3], axes: &[f64]) -> PositionRef {
+        let axes = |name: fn(usize) -> String, unit: &str| -> Vec<Axis> {
+            let named = axes.iter().enumerate().map(|(i, value)| Axis {
+                name: name(i),
+                value: *value,
+                unit: unit.to_owned(),
+            });
+            named.collect()
+        };
+        let (frame, tool) = (Some(*self.cell.user_frame), Some(*self.cell.tool_frame));
+        let mut further = None;
+        let external = match self.dialect {
+            Dialect::Krl => axes(|i| format!("E{}", i + 1), ""),
+            Dialect::Rapid => axes(|i| format!("eax_{}", char::from(b'a' + i as u8)), ""),
+            _ => {
+                further = self.positioner.map(|p| Group {
+                    number: *p.group,
+                    frame,
+                    tool,
+                    coordinates: Coordinates::Joint(axes(|i| format!("J{}", i + 1), "deg")),
+                });
+                Vec::new()
+            }
+        };
+        let index = self.current.program.positions.len() as u32 + 1;
+        self.current.program.positions.push(Position {
             index,
             comment: None,
-            groups: vec![Group {
+            groups: std::iter::once(Group {
                 number: 1,
-                frame: Some(*self.cell.user_frame),
-                tool: Some(*self.cell.tool_frame),
+                frame,
+                tool,
                 coordinates: Coordinates::Cartesian {
                     config: match self.dialect {
                         Dialect::FanucLs => self.cell.config.value.clone(),
@@ -117,9 +186,11 @@ impl<'a> Assembly<'a> {
                     },
                     xyz: position.to_array(),
                     wpr_degrees,
-                    external: Vec::new(),
+                    external,
                 },
-            }],
+            })
+            .chain(further)
+            .collect(),
         });
         PositionRef::point(index)
     }
@@ -131,41 +202,81 @@ impl<'a> Assembly<'a> {
         if parts.is_empty() {
             parts.push(std::mem::take(&mut self.current));
         }
-        let (cell, comment) = (self.cell, &self.comment);
-        let attributes = |program: &Program| match self.dialect {
-            Dialect::FanucLs => attributes(cell, comment, program),
+        let (cell, comment, positioner) = (self.cell, &self.comment, self.positioner);
+        let attributes = |program: &Program| match (self.dialect, positioner) {
+            (Dialect::FanucLs, _) => attributes(
+                comment,
+                program,
+                cell.owner.as_str(),
+                &groups(cell, positioner),
+            ),
+            (Dialect::Krl, Some(positioner)) => vec![krl::coupled(*positioner.machine)],
             _ => Vec::new(),
         };
         if let [only] = &mut parts[..] {
+            let before = std::mem::take(&mut only.before);
+            let mut only = std::mem::take(&mut only.program);
+            only.instructions.splice(self.head..self.head, before);
             only.name = self.name;
-            only.attributes = attributes(only);
-            return parts;
+            only.attributes = attributes(&only);
+            return vec![only];
         }
-        let digits = parts.len().to_string().len().max(2);
-        let room = cell.name_length.saturating_sub(digits + 1);
-        let stem = self.name.get(..room).unwrap_or(&self.name);
-        let stem = stem.trim_end_matches('_');
-        for (i, part) in parts.iter_mut().enumerate() {
-            part.name = format!("{stem}_{:0digits$}", i + 1);
-            part.attributes = attributes(part);
-        }
+        let labels = labels(&parts);
         let mut main = Program {
             name: self.name.clone(),
-            ..empty(cell, self.dialect)
+            ..empty(cell, self.dialect, positioner)
         };
-        main.instructions
-            .extend(parts.iter().map(|p| Instruction::Call {
-                program: p.name.clone(),
+        let mut programs = Vec::with_capacity(parts.len() + 1);
+        for (part, label) in parts.into_iter().zip(labels) {
+            let mut program = part.program;
+            program.name = named(&self.name, &label, *cell.name_length);
+            program.attributes = attributes(&program);
+            main.instructions.extend(part.before);
+            main.instructions.push(Instruction::Call {
+                program: program.name.clone(),
                 arguments: String::new(),
-            }));
+            });
+            programs.push(program);
+        }
         main.attributes = attributes(&main);
-        parts.insert(0, main);
-        parts
+        programs.insert(0, main);
+        programs
     }
 }
 
+/// What tells parts apart in their names: their number, or their layer and their number in it.
+fn labels(parts: &[Part]) -> Vec<String> {
+    let digits = |greatest: usize, least: usize| greatest.to_string().len().max(least);
+    let width = digits(parts.len(), 2);
+    let highest = parts.iter().filter_map(|p| p.layer).max().unwrap_or(0);
+    let layer_width = digits(highest as usize, 3);
+    let mut last = (None, 0);
+    let label = |(i, part): (usize, &Part)| {
+        let Some(layer) = part.layer else {
+            return format!("{:0width$}", i + 1);
+        };
+        let of_layer = if last.0 == Some(layer) { last.1 + 1 } else { 1 };
+        last = (Some(layer), of_layer);
+        match of_layer {
+            1 => format!("L{layer:0layer_width$}"),
+            n => format!("L{layer:0layer_width$}_{n}"),
+        }
+    };
+    parts.iter().enumerate().map(label).collect()
+}
+
+/// `name` with what tells it from others behind it, no longer than `length`.
+fn named(name: &str, label: &str, length: usize) -> String {
+    if label.is_empty() {
+        return name.to_owned();
+    }
+    let room = length.saturating_sub(label.len() + 1);
+    let stem = name.get(..room).unwrap_or(name);
+    format!("{}_{label}", stem.trim_end_matches('_'))
+}
+
 /// What every program begins with.
-fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
+fn empty(cell: &CellProgramming, dialect: Dialect, positioner: Option<&Positioner>) -> Program {
     let frames = [
         Instruction::UserFrame(*cell.user_frame),
         Instruction::ToolFrame(*cell.tool_frame),
@@ -173,6 +284,11 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     let (application, opening) = match dialect {
         Dialect::FanucLs => (cell.application.value.clone(), Vec::new()),
         Dialect::Krl => (Vec::new(), krl::opening()),
+        Dialect::Rapid => {
+            let unit = positioner.and_then(|p| p.unit.as_ref());
+            let active = unit.map(|unit| Instruction::Raw(format!("ActUnit {unit}")));
+            (Vec::new(), active.into_iter().collect())
+        }
         _ => (Vec::new(), Vec::new()),
     };
     Program {
@@ -183,8 +299,19 @@ fn empty(cell: &CellProgramming, dialect: Dialect) -> Program {
     }
 }
 
+/// The motion groups of the header, the positioner's among them.
+fn groups(cell: &CellProgramming, positioner: Option<&Positioner>) -> String {
+    let own = positioner.map(|p| *p.group as usize);
+    let group = |(i, word): (usize, &str)| match own {
+        Some(group) if group == i + 1 => "1".to_owned(),
+        _ => word.to_owned(),
+    };
+    let all = cell.default_group.split(',').enumerate().map(group);
+    all.collect::<Vec<_>>().join(",")
+}
+
 /// The header; the controller fills sizes and dates in when it loads the program.
-fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<Attribute> {
+fn attributes(comment: &str, program: &Program, owner: &str, groups: &str) -> Vec<Attribute> {
     let lines = program.instructions.len().to_string();
     let text: String = comment
         .chars()
@@ -192,7 +319,7 @@ fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<A
         .take(16)
         .collect();
     let entries = [
-        ("OWNER", cell.owner.as_str()),
+        ("OWNER", owner),
         ("COMMENT", &format!("\"{text}\"")),
         ("PROG_SIZE", "0"),
         ("FILE_NAME", ""),
@@ -204,7 +331,7 @@ fn attributes(cell: &CellProgramming, comment: &str, program: &Program) -> Vec<A
             "TCD",
             "STACK_SIZE = 0, TASK_PRIORITY = 50, TIME_SLICE = 0, BUSY_LAMP_OFF = 0, ABORT_REQUEST = 0, PAUSE_REQUEST = 0",
         ),
-        ("DEFAULT_GROUP", &cell.default_group),
+        ("DEFAULT_GROUP", groups),
         ("CONTROL_CODE", "00000000 00000000"),
     ];
     let attribute = |(key, value): (&str, &str)| Attribute {

@@ -6,7 +6,12 @@
 //! of the toolpath are followed without arc. The comments `Layer n` and `Pass n` tell what follows, to people and to
 //! [`crate::read_toolpath`].
 
+mod between;
+mod check;
+mod coordination;
 mod error;
+mod partial;
+mod service;
 mod wording;
 
 use std::collections::BTreeSet;
@@ -18,17 +23,18 @@ use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
+use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
-use wording::{RESOLUTION, Wording};
+use partial::before;
+pub use partial::{Restart, dry_run, laid_from};
+use service::Upkeep;
+use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 
-use crate::orientation::wpr_of_axis;
+use crate::orientation::{axis_of_wpr, wpr_of_axis};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit,
-    Termination,
+    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
+    SpeedUnit, Termination,
 };
-
-/// Shortest wait that can be written, s.
-const SHORTEST_WAIT: f64 = 0.01;
 
 /// What happens after each layer.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +45,8 @@ pub enum Pause {
     Wait(f64),
     /// Calls a program of the cell, which cools, measures or asks.
     Call(String),
+    /// Waits, s, and then for the cell's input that tells that the layer has cooled.
+    Cooled(f64),
 }
 
 /// What the job says about its programs.
@@ -54,6 +62,10 @@ pub struct BuildSettings {
     pub smoothing: Ratio,
     /// After each layer.
     pub pause: Pause,
+    /// The bead to begin with; `None` lays all. What was laid before it is taken to stand, and the schedules keep their numbers.
+    pub from: Option<Restart>,
+    /// What the names of programs tell besides, such as `DRY`; empty for programs of the whole.
+    pub variant: String,
 }
 
 /// A weld schedule that the operator sets on the controller.
@@ -77,7 +89,7 @@ pub struct Built {
 /// Makes the programs of a toolpath.
 ///
 /// # Errors
-/// [`BuildError`] where the toolpath is empty, a pass is not finite or has no speed, or the cell is unsound.
+/// [`BuildError`] where the toolpath is empty or lacks the bead to begin with, a pass is not finite or has no speed, or the cell is unsound.
 pub fn build(
     toolpath: &Toolpath,
     cell: &CellProgramming,
@@ -88,24 +100,42 @@ pub fn build(
         return Err(BuildError::Empty);
     }
     let wording = Wording::new(cell, settings.dialect)?;
+    if let Pause::Cooled(_) = settings.pause {
+        wording.until_cooled()?;
+    }
+    let title = (settings.name.as_str(), settings.variant.as_str());
+    let coordination = Coordination::of(toolpath, cell, settings.dialect)?;
     let mut builder = Builder {
         toolpath,
         cell,
         wording,
         settings,
         reporter,
-        assembly: Assembly::new(cell, settings.dialect, &settings.name, &settings.comment),
+        assembly: Assembly::new(cell, settings.dialect, title, &settings.comment)
+            .coordinated(coordination.as_ref().map(|c| c.positioner)),
+        coordination,
         schedules: Vec::new(),
+        told: BTreeSet::new(),
         feeds: BTreeSet::new(),
+        upkeep: Upkeep::new(cell)?,
+        short: None,
         layer: None,
         highest: f64::NEG_INFINITY,
         place: None,
     };
-    for layer in &toolpath.layers {
-        for pass in layer.passes() {
-            builder.pass(&pass, layer.height)?;
+    let skipped = settings.from.map_or(Ok(0), |at| before(toolpath, at))?;
+    let passes = toolpath.layers.iter();
+    let passes = passes.flat_map(|layer| layer.passes().map(|pass| (layer.height, pass)));
+    for (i, (height, pass)) in passes.enumerate() {
+        builder.check(&pass)?;
+        builder.count_schedules(&pass)?;
+        if i < skipped {
+            builder.stands(&pass, height);
+        } else {
+            builder.pass(&pass, height);
         }
     }
+    builder.tell_short();
     Ok(Built {
         programs: builder.assembly.finish(),
         schedules: builder.schedules,
@@ -117,6 +147,8 @@ pub fn build(
 struct Point {
     position: DVec3,
     wpr: [f64; 3],
+    /// The positioner's axes, deg.
+    axes: [f64; MOST_AXES],
 }
 
 struct Builder<'a> {
@@ -126,7 +158,15 @@ struct Builder<'a> {
     settings: &'a BuildSettings,
     reporter: &'a Reporter,
     assembly: Assembly<'a>,
+    /// How the positioner moves with the arm, where it does.
+    coordination: Option<Coordination<'a>>,
     schedules: Vec<Schedule>,
+    /// Numbers of those that a comment tells.
+    told: BTreeSet<u32>,
+    /// What the cell does between beads.
+    upkeep: Upkeep,
+    /// Moves too short for the controller, and the least time of one, s.
+    short: Option<(usize, f64)>,
     /// Bits of the wire feeds that need a schedule, so far.
     feeds: BTreeSet<u64>,
     layer: Option<u32>,
@@ -134,6 +174,20 @@ struct Builder<'a> {
     highest: f64,
     /// Where the tool is.
     place: Option<Point>,
+}
+
+impl Point {
+    fn at_height(self, z: f64) -> Point {
+        let position = self.position.with_z(z);
+        Point { position, ..self }
+    }
+
+    /// So far back along the torch, mm.
+    fn drawn_back(self, distance: f64) -> Point {
+        let position = self.position + distance * axis_of_wpr(self.wpr);
+        let position = rounded(position, 0.0);
+        Point { position, ..self }
+    }
 }
 
 /// One thing to do along a pass.
@@ -167,92 +221,8 @@ impl Builder<'_> {
         &self.toolpath.profiles[usize::from(pass.head.profile)]
     }
 
-    fn check(&self, pass: &Pass<'_>) -> Result<(), BuildError> {
-        let fail = |what, value, wanted| {
-            Err(BuildError::Pass {
-                pass: pass.place(),
-                what,
-                value,
-                wanted,
-            })
-        };
-        let via = pass.moves().filter_map(|m| match m {
-            Move::Arc { via } => Some(via),
-            Move::Line | Move::Spot { .. } => None,
-        });
-        let axes = (0..pass.points.len()).filter_map(|i| pass.axis(i));
-        let mut all = pass.points.iter().copied().chain(axes).chain(via);
-        if let Some(bad) = all.find(|p| !p.is_finite()) {
-            return fail("a point", bad.length(), "finite");
-        }
-        let mut external = (0..pass.points.len()).flat_map(|i| pass.external(i).flatten());
-        if let Some(value) = external.next() {
-            return fail(
-                "an external axis",
-                value,
-                "left free: these programs move the robot alone",
-            );
-        }
-        if let Some((_, event)) = pass.events().next() {
-            return Err(BuildError::Event {
-                pass: pass.place(),
-                event,
-            });
-        }
-        let Some(profile) = self.toolpath.profiles.get(usize::from(pass.head.profile)) else {
-            let index = f64::from(pass.head.profile);
-            return fail("its profile", index, "one of the toolpath's");
-        };
-        for i in 0..pass.move_count() {
-            let speed = pass.value(Channel::Speed, i).unwrap_or(profile.speed);
-            // the slowest that can be written
-            let slowest = 0.1_f64.powi(self.cell.speed_decimals.cast_signed()) * 10.0 / 60.0;
-            if !(speed.is_finite() && speed >= slowest) {
-                return fail(
-                    "the speed",
-                    speed,
-                    "finite and not too slow to write (mm/s)",
-                );
-            }
-            let feed = pass.value(Channel::WireFeed, i);
-            let feed = feed.unwrap_or(profile.wire_feed);
-            if pass.head.role.deposits() && !(feed > 0.0 && feed.is_finite()) {
-                return fail("the wire feed", feed, "positive and finite (mm/s)");
-            }
-        }
-        Ok(())
-    }
-
-    /// Refuses a pass that needs more schedules than the cell has.
-    fn count_schedules(&mut self, pass: &Pass<'_>) -> Result<(), BuildError> {
-        if !pass.head.role.deposits() {
-            return Ok(());
-        }
-        for i in 0..pass.move_count() {
-            let feed = self.feed(pass, i);
-            self.feeds.insert(feed.to_bits());
-            if self.settings.dialect != Dialect::FanucLs && self.wording.listed(feed).is_none() {
-                return Err(BuildError::NoSchedule {
-                    wire_feed: feed,
-                    known: self.cell.schedules.iter().map(|s| s.wire_feed.0).collect(),
-                    pass: pass.place(),
-                });
-            }
-        }
-        if self.settings.dialect != Dialect::FanucLs {
-            return Ok(());
-        }
-        let available = *self.cell.arc.schedules;
-        if self.feeds.len() <= available as usize {
-            return Ok(());
-        }
-        Err(BuildError::Schedules {
-            available,
-            pass: pass.place(),
-        })
-    }
-
-    fn schedule(&mut self, wire_feed: f64) -> u32 {
+    /// The number of the schedule that sets a wire feed.
+    fn numbered(&mut self, wire_feed: f64) -> u32 {
         // `count_schedules` has made sure that the cell has enough of them
         let known = self.schedules.iter().find(|s| s.wire_feed == wire_feed);
         if let Some(schedule) = known {
@@ -264,10 +234,18 @@ impl Builder<'_> {
             _ => self.wording.listed(wire_feed).map_or(0, |s| *s.number),
         };
         self.schedules.push(Schedule { number, wire_feed });
-        self.assembly.push(comment(&format!(
-            "Schedule {number} WFS {:.2} m/min",
-            wire_feed * 0.06
-        )));
+        number
+    }
+
+    /// The same, told where it comes first.
+    fn schedule(&mut self, wire_feed: f64) -> u32 {
+        let number = self.numbered(wire_feed);
+        if self.told.insert(number) {
+            self.assembly.push(comment(&format!(
+                "Schedule {number} WFS {:.2} m/min",
+                wire_feed * 0.06
+            )));
+        }
         number
     }
 
@@ -279,16 +257,32 @@ impl Builder<'_> {
         termination: Termination,
         arc: Option<ArcWord>,
     ) {
-        let target = self.assembly.point(point.position, point.wpr);
+        let target = self.target(point);
         self.place = Some(point);
+        let extra = match (&self.coordination, &kind, self.settings.dialect) {
+            (Some(_), MotionKind::Linear | MotionKind::Circular { .. }, Dialect::FanucLs) => {
+                vec!["COORD".to_owned()]
+            }
+            _ => Vec::new(),
+        };
         self.assembly.push(Instruction::Motion(Motion {
             kind,
             target,
             speed,
             termination,
             arc,
-            extra: Vec::new(),
+            extra,
         }));
+    }
+
+    /// The position of a point, with the axes that turn the part.
+    fn target(&mut self, point: Point) -> PositionRef {
+        let Some(coordination) = &self.coordination else {
+            return self.assembly.point(point.position, point.wpr, &[]);
+        };
+        let (position, wpr) = coordination.told(point.position, point.wpr, &point.axes);
+        let axes = point.axes.get(..coordination.count());
+        self.assembly.point(position, wpr, axes.unwrap_or_default())
     }
 
     fn line(&mut self, point: Point, speed: f64, termination: Termination, arc: Option<ArcWord>) {
@@ -304,30 +298,9 @@ impl Builder<'_> {
             wpr: pass
                 .axis(i)
                 .map_or(default, |axis| wpr_of_axis(default, axis)),
+            axes: axes_at(pass, i),
         };
         pass.points.iter().enumerate().map(at).collect()
-    }
-
-    fn layer(&mut self, layer: u32) {
-        if self.layer == Some(layer) {
-            return;
-        }
-        if self.layer.is_some() {
-            match &self.settings.pause {
-                Pause::None => {}
-                Pause::Wait(seconds) => {
-                    if *seconds >= SHORTEST_WAIT {
-                        self.assembly.push(Instruction::Wait(*seconds));
-                    }
-                }
-                Pause::Call(program) => self.assembly.push(Instruction::Call {
-                    program: program.clone(),
-                    arguments: String::new(),
-                }),
-            }
-        }
-        self.layer = Some(layer);
-        self.assembly.push(comment(&format!("Layer {layer}")));
     }
 
     fn feed(&self, pass: &Pass<'_>, index: usize) -> f64 {
@@ -361,6 +334,7 @@ impl Builder<'_> {
                     round.map(|_| Point {
                         position,
                         wpr: self.between(pass, index),
+                        axes: halfway(axes_at(pass, index), axes_at(pass, index + 1)),
                     })
                 }
                 Move::Line | Move::Spot { .. } => None,
@@ -430,7 +404,7 @@ impl Builder<'_> {
                     let speed = pass.value(Channel::Speed, index).unwrap_or(profile_speed);
                     let speed = self.wording.speed(speed);
                     let kind = via.map_or(MotionKind::Linear, |v| MotionKind::Circular {
-                        via: self.assembly.point(v.position, v.wpr),
+                        via: self.target(v),
                     });
                     self.motion(kind, to, speed, termination, arc);
                 }
@@ -444,20 +418,16 @@ impl Builder<'_> {
         }
     }
 
-    /// To `to` at clearance, from wherever the tool is.
+    /// To over `to` at clearance, from wherever the tool is.
     fn travel(&mut self, to: Point) {
-        let above = |point: Point, z: f64| Point {
-            position: DVec3::new(point.position.x, point.position.y, z),
-            ..point
-        };
-        let clear = self.highest + self.cell.clearance.0;
+        let clear = (self.highest + self.cell.clearance.0).max(to.position.z);
         let speed = self.cell.travel_speed.0;
         let over = self.wording.smoothed(*self.cell.travel_smoothing);
         if let Some(place) = self.place {
             if place.position.z < clear {
-                self.line(above(place, clear), speed, over.clone(), None);
+                self.line(place.at_height(clear), speed, over.clone(), None);
             }
-            self.line(above(to, clear), speed, over, None);
+            self.line(to.at_height(clear), speed, over, None);
         } else {
             let first = match self.settings.dialect {
                 // its joint moves have the speed of the tool
@@ -467,23 +437,46 @@ impl Builder<'_> {
                     unit: SpeedUnit::Percent,
                 },
             };
-            let to = above(to, clear);
+            let to = to.at_height(clear);
             self.motion(MotionKind::Joint, to, first, Termination::Fine, None);
         }
     }
 
-    /// A pass of a layer that lies `height` mm over the part's z = 0.
-    fn pass(&mut self, pass: &Pass<'_>, height: f64) -> Result<(), BuildError> {
-        self.check(pass)?;
-        self.count_schedules(pass)?;
+    /// Down to the start of a bead, where the arc is struck.
+    fn strike(&mut self, start: Point, on: ArcWord) {
+        match self.cell.approach_height.map(|h| h.0) {
+            Some(height) => {
+                let near = start.drawn_back(height);
+                self.travel(near);
+                let over = self.wording.smoothed(*self.cell.travel_smoothing);
+                self.line(near, self.cell.travel_speed.0, over, None);
+            }
+            None => self.travel(start),
+        }
+        let approach = self.cell.approach_speed.0;
+        self.line(start, approach, Termination::Fine, Some(on));
+    }
+
+    /// Away from the end of a bead, up to the height of travels.
+    fn leave(&mut self) {
+        let over = self.wording.smoothed(*self.cell.travel_smoothing);
+        if let (Some(height), Some(end)) = (*self.cell.retract_height, self.place) {
+            let approach = self.cell.approach_speed.0;
+            self.line(end.drawn_back(height.0), approach, over.clone(), None);
+        }
+        let Some(end) = self.place else { return };
+        let clear = self.highest + self.cell.clearance.0;
+        if self.cell.retract_height.is_none() || end.position.z < clear {
+            self.line(end.at_height(clear), self.cell.travel_speed.0, over, None);
+        }
+    }
+
+    /// A checked pass of a layer that lies `height` mm over the part's z = 0.
+    fn pass(&mut self, pass: &Pass<'_>, height: f64) {
         let points = self.points(pass, height);
         // a pass has a point
         let start = points[0];
-        let bead = self.profile(pass).height.max(0.0);
-        let top = points
-            .iter()
-            .map(|p| p.position.z)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let top = highest(&points);
         let steps = self.steps(pass, &points, height);
         if steps.is_empty() {
             self.reporter.warn(
@@ -494,43 +487,49 @@ impl Builder<'_> {
                 ),
                 "",
             );
-            return Ok(());
+            return;
         }
+        let due = if pass.head.role.deposits() {
+            self.due()
+        } else {
+            Vec::new()
+        };
+        let (lines, points_of_bead) = (steps.len() * 2 + 12 + due.len(), steps.len() * 2 + 4);
+        let heights = [*self.cell.approach_height, *self.cell.retract_height];
         if !self
             .assembly
-            .takes(steps.len() * 2 + 12, steps.len() * 2 + 4)
+            .takes(lines, points_of_bead + heights.iter().flatten().count())
         {
             self.assembly.cut();
         }
         // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
         self.highest = self.highest.max(top);
-        self.layer(pass.layer);
+        self.layer(pass.layer, due);
         self.assembly
             .push(comment(&format!("Pass {}", pass.head.id.0)));
         if pass.head.role.deposits() {
             let first = steps.iter().find_map(moved).unwrap_or(0);
             let feed = self.feed(pass, first);
             let schedule = self.schedule(feed);
-            self.travel(start);
             let on = self.wording.word(ArcAction::Start, schedule);
-            let approach = self.cell.approach_speed.0;
-            self.line(start, approach, Termination::Fine, Some(on));
+            self.strike(start, on);
             self.follow(pass, &steps, Some(schedule));
-            self.highest = self.highest.max(top + bead);
-            if let Some(end) = self.place {
-                let clear = self.highest + self.cell.clearance.0;
-                let position = end.position.with_z(clear);
-                let speed = self.cell.travel_speed.0;
-                self.line(
-                    Point { position, ..end },
-                    speed,
-                    self.wording.smoothed(*self.cell.travel_smoothing),
-                    None,
-                );
-            }
+            self.highest = self.highest.max(top + self.growth(pass));
+            self.leave();
+            self.count(pass);
         } else {
             self.follow(pass, &steps, None);
         }
-        Ok(())
     }
+
+    /// What a pass grows over its path, mm.
+    fn growth(&self, pass: &Pass<'_>) -> f64 {
+        self.profile(pass).height.max(0.0)
+    }
+}
+
+/// The highest of some points, mm.
+fn highest(points: &[Point]) -> f64 {
+    let heights = points.iter().map(|p| p.position.z);
+    heights.fold(f64::NEG_INFINITY, f64::max)
 }

@@ -6,8 +6,10 @@ use meltpath_toolpath::{Weave, WeaveShape};
 use crate::execute::{ExecutionSettings, WeldSettings};
 use crate::inform::InformWords;
 use crate::krl::KrlWords;
+use crate::positioner::Positioner;
 use crate::program::{ArcAction, ArcStyle, ArcValue, ArcWord, Dialect, SpeedUnit};
 use crate::rapid::RapidWords;
+use crate::upkeep::{Cooled, Service, Split};
 use crate::ur_script::ScriptWords;
 use crate::val3::Val3Words;
 
@@ -60,6 +62,16 @@ table! {
         first_move: Ratio where within(0.01, 1.0) => required;
         /// Height of travels above the highest surface so far.
         clearance: Length where up_to(FASTEST) => required;
+        /// Height over the start of a bead, along the torch, from which the wire goes down at the approach speed; travels go as far.
+        approach_height: Length where up_to(FASTEST) => none("from the height of travels");
+        /// Height over the end of a bead, along the torch, up to which the wire is drawn back at the approach speed.
+        retract_height: Length where up_to(FASTEST) => none("it leaves at travel speed");
+        /// What is called between beads: a torch cleaning, a wire cut. The calls are passed over where programs are simulated.
+        services as "service": Vec<Service> => default([], "nothing");
+        /// What tells that a layer has cooled, for jobs with `layers.until = "cooled"`.
+        cooled: Cooled => none("layers follow each other after their pause");
+        /// What turns the part while metal is laid. FANUC, KUKA and ABB move it together with the arm.
+        positioner: Positioner => none("the part lies still");
         /// Smoothing of travels.
         travel_smoothing: Ratio where within(0.0, 1.0) => required;
         /// Longest name, 8 or 32 on most controllers.
@@ -68,6 +80,12 @@ table! {
         lines_per_program: usize where within(50.0, 1e9) => required;
         /// Most positions in one program.
         points_per_program: usize where within(20.0, 1e9) => required;
+        /// How programs are cut into files; scripts and projects stay whole.
+        split: Split => default("limits", "as few programs as the limits allow");
+        /// Most bytes in one file of a program.
+        bytes_per_file: usize where within(1000.0, 1e12) => none("no limit");
+        /// Shortest time of a move that the controller plans without slowing down; shorter ones are told.
+        shortest_move: Time where within(0.0, 10.0) => none("not known");
         /// Other controllers than FANUC's: the distance before a corner at which they leave a path that is smoothed in full.
         blend: Length where up_to(FASTEST) => none("needed for programs of these controllers");
         /// What a KUKA needs.
@@ -252,8 +270,14 @@ impl CellProgramming {
             arc_values: self.arc_values.value.clone(),
             weaves: self.weaves.iter().map(|w| (*w.number, w.weave())).collect(),
             assumed_speed,
-            passed_over: self.passed_over.iter().map(capital).collect(),
+            passed_over: self
+                .passed_over
+                .iter()
+                .chain(self.services.iter().map(|s| &*s.call))
+                .map(capital)
+                .collect(),
             blend: self.blend.map(|b| b.0),
+            positioner: self.positioner.as_ref().map(Positioner::turning),
         }
     }
 }

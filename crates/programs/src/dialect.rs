@@ -52,7 +52,7 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
         table,
         dialect: program.dialect.name(),
     };
-    match program.dialect {
+    let files = match program.dialect {
         Dialect::FanucLs => Ok(vec![TextFile {
             name: format!("{}.LS", program.name),
             text: fanuc_ls::write(program)?,
@@ -71,6 +71,15 @@ pub fn write(program: &Program, cell: &CellProgramming) -> Result<Vec<TextFile>,
             cell.inform.as_ref().ok_or_else(|| missing("inform"))?,
         ),
         Dialect::Val3 => val3::write(program, cell.val3.as_ref().ok_or_else(|| missing("val3"))?),
+    }?;
+    let most = cell.bytes_per_file.unwrap_or(usize::MAX);
+    match files.iter().find(|f| f.text.len() > most) {
+        Some(file) => Err(WriteError::TooLarge {
+            file: file.name.clone(),
+            bytes: file.text.len(),
+            most,
+        }),
+        None => Ok(files),
     }
 }
 

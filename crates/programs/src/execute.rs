@@ -26,6 +26,7 @@ pub use gap::{Gap, Missing};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
+use crate::positioner::Turning;
 use crate::program::{ArcValue, Position, Program};
 
 /// What the programs do not say themselves.
@@ -47,6 +48,8 @@ pub struct ExecutionSettings {
     pub passed_over: BTreeSet<String>,
     /// Distance, mm, at which a path is left that is smoothed in full; nothing where the cell does not say it.
     pub blend: Option<f64>,
+    /// What turns the part while metal is laid; nothing where the cell does not say it.
+    pub positioner: Option<Turning>,
 }
 
 impl Default for ExecutionSettings {
@@ -60,6 +63,7 @@ impl Default for ExecutionSettings {
             assumed_speed: 10.0,
             passed_over: BTreeSet::new(),
             blend: None,
+            positioner: None,
         }
     }
 }
@@ -193,6 +197,7 @@ pub(crate) fn execution_order(
         here: None,
         bead_frames: None,
         bead_axes: None,
+        turned: None,
         arc: None,
         layer: None,
         pass: None,
@@ -241,6 +246,8 @@ struct Machine<'a> {
     bead_frames: Option<(u32, u32)>,
     /// External axes of the robot's group at the first bead.
     bead_axes: Option<Vec<f64>>,
+    /// Where the positioner stood at the last move.
+    turned: Option<Vec<f64>>,
     /// While the arc burns: what its word says, and what it sets.
     arc: Option<(String, Source)>,
     layer: Option<u32>,

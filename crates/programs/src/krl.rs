@@ -15,7 +15,7 @@ pub use parse::read;
 pub use words::KrlWords;
 pub use write::write;
 
-use crate::program::Instruction;
+use crate::program::{Attribute, Instruction};
 
 /// What every program begins with: the stop interrupt and the basic settings of motion.
 pub(crate) fn opening() -> Vec<Instruction> {
@@ -26,4 +26,20 @@ pub(crate) fn opening() -> Vec<Instruction> {
     ]
     .map(|line| Instruction::Raw(line.to_owned()))
     .to_vec()
+}
+
+/// The key under which a program holds the machine that its base is coupled to.
+const COUPLED: &str = "EK";
+
+/// Tells that the base of a program is coupled to a machine.
+pub(crate) fn coupled(machine: u32) -> Attribute {
+    Attribute {
+        key: COUPLED.to_owned(),
+        value: machine.to_string(),
+    }
+}
+
+/// Whether the base of a program is coupled to a machine that moves.
+pub(crate) fn is_coupled(program: &crate::program::Program) -> bool {
+    program.attribute(COUPLED).is_some()
 }

@@ -13,17 +13,21 @@ pub mod inform;
 pub mod krl;
 mod orientation;
 mod parsed;
+pub mod positioner;
 pub mod program;
 pub mod rapid;
 pub mod reading;
 mod scan;
 mod template;
+pub mod upkeep;
 pub mod ur_script;
 pub mod val3;
 pub mod vectors;
 mod written;
 
-pub use build::{BuildError, BuildSettings, Built, Pause, Schedule, build};
+pub use build::{
+    BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, dry_run, laid_from,
+};
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{ExecutionSettings, Gap, Missing, ProgramError, Refusal, WeldSettings};
 pub use parsed::{ParseError, Parsed, Unread};

@@ -17,6 +17,11 @@ pub(crate) fn wpr_of_axis(default_degrees: [f64; 3], axis: DVec3) -> [f64; 3] {
     turned.wpr().to_array().map(f64::to_degrees)
 }
 
+/// The unit tool axis of W, P, R in degrees, from the work towards the tool.
+pub(crate) fn axis_of_wpr(wpr_degrees: [f64; 3]) -> DVec3 {
+    pose(DVec3::ZERO, wpr_degrees).tool_axis()
+}
+
 /// The pose of mm and degrees.
 pub(crate) fn pose(position: DVec3, wpr_degrees: [f64; 3]) -> Pose {
     Pose::from_wpr(

@@ -37,6 +37,18 @@ pub enum WriteError {
         /// The dialect.
         dialect: &'static str,
     },
+    /// A file is larger than the cell says.
+    #[error(
+        "{file} has {bytes} bytes, more than the {most} of program.bytes_per_file: lower lines_per_program and points_per_program of the cell file, or cut programs at layers (program.split = \"layer\")"
+    )]
+    TooLarge {
+        /// Its name.
+        file: String,
+        /// Its size.
+        bytes: usize,
+        /// The most.
+        most: usize,
+    },
     /// Something that the dialect has no words for.
     #[error(
         "program {program}, instruction {instruction}: {what} cannot be written for this controller: {remedy}"

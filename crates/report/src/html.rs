@@ -30,6 +30,7 @@ const VIEW_SCRIPT: &str = concat!(
     include_str!("../assets/view/controls.js"),
     include_str!("../assets/view/pointer.js"),
     include_str!("../assets/view/places.js"),
+    include_str!("../assets/view/machine.js"),
     include_str!("../assets/view/start.js"),
 );
 const VIEW_CONTROLS: &str = include_str!("../assets/view.html");

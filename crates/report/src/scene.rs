@@ -3,12 +3,14 @@
 pub mod data;
 mod heights;
 mod item;
+pub mod machine;
 
 use meltpath_geometry::Mesh;
 use meltpath_geometry::math::DVec3;
 pub use meltpath_geometry::raster::Grid;
 
 pub use heights::HeightLayers;
+pub use machine::Machine;
 
 pub use item::{MAX_LAYER, Scalar, SceneError, Visibility};
 use item::{check_points, check_scalars};
@@ -176,6 +178,8 @@ pub struct Scene {
     pub surfaces: Vec<Surface>,
     /// The predicted surface, layer by layer.
     pub heights: Option<HeightLayers>,
+    /// What moves around the part.
+    pub machine: Option<Machine>,
 }
 
 impl Scene {
@@ -185,7 +189,8 @@ impl Scene {
     /// The first thing that does not hold.
     pub fn check(&self) -> Result<(), SceneError> {
         self.lines.iter().try_for_each(LineSet::check)?;
-        self.surfaces.iter().try_for_each(Surface::check)
+        self.surfaces.iter().try_for_each(Surface::check)?;
+        self.machine.iter().try_for_each(Machine::check)
     }
 
     /// The highest layer of any item.

@@ -66,6 +66,18 @@ pub struct PathPoint {
     pub thickness: f64,
 }
 
+impl PathPoint {
+    /// Where the contact tube is.
+    pub fn distance(&self) -> TubeDistance {
+        TubeDistance {
+            distance: self.ctwd,
+            tool: self.tool,
+            time: self.time,
+            command: self.command,
+        }
+    }
+}
+
 /// Where the torch is, when, and by which command.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moment {

@@ -144,6 +144,7 @@ fn plan_of(folder: &Path, observer: &dyn Observer) -> Result<Plan, CompareError>
     tables.window.value.good.value = None;
     tables.window.value.body.value = None;
     tables.optimise.value = None;
+    tables.correct.value = None;
     tables.judge.value.solver.value = JudgeSolver::None;
     let mut plan =
         planned(&job, folder, observer).map_err(|e| JobError::in_file(&file, &text, e))?;

@@ -6,6 +6,7 @@ use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::charts::simulation::Memory;
 
 use super::charts::{Source, sources};
+use super::correct::Correct;
 use super::error::EbmError;
 use super::plan::Plan;
 use super::settings::{Judge, Settings};
@@ -151,6 +152,13 @@ pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, Ebm
             "cost of the judge: about {} of one core",
             time(seconds)
         ));
+        if let Some(correct) = &settings.correct {
+            let seconds = corrected(plan, judge, correct);
+            lines.push(format!(
+                "cost of the corrections: about {} of one core",
+                time(seconds)
+            ));
+        }
     }
     Ok(lines)
 }
@@ -191,15 +199,33 @@ fn charts(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
     Ok(lines)
 }
 
+/// How much longer a second of the path takes on the cells of the judge than on those that were measured.
+fn finer(judge: &Judge) -> f64 {
+    let resolution = &judge.resolution;
+    (JUDGED_CELL / resolution.cell).powi(4) * f64::from(resolution.planes).powi(2)
+}
+
+/// Seconds of one core that the rounds of `[correct]` take, each drawn once more than there are corrections.
+fn corrected(plan: &Plan, judge: &Judge, correct: &Correct) -> f64 {
+    let drawn = plan.path.end() - plan.path.begin();
+    let drawings = |rounds: u32| match rounds {
+        0 => 0.0,
+        some => f64::from(some) + 1.0,
+    };
+    let [coarse, finest] = correct.rounds.map(drawings);
+    JUDGED * finer(judge) * drawn * (coarse * OTHERS / 9.0 + finest)
+}
+
 /// Seconds of one core that the judge takes: as asked, and with all that moves it, for the path and the good body.
 fn judged(plan: &Plan, judge: &Judge) -> f64 {
     let drawn: f64 = plan.drawn().iter().map(|p| p.end() - p.begin()).sum();
-    let resolution = &judge.resolution;
-    let finer = (JUDGED_CELL / resolution.cell).powi(4) * f64::from(resolution.planes).powi(2);
+    let finer = finer(judge);
     // a path that gives way to a better one is drawn once as asked, too
-    let given = match plan.settings.optimise {
-        Some(_) => plan.path.end() - plan.path.begin(),
-        None => 0.0,
+    let changed = plan.settings.optimise.is_some() || plan.settings.correct.is_some();
+    let given = if changed {
+        plan.path.end() - plan.path.begin()
+    } else {
+        0.0
     };
     JUDGED * finer * (drawn * (1.0 + OTHERS) + given)
 }

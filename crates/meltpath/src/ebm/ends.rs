@@ -7,7 +7,7 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::material::pool_limit::pool_limit;
 
-use super::settings::Settings;
+use super::settings::{Good, Settings};
 
 /// What ends at a temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +105,39 @@ impl Passed {
             self.kelvin - CELSIUS,
             100.0 * self.share
         )
+    }
+}
+
+/// Warns where a window lies above the end of a pool of conduction under the widest spot of `path`: whatever the path, no verdict
+/// could say that it is reached.
+pub(super) fn tell_of_window(
+    settings: &Settings,
+    path: &BeamPath,
+    [low, high]: [f64; 2],
+    reporter: &Reporter,
+) {
+    let on = path.points().iter().filter(|p| p.is_on());
+    let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
+    let Some(limit) = pool_limit(&settings.material, radius, settings.chamber) else {
+        return;
+    };
+    if low >= limit.kelvin {
+        reporter.warn(
+            "window-beyond-pool",
+            format!(
+                "the window, {:.0} to {:.0} °C, lies above {:.0} °C, where vapour pushes the melt of {} aside under this beam: no path can be judged in it",
+                low - CELSIUS,
+                high - CELSIUS,
+                limit.kelvin - CELSIUS,
+                settings.material.name
+            ),
+            match settings.window {
+                Good::Limits(_) => "a lower window.low",
+                Good::Path { .. } | Good::Body { .. } => {
+                    "a good body, and the path, drawn with less current, faster, or with lines further apart"
+                }
+            },
+        );
     }
 }
 

@@ -9,7 +9,7 @@ use meltpath_data::guns;
 use meltpath_gun::machine::{self, Machine, Points};
 
 use crate::data::{DataFileError, DataText};
-use crate::job::ebm::{Change, ControllerKind, EbmJob, OptimiseTable};
+use crate::job::ebm::{Change, ControllerKind, CorrectTable, EbmJob, OptimiseTable};
 
 /// The gun `name`: one that ships, or, where the name ends in `.toml`, a file relative to `folder`.
 ///
@@ -24,7 +24,8 @@ pub fn load(name: &str, folder: &Path) -> Result<Machine, DataFileError> {
     DataText::load("gun", name, guns::ALL, folder)?.read(machine::parse)
 }
 
-/// The gun of a job, where it names one: refused where it cannot do what `[optimise]` changes.
+/// The gun of a job, where it names one: refused where it cannot do what `[optimise]` or `[correct]`
+/// changes.
 pub(super) fn of_job(job: &EbmJob, folder: &Path) -> Result<Option<Machine>, Vec<Problem>> {
     let key = &job.ebm.gun;
     let Some(name) = &**key else {
@@ -35,10 +36,37 @@ pub(super) fn of_job(job: &EbmJob, folder: &Path) -> Result<Option<Machine>, Vec
         .optimise
         .as_ref()
         .and_then(|table| cannot_change(table, &machine));
+    let cannot = cannot.or(job
+        .correct
+        .as_ref()
+        .and_then(|table| cannot_correct(table, &machine)));
     match cannot {
         Some(problem) => Err(vec![problem]),
         None => Ok(Some(machine)),
     }
+}
+
+/// Why a gun could not draw corrected currents.
+fn cannot_correct(table: &CorrectTable, machine: &Machine) -> Option<Problem> {
+    let needed = match *table.controller {
+        ControllerKind::Continuous => machine::Change::Anywhere,
+        ControllerKind::PerLine => machine::Change::BetweenLines,
+    };
+    let can = machine.current?;
+    if can.allows(needed) {
+        return None;
+    }
+    let problem = format!(
+        "{} changes the current {} only: it could not draw what [correct] finds",
+        machine.name,
+        can.words()
+    );
+    let help = if can.allows(machine::Change::BetweenLines) {
+        "correct.controller = \"per-line\" keeps to the gun"
+    } else {
+        "leave [correct] out, or name a gun that can"
+    };
+    Some(table.controller.problem(problem).help(help))
 }
 
 fn cannot_change(table: &OptimiseTable, machine: &Machine) -> Option<Problem> {

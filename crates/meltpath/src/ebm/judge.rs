@@ -185,7 +185,7 @@ fn molten_area(highest: &Field, melting: f64) -> f64 {
 }
 
 /// What melts outside the contour, beyond `rim` mm of it or nearer, in the judged part; `section` is the tally inside.
-fn outside(
+pub(super) fn outside(
     highest: &Field,
     melting: f64,
     contour: &Contour,
@@ -236,7 +236,7 @@ pub(super) fn body<'a>(
 }
 
 /// How far the ground reaches that is drawn on, for the longest of the paths that are judged.
-fn domain(plan: &Plan, judging: &Judge) -> Domain {
+pub(super) fn domain(plan: &Plan, judging: &Judge) -> Domain {
     let material = &plan.settings.material;
     let longest = plan.drawn().into_iter().map(|p| p.end() - p.begin());
     let longest = longest.fold(0.0, f64::max);
@@ -290,11 +290,12 @@ fn variants(
     Ok(found)
 }
 
-/// The windows on the scale of the solver, with the cells, steps, ground and power of each variant.
-fn windows(
+/// The windows on the scale of the solver, with the cells, steps, ground and power of each of the first `count` variants.
+pub(super) fn windows(
     plan: &Plan,
     judging: &Judge,
     resolution: &Resolution,
+    count: usize,
     observer: &dyn Observer,
 ) -> Result<Vec<Classes>, EbmError> {
     let settings = &plan.settings;
@@ -305,7 +306,7 @@ fn windows(
                 melting,
                 window: *window,
             };
-            return Ok(vec![classes; Variant::ALL.len()]);
+            return Ok(vec![classes; count]);
         }
         Window::Good { path, width } => (path, *width),
     };
@@ -323,7 +324,7 @@ fn windows(
         places: Vec::new(),
         every: f64::INFINITY,
     };
-    let drawn = variants(resolution, Variant::ALL.len(), &|wanted, _| {
+    let drawn = variants(resolution, count, &|wanted, _| {
         let body = body(settings, &ground);
         let seen = (Some(&focus), &nothing);
         let drawn = watched(&body, &lower, path, wanted, seen, &Quiet(observer))?;
@@ -518,7 +519,7 @@ pub fn judge_paths(
     // all at once: cores share whole runs better than the steps of one
     let draw = |path: Previewed<'_>, count: usize| court.drawn(path, count, observer);
     let (windows, (on_given, on_better)) = rayon::join(
-        || windows(plan, judging, &resolution, observer),
+        || windows(plan, judging, &resolution, all, observer),
         || rayon::join(|| draw(given, count), || better.map(|path| draw(path, all))),
     );
     let windows = windows?;

@@ -9,6 +9,7 @@ use meltpath_gun::Gun;
 use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation::Memory;
 
+use super::ends::tell_of_window;
 use super::hatch::Hatch;
 use super::path_file;
 use super::region::{Below, Contour};
@@ -142,6 +143,9 @@ pub fn plan(settings: Settings, job: &EbmJob, observer: &dyn Observer) -> Result
     if let (None, Below::Areas(areas)) = (&part, &below) {
         let share = if areas.is_empty() { "all" } else { "parts" };
         warn_of_powder(&settings, share, &reporter);
+    }
+    if let Window::Fixed(limits) = &window {
+        tell_of_window(&settings, &path, *limits, &reporter);
     }
     let others = others(&settings, hatch.as_ref(), &contour.region(), job)?;
     let mut warnings = settings.warnings.clone();

@@ -17,6 +17,7 @@ use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::solver::source::Depth;
 use meltpath_thermal::solver::surface::Surface;
 
+use super::correct::Correct;
 use super::focus;
 use super::gun;
 use super::hatch::{Hatch, law};
@@ -207,6 +208,8 @@ pub struct Settings {
     pub window: Good,
     /// Whether and how speeds are changed.
     pub optimise: Option<Optimise>,
+    /// Whether and how currents are corrected.
+    pub correct: Option<Correct>,
     /// Whether and how the reference solver judges.
     pub judge: Option<Judge>,
     /// Limits of the verdict.
@@ -251,6 +254,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     let (charts, sim) = (&job.charts, &job.simulation);
     Ok(Settings {
         optimise: optimise.map(|o| Optimise::resolve(o, subject.hatch(), &mut r)),
+        correct: job.correct.as_ref().map(Correct::resolve),
         subject,
         layers: *job.ebm.layers as usize,
         warnings: reporter.warnings(),

@@ -10,6 +10,7 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::solver::State;
 
 use super::charts::{Charts, charts_of};
+use super::correct::rounds::{Corrected, corrected};
 use super::cost::{Cost, extent};
 use super::drawn::Drawn;
 use super::ends;
@@ -30,6 +31,8 @@ pub struct Outcome {
     pub preview: Option<Preview>,
     /// The better path, where one is looked for.
     pub found: Option<Found>,
+    /// The path with corrected currents, where the job asks for it.
+    pub corrected: Option<Corrected>,
     /// What the reference solver says, where the job asks for it.
     pub judged: Option<Judged>,
     /// What the gun makes of the path, where the job names one.
@@ -39,8 +42,13 @@ pub struct Outcome {
 impl Outcome {
     /// The path that the run judges: the better one where there is one.
     pub fn path<'a>(&'a self, plan: &'a Plan) -> &'a BeamPath {
-        self.found.as_ref().map_or(&plan.path, |f| &f.path)
+        changed(self.found.as_ref(), self.corrected.as_ref()).unwrap_or(&plan.path)
     }
+}
+
+/// The path that takes the place of the given one, where there is one.
+fn changed<'a>(found: Option<&'a Found>, corrected: Option<&'a Corrected>) -> Option<&'a BeamPath> {
+    corrected.map(|c| &c.path).or(found.map(|f| &f.path))
 }
 
 /// What charts show.
@@ -213,6 +221,9 @@ fn previewed(
     observer.stage(&cost.words(), 0);
     let charts = charts_of(settings, &paths, reporter, observer)?;
     let classes = classes(plan, &charts, observer)?;
+    if let Window::Good { path, .. } = &plan.window {
+        ends::tell_of_window(settings, path, classes.window, reporter);
+    }
     let ready = before_last_layer(
         settings,
         &plan.lower,
@@ -277,7 +288,19 @@ pub fn simulate(
             (None, found.transpose()?)
         }
     };
-    let judged = judged(plan, preview.as_ref(), found.as_ref(), observer)?;
+    let corrected = corrections(plan, found.as_ref(), observer)?;
+    let changes = changed(found.as_ref(), corrected.as_ref());
+    let better = changes.map(|path| Previewed {
+        path,
+        // charts drew what was found, not what was made of it on the solver
+        highest: match corrected {
+            Some(_) => None,
+            None => preview
+                .as_ref()
+                .and_then(|p| Some(&p.better.as_ref()?.highest)),
+        },
+    });
+    let judged = judged(plan, preview.as_ref(), better, observer)?;
     let paths_judged = judged
         .iter()
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
@@ -289,35 +312,53 @@ pub fn simulate(
         .flat_map(|j| [Some(&j.given), j.better.as_ref()]);
     let fields = looked_at.chain(paths.flatten().map(|p| &p.highest));
     ends::tell(fields, settings, reporter);
-    let last = found.as_ref().map_or(&plan.path, |f| &f.path);
+    let last = changes.unwrap_or(&plan.path);
     Ok(Outcome {
         gun: at_gun::examined(plan, last),
         preview,
         found,
+        corrected,
         judged,
     })
+}
+
+/// The path with corrected currents, where the job asks for it.
+fn corrections(
+    plan: &Plan,
+    found: Option<&Found>,
+    observer: &dyn Observer,
+) -> Result<Option<Corrected>, EbmError> {
+    let Some((how, judging)) = plan
+        .settings
+        .correct
+        .as_ref()
+        .zip(plan.settings.judge.as_ref())
+    else {
+        return Ok(None);
+    };
+    let path = found.map_or(&plan.path, |f| &f.path);
+    corrected(plan, judging, how, path, observer).map(Some)
 }
 
 /// What the solver says of the paths as the gun draws them, where the job asks for it.
 fn judged(
     plan: &Plan,
     preview: Option<&Preview>,
-    found: Option<&Found>,
+    better: Option<Previewed<'_>>,
     observer: &dyn Observer,
 ) -> Result<Option<Judged>, EbmError> {
     let Some(judging) = &plan.settings.judge else {
         return Ok(None);
     };
-    let better = found.map(|f| at_gun::drawn(plan, &f.path)).transpose()?;
+    let as_drawn = better.map(|b| at_gun::drawn(plan, b.path)).transpose()?;
     let drawn = at_gun::plan_as_drawn(plan)?;
     let given = Previewed {
         path: &drawn.path,
         highest: preview.map(|p| &p.given.highest),
     };
-    let better = better.as_ref().map(|path| Previewed {
-        path,
-        highest: preview.and_then(|p| Some(&p.better.as_ref()?.highest)),
-    });
+    let better = better
+        .zip(as_drawn.as_ref())
+        .map(|(better, path)| Previewed { path, ..better });
     let on_charts = preview.map(|p| &p.classes);
     judge::judge_paths(&drawn, judging, on_charts, given, better, observer).map(Some)
 }

@@ -118,8 +118,12 @@ impl Figures {
         let share = |figure: fn(&Run) -> f64| Figure::share(path.moved(figure));
         let farthest = Figure {
             share: path.moved(|run| run.outside.farthest),
-            // a cell more or less is what an outline on cells is known to
-            converged: path.runs[0].resolution.cell,
+            // a cell more or less is what an outline on cells is known to: on those of the runs that are compared
+            converged: path
+                .runs
+                .iter()
+                .map(|run| run.resolution.cell)
+                .fold(0.0, f64::max),
             factor: 1.0,
             unit: "mm",
         };
@@ -179,8 +183,12 @@ fn preview([id, title]: [&str; 2], limit: Limit, drawn: &Shown<'_>) -> Check {
 /// What brings more of the section into the window: by what the findings ask for, and by what the job says already.
 fn into_window(settings: &Settings, needs: Needs) -> String {
     let mut remedy = needs.heat();
-    if settings.optimise.is_none() {
-        remedy.push_str("; or let [optimise] change the speeds");
+    if settings.optimise.is_none() && settings.correct.is_none() {
+        // [correct] draws on the judge's solver
+        remedy.push_str(match settings.judge {
+            Some(_) => "; or let [correct] change the currents",
+            None => "; or let [optimise] change the speeds",
+        });
     }
     if matches!(settings.window, Good::Limits(_)) {
         remedy.push_str(
@@ -250,7 +258,12 @@ impl Section<'_> {
         }
         let beyond = matches!(check.status, Status::Fail | Status::Warn);
         let mut remedies = Vec::from_iter(beyond.then(|| cure.to_owned()));
-        let doubts = [self.moved(figure), self.unknown(), self.in_part()];
+        let doubts = [
+            self.moved(figure, "NOT CONVERGED", &figure.share.numerical()),
+            self.moved(figure, "NOT ROBUST", &figure.share.of_power()),
+            self.unknown(),
+            self.in_part(),
+        ];
         let doubts = doubts.into_iter().flatten().chain(self.hot());
         let check = doubts.fold(check, |check, doubt| {
             // what fails fails whatever the doubt: its cure alone stands, which may ask for the opposite
@@ -269,13 +282,13 @@ impl Section<'_> {
         check.remedy(remedies.join("; "))
     }
 
-    /// Where a figure is not converged.
-    fn moved(&self, figure: &Figure) -> Option<Doubt> {
+    /// Where a figure is not `what`: what moves it among the changes of `share`.
+    fn moved(&self, figure: &Figure, what: &str, share: &Share) -> Option<Doubt> {
         let Figure {
-            share,
             converged,
             factor,
             unit,
+            ..
         } = figure;
         if share.within(*converged) {
             return None;
@@ -290,7 +303,7 @@ impl Section<'_> {
         remedies.dedup();
         Some(Doubt {
             reason: format!(
-                "NOT CONVERGED: it moves by more than {} {} with {}",
+                "{what}: it moves by more than {} {} with {}",
                 factor * converged,
                 if *unit == "%" { "points" } else { unit },
                 by.join(", ")

@@ -26,7 +26,7 @@ table! {
     /// What the build must cover. Lack is judged against the finished part, excess against part + allowance.
     pub struct TargetTable {
         /// Metal beyond the finished part, for machining.
-        allowance: Length where within(0.0, 1e3) => default("2 mm", "usual machining stock of a wire-arc blank");
+        allowance: Length where within(0.0, 1e3) => default("2 mm", "usual machining stock of a wire-arc blank; left out, 3 mm where the plan is expected to fail with it");
         /// Metal over faces that look up.
         allowance_top: Length where within(0.0, 1e3) => computed("the allowance, or more where the least stock, lower edges and one standard uncertainty of the growth need it");
     }

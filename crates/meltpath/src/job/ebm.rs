@@ -1,6 +1,8 @@
 //! The job of an electron-beam simulation: a beam path over powder, and the temperatures wanted.
 
-use meltpath_base::settings::{File, Many, Problem, broken};
+mod check;
+
+use meltpath_base::settings::{File, Many};
 use meltpath_base::{
     Angle, Current, Length, Pressure, Ratio, Speed, Temperature, TemperatureDifference, Time,
     Voltage, choice, table,
@@ -52,6 +54,8 @@ table! {
         window: WindowTable => default({}, "that of Ti6Al4V in Béraud 2016");
         /// Changes of the beam along the path, and of the path's order.
         optimise: OptimiseTable => none("the path is drawn as given");
+        /// Currents of the path, or of the better one, corrected on the judge's solver until the whole section lies in the window.
+        correct: CorrectTable => none("the currents are those of the path");
         /// The path, or the better one, on a solver over the whole section. What it costs, `meltpath doctor` tells.
         judge: JudgeTable => default({}, "a solver decides over the whole section");
         /// Limits of the verdict.
@@ -226,6 +230,22 @@ table! {
         step: Time where positive => default("8e-6 s", "half of it moves shares by less than a point");
     }
 
+    /// Currents corrected round by round: the rise that a place lacks or has too much is what the current there is changed by.
+    pub struct CorrectTable {
+        /// Rounds on cells twice as large as the judge's.
+        rounds: u32 where within(0.0, 200.0) => default(8, "after which the share hardly grows");
+        /// Rounds on the judge's own cells, beginning with the best of those; each costs as much as six of them.
+        finest: u32 where within(0.0, 50.0) => default(1, "what finer cells see differently is corrected once");
+        /// Share of what places ask for that a round does.
+        gain: Ratio where up_to(1.0) => default("60 %", "heat that piles up answers more than the power does: all of it swings from round to round");
+        /// Over what length currents are evened out, along and across lines; pieces of one current are as long.
+        reach: Length where positive => default("0.1 mm", "a quarter of the usual spot: the standard deviation of its beam");
+        /// Least and greatest current, as shares of the path's own.
+        currents: [Ratio; 2] where positive => default(["30 %", "200 %"], "as far as a focus calibration usually holds");
+        /// How often along the path the machine can change it.
+        controller: ControllerKind => default("continuous", "as often as wanted");
+    }
+
     /// The path, and the better one, on the solver that charts are made with.
     pub struct JudgeTable {
         /// Which solver.
@@ -392,209 +412,5 @@ choice! {
         Reference = "reference",
         /// None: charts preview, and the verdict cannot say.
         None = "none",
-    }
-}
-
-impl EbmJob {
-    /// Values that contradict each other.
-    pub(super) fn check(&self) -> Vec<Problem> {
-        let mut found = self.check_beam();
-        found.extend(self.check_part());
-        found.extend(self.check_window());
-        found.extend(self.optimise.iter().flat_map(|o| self.check_optimise(o)));
-        found.extend(self.check_preview());
-        let judge = &self.judge;
-        if judge.depth.is_some_and(|depth| depth.0 > self.ebm.layer.0) {
-            let help = "read within the last layer: leave it out for the middle of the layer";
-            let problem = judge.depth.problem("judge.depth lies below the last layer");
-            found.push(problem.help(help));
-        }
-        let part = &judge.part;
-        if let Some([a, b]) = part.value
-            && (0..2).any(|n| a[n].0 >= b[n].0)
-        {
-            let help = "write its lower left corner, then its upper right one";
-            found.push(part.problem("judge.part has no area").help(help));
-        }
-        found
-    }
-
-    /// Without charts the solver does it all.
-    fn check_preview(&self) -> Vec<Problem> {
-        let preview = &self.charts.preview;
-        let none = **preview == ChartPreview::None;
-        let learns = |o: &OptimiseTable| *o.solver == OptimiseSolver::Charts;
-        broken([
-            (
-                none && *self.judge.solver == JudgeSolver::None,
-                preview
-                    .problem("charts.preview and judge.solver are both \"none\": nothing draws the path")
-                    .help("leave one of them out"),
-            ),
-            (
-                none && self.optimise.as_ref().is_some_and(learns),
-                preview
-                    .problem("[optimise] takes temperatures from charts, and charts.preview is \"none\"")
-                    .help("write solver = \"reference\" under [optimise], or leave charts.preview out"),
-            ),
-            (
-                none && !self.charts.files.is_empty(),
-                self.charts
-                    .files
-                    .problem("charts.files are not used: charts.preview is \"none\"")
-                    .help("leave charts.files or charts.preview out"),
-            ),
-        ])
-    }
-
-    fn check_beam(&self) -> Vec<Problem> {
-        let (ebm, region) = (&self.ebm, &self.region);
-        let hatched = self.hatch.is_written();
-        let supported = region.supported.is_written() && !self.part.is_written();
-        let overruns = self
-            .hatch
-            .as_ref()
-            .map(|h| &h.overrun)
-            .filter(|o| o.is_written());
-        broken([
-            (
-                ebm.focus.is_written() && ebm.diameter.is_written(),
-                ebm.diameter
-                    .problem("ebm.focus and ebm.diameter both say how wide the beam is")
-                    .help("keep one of them"),
-            ),
-            (
-                self.path.is_written() == hatched,
-                self.path
-                    .problem("the beam needs either `path` or the table [hatch]")
-                    .help("name a file of the beam's path, or let [hatch] draw the region"),
-            ),
-            (
-                self.modulation.is_written() && overruns.is_some(),
-                Problem::new("hatch.overrun draws beyond the contour, where [modulation] has no energy to give")
-                    .at(overruns.and_then(|o| o.span.clone()))
-                    .help("keep one of them"),
-            ),
-            (
-                self.modulation.is_written() && !hatched,
-                self.modulation
-                    .problem("[modulation] changes what [hatch] draws, which is not there")
-                    .help("let [hatch] draw the region"),
-            ),
-            (
-                supported && *ebm.ground == Ground::Metal,
-                region
-                    .supported
-                    .problem("region.supported says where metal lies below, and the ground is metal everywhere")
-                    .help("write ground = \"powder\" under [ebm], or leave region.supported out"),
-            ),
-            (
-                hatched && !region.contour.is_written() && !self.part.is_written(),
-                self.hatch
-                    .problem("[hatch] has nothing to fill")
-                    .help("name a part: part = \"bracket.step\", or give the corners of the region: contour = [[\"0 mm\", \"0 mm\"], …] under [region]"),
-            ),
-        ])
-    }
-
-    /// A part gives its own region and ground.
-    fn check_part(&self) -> Vec<Problem> {
-        let region = &self.region;
-        let powder = Some(&self.ebm.ground.span).filter(|_| *self.ebm.ground == Ground::Powder);
-        let spans = [
-            &region.contour.span,
-            &region.holes.span,
-            &region.supported.span,
-        ];
-        let again = spans.into_iter().chain(powder).flatten().next().cloned();
-        let part = self.part.is_written();
-        broken([
-            (
-                !part && self.section.says_something(),
-                self.section
-                    .problem("[section] cuts a part, and none is named")
-                    .help("write part = \"bracket.step\" at the top of the job"),
-            ),
-            (
-                part && !self.hatch.is_written(),
-                self.part
-                    .problem("a part is drawn by [hatch], which is not there")
-                    .help("write [hatch], with nothing in it for the thesis' lines"),
-            ),
-            (
-                part && again.is_some(),
-                Problem::new("the part says what is drawn and where metal lies below; region.contour, region.holes, region.supported or ebm.ground says it again")
-                    .at(again)
-                    .help("leave them out, or leave the part out"),
-            ),
-        ])
-    }
-
-    fn check_window(&self) -> Vec<Problem> {
-        let w = &self.window;
-        let limits = w.low.is_written() || w.high.is_written();
-        broken([
-            (
-                w.body.is_written() && (w.good.is_written() || !self.hatch.is_written()),
-                w.body
-                    .problem("window.body is drawn by [hatch], and takes the place of window.good")
-                    .help("write [hatch], or name a path as window.good"),
-            ),
-            (
-                w.body.is_written() && limits,
-                w.body
-                    .problem("window.body and window.low or window.high both place the window")
-                    .help("keep window.body with window.width, or the two limits"),
-            ),
-            (
-                w.good.is_written() && limits,
-                w.good
-                    .problem("window.good and window.low or window.high both place the window")
-                    .help("keep window.good with window.width, or the two limits"),
-            ),
-            (
-                w.low.value >= w.high.value,
-                Problem::new(format!(
-                    "the window's lower limit, {}, is not below its upper one, {}",
-                    *w.low, *w.high
-                ))
-                .at(w.low.span.clone().or(w.high.span.clone()))
-                .help("write both window.low and window.high, the lower one as low"),
-            ),
-        ])
-    }
-
-    fn check_optimise(&self, o: &OptimiseTable) -> Vec<Problem> {
-        let online = matches!(*o.method, OptimiseMethod::Accelerate | OptimiseMethod::Pid);
-        let reference = *o.solver == OptimiseSolver::Reference;
-        let hatch = self.hatch.as_ref();
-        let own = hatch.map(|h| *h.strategy);
-        let mut drawn = o.strategies.iter().copied().chain(own);
-        broken([
-            (
-                online && (reference || *o.change != Change::Speed),
-                o.method
-                    .problem("optimise.method accelerate and pid change the speed, on charts")
-                    .help("use learning or predictive for current and focus, and on the reference solver"),
-            ),
-            (
-                matches!(*o.change, Change::Current | Change::Focus) && !reference,
-                o.change
-                    .problem("optimise.change current and focus need the reference solver")
-                    .help("write solver = \"reference\" under [optimise]: charts know only the settings they were made for"),
-            ),
-            (
-                *o.change == Change::Dwell && own.is_some() && drawn.any(|s| s != HatchStrategy::Spots),
-                o.change
-                    .problem("optimise.change = \"dwell\" changes the time on spots, and [hatch] or optimise.strategies draw lines")
-                    .help("write strategy = \"spots\" under [hatch] and no other under optimise.strategies, or change speed or current"),
-            ),
-            (
-                !o.strategies.is_empty() && hatch.is_none(),
-                o.strategies
-                    .problem("optimise.strategies are those of [hatch], which is not there")
-                    .help("let [hatch] draw the region, or try optimise.orders"),
-            ),
-        ])
     }
 }

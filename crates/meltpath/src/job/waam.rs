@@ -102,18 +102,20 @@ table! {
         count: u32 => none("as many as the part needs");
         /// Pause after each layer.
         pause: Time where within(0.0, DAY) => default("0 s", "no pause");
+        /// When the next layer begins.
+        until: LayerRelease => default("pause", "after the pause");
     }
 
     /// How layers are filled.
     pub struct FillTable {
         /// Strategy.
-        strategy: FillStrategy => default("hybrid", "contour outside, few arc stops inside");
+        strategy: FillStrategy => default("hybrid", "contour outside, few arc stops inside; left out, another where the plan is expected to fail with it");
         /// Contours round a hybrid fill.
         contours: u32 => default(1, "one hides the turns of the zigzag");
         /// Distance between neighbouring beads: a length, or bead widths as `"0.70 w"`.
         stepover: Auto<Stepover> where up_to(100.0) => default("auto", "tangent overlap, 0.738 of the bead's width");
         /// How the stepover is kept.
-        spacing: Spacing => default("adjust", "fills the width exactly");
+        spacing: Spacing => default("adjust", "fills the width exactly; left out, \"exact\" where the plan is expected to fail with it");
         /// Direction of raster and zigzag lines in the first layer.
         angle: Angle => computed("raster: the direction with the fewest lines; else 0 deg");
         /// Turn of that direction from layer to layer.
@@ -162,7 +164,7 @@ table! {
         /// Where the origin of the part lies on the robot's table (in the flange where the robot holds the part): x, y, z.
         place: [Length; 3] => none("where the robot's file puts the part");
         /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
-        smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022");
+        smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022; left out, 25 % where walls are expected to fail with it");
         /// Contact tube to work distance at the first layer.
         ctwd: Length where up_to(100.0) => computed("the cell's nominal distance");
     }
@@ -183,8 +185,8 @@ table! {
         ctwd_min: Length where up_to(100.0) => default("8 mm", "nearer, spatter and the arc reach the contact tube");
         /// Largest contact tube to work distance, at any place: as far as the torch's gas covers the pool.
         ctwd_max: Length where up_to(100.0) => default("20 mm", "usual reach of the gas; ask the maker of the torch");
-        /// How far beyond the distances at which the wire feed was measured its law is taken to hold; farther the verdict cannot say.
-        ctwd_beyond: Length where within(0.0, 100.0) => computed("how well the process map knows the distance of its own beads, one standard uncertainty");
+        /// How far beyond the distances at which the wire feed was measured its law is taken to hold; of a stretch farther out and longer than the pool the verdict cannot say.
+        ctwd_beyond: Length where within(0.0, 100.0) => default("0.5 mm", "the scatter of such a measurement");
         /// Largest local thickness of a layer beyond its mean, share of it.
         accumulation: Ratio where up_to(100.0) => default("100 %", "a usual limit for a blank to be machined");
         /// Largest shift of a layer over the one below, in bead widths.
@@ -221,6 +223,15 @@ choice! {
         Auto = "auto",
         /// Always the same feed.
         Off = "off",
+    }
+
+    /// When the next layer begins.
+    pub enum LayerRelease {
+        /// After the pause.
+        Pause = "pause",
+        /// After the pause, once the cell's input tells that the layer has cooled (`program.cooled` of the cell file). How long that takes is
+        /// not simulated.
+        Cooled = "cooled",
     }
 
     /// Filling strategies.

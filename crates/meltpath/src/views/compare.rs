@@ -119,6 +119,7 @@ fn scene(comparison: &Comparison, part: &Compared) -> Option<Scene> {
         lines: Vec::new(),
         surfaces: Vec::new(),
         heights: Some(layers),
+        machine: None,
     })
 }
 

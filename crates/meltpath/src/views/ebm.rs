@@ -1,5 +1,6 @@
 //! From temperatures to what people look at: the report, ParaView fields, tables.
 
+mod corrected;
 mod found;
 mod histogram;
 mod part;
@@ -147,10 +148,11 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
         let share = path.in_window();
         for (n, run) in path.runs.iter().enumerate() {
             let change = n.checked_sub(1).map(|n| 100.0 * share.changes[n].1);
-            let words = match (n, share.converged()) {
-                (0, _) if share.changes.is_empty() => format!("{name}, one run"),
-                (0, true) => format!("{name}, converged"),
-                (0, false) => format!("{name}, NOT CONVERGED"),
+            let words = match (n, share.converged(), share.robust()) {
+                (0, ..) if share.changes.is_empty() => format!("{name}, one run"),
+                (0, true, true) => format!("{name}, converged"),
+                (0, true, false) => format!("{name}, converged, NOT ROBUST"),
+                (0, false, _) => format!("{name}, NOT CONVERGED"),
                 _ => run.variant.words().to_owned(),
             };
             let t = &run.tally;
@@ -200,7 +202,7 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
     }
     let [low, high] = judged.classes.window.map(|k| k - CELSIUS);
     table.note = format!(
-        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points so is not converged: compare it with shares of the same cell and step only. In the window as it was: what is left where the power changes after the good body was built."
+        "Solver for whole layers: finite volumes in enthalpy on levels of cells, explicit, 32-bit fields; the first change is against the run as set, all others against the run with twice the cell; window of the run as set {low:.0} to {high:.0} °C on its scale. Shares of all points of the section, at the depth of judge.depth; what is molten beyond the rim outside the contour as a share of the section. Every run has its own window, round the good body drawn with the same cell, step, ground and power: an error of the efficiency or of the power's reading hits both. A share that moves by more than 5 points with cell, step, planes or ground is not converged: compare it with shares of the same cell and step only. One that so much power moves is not robust. In the window as it was: what is left where the power changes after the good body was built."
     );
     Some(table)
 }
@@ -220,6 +222,7 @@ pub fn report(
             lines: vec![beam_lines(drawn)],
             surfaces: Vec::new(),
             heights: Some(heights),
+            machine: None,
         })
     });
     let mut sections: Vec<Section> = outcome.preview.iter().map(|p| highest(p, plan)).collect();
@@ -236,6 +239,12 @@ pub fn report(
         ));
     }
     sections.extend(outcome.found.iter().map(|f| found::section(f, plan)));
+    sections.extend(
+        outcome
+            .corrected
+            .iter()
+            .map(|c| corrected::section(c, plan)),
+    );
     sections.push(sections::section(&plan.settings, outcome));
     sections.extend(part::section(plan));
     Report {
@@ -304,6 +313,9 @@ pub fn write_files(
     if let Some(gun) = &outcome.gun {
         let drawn = || Record::of(&gun.drawn.motion, &plan.gun).map_err(io::Error::other);
         folder.write("drawn.csv", |w| w.write_all(drawn()?.to_csv().as_bytes()))?;
+    }
+    if let Some(found) = &outcome.corrected {
+        corrected::write(folder, found)?;
     }
     sections::write_volumes(folder, outcome)?;
     voxels::write(folder, plan, outcome)

@@ -470,6 +470,7 @@ fn scene(results: &[RecipeResult<'_>]) -> Scene {
         lines,
         surfaces: Vec::new(),
         heights: None,
+        machine: None,
     }
 }
 

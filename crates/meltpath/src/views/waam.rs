@@ -1,5 +1,6 @@
 //! From results to what people look at: the 3D scene, plots, tables, series and field files.
 
+pub(crate) mod cell;
 pub mod sheet;
 pub(crate) mod surface;
 
@@ -78,12 +79,12 @@ fn lines(name: &str, simulation: &Simulation, layer_of_command: &[u32], beads: B
     ];
     if beads == Beads::Deposited {
         let ctwd = |s: &Sample| {
-            let after = simulation.ctwd.partition_point(|(t, _)| *t < s.time);
+            let after = simulation.ctwd.partition_point(|p| p.at.time < s.time);
             simulation
                 .ctwd
                 .get(after)
                 .or(simulation.ctwd.last())
-                .map_or(f64::NAN, |(_, d)| *d)
+                .map_or(f64::NAN, |p| p.at.distance)
         };
         set.scalars
             .push(scalar("contact tube distance", "mm", &ctwd));
@@ -133,6 +134,7 @@ pub fn scene(
         lines: vec![beads, travels],
         surfaces,
         heights: Some(heights),
+        machine: None,
     }
 }
 

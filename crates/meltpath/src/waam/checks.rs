@@ -321,7 +321,7 @@ pub(crate) fn build_facts(simulation: &Simulation, settings: &Settings) -> Vec<F
         minutes("time-pause", "time of pauses", s.pause_time),
         minutes("time-total", "time in all", s.total_time),
     ];
-    let distances = simulation.ctwd.iter().map(|(_, d)| *d).collect();
+    let distances = simulation.ctwd.iter().map(|p| p.at.distance).collect();
     facts.extend(tube::distribution(&simulation.layers, distances));
     facts
 }

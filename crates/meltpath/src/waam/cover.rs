@@ -6,7 +6,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset, outset};
 use meltpath_geometry::overhang::OverhangError;
 use meltpath_geometry::region::signed_area;
-use meltpath_geometry::section::{HeightsError, Layer, Slice, SliceError, SlicePlan, slice};
+use meltpath_geometry::section::{HeightsError, Slice, SliceError, SlicePlan, slice};
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{LayerPlan, PassIds, PlanError, Spacing, plan_layers};
 use meltpath_toolpath::Pass;
@@ -234,15 +234,15 @@ pub(super) fn tell_closed_holes(sections: &[Vec<Slice>], settings: &Settings, re
     }
 }
 
+/// Fills `regions`, a layer each, the wire's tip at the heights `torch`, mm.
 pub(super) fn fill(
-    layers: &[Layer],
+    torch: &[f64],
     regions: &[Vec<Region>],
     settings: &Settings,
     reporter: &Reporter,
     observer: &dyn Observer,
 ) -> Result<Vec<LayerPlan>, PlanError> {
-    // the wire's tip travels on the surface that the layer is laid on
-    let planes: Vec<Plane> = layers.iter().map(|l| Plane::horizontal(l.bottom)).collect();
+    let planes: Vec<Plane> = torch.iter().map(|z| Plane::horizontal(*z)).collect();
     let wanted: Vec<meltpath_planning::Layer<'_>> = planes
         .iter()
         .zip(regions)

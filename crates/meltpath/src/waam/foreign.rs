@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
-use meltpath_programs::Dialect;
 use meltpath_robot::command::{Command, Source};
 
 use super::checks::{borrowed_check, build_facts, programmed, range_check};
@@ -86,7 +85,7 @@ pub fn simulate_program(
     checks.extend(layer_checks(layers, &growth, limits, remedies));
     checks.extend(tube::checks(layers, ctwd, &growth, settings));
     checks.extend(borrowed_check(settings));
-    let dialect = parsed.first().map_or(Dialect::FanucLs, |p| p.dialect);
+    let dialect = program::spoken(&parsed);
     let mut doubts = doubts(job, &commands, settings);
     doubts.extend(doubt::of_corners(dialect, settings));
     doubt::undecided(&mut checks, &doubts);
@@ -127,6 +126,7 @@ pub fn simulate_program(
         sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -143,6 +143,7 @@ fn doubts(job: Option<&Path>, commands: &Commands, settings: &Settings) -> Vec<D
         job.is_none().then(no_job),
         doubt::of_gaps(&commands.gaps),
         woven(commands),
+        turning(commands),
         uneven(commands, settings),
         far_from_plate(commands, settings),
     ];
@@ -183,6 +184,14 @@ fn woven(commands: &Commands) -> Option<Doubt> {
     (!commands.weaves.is_empty()).then(|| Doubt {
         reason: "beads are woven: metal is laid along the woven path, but no woven bead was measured to hold the model to".to_owned(),
         remedy: "compare the section of a woven bead with the one that the report shows".to_owned(),
+    })
+}
+
+/// The model of the bead was measured on a part that lay still and level.
+fn turning(commands: &Commands) -> Option<Doubt> {
+    commands.turns.then(|| Doubt {
+        reason: "a positioner turns the part: metal is laid in the frame of the part as if it lay level, and how it hangs meanwhile is not followed".to_owned(),
+        remedy: "compare what was laid with the surface that the report shows".to_owned(),
     })
 }
 

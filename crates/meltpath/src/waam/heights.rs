@@ -28,6 +28,24 @@ pub(super) struct LaidOut {
     pub(super) height: Resolved<f64>,
     /// What they lay over faces that look up, mm.
     pub(super) over: Resolved<f64>,
+    /// How much lower than the layer below is planned to stand the wire's tip runs, from the second layer on, mm.
+    pub(super) lowered: f64,
+}
+
+impl LaidOut {
+    /// Where the wire's tip runs in each layer, mm.
+    pub(super) fn torch_heights(&self) -> Vec<f64> {
+        let mut heights: Vec<f64> = self
+            .layers
+            .iter()
+            .map(|l| l.bottom - self.lowered)
+            .collect();
+        // the plate is where it is
+        if let (Some(first), Some(layer)) = (heights.first_mut(), self.layers.first()) {
+            *first = layer.bottom;
+        }
+        heights
+    }
 }
 
 pub(super) fn lay_out(
@@ -36,7 +54,7 @@ pub(super) fn lay_out(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<LaidOut, PlanStageError> {
-    let (mut made, origin, over) = match &settings.heights {
+    let (mut made, origin, over, lowered) = match &settings.heights {
         Auto::Value(list) => {
             let list: Vec<f64> = list.iter().map(|h| h.0).collect();
             let height = |i: usize| list.get(i).or(list.last()).copied().unwrap_or(0.0);
@@ -48,15 +66,17 @@ pub(super) fn lay_out(
                 None => (part_top + over.value, LastLayer::Adapted),
             };
             let made = layers(0.0, goal, &LayerHeight::PerLayer(list), last)?;
-            (made, Origin::Job, over)
+            (made, Origin::Job, over, 0.0)
         }
         Auto::Auto => {
             let (growth, single) = growth(part, part_top, settings, observer)?;
             let mean = growth.iter().map(|g| g.1).sum::<f64>() / growth.len() as f64;
             let over = over_faces(part_top, mean, single, settings);
-            let origin = "growth, layer by layer: metal of a layer over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
-            let made = grown_layers(&growth, part_top + over.value);
-            (made, Origin::Computed(origin.to_owned()), over)
+            let origin = "growth, layer by layer: metal of a layer, as the source feeds it at its contact tube distance, over the area its beads share, free edges 0.45 widths outside the axis (Rouchon 2022, § 4.4)";
+            let lowered = lowered(single, settings);
+            let feed = [settings.ctwd, settings.ctwd - lowered].map(|d| settings.feed_at(d));
+            let made = grown_layers(&growth, feed, part_top + over.value);
+            (made, Origin::Computed(origin.to_owned()), over, lowered)
         }
     };
     if let Some(count) = settings.count {
@@ -74,7 +94,25 @@ pub(super) fn lay_out(
         layers: made,
         height,
         over,
+        lowered,
     })
+}
+
+/// How much lower the torch has to stand over a layer than over a plate, mm: edges and grooves of the layer lie lower than its middle, and
+/// over them too the contact tube must not be farther than the wire feed is known. `single`: the share of beads without a neighbour.
+fn lowered(single: f64, settings: &Settings) -> f64 {
+    let Some(known) = settings.map.feed_response.as_ref() else {
+        return 0.0;
+    };
+    let lag =
+        (1.0 - single) * edge_lag(settings).unwrap_or(0.0) + GROOVE * settings.bead.height.value;
+    let farthest = known.greatest.0.min(settings.limits.ctwd_max);
+    (settings.ctwd + lag - farthest).clamp(0.0, lag)
+}
+
+/// How much lower than the middle of a layer its edges lie, mm; `None` where the assembly of sections does not tell.
+fn edge_lag(settings: &Settings) -> Option<f64> {
+    assembled(settings, EDGE_BEADS).ok().map(|g| g.edge_lag)
 }
 
 /// Metal over faces that look up, mm: as written; else what leaves the least stock on the highest of them where edges lie
@@ -86,7 +124,7 @@ fn over_faces(part_top: f64, height: f64, single: f64, settings: &Settings) -> R
     }
     // the crown of a single bead, the edges of many
     let crown = settings.bead.height.value;
-    let edges = assembled(settings, EDGE_BEADS).map_or(0.5 * height, |g| g.edge_lag);
+    let edges = edge_lag(settings).unwrap_or(0.5 * height);
     let lag = single * crown + (1.0 - single) * (edges + GROOVE * crown);
     let least = settings.limits.stock_min.max(0.0) + settings.cell_size + lag + SHORT * height;
     let doubt = settings.growth_error(single).at(part_top + least);
@@ -138,14 +176,7 @@ fn growth(
         )?,
         settings,
     )?;
-    let layers: Vec<Layer> = heights
-        .iter()
-        .map(|h| Layer {
-            bottom: *h,
-            top: h + 1.0,
-        })
-        .collect();
-    let plans = fill(&layers, &regions, settings, &quiet, observer)?;
+    let plans = fill(&heights, &regions, settings, &quiet, observer)?;
     let mut grown = Vec::new();
     for (plan, height) in plans.iter().zip(heights) {
         let lines: Vec<Vec<DVec2>> = plan
@@ -172,8 +203,8 @@ fn growth(
     Ok((grown, single))
 }
 
-/// Layers that follow the growth, up to `top`.
-fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
+/// Layers that follow the growth, up to `top`; `feed`: the share of the reference's wire that the first layer gets, and each further one.
+fn grown_layers(growth: &[(f64, f64)], feed: [f64; 2], top: f64) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let mut bottom = 0.0;
     loop {
@@ -184,6 +215,7 @@ fn grown_layers(growth: &[(f64, f64)], top: f64) -> Vec<Layer> {
         let Some((_, height)) = nearest else {
             return layers;
         };
+        let height = height * feed[usize::from(!layers.is_empty())];
         if top - bottom <= SHORT * height && !layers.is_empty() {
             return layers;
         }

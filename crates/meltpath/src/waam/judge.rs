@@ -69,6 +69,8 @@ pub struct Limits {
 pub struct TubePlace {
     /// Distance, place and time.
     pub at: TubeDistance,
+    /// The layer, from 1.
+    pub layer: u32,
     /// The bead of its layer, counted from 1.
     pub bead: Option<u32>,
 }
@@ -294,7 +296,7 @@ mod tests {
         flatness: 1.5,
         ctwd_min: 8.0,
         ctwd_max: 20.0,
-        ctwd_beyond: 2.0,
+        ctwd_beyond: 0.5,
         accumulation: 1.0,
         overhang: 0.25,
         joint_margin: 0.0,

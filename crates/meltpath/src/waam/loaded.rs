@@ -13,6 +13,7 @@ use super::error::WaamError;
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::{Settings, resolve};
+use super::wanted::Wanted;
 use crate::inputs;
 use crate::job::{self, Job, JobError, WaamJob, Written};
 use crate::outcome::record_inputs;
@@ -128,7 +129,13 @@ pub(super) fn written(
         }
         // what is to be told of the plan is told by the cell's own
         let silent = Reporter::new();
-        let programs = reach::write(&loaded.name, toolpath, dialect, settings, &silent)?;
+        let programs = reach::write(
+            &loaded.name,
+            toolpath,
+            (dialect, Wanted::WHOLE),
+            settings,
+            &silent,
+        )?;
         let commands = program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
         files.extend_from_slice(&programs.files);
         further.push((programs, commands));

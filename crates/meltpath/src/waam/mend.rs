@@ -1,87 +1,321 @@
-//! What mends a plan that is expected to fail: other settings, tried one at a time on the same part, each planned, driven and judged as the
-//! job's own.
+//! What mends a plan that is expected to fail: other settings, tried on the same part, each planned, driven and judged as the job's own.
+//! The plan takes them itself where the job leaves their keys out; else `doctor` tells them.
 
 use std::path::Path;
 
-use meltpath_base::{Check, Length, Observer, Quiet, Ratio, Reporter};
+use meltpath_base::settings::{Json, Setting, Value};
+use meltpath_base::{
+    Check, Fact, Length, Observer, Origin, Provenance, Quiet, Ratio, Reporter, Resolved,
+};
 use rayon::prelude::*;
 
+use super::doubt;
 use super::error::WaamError;
-use super::foretell::foretell;
-use super::planned::planned;
-use super::settings::resolve;
+use super::foretell::{self, foretell};
+use super::loaded::Loaded;
+use super::planned::{Planned, planned};
+use super::settings::{Settings, resolve};
 use crate::job::waam::{FillOrder, FillStrategy, Spacing};
 use crate::job::{WaamJob, Written};
 use crate::stages::part::Part;
 
-/// Settings as a job writes them, and what writes them.
-type Change = (&'static str, fn(&mut WaamJob));
+/// Settings that may be chosen; `None` leaves one as it is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Change {
+    strategy: Option<FillStrategy>,
+    order: Option<FillOrder>,
+    spacing: Option<Spacing>,
+    smoothing: Option<f64>,
+    /// At least so much beside the part, mm.
+    allowance: Option<f64>,
+}
 
-/// Those that are tried, the gentlest first: other ways to fill, then corners that are cut less, which takes longer, then more metal.
-const CHANGES: [Change; 10] = [
-    ("fill.order = \"outside-in\"", |job| {
-        job.fill.value.order.value = Some(FillOrder::OutsideIn);
-    }),
-    ("fill.strategy = \"zigzag\"", |job| {
-        job.fill.value.strategy.value = FillStrategy::Zigzag;
-    }),
-    ("fill.strategy = \"hybrid\"", |job| {
-        job.fill.value.strategy.value = FillStrategy::Hybrid;
-    }),
-    ("fill.strategy = \"contour\"", |job| {
-        job.fill.value.strategy.value = FillStrategy::Contour;
-    }),
-    ("fill.strategy = \"raster\"", |job| {
-        job.fill.value.strategy.value = FillStrategy::Raster;
-    }),
-    ("fill.spacing = \"exact\"", |job| {
-        job.fill.value.spacing.value = Spacing::Exact;
-    }),
-    ("machine.smoothing = \"25 %\"", |job| {
-        job.machine.value.smoothing.value = Ratio(0.25);
-    }),
-    ("machine.smoothing = \"0 %\"", |job| {
-        job.machine.value.smoothing.value = Ratio(0.0);
-    }),
-    ("target.allowance = \"3 mm\"", allow),
-    // beads whose distance is kept leave up to one of them out at a flank
-    (
-        "fill.spacing = \"exact\" and target.allowance = \"3 mm\"",
-        |job| {
-            job.fill.value.spacing.value = Spacing::Exact;
-            allow(job);
-        },
-    ),
+const KEEP: Change = Change {
+    strategy: None,
+    order: None,
+    spacing: None,
+    smoothing: None,
+    allowance: None,
+};
+const ZIGZAG: Change = strategy(FillStrategy::Zigzag);
+const RASTER: Change = strategy(FillStrategy::Raster);
+const EXACT: Change = Change {
+    spacing: Some(Spacing::Exact),
+    ..KEEP
+};
+const SHARPER: Change = Change {
+    smoothing: Some(0.25),
+    ..KEEP
+};
+const SHARPEST: Change = Change {
+    smoothing: Some(0.0),
+    ..KEEP
+};
+const MORE: Change = Change {
+    allowance: Some(3.0),
+    ..KEEP
+};
+/// Beads whose distance is kept leave up to one of them out at a flank.
+const EXACT_AND_MORE: Change = Change {
+    allowance: Some(3.0),
+    ..EXACT
+};
+
+/// What `doctor` tries, the gentlest first: other ways to fill, then corners that are cut less, which takes longer, then more metal.
+const ALL: [Change; 10] = [
+    Change {
+        order: Some(FillOrder::OutsideIn),
+        ..KEEP
+    },
+    ZIGZAG,
+    strategy(FillStrategy::Hybrid),
+    strategy(FillStrategy::Contour),
+    RASTER,
+    EXACT,
+    SHARPER,
+    SHARPEST,
+    MORE,
+    EXACT_AND_MORE,
 ];
+/// What a plan tries by itself, two at a time: where most beads have neighbours, how they are laid beside one another; where most stand alone,
+/// how corners are cut.
+const OF_FILLED: [Change; 4] = [ZIGZAG, EXACT, EXACT_AND_MORE, RASTER];
+const OF_WALLS: [Change; 2] = [SHARPER, MORE];
 
-/// Three millimetres round the part, where it has less.
-fn allow(job: &mut WaamJob) {
-    let now = job.target.allowance.0;
-    job.target.value.allowance.value = Length(now.max(3.0));
+/// More checks than these are many.
+const MANY: usize = 2;
+
+const fn strategy(strategy: FillStrategy) -> Change {
+    Change {
+        strategy: Some(strategy),
+        ..KEEP
+    }
+}
+
+/// Writes settings into a job as if it said them.
+struct Writer<'a> {
+    provenance: &'a mut Provenance,
+    why: &'a str,
+    /// What was written, as a job writes it.
+    words: Vec<String>,
+    /// Whether the job says none of it.
+    open: bool,
+}
+
+impl Writer<'_> {
+    fn put<T>(&mut self, key: &mut Setting<T>, value: T, told: Json) {
+        self.open &= !key.is_written();
+        self.words.push(format!("{} = {told}", key.name));
+        let told = Resolved::new(told, Origin::Computed(self.why.to_owned()));
+        self.provenance.parameter(&key.name, &told);
+        key.value = value;
+    }
+
+    fn put_plain<T: Value>(&mut self, key: &mut Setting<T>, value: Option<T>) {
+        if let Some(value) = value {
+            let told = value.json();
+            self.put(key, value, told);
+        }
+    }
+}
+
+impl Change {
+    /// The job with the change in it, `why` as its reason; how a job writes it, and whether the job leaves all of its keys out.
+    fn of(self, job: &Written<WaamJob>, why: &str) -> (Written<WaamJob>, String, bool) {
+        let mut other = job.clone();
+        let Written { tables, provenance } = &mut other;
+        let mut writer = Writer {
+            provenance,
+            why,
+            words: Vec::new(),
+            open: true,
+        };
+        let fill = &mut tables.fill.value;
+        writer.put_plain(&mut fill.strategy, self.strategy);
+        if let Some(order) = self.order {
+            writer.put(&mut fill.order, Some(order), order.json());
+        }
+        writer.put_plain(&mut fill.spacing, self.spacing);
+        let smoothing = self.smoothing.map(Ratio);
+        writer.put_plain(&mut tables.machine.value.smoothing, smoothing);
+        let allowance = &mut tables.target.value.allowance;
+        let more = self.allowance.map(|a| Length(a.max(allowance.0)));
+        writer.put_plain(allowance, more);
+        let (words, open) = (writer.words.join(" and "), writer.open);
+        (other, words, open)
+    }
+}
+
+/// A plan with what it is expected to fail.
+pub(super) struct Foretold {
+    pub(super) planned: Planned,
+    /// The checks that it is expected to fail, or to leave undecided.
+    pub(super) checks: Vec<Check>,
+    /// What was chosen of what the job leaves out, and why.
+    pub(super) chosen: Option<Fact>,
+}
+
+impl Foretold {
+    /// What was chosen, in a line.
+    pub(super) fn choice(&self) -> Option<String> {
+        let fact = self.chosen.as_ref()?;
+        Some(format!("{}: {}", fact.title, fact.reason))
+    }
+
+    /// What was chosen, and a line for each check that is expected to fail or to be undecided.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let checks = foretell::lines(&self.checks);
+        self.choice().into_iter().chain(checks).collect()
+    }
+}
+
+/// Whether a job leaves a key out that a plan may choose.
+pub(super) fn leaves_open(job: &Written<WaamJob>) -> bool {
+    let mut all = OF_FILLED.iter().chain(&OF_WALLS);
+    all.any(|change| change.of(job, "").2)
+}
+
+/// Plans `part`. Where the plan is expected to fail, and another setting that the job leaves out leaves nothing to fail, that one is
+/// taken: `loaded` has it then.
+///
+/// # Errors
+/// [`WaamError`] for whatever keeps the job from being planned, or when cancelled.
+pub(super) fn settle(
+    loaded: &mut Loaded,
+    part: &Part,
+    reporter: &Reporter,
+    observer: &dyn Observer,
+) -> Result<Foretold, WaamError> {
+    let settings = &loaded.settings;
+    let own = Reporter::new();
+    let plain = planned(&loaded.name, part, settings, &own, observer)?;
+    let checks = foretell(part, &plain.plan, &plain.commands, settings, observer)?;
+    // no way to fill holds a wall that leans, nor says how a controller goes round corners
+    let doubted = plain.plan.lean.is_some()
+        || doubt::of_corners(*settings.cell.program.dialect, settings).is_some();
+    let mended = if checks.is_empty() || doubted || !checks.iter().all(may_be_mended) {
+        None
+    } else {
+        choose(loaded, part, (&plain, &checks), observer)?
+    };
+    let Some(other) = mended else {
+        reporter.absorb(own);
+        return Ok(Foretold {
+            planned: plain,
+            checks,
+            chosen: None,
+        });
+    };
+    reporter.absorb(other.reporter);
+    loaded.settings = other.settings;
+    let chosen = Fact::words(
+        "chosen",
+        "chosen by the plan, as the job leaves it open",
+        &format!("{}: {}", other.words, reason(&checks)),
+    );
+    Ok(Foretold {
+        planned: other.planned,
+        checks: other.left,
+        chosen: Some(chosen),
+    })
+}
+
+/// Whether beads laid otherwise may mend a check: it has a figure, and one of the metal.
+fn may_be_mended(check: &Check) -> bool {
+    check.value.is_some() && !matches!(check.id.as_str(), "range" | "plate" | "overhang")
+}
+
+fn reason(checks: &[Check]) -> String {
+    let ids: Vec<&str> = checks.iter().map(|c| c.id.as_str()).collect();
+    format!("with the default {} was expected to fail", ids.join(", "))
+}
+
+/// The first of the settings left out with which nothing is expected to fail.
+fn choose(
+    loaded: &Loaded,
+    part: &Part,
+    (plain, checks): (&Planned, &[Check]),
+    observer: &dyn Observer,
+) -> Result<Option<Tried>, WaamError> {
+    let candidates = if plain.plan.single > 0.5 {
+        &OF_WALLS[..]
+    } else {
+        &OF_FILLED
+    };
+    observer.stage("choose settings", candidates.len() as u64);
+    let why = format!("chosen by the plan: {}", reason(checks));
+    // two at a time, however many threads there are; of a plan that fails in many ways one setting seldom mends all
+    let pairs = if checks.len() > MANY { 1 } else { 2 };
+    for pair in candidates.chunks(2).take(pairs) {
+        let tried: Vec<Tried> = pair
+            .par_iter()
+            .filter_map(|change| {
+                let (job, words, open) = change.of(&loaded.job, &why);
+                open.then(|| attempt(loaded, part, (&job, words), observer))?
+            })
+            .collect();
+        observer.check()?;
+        if let Some(first) = tried.into_iter().find(|t| t.left.is_empty()) {
+            return Ok(Some(first));
+        }
+    }
+    Ok(None)
+}
+
+/// Other settings with their plan, and what it is expected to fail.
+struct Tried {
+    words: String,
+    settings: Settings,
+    planned: Planned,
+    left: Vec<Check>,
+    reporter: Reporter,
+}
+
+/// A plan with other settings; `None` where nothing changes, or where nothing can be planned with them: that mends nothing.
+fn attempt(
+    loaded: &Loaded,
+    part: &Part,
+    (job, words): (&Written<WaamJob>, String),
+    observer: &dyn Observer,
+) -> Option<Tried> {
+    let quiet = Quiet(observer);
+    let changed = job.tables != loaded.job.tables && observer.check().is_ok();
+    let tried = changed.then(|| {
+        let folder = loaded.path.parent().unwrap_or(Path::new(""));
+        // what is to be told of the job was told when it was read
+        let settings = resolve(job, folder, &Reporter::new()).ok()?;
+        let reporter = Reporter::new();
+        let planned = planned(&loaded.name, part, &settings, &reporter, &quiet).ok()?;
+        let left = foretell(part, &planned.plan, &planned.commands, &settings, &quiet).ok()?;
+        Some(Tried {
+            words,
+            settings,
+            planned,
+            left,
+            reporter,
+        })
+    });
+    observer.advance(1);
+    tried?
 }
 
 /// Tells which other setting leaves nothing that is expected to fail, else the one that leaves least of what is now, `foretold`.
 ///
 /// # Errors
-/// [`WaamError`] when cancelled; a setting with which nothing can be planned mends nothing.
+/// [`WaamError`] when cancelled.
 pub(super) fn mend(
-    (name, folder): (&str, &Path),
-    job: &Written<WaamJob>,
+    loaded: &Loaded,
     part: &Part,
     foretold: &[Check],
     observer: &dyn Observer,
 ) -> Result<String, WaamError> {
-    observer.stage("try other settings", CHANGES.len() as u64);
-    let tried: Vec<(&str, Vec<Check>)> = CHANGES
+    observer.stage("try other settings", ALL.len() as u64);
+    let tried: Vec<(String, Vec<Check>)> = ALL
         .par_iter()
-        .filter_map(|(words, change)| {
-            let mut other = job.clone();
-            change(&mut other.tables);
-            let quiet = (Reporter::new(), Quiet(observer));
-            let left = (other.tables != job.tables && observer.check().is_ok())
-                .then(|| left((name, folder), &other, part, (&quiet.0, &quiet.1)));
-            observer.advance(1);
-            Some((*words, left?.ok()?))
+        .filter_map(|change| {
+            let (job, words, _) = change.of(&loaded.job, "");
+            let tried = attempt(loaded, part, (&job, words), observer)?;
+            Some((tried.words, tried.left))
         })
         .collect();
     observer.check()?;
@@ -103,17 +337,4 @@ pub(super) fn mend(
             tried.len()
         ),
     })
-}
-
-/// What is expected to fail with a job.
-fn left(
-    (name, folder): (&str, &Path),
-    job: &Written<WaamJob>,
-    part: &Part,
-    (reporter, observer): (&Reporter, &dyn Observer),
-) -> Result<Vec<Check>, WaamError> {
-    let settings =
-        resolve(job, folder, reporter).map_err(|e| crate::job::JobError::in_file(folder, "", e))?;
-    let planned = planned(name, part, &settings, reporter, observer)?;
-    foretell(part, &planned.plan, &planned.commands, &settings, observer)
 }

@@ -6,10 +6,11 @@ use meltpath_geometry::workpiece::HeightMap;
 use super::checks::{borrowed_check, overhang_check, planned, plate_check, range_check};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
-use super::judge::{GrowthError, LayerOutcome, TargetOutcome, layer_checks, target_checks};
+use super::judge::{
+    GrowthError, LayerOutcome, TargetOutcome, TubePlace, layer_checks, target_checks,
+};
 use super::plan::{Lean, Plan};
 use super::settings::Settings;
-use super::simulate::CtwdPoint;
 use super::target::{Allowance, Target, compare};
 use super::tube;
 use crate::stages::part::Part;
@@ -19,7 +20,7 @@ pub(super) struct Laid<'a> {
     /// Layer by layer.
     pub(super) layers: &'a [LayerOutcome],
     /// Contact tube distance along the beads.
-    pub(super) ctwd: &'a [CtwdPoint],
+    pub(super) ctwd: &'a [TubePlace],
     /// The surface.
     pub(super) map: &'a HeightMap,
 }

@@ -39,6 +39,8 @@ pub struct Plan {
     pub height: Resolved<f64>,
     /// Metal over faces that look up: as written, or what covers them however the build grows, mm.
     pub over: Resolved<f64>,
+    /// How much lower than the layer below is planned to stand the wire's tip runs, from the second layer on, mm.
+    pub lowered: f64,
     /// Share of the bead length that has no neighbour in its layer.
     pub single: f64,
 }
@@ -54,11 +56,14 @@ pub fn plan(
     observer: &dyn Observer,
 ) -> Result<Plan, PlanStageError> {
     let part_top = part.mesh.bounds().map_or(0.0, |(_, hi)| hi.z);
+    let laid_out = lay_out(part, part_top, settings, observer)?;
+    let torch = laid_out.torch_heights();
     let LaidOut {
         layers,
         height,
         over,
-    } = lay_out(part, part_top, settings, observer)?;
+        lowered,
+    } = laid_out;
     let middles: Vec<f64> = layers.iter().map(|l| l.at(0.5)).collect();
     let sections = cut(part, part_top, over.value, &middles, reporter, observer)?;
     let regions: Vec<Vec<Region>> = covered(&sections, settings)?;
@@ -80,7 +85,7 @@ pub fn plan(
         observer,
     )?;
     let lean = lean(&regions, settings.bead.width.value)?;
-    let plans = fill(&layers, &regions, settings, reporter, observer)?;
+    let plans = fill(&torch, &regions, settings, reporter, observer)?;
     let coverage = plans
         .iter()
         .flat_map(|p| p.coverage.iter().map(|c| (p.path.number, c.clone())))
@@ -104,6 +109,7 @@ pub fn plan(
         overhangs,
         lean,
         height,
+        lowered,
     })
 }
 
@@ -179,6 +185,11 @@ impl Plan {
         provenance.parameter("layers.height", &height);
         let over = Resolved::new(Length(self.over.value), self.over.origin.clone());
         provenance.parameter("target.allowance_top", &over);
+        let lowered = "edges and grooves of a layer lie lower than its middle: over them too the wire feed is known";
+        provenance.parameter(
+            "plan.torch_lowered",
+            &Resolved::new(Length(self.lowered), Origin::Computed(lowered.to_owned())),
+        );
         provenance.parameter(
             "layers.made",
             &Resolved::new(

@@ -7,6 +7,7 @@ use super::plan::{self, Plan};
 use super::program::{self, Commands, Programs};
 use super::reach;
 use super::settings::Settings;
+use super::wanted::Wanted;
 use crate::stages::part::Part;
 
 /// What is known before anything moves.
@@ -27,7 +28,13 @@ pub(super) fn planned(
 ) -> Result<Planned, WaamError> {
     let plan = plan::plan(part, settings, reporter, observer)?;
     let own = settings.cell.program.dialect.value;
-    let programs = reach::write(name, &plan.toolpath, own, settings, reporter)?;
+    let programs = reach::write(
+        name,
+        &plan.toolpath,
+        (own, Wanted::WHOLE),
+        settings,
+        reporter,
+    )?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
     Ok(Planned {
         plan,

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use meltpath_base::{Ratio, Reporter};
+use meltpath_base::{Place, Ratio, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::Instruction;
@@ -18,6 +18,8 @@ use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::settings::Settings;
+use super::wanted::{Asked, Torch};
+use crate::job::waam::LayerRelease;
 
 /// Why there is no program, or why it cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +46,11 @@ pub enum ProgramStageError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A writer is at fault.
+    #[error(
+        "the programs do not read back as they were written, or do not lay what the plan does: this is a fault of the program writer; please report it with the job"
+    )]
+    Unfaithful,
     /// A folder without a single main program.
     #[error(
         "the folder {} has no single main program, one that no other calls: {}; name the file to begin with",
@@ -94,14 +101,14 @@ pub struct Programs {
 pub fn make(
     name: &str,
     toolpath: &Toolpath,
-    dialect: Dialect,
+    (dialect, wanted): Asked,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Built, ProgramStageError> {
-    let pause = if settings.pause > 0.0 {
-        Pause::Wait(settings.pause)
-    } else {
-        Pause::None
+    let pause = match (wanted.torch, settings.until) {
+        (Torch::Burns, LayerRelease::Cooled) => Pause::Cooled(settings.pause),
+        (Torch::Burns, LayerRelease::Pause) if settings.pause > 0.0 => Pause::Wait(settings.pause),
+        (Torch::Dry, _) | (Torch::Burns, LayerRelease::Pause) => Pause::None,
     };
     let build_settings = BuildSettings {
         name: name.to_owned(),
@@ -109,6 +116,8 @@ pub fn make(
         dialect,
         smoothing: Ratio(settings.smoothing),
         pause,
+        from: wanted.from,
+        variant: wanted.variant(),
     };
     let cell = &settings.cell.program;
     Ok(build(toolpath, cell, &build_settings, reporter)?)
@@ -148,6 +157,20 @@ pub fn write(built: Built, cell: &CellProgramming) -> Result<Programs, ProgramSt
         programs.parsed.push(parsed.program.clone());
     }
     Ok(programs)
+}
+
+/// The dialect of programs, the first of which is the main one.
+pub(super) fn spoken(programs: &[Program]) -> Dialect {
+    programs.first().map_or(Dialect::FanucLs, |p| p.dialect)
+}
+
+/// Whether a program strikes an arc.
+pub(super) fn burns(program: &Program) -> bool {
+    program.instructions.iter().any(|i| match i {
+        Instruction::Arc(_) => true,
+        Instruction::Motion(motion) => motion.arc.is_some(),
+        _ => false,
+    })
 }
 
 /// How many lines of a program are kept verbatim.
@@ -291,10 +314,10 @@ pub fn read(
 fn tell(parsed: &Parsed, path: &Path, reporter: &Reporter) {
     let instruction = |line: &u32| parsed.lines.binary_search(line).is_ok();
     for unread in parsed.unread.iter().filter(|u| !instruction(&u.line)) {
-        let place = meltpath_base::Place {
+        let place = Place {
             file: Some(path.display().to_string()),
             line: Some(unread.line),
-            ..meltpath_base::Place::default()
+            ..Place::default()
         };
         reporter.warn_at(
             "program-line-kept",
@@ -379,11 +402,24 @@ pub struct Commands {
     pub line_of_command: Vec<(u32, u32)>,
     /// Those of the start.
     pub start_line: (u32, u32),
+    /// A positioner turns the part while metal is laid.
+    pub turns: bool,
     /// Lines that shape metal and were not simulated.
     pub gaps: Vec<Gap>,
 }
 
 impl Commands {
+    /// A place along a command.
+    pub(super) fn place(&self, command: u32, position: DVec3) -> Place {
+        let i = command as usize;
+        Place {
+            position: Some(position.to_array()),
+            layer: self.layer_of_command.get(i).copied(),
+            bead: self.bead_of_command.get(i).copied().flatten(),
+            ..Place::default()
+        }
+    }
+
     /// Counts heights from `height` mm of the user frame on.
     pub fn lower(&mut self, height: f64) {
         self.start.position.z -= height;
@@ -462,9 +498,20 @@ pub fn commands(
         weaves: reading.weaves,
         line_of_command,
         start_line: reading.start_line,
+        turns: turns(toolpath),
         arc_length,
         gaps: reading.gaps,
     })
+}
+
+/// Whether an external axis moves.
+fn turns(toolpath: &Toolpath) -> bool {
+    let points = toolpath
+        .passes()
+        .flat_map(|p| (0..p.points.len()).map(move |i| p.external(i).collect::<Vec<_>>()));
+    let mut said = points.filter(|axes| axes.iter().any(Option::is_some));
+    said.next()
+        .is_some_and(|first| said.any(|axes| axes != first))
 }
 
 /// How the tool stands at point `i` of a pass that was read.

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
 use meltpath_geometry::Pose;
-use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
-use meltpath_programs::{Dialect, Program, Schedule};
+use meltpath_programs::{Dialect, Program, Schedule, dry_run};
 use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Closest, Metal, Surroundings, sweep};
 use meltpath_robot::kinematics::Unreachable;
@@ -15,8 +14,11 @@ use meltpath_robot::posture::{
 };
 use meltpath_toolpath::Toolpath;
 
+use super::film::{self, Moment, Step};
 use super::program::{self, Commands, ProgramStageError, Programs, commands};
+use super::record;
 use super::settings::Settings;
+use super::wanted::{Asked, Torch};
 
 /// What the robot does along a program.
 #[derive(Debug)]
@@ -28,6 +30,8 @@ pub(crate) struct Along {
     closest: Option<Vec<Closest>>,
     /// Positions whose CONFIG is not that of the arm there, and the first of them.
     differing: Option<(usize, Place)>,
+    /// The way of the axes.
+    steps: Vec<Step>,
 }
 
 /// The programs of a toolpath, their positions as the job's robot holds them, written and read back.
@@ -37,12 +41,15 @@ pub(crate) struct Along {
 pub(super) fn write(
     name: &str,
     toolpath: &Toolpath,
-    dialect: Dialect,
+    asked: Asked,
     settings: &Settings,
     reporter: &Reporter,
 ) -> Result<Programs, ProgramStageError> {
-    let mut built = program::make(name, toolpath, dialect, settings, reporter)?;
+    let mut built = program::make(name, toolpath, asked, settings, reporter)?;
     choose(&mut built.programs, &built.schedules, settings)?;
+    if asked.1.torch == Torch::Dry {
+        dry_run(&mut built.programs);
+    }
     program::write(built, &settings.cell.program)
 }
 
@@ -57,13 +64,16 @@ fn choose(
         return Ok(());
     };
     let moves = commands(programs, schedules, settings, &Reporter::new())?;
+    if moves.turns {
+        return Ok(());
+    }
     let any = BTreeMap::new();
     let task = task(cell, &moves, Rotation::Free, &any);
     let Ok(held) = hold(&task) else {
         return Ok(());
     };
     let positions = Positions::of(programs);
-    let dialect = dialect_of(programs);
+    let dialect = program::spoken(programs);
     for reached in ends(&task, &held).unwrap_or_default() {
         let stance = stance(cell, dialect, reached.joints);
         if let Some(coordinates) = positions.at(programs, &moves, &reached) {
@@ -80,8 +90,8 @@ pub(super) fn along(
     settings: &Settings,
     metal: &[(u32, Metal)],
 ) -> Option<Result<Along, NotHeld>> {
-    let cell = settings.robot.as_ref()?;
-    let dialect = dialect_of(programs);
+    let cell = settings.robot.as_ref().filter(|_| !moves.turns)?;
+    let dialect = program::spoken(programs);
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
@@ -93,6 +103,7 @@ pub(super) fn along(
             closest,
             configurations: Vec::new(),
             differing: None,
+            steps: film::steps(&task, &held)?,
         };
         for reached in ends(&task, &held)? {
             let found = stance(cell, dialect, reached.joints);
@@ -112,6 +123,18 @@ pub(super) fn along(
         }
         Ok(along)
     }))
+}
+
+/// The cell at every moment of the simulated motion; nothing where the robot does not hold the torch along the whole program.
+pub(super) fn moments(
+    along: Option<&Result<Along, NotHeld>>,
+    samples: &[record::Sample],
+    moves: &Commands,
+) -> Vec<Moment> {
+    match along {
+        Some(Ok(along)) => film::moments(&along.steps, samples, &moves.layer_of_command),
+        _ => Vec::new(),
+    }
 }
 
 /// How near bodies come. While a layer is laid its metal counts as laid already.
@@ -201,10 +224,6 @@ fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
         all.push(reached);
     }
     Ok(all)
-}
-
-fn dialect_of(programs: &[Program]) -> Dialect {
-    programs.first().map_or(Dialect::FanucLs, |p| p.dialect)
 }
 
 /// How the arm stands, where the dialect has its maker's words.
@@ -322,7 +341,7 @@ pub(super) fn checks(
     settings: &Settings,
 ) -> Vec<Check> {
     let (Some(along), Some(cell)) = (along, &settings.robot) else {
-        return not_checked(NO_ROBOT);
+        return not_checked(if moves.turns { TURNS } else { NO_ROBOT });
     };
     match along {
         Err(not) => {
@@ -344,6 +363,7 @@ pub(super) fn checks(
 
 const NO_ROBOT: &str =
     "the job names no robot: write machine.robot, a name that ships or a file of your own";
+const TURNS: &str = "a positioner turns the part while metal is laid, and the arm is not followed beside a positioner that moves";
 const REACH: &str = "reach of the robot";
 const COLLISION: &str = "collision of torch, robot and part";
 const CONFIG: &str = "robot CONFIG";
@@ -576,17 +596,4 @@ pub(super) fn facts(along: Option<&Result<Along, NotHeld>>, moves: &Commands) ->
     })
     .chain(clearances(along, moves))
     .collect()
-}
-
-impl Commands {
-    /// A place along a command.
-    fn place(&self, command: u32, position: DVec3) -> Place {
-        let i = command as usize;
-        Place {
-            position: Some(position.to_array()),
-            layer: self.layer_of_command.get(i).copied(),
-            bead: self.bead_of_command.get(i).copied().flatten(),
-            ..Place::default()
-        }
-    }
 }

@@ -13,14 +13,15 @@ use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::error::WaamError;
-use super::foretell::{self, foretell};
+use super::film::Moment;
+use super::foretell;
 use super::judge::GrowthError;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
-use super::mend::mend;
+use super::mend::{leaves_open, mend, settle};
 use super::metal::{self, Laid};
 use super::plan::{self, PlanStageError};
-use super::planned::{Planned, planned};
-use super::program::{self, Commands};
+use super::planned::Planned;
+use super::program::Commands;
 use super::reach;
 use super::settings::{Settings, laws_tried};
 use super::simulate::{Build, Simulation, simulate};
@@ -90,27 +91,27 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     let folder = outcome::folder(out, runs)?;
-    let settings = &loaded.settings;
-    warn_of_plate(settings, &reporter);
-    if let Some(asked) = &settings.surface {
+    warn_of_plate(&loaded.settings, &reporter);
+    if let Some(asked) = &loaded.settings.surface {
         return surface::run::run(&loaded, asked, folder, &reporter, observer);
     }
     let part = load_part(&loaded, &reporter, observer)?;
     observer.check()?;
+    let foretold = settle(&mut loaded, &part, &reporter, observer)?;
+    let settings = &loaded.settings;
+    for line in foretold.lines() {
+        observer.note(&line);
+    }
+    if !foretold.checks.is_empty() {
+        observer.note("`meltpath doctor` tries other settings that may mend it");
+    }
     let Planned {
         plan,
         programs,
         commands,
-    } = planned(&loaded.name, &part, settings, &reporter, observer)?;
-    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
-    for line in foretell::lines(&foretold) {
-        observer.note(&line);
-    }
-    if !foretold.is_empty() {
-        observer.note("`meltpath doctor` tries other settings that may mend it");
-    }
+    } = foretold.planned;
     let map = plan.plate(settings)?;
     let layers = plan
         .planned_layers(&map, settings)
@@ -133,7 +134,8 @@ pub fn run(
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
     facts.extend(plan_facts(&plan, settings));
-    facts.push(foretell::fact(&foretold));
+    facts.push(foretell::fact(&foretold.checks));
+    facts.extend(foretold.chosen);
     let verdict = Verdict {
         checks,
         facts,
@@ -153,6 +155,7 @@ pub fn run(
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
+        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -177,6 +180,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -194,7 +199,7 @@ pub(super) fn write_common(
         layers,
         Some(settings.plate_thickness),
     )?;
-    let report = Report {
+    let mut report = Report {
         title: shown.title.clone(),
         subtitle: shown.subtitle.clone(),
         verdict: verdict.clone(),
@@ -208,6 +213,7 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
+    views::waam::cell::show(&mut report, settings.robot.as_ref(), &shown.moments);
     outcome::tell(folder, &report)?;
     Ok(())
 }
@@ -218,7 +224,7 @@ pub(super) fn write_common(
 /// [`WaamError`].
 pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<String, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     if out.exists() {
         return Err(OutputError::Exists(out.to_path_buf()).into());
     }
@@ -227,7 +233,14 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
         (plan.toolpath, lines)
     } else {
         let part = load_part(&loaded, &reporter, observer)?;
-        let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
+        let (plan, chosen) = if leaves_open(&loaded.job) {
+            let foretold = settle(&mut loaded, &part, &reporter, observer)?;
+            let choice = foretold.choice();
+            (foretold.planned.plan, choice)
+        } else {
+            let plan = plan::plan(&part, &loaded.settings, &reporter, observer)?;
+            (plan, None)
+        };
         let told = format!(
             "{} beads, {:.1} m, in {} layers of {:.3} mm",
             plan.toolpath.pass_count(),
@@ -235,7 +248,10 @@ pub fn plan_to_file(job: &Path, out: &Path, observer: &dyn Observer) -> Result<S
             plan.layers.len(),
             plan.height.value
         );
-        let lines = std::iter::once(told).chain(part.findings).collect();
+        let lines = std::iter::once(told)
+            .chain(chosen)
+            .chain(part.findings)
+            .collect();
         (plan.toolpath, lines)
     };
     write_file(out, |w| storage::write(&toolpath, w))?;
@@ -261,61 +277,25 @@ pub fn read_toolpath(path: &Path) -> Result<Toolpath, WaamError> {
     storage::read(&mut BufReader::new(file)).map_err(failed)
 }
 
-/// Writes the program of a plan into a new folder. Returns the names of its files.
-///
-/// # Errors
-/// [`WaamError`].
-pub fn program_to_folder(
-    job: &Path,
-    toolpath: &Path,
-    out: &Path,
-) -> Result<Vec<String>, WaamError> {
-    let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
-    let toolpath = read_toolpath(toolpath)?;
-    let own = loaded.settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &toolpath, own, &loaded.settings, &reporter)?;
-    let commands = program::commands(
-        &programs.parsed,
-        &programs.schedules,
-        &loaded.settings,
-        &reporter,
-    )?;
-    let (mut written, _) = written(&loaded, &toolpath, &programs, &commands)?;
-    if written.is_empty() {
-        written = programs.files;
-    }
-    let folder = OutputFolder::create(out)?;
-    for file in &written {
-        folder.write(&file.name, |w| w.write_all(file.text.as_bytes()))?;
-    }
-    folder.commit()?;
-    Ok(written.into_iter().map(|f| f.name).collect())
-}
-
 /// What is resolved in a job, what it warns of, and what its plan is expected to fail.
 ///
 /// # Errors
 /// [`WaamError`] for whatever a run refuses before it simulates: a part or a plan that cannot be used too.
 pub fn examine(job: &Path, observer: &dyn Observer) -> Result<Examined, WaamError> {
     let reporter = Reporter::new();
-    let loaded = load(job, &reporter)?;
+    let mut loaded = load(job, &reporter)?;
     if let Some(asked) = &loaded.settings.surface {
         return surface::run::examine(&loaded, asked, &reporter, observer);
     }
     let part = load_part(&loaded, &reporter, observer)?;
     // layer by layer a plan warns of much: the run tells it
-    let quiet = Reporter::new();
-    let settings = &loaded.settings;
-    let Planned { plan, commands, .. } = planned(&loaded.name, &part, settings, &quiet, observer)?;
-    let foretold = foretell(&part, &plan, &commands, settings, observer)?;
-    let mut lines = foretell::lines(&foretold);
+    let foretold = settle(&mut loaded, &part, &Reporter::new(), observer)?;
+    let mut lines = foretold.lines();
     // no way to fill holds a wall that leans
-    if !foretold.is_empty() && plan.lean.is_none() {
-        let place = (&*loaded.name, job.parent().unwrap_or(Path::new("")));
-        lines.push(mend(place, &loaded.job, &part, &foretold, observer)?);
+    if !foretold.checks.is_empty() && foretold.planned.plan.lean.is_none() {
+        lines.push(mend(&loaded, &part, &foretold.checks, observer)?);
     }
-    let map = &settings.map;
+    let map = &loaded.settings.map;
     let laws = laws_tried(map).map(|laws| {
         format!(
             "process map {}, laws by their errors on beads left out: {laws}; the first is taken",

@@ -9,7 +9,6 @@ use meltpath_deposition::bead::{BeadModel, PoolModel};
 use meltpath_deposition::consumable::{Gas, Wire};
 use meltpath_deposition::deposit;
 use meltpath_deposition::energy::{EnergyBasis, EnergyPerVolume};
-use meltpath_deposition::feed_response::MeasuredResponse;
 use meltpath_deposition::process_map::{Bead, ProcessMap, Tried};
 use meltpath_deposition::stepover::{Overlap, fusion_at_risk, stepover};
 use meltpath_geometry::math::DVec3;
@@ -27,8 +26,8 @@ use super::process::{self, Process};
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, Spacing, Speeds,
-    Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, LayerRelease,
+    Spacing, Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -73,6 +72,8 @@ pub struct Settings {
     pub count: Option<u32>,
     /// Pause after each layer, s.
     pub pause: f64,
+    /// When the next layer begins.
+    pub until: LayerRelease,
     /// The cell.
     pub cell: Cell,
     /// How the cell's controller interpolates; one that holds its speed where the cell does not say.
@@ -172,7 +173,7 @@ pub fn resolve(
     let ctwd = machine.ctwd.or_computed(&mut r, nominal).0;
     let target = &job.target;
     let surface = surface::asked(job, &bead, &mut r);
-    let limits = limits(&job.checks, ctwd, &map, &mut r);
+    let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
     let programs = job.output.programs.value.clone();
     let programs = programs.unwrap_or_else(|| vec![*cell.program.dialect]);
@@ -200,6 +201,7 @@ pub fn resolve(
         heights: job.layers.height.value.clone(),
         count: *job.layers.count,
         pause: job.layers.pause.0,
+        until: *job.layers.until,
         controller,
         cell,
         cell_name: machine.cell.value.clone(),
@@ -414,13 +416,11 @@ fn paces(r: &mut Provenance, table: &FillTable, nominal: f64, known: (f64, f64))
     }
 }
 
-fn limits(c: &ChecksTable, ctwd: f64, map: &ProcessMap, r: &mut Provenance) -> Limits {
+fn limits(c: &ChecksTable, ctwd: f64, r: &mut Provenance) -> Limits {
     // a layer that lies higher or lower brings the contact tube that much nearer or farther
     let slack = (ctwd - c.ctwd_min.0).min(c.ctwd_max.0 - ctwd).max(0.0);
-    let response = map.feed_response.as_ref();
-    let known = Length(response.map_or(0.0, MeasuredResponse::distance_sigma));
     Limits {
-        ctwd_beyond: c.ctwd_beyond.or_computed(r, known).0,
+        ctwd_beyond: c.ctwd_beyond.0,
         lack: c.lack.0,
         excess: c.excess.0,
         accumulation: c.accumulation.0,
@@ -486,6 +486,12 @@ impl Settings {
     /// Metal over faces that look up: as written, else what lies over sides, mm.
     pub fn least_over(&self) -> f64 {
         self.allowance_top.unwrap_or(self.allowance)
+    }
+
+    /// What the source feeds at a contact tube distance, mm, as a share of what it feeds at that of the process map.
+    pub fn feed_at(&self, distance: f64) -> f64 {
+        let response = self.deposit.feed_response;
+        response.map_or(1.0, |r| r.ratio(distance))
     }
 
     /// Wire fed per programmed wire: the process map's feed factor.

@@ -2,7 +2,9 @@
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_deposition::bead::{BeadModel, PoolModel};
-use meltpath_deposition::deposit::{Deposit, DepositError, Deposition, LayerRecord, Settings};
+use meltpath_deposition::deposit::{
+    Deposit, DepositError, Deposition, LayerRecord, Settings, TubeDistance,
+};
 use meltpath_geometry::Pose;
 use meltpath_geometry::raster::Mask;
 use meltpath_geometry::workpiece::HeightMap;
@@ -118,9 +120,6 @@ impl<'a> Build<'a> {
     }
 }
 
-/// A point where the contact tube's distance is known: time, s, and distance, mm.
-pub type CtwdPoint = (f64, f64);
-
 /// What came out.
 #[derive(Debug)]
 pub struct Simulation {
@@ -129,7 +128,7 @@ pub struct Simulation {
     /// The motion, thinned.
     pub samples: Vec<Sample>,
     /// Contact tube distance along the beads, in order of time.
-    pub ctwd: Vec<CtwdPoint>,
+    pub ctwd: Vec<TubePlace>,
     /// Layer by layer.
     pub layers: Vec<LayerOutcome>,
     /// The metal.
@@ -181,17 +180,17 @@ pub fn simulate(
     let (planned, beads) = (build.layers, build.bead_of_command);
     let on_layer = |record: &LayerRecord, map: &HeightMap| {
         let plan = planned.iter().find(|p| p.layer == record.layer);
-        let tube = record.tube.map(|ends| {
-            ends.map(|at| TubePlace {
-                at,
-                bead: beads.get(at.command as usize).copied().flatten(),
-            })
-        });
+        let place = |at: TubeDistance| TubePlace {
+            at,
+            layer: record.layer,
+            bead: beads.get(at.command as usize).copied().flatten(),
+        };
+        let tube = record.tube.map(|ends| ends.map(place));
         layers.push(LayerOutcome {
             tube,
             ..outcome(record, map, plan)
         });
-        ctwd.extend(record.path.iter().map(|p| (p.time, p.ctwd)));
+        ctwd.extend(record.path.iter().map(|p| place(p.distance())));
         arc_starts += record.arc_starts.len();
         metal.extend(columns.map(|side| (record.layer, Metal::of(map, side))));
         let top = plan.map_or(0.0, |p| p.top);

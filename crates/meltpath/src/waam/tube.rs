@@ -6,12 +6,11 @@ use meltpath_base::{Check, Fact, Limit, Measure, Place, Status};
 
 use super::judge::{GrowthError, LayerOutcome, TubePlace};
 use super::settings::Settings;
-use super::simulate::CtwdPoint;
 
 /// Checks of every simulated sample: nearest and farthest contact tube, and whether the wire feed is known there.
 pub(super) fn checks(
     layers: &[LayerOutcome],
-    ctwd: &[CtwdPoint],
+    ctwd: &[TubePlace],
     growth: &GrowthError,
     settings: &Settings,
 ) -> Vec<Check> {
@@ -24,7 +23,7 @@ pub(super) fn checks(
     .filter_map(|(end, limit)| local(layers, growth, end, limit))
     .map(|check| check.remedy(remedy(settings)))
     .collect();
-    checks.extend(known(layers, ctwd, settings));
+    checks.extend(known(ctwd, settings));
     checks
 }
 
@@ -82,7 +81,7 @@ fn local(layers: &[LayerOutcome], growth: &GrowthError, end: End, limit: Limit) 
     };
     let value = Measure::new(found.at.distance, sigma, "mm");
     let mut check = Check::judge(id, title, value, limit)
-        .at(place(layer, &found))
+        .at(place(&found))
         .because(&at(found.at.time));
     if let Some(first) = layers.iter().find(|l| beyond(l)) {
         check = check.because(&format!("critical from layer {} on", first.layer));
@@ -90,11 +89,41 @@ fn local(layers: &[LayerOutcome], growth: &GrowthError, end: End, limit: Limit) 
     Some(check)
 }
 
-/// Whether the feed of the wire is known wherever metal is laid: beyond the distances at which it was measured nothing can be said.
-fn known(layers: &[LayerOutcome], ctwd: &[CtwdPoint], settings: &Settings) -> Option<Check> {
+/// Points of a bead this near to one another, mm, belong to one stretch.
+const NEXT: f64 = 2.0;
+
+/// A stretch of bead whose contact tube is outside some distances.
+struct Stretch {
+    /// mm.
+    length: f64,
+    /// Where it is farthest outside.
+    worst: TubePlace,
+}
+
+/// The longest stretch of bead outside the distances `least` to `greatest`; `None` where all beads lie within.
+fn longest_outside(ctwd: &[TubePlace], least: f64, greatest: f64) -> Option<Stretch> {
+    let off = |p: &TubePlace| (least - p.at.distance).max(p.at.distance - greatest);
+    let joined = |a: &TubePlace, b: &TubePlace| {
+        off(a) > 0.0 && off(b) > 0.0 && a.at.tool.distance(b.at.tool) <= NEXT
+    };
+    let stretches = ctwd.chunk_by(joined).filter_map(|points| {
+        let worst = points.iter().max_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let length = |w: &[TubePlace]| w[0].at.tool.distance(w[1].at.tool);
+        (off(worst) > 0.0).then(|| Stretch {
+            length: points.windows(2).map(length).sum(),
+            worst: *worst,
+        })
+    });
+    stretches.max_by(|a, b| a.length.total_cmp(&b.length))
+}
+
+/// Whether the feed of the wire is known wherever metal is laid: of a stretch of bead longer than the pool, which levels what is
+/// shorter, nothing can be said outside the distances at which the feed was measured.
+fn known(ctwd: &[TubePlace], settings: &Settings) -> Option<Check> {
     const ID: &str = "ctwd-known";
-    const TITLE: &str = "contact tube beyond the distances at which the wire feed was measured";
-    let (near, far) = (End::Nearest.worst(layers)?, End::Farthest.worst(layers)?);
+    const TITLE: &str =
+        "longest stretch of bead at contact tube distances where the wire feed was not measured";
+    let first = ctwd.first()?;
     let Some(measured) = &settings.map.feed_response else {
         let why = format!(
             "the process map {} does not say at which contact tube distances its wire feed is known",
@@ -107,32 +136,37 @@ fn known(layers: &[LayerOutcome], ctwd: &[CtwdPoint], settings: &Settings) -> Op
         return Some(check.remedy("measure the wire feed at two distances and add a table [feed_response] to the process map; slope 0 for a source that holds its feed"));
     };
     let (least, greatest) = (measured.least.0, measured.greatest.0);
-    let (nearer, farther) = (least - near.1.at.distance, far.1.at.distance - greatest);
-    let (layer, found) = if nearer > farther { near } else { far };
-    let outside = |d: f64| d < least || d > greatest;
-    let count = ctwd.iter().filter(|(_, d)| outside(*d)).count();
-    let share = 100.0 * count as f64 / ctwd.len().max(1) as f64;
-    let check = Check::judge(
-        ID,
-        TITLE,
-        Measure::exact(nearer.max(farther).max(0.0), "mm"),
-        Limit::AtMost(settings.limits.ctwd_beyond),
-    );
+    let beyond = settings.limits.ctwd_beyond;
+    let found = longest_outside(ctwd, least - beyond, greatest + beyond);
+    let length = found.as_ref().map_or(0.0, |s| s.length);
+    let pool = settings.pool.front + settings.pool.rear;
+    let check = Check::judge(ID, TITLE, Measure::exact(length, "mm"), Limit::AtMost(pool));
     let status = match check.status {
         Status::Fail => Status::CannotSay,
         other => other,
     };
+    let outside = |p: &&TubePlace| !(least - beyond..=greatest + beyond).contains(&p.at.distance);
+    let share = 100.0 * ctwd.iter().filter(outside).count() as f64 / ctwd.len() as f64;
+    let worst = found.map_or(*first, |s| s.worst);
+    let farthest = if length > 0.0 {
+        format!("{:.1} mm {}; ", worst.at.distance, at(worst.at.time))
+    } else {
+        String::new()
+    };
     let reason = format!(
-        "{:.1} mm {}; measured from {least:.1} to {greatest:.1} mm, {share:.1} % of the beads lie outside",
-        found.at.distance,
-        at(found.at.time)
+        "{farthest}measured from {least:.1} to {greatest:.1} mm, taken to hold {beyond:.1} mm beyond; {share:.1} % of the beads lie outside"
     );
     let check = Check {
         status,
         reason,
         ..check
     };
-    Some(check.at(place(layer, &found)).remedy(format!(
+    let check = if length > 0.0 {
+        check.at(place(&worst))
+    } else {
+        check
+    };
+    Some(check.remedy(format!(
         "{}; or measure the wire feed at that distance, and extend [feed_response] of the process map",
         remedy(settings)
     )))
@@ -163,9 +197,9 @@ pub(super) fn distribution(layers: &[LayerOutcome], mut distances: Vec<f64>) -> 
     ))
 }
 
-fn place(layer: &LayerOutcome, found: &TubePlace) -> Place {
+fn place(found: &TubePlace) -> Place {
     Place {
-        layer: Some(layer.layer),
+        layer: Some(found.layer),
         bead: found.bead,
         ..Place::at(found.at.tool.to_array())
     }
@@ -194,7 +228,7 @@ mod tests {
         }
     }
 
-    fn tube(distance: f64, x: f64) -> TubePlace {
+    fn tube(layer: u32, distance: f64, x: f64) -> TubePlace {
         TubePlace {
             at: TubeDistance {
                 distance,
@@ -202,6 +236,7 @@ mod tests {
                 time: 192.0,
                 command: 3,
             },
+            layer,
             bead: Some(9),
         }
     }
@@ -213,7 +248,7 @@ mod tests {
                 layer: n,
                 planned_top: 1.2 * f64::from(n),
                 mean_top: Some(1.65 * f64::from(n)),
-                tube: Some([15.0, 15.0].map(|d| tube(d - 0.45 * f64::from(n - 1), 10.0))),
+                tube: Some([15.0, 15.0].map(|d| tube(n, d - 0.45 * f64::from(n - 1), 10.0))),
                 ..LayerOutcome::default()
             })
             .collect()
@@ -243,15 +278,38 @@ mod tests {
     fn a_single_place_beyond_the_gas_cover_fails() {
         let mut layers = drifting_wall();
         for layer in &mut layers {
-            (layer.ctwd_mean, layer.tube) = (15.0, Some([15.0, 15.0].map(|d| tube(d, 10.0))));
+            (layer.ctwd_mean, layer.tube) =
+                (15.0, Some([15.0, 15.0].map(|d| tube(layer.layer, d, 10.0))));
         }
         let limit = Limit::AtMost(20.0);
         let check = local(&layers, &growth(0.0), End::Farthest, limit).unwrap();
         assert_eq!(check.status, Status::Pass);
-        layers[3].tube = Some([tube(15.0, 10.0), tube(28.0, 70.0)]);
+        layers[3].tube = Some([tube(4, 15.0, 10.0), tube(4, 28.0, 70.0)]);
         let check = local(&layers, &growth(0.0), End::Farthest, limit).unwrap();
         assert_eq!(check.status, Status::Fail);
         let place = check.place.unwrap();
         assert_eq!((place.layer, place.position.unwrap()[0]), (Some(4), 70.0));
+    }
+
+    /// Two beads that are each too far over a part of their length: the longer stretch counts, not both together.
+    #[test]
+    fn the_longest_stretch_outside_is_found() {
+        let bead = |y: f64, far: std::ops::Range<u32>| {
+            (0..80).map(move |k| {
+                let distance = if far.contains(&k) {
+                    16.0 + 0.01 * f64::from(k)
+                } else {
+                    14.0
+                };
+                let mut place = tube(2, distance, 0.5 * f64::from(k));
+                place.at.tool.y = y;
+                place
+            })
+        };
+        let all: Vec<TubePlace> = bead(0.0, 10..31).chain(bead(9.0, 70..80)).collect();
+        let found = longest_outside(&all, 5.0, 15.5).unwrap();
+        assert!((found.length - 10.0).abs() < 1e-12, "{}", found.length);
+        assert_eq!(found.worst.at.tool.x, 15.0);
+        assert!(longest_outside(&all, 5.0, 17.0).is_none());
     }
 }

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::support::{check, thin_wall};
-use meltpath::waam::{run, simulate_program};
-use meltpath_base::{Silent, Status, Verdict};
+use meltpath::waam::wanted::{Restart, Torch, Wanted};
+use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
+use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_data::cells;
 
 /// The shipped cell for another controller, of which nobody says how it goes round corners.
@@ -162,4 +163,49 @@ fn a_cell_without_words_is_told_what_to_write() {
         .unwrap_err()
         .to_string();
     assert!(told.contains("write program.rapid"), "{told}");
+}
+
+#[test]
+fn the_rest_of_a_plan_and_its_dry_run_are_written() {
+    for (dialect, robot, ending) in [
+        ("fanuc-ls", "fanuc-arcmate-120ic", "LS"),
+        ("ur-script", "universal-ur10e", "script"),
+        ("yaskawa-inform", "yaskawa-ar2010", "JBI"),
+    ] {
+        let dir = tempfile::tempdir().unwrap();
+        let home = dir.path().join("job");
+        std::fs::create_dir(&home).unwrap();
+        std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();
+        let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
+        let job = job(&home, &machine, "");
+        let plan = home.join("plan.melt");
+        plan_to_file(&job, &plan, &Silent).unwrap();
+        let written = |from, torch, name: &str| {
+            let out = home.join(name);
+            let wanted = Wanted { from, torch };
+            let files = program_to_folder(&job, &plan, &out, wanted, &Reporter::new());
+            files.map(|files| {
+                (
+                    files.clone(),
+                    std::fs::read_to_string(out.join(&files[0])).unwrap(),
+                )
+            })
+        };
+        let rest = Restart { layer: 2, bead: 1 };
+        let (files, text) = written(Some(rest), Torch::Burns, "rest").unwrap();
+        assert_eq!(files, [format!("JOB_R2B1.{ending}")]);
+        assert!(
+            text.contains("Layer 2") && !text.contains("Layer 1"),
+            "{text}"
+        );
+        let (files, text) = written(None, Torch::Dry, "dry").unwrap();
+        assert_eq!(files, [format!("JOB_DRY.{ending}")]);
+        for word in ["Arc Start", "set_digital_out", "ARCON"] {
+            assert!(!text.contains(word), "{text}");
+        }
+        let nowhere = Restart { layer: 9, bead: 1 };
+        let refused = written(Some(nowhere), Torch::Burns, "none").unwrap_err();
+        assert!(refused.to_string().contains("layers 1 to 2"), "{refused}");
+        assert!(!home.join("none").exists());
+    }
 }

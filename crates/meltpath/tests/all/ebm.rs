@@ -1,6 +1,7 @@
 //! The electron-beam chain on a small job: what it writes, what it says, what it refuses.
 
 mod charts;
+mod corrected;
 mod gun;
 mod judged;
 mod material;

@@ -367,3 +367,64 @@ fn without_a_job_no_wire_is_assumed_in_the_verdict() {
             .any(|f| f.id == "wire-mass" || f.id == "energy")
     );
 }
+
+/// A straight bead of 100 mm on a table that turns in the user frame, by the same angle for each step of it.
+#[test]
+fn coordinated_beads_are_laid_in_the_frame_of_the_part() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let mut text = "/PROG WALL\n/MN\n".to_owned();
+    let mut lines = vec![
+        "UFRAME_NUM=1".to_owned(),
+        "UTOOL_NUM=1".to_owned(),
+        "L P[1] 20mm/sec FINE Arc Start[7]".to_owned(),
+    ];
+    lines.extend((2..=10).map(|n| format!("L P[{n}] WELD_SPEED CNT50 COORD")));
+    lines.push("L P[11] WELD_SPEED FINE COORD Arc End[7]".to_owned());
+    for (n, line) in lines.iter().enumerate() {
+        writeln!(text, "{:4}:{line} ;", n + 1).unwrap();
+    }
+    text += "/POS\n";
+    for n in 0..11 {
+        let (along, angle) = (10.0 * f64::from(n), 5.0 * f64::from(n));
+        let (sine, cosine) = angle.to_radians().sin_cos();
+        let [x, y] = [along * cosine, along * sine].map(|v| (v * 1e3).round() / 1e3);
+        writeln!(
+            text,
+            "P[{}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = {y} mm, Z = 0 mm, \
+             W = 180 deg, P = 0 deg, R = 0 deg\n GP2:\n UF : 1, UT : 1,\n J1= {angle} deg\n}};",
+            n + 1
+        )
+        .unwrap();
+    }
+    text += "/END\n";
+    let program = dir.path().join("wall.ls");
+    std::fs::write(&program, text).unwrap();
+    let verdict = |name: &str| {
+        let runs = dir.path().join(name);
+        simulate_program(&program, Some(&job), None, &runs, &Silent)
+            .unwrap()
+            .verdict
+    };
+    let unknown = verdict("unknown");
+    assert_eq!(check(&unknown, "lines").status, Status::CannotSay);
+    let cell = dir.path().join("cell.toml");
+    let known = std::fs::read_to_string(&cell).unwrap()
+        + "[program.positioner]\nsource = \"test\"\nuser_frame = \"base\"\n\
+           [[program.positioner.axis]]\norigin = [\"0 mm\", \"0 mm\", \"0 mm\"]\ndirection = [0, 0, 1]\n";
+    std::fs::write(&cell, known).unwrap();
+    let known = verdict("known");
+    assert_eq!(check(&known, "lines").status, Status::Pass);
+    // 100 mm at 12.5 mm/s, though the arm goes another way
+    let arc = known.facts.iter().find(|f| f.id == "time-arc").unwrap();
+    assert!(
+        (arc.value.as_ref().unwrap().value * 60.0 - 8.0).abs() < 0.5,
+        "{arc:?}"
+    );
+    let lack = check(&known, "ctwd-max");
+    assert_eq!(lack.status, Status::CannotSay, "{lack:?}");
+    assert!(
+        lack.reason.contains("a positioner turns the part"),
+        "{lack:?}"
+    );
+}

@@ -11,7 +11,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Mesh, Region, shapes};
 
 /// The checks foretold and not happened, and happened and not foretold.
-fn misses(verdict: &Verdict) -> String {
+pub(super) fn misses(verdict: &Verdict) -> String {
     let fact = verdict.facts.iter().find(|f| f.id == "foretold").unwrap();
     let foretold: BTreeSet<&str> = match fact.reason.as_str() {
         "no check" => BTreeSet::new(),
@@ -68,7 +68,7 @@ fn plain() -> Vec<(&'static str, Mesh, [&'static str; 2])> {
     let flat = |region: Region, height: f64| shapes::extrude(&[region], height);
     let none = ["", ""];
     let height = "height = \"auto\"";
-    let allowance = "allowance = \"2 mm\"";
+    let allowance = "# allowance = \"2 mm\"";
     vec![
         ("bar", flat(shapes::plate(70.0, 12.0), 14.0), none),
         ("block", flat(shapes::plate(36.0, 30.0), 12.0), none),
@@ -213,26 +213,7 @@ fn plans_foretell_what_their_runs_fail() {
 #[test]
 #[ignore = "a minute of computing"]
 fn plain_shapes_happen_as_foretold() {
-    // one check each, which comes near its limit in the run or in the foretelling
-    let near = [("wedge", "-stock"), ("no allowance", "+flatness")];
+    // comes near its limit in the run
+    let near = [("no allowance", "+flatness")];
     assert_eq!(plain_misses(|_| true), known(&near));
-}
-
-#[test]
-#[ignore = "a minute of computing"]
-fn templates_happen_as_foretold() {
-    let dir = tempfile::tempdir().unwrap();
-    let found: Vec<(&str, String)> = start::shape_names()
-        .into_iter()
-        .map(|shape| {
-            let job = start::waam(&dir.path().join(shape), shape, None).unwrap();
-            let out = dir.path().join(format!("{shape}-run"));
-            let verdict = waam::run(&job, Some(&out), dir.path(), &Silent)
-                .unwrap()
-                .verdict;
-            (shape, misses(&verdict))
-        })
-        .filter(|(_, misses)| !misses.is_empty())
-        .collect();
-    assert_eq!(found, known(&[]));
 }

@@ -75,8 +75,8 @@ fn what_a_message_says_to_write_mends_the_job() {
         ("ctwd = \"15 mm\"", "ctwd = 15"),
         ("ctwd = \"15 mm\"", "ctwd = \"15\""),
         ("ctwd = \"15 mm\"", "ctwd = 15 mm"),
-        ("strategy = \"hybrid\"", "strategy = \"hibrid\""),
-        ("smoothing = \"50 %\"", "smoothing = 50 %"),
+        ("# strategy = \"hybrid\"", "strategy = \"hibrid\""),
+        ("# smoothing = \"50 %\"", "smoothing = 50 %"),
         ("[machine]", "[machin]"),
     ] {
         let bad = replaced(&good, from, to);

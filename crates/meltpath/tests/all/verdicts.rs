@@ -90,6 +90,7 @@ pause = "30 s"
 [fill]
 strategy = "hybrid"
 stepover = "auto"
+spacing = "adjust"
 [machine]
 cell = "arcmate-120ic"
 smoothing = "50 %"

@@ -97,13 +97,13 @@ fn distance(simulation: &Simulation, bead: usize) -> f64 {
     let inside: Vec<f64> = simulation
         .ctwd
         .iter()
-        .filter(|(time, _)| {
-            let after = samples.partition_point(|s| s.time < *time);
+        .filter(|p| {
+            let after = samples.partition_point(|s| s.time < p.at.time);
             let s = &samples[after.min(samples.len() - 1)];
             let x = s.position.x / LENGTH;
             s.command == command && x > 0.2 && x < 0.8
         })
-        .map(|(_, d)| *d)
+        .map(|p| p.at.distance)
         .collect();
     assert!(inside.len() > 50, "{}", inside.len());
     inside.iter().sum::<f64>() / inside.len() as f64

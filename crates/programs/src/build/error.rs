@@ -72,6 +72,30 @@ pub enum BuildError {
         /// The key.
         key: &'static str,
     },
+    /// The bead to begin with is not there.
+    #[error(
+        "there is no bead {bead} in layer {layer}: {}", there(*.beads, *.layers)
+    )]
+    NoBead {
+        /// Layer asked for.
+        layer: u32,
+        /// Bead asked for, from 1.
+        bead: u32,
+        /// Beads of that layer.
+        beads: u32,
+        /// First and last layer of the plan.
+        layers: (u32, u32),
+    },
+    /// Nobody says when a service is due.
+    #[error(
+        "the cell's service {0} says neither after how many beads nor after how much arc time it is called: write beads or arc_time"
+    )]
+    Service(String),
+    /// A controller for which no words for a positioner are written.
+    #[error(
+        "the toolpath turns the part by external axes, and programs for {0} that move them with the arm are not written: write them for FANUC, KUKA or ABB, or let the part lie still"
+    )]
+    Positioner(&'static str),
     /// Nothing to do.
     #[error("the toolpath has no pass: check the part's size, its place and the layer height")]
     Empty,
@@ -79,6 +103,13 @@ pub enum BuildError {
 
 fn shown_feed(feed: f64) -> String {
     format!("{:.2}", feed * 0.06)
+}
+
+fn there(beads: u32, (first, last): (u32, u32)) -> String {
+    match beads {
+        0 => format!("the plan has layers {first} to {last}; beads count from 1"),
+        n => format!("this layer has {n}, counted from 1"),
+    }
 }
 
 fn listed(known: &[f64]) -> String {

@@ -5,8 +5,12 @@ use meltpath_base::Ratio;
 use super::error::BuildError;
 use crate::cell::{CellProgramming, WeldSchedule};
 use crate::inform::{InformWords, zone_near};
-use crate::program::{ArcAction, ArcStyle, ArcWord, Dialect, Speed, SpeedUnit, Termination};
+use crate::program::{
+    ArcAction, ArcStyle, ArcWord, Dialect, Instruction, Speed, SpeedUnit, Termination,
+};
 
+/// Shortest wait that can be written, s.
+pub(super) const SHORTEST_WAIT: f64 = 0.01;
 /// What programs hold no digits for, mm: points closer than this are one.
 pub(super) const RESOLUTION: f64 = 1e-3;
 /// Wire feeds that differ by less are one, mm/s: half of what comments show.
@@ -87,6 +91,47 @@ impl<'a> Wording<'a> {
         }
         let unit = SpeedUnit::from(*self.cell.speed_unit);
         Self::in_digits(mm_per_second, Some(unit), *self.cell.speed_decimals)
+    }
+
+    /// Shows people a text while the program runs.
+    pub(super) fn shown(&self, text: &str) -> Instruction {
+        Instruction::Raw(match self.dialect {
+            Dialect::FanucLs => format!("MESSAGE[{text}]"),
+            Dialect::Krl => format!("MsgNotify(\"{text}\")"),
+            Dialect::Rapid => format!("TPWrite \"{text}\""),
+            Dialect::UrScript => format!("textmsg(\"{text}\")"),
+            Dialect::Inform => format!("MSG \"{text}\""),
+            Dialect::Val3 => format!("logMsg(\"{text}\")"),
+        })
+    }
+
+    /// Waits for the input that tells that the layer has cooled.
+    ///
+    /// # Errors
+    /// [`BuildError::Cell`] where the cell does not say which, as this controller has it.
+    pub(super) fn until_cooled(&self) -> Result<Vec<Instruction>, BuildError> {
+        let missing = |key| BuildError::Cell {
+            what: "the input that tells that a layer has cooled",
+            dialect: self.dialect.name(),
+            key,
+        };
+        let cooled = self.cell.cooled.as_ref();
+        let cooled = cooled.ok_or_else(|| missing("cooled"))?;
+        let number = || cooled.input.ok_or_else(|| missing("cooled.input"));
+        let name = || cooled.name.as_ref().ok_or_else(|| missing("cooled.name"));
+        let lines = match self.dialect {
+            Dialect::FanucLs => vec![format!("WAIT DI[{}]=ON", number()?)],
+            Dialect::Krl => vec![format!("WAIT FOR $IN[{}]", number()?)],
+            Dialect::Rapid => vec![format!("WaitDI {},1", name()?)],
+            Dialect::Inform => vec![format!("WAIT IN#({})=ON", number()?)],
+            Dialect::UrScript => vec![
+                format!("while (get_standard_digital_in({}) == False):", number()?),
+                "sync()".to_owned(),
+                "end".to_owned(),
+            ],
+            Dialect::Val3 => vec![format!("wait({})", name()?)],
+        };
+        Ok(lines.into_iter().map(Instruction::Raw).collect())
     }
 
     fn in_digits(mm_per_second: f64, unit: Option<SpeedUnit>, decimals: u32) -> Speed {

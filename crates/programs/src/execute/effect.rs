@@ -144,6 +144,9 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "CLKSTOP",
                 "CLKRESET",
                 "MOTIONSUP",
+                // whether its axes move the part is told by the positions
+                "ACTUNIT",
+                "DEACTUNIT",
                 "GRIPLOAD",
             ],
             &["WAITDI", "WAITUNTIL", "STOP"],
@@ -160,7 +163,7 @@ fn passive(dialect: Dialect) -> (&'static [&'static str], &'static [&'static str
                 "STOPL(",
                 "STOPJ(",
             ],
-            &["POPUP(", "HALT"],
+            &["POPUP(", "HALT", "WHILE(GET_STANDARD_DIGITAL_IN("],
         ),
         Dialect::Inform => (
             &["DOUT", "PULSE", "MSG", "CLS", "CLEAR", "WVOF"],
@@ -188,7 +191,11 @@ pub(super) fn effect_of(dialect: Dialect, text: &str) -> Effect {
     let line: String = text.split_whitespace().collect();
     let line = line.to_ascii_uppercase();
     let begins = |words: &[&str]| words.iter().any(|w| line.starts_with(w));
-    if begins(waits) {
+    // what it ends was told where it began
+    let closes = dialect == Dialect::UrScript && line == "END";
+    if closes {
+        Effect::Passive
+    } else if begins(waits) {
         Effect::Wait
     } else if begins(passive) {
         Effect::Passive

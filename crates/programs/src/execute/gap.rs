@@ -87,7 +87,7 @@ impl Missing {
                 "give the position as X, Y, Z, W, P, R in /POS, its offset included"
             }
             Missing::Positioner(_) | Missing::Coordinated => {
-                "export the part of the program in which the positioner stands at zero"
+                "tell the positioner in the cell file ([program.positioner]; with its COORD on every move of a bead), or export the part of the program in which it stands at zero"
             }
             Missing::ExternalAxes => {
                 "simulate the beads that are laid with the external axes at one place by themselves"

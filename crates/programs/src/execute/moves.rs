@@ -6,11 +6,15 @@ use meltpath_geometry::math::DVec3;
 
 use super::effect::{calls, coordinated, first_word, leaves_beads, moves_target};
 use super::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, ProgramError, Refusal,
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Machine, Missing,
+    ProgramError, Refusal,
 };
+use crate::krl;
 use crate::orientation::pose;
+use crate::positioner::{Turning, turned_back};
 use crate::program::{
-    Axis, Coordinates, Dialect, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+    Axis, Coordinates, Dialect, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    Termination,
 };
 
 /// Slowest and fastest speed along a path that a robot has, mm/s.
@@ -27,6 +31,8 @@ struct Place {
     own: Vec<f64>,
     /// Axes of further groups, mm or rad.
     further: Vec<f64>,
+    /// The positioner is known, and the pose is that in the part.
+    turns: bool,
 }
 
 impl Machine<'_> {
@@ -42,6 +48,7 @@ impl Machine<'_> {
                         pose,
                         own: Vec::new(),
                         further: Vec::new(),
+                        turns: false,
                     });
                     return Ok(place.ok_or_else(|| Missing::Position(text.clone())));
                 }
@@ -50,14 +57,20 @@ impl Machine<'_> {
         let Some(position) = self.tables[self.at.0].get(&index).copied() else {
             return Err(self.refuse(Refusal::NoPosition(index)));
         };
-        let mut further = Vec::new();
+        let turning = turning(self.settings, &self.programs[self.at.0]);
+        let (mut further, mut angles) = (Vec::new(), None);
         for other in position.groups.iter().filter(|g| g.number != 1) {
-            if moved_away(&other.coordinates) {
+            let axes: Vec<f64> = match &other.coordinates {
+                Coordinates::Joint(axes) => axes.iter().map(value).collect(),
+                Coordinates::Cartesian { .. } | Coordinates::Unread(_) => Vec::new(),
+            };
+            let is_its = |t: &Turning| (t.group, t.count) == (other.number, axes.len());
+            if turning.is_some_and(is_its) {
+                angles = Some(axes.clone());
+            } else if moved_away(&other.coordinates) {
                 self.gap(Missing::Positioner(other.number));
             }
-            if let Coordinates::Joint(axes) = &other.coordinates {
-                further.extend(axes.iter().map(value));
-            }
+            further.extend(axes);
         }
         let Some(group) = position.groups.iter().find(|g| g.number == 1) else {
             return Ok(Err(Missing::JointPosition(index)));
@@ -93,11 +106,55 @@ impl Machine<'_> {
                 }));
             }
         }
+        let mut pose = pose(DVec3::from_array(*xyz), *wpr_degrees);
+        let fanuc = self.programs[self.at.0].dialect == Dialect::FanucLs;
+        if let Some(lines) = turning.and_then(|t| t.lines.as_ref()).filter(|_| fanuc) {
+            match &angles {
+                Some(angles) => pose = turned_back(lines, angles, pose),
+                None => self.gap(Missing::Coordinated),
+            }
+        }
+        let own: Vec<f64> = external.iter().map(value).collect();
+        let carried = !fanuc && turning.is_some_and(|t| t.count == own.len());
         Ok(Ok(Place {
-            pose: pose(DVec3::from_array(*xyz), *wpr_degrees),
-            own: external.iter().map(value).collect(),
+            pose,
+            own: if carried {
+                // these dialects write no units
+                own.iter().map(|a| a.to_radians()).collect()
+            } else {
+                own
+            },
             further,
+            turns: carried || angles.is_some(),
         }))
+    }
+
+    /// Tells a bead along which axes move of which it is not known how they move the part.
+    fn tell_axes(&mut self, motion: &Motion, target: &Place) {
+        let word = motion.extra.iter().any(|w| coordinated(w));
+        let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
+        let before = self.turned.replace(target.further.clone());
+        if self.arc.is_none() {
+            return;
+        }
+        if target.turns {
+            // without the word each group goes its own way
+            let fanuc = self.programs[self.at.0].dialect == Dialect::FanucLs;
+            if fanuc && !word && before.is_some_and(|b| b != target.further) {
+                self.gap(Missing::Coordinated);
+            }
+            return;
+        }
+        if word && !still {
+            self.gap(Missing::Coordinated);
+        }
+        // positions that do not say their axes say nothing of where they stand
+        if !target.own.is_empty() {
+            let first = self.bead_axes.get_or_insert_with(|| target.own.clone());
+            if *first != target.own {
+                self.gap(Missing::ExternalAxes);
+            }
+        }
     }
 
     /// The position that `P[R[2]]` means.
@@ -256,10 +313,7 @@ impl Machine<'_> {
             };
             return Err(self.refuse(Refusal::NoFrame(missing)));
         };
-        let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
-        if self.arc.is_some() && motion.extra.iter().any(|w| coordinated(w)) && !still {
-            self.gap(Missing::Coordinated);
-        }
+        self.tell_axes(motion, &target);
         let kind = match (&motion.kind, via) {
             (MotionKind::Joint, _) => ExecutedKind::Joint,
             (_, Some(via)) => ExecutedKind::Circular {
@@ -270,13 +324,6 @@ impl Machine<'_> {
         };
         if self.arc.is_some() && *self.bead_frames.get_or_insert((frame, tool)) != (frame, tool) {
             self.gap(Missing::Frames(frame, tool));
-        }
-        // positions that do not say their axes say nothing of where they stand
-        if self.arc.is_some() && !target.own.is_empty() {
-            let first = self.bead_axes.get_or_insert_with(|| target.own.clone());
-            if *first != target.own {
-                self.gap(Missing::ExternalAxes);
-            }
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
         if motion.kind == MotionKind::CircleArc {
@@ -367,6 +414,17 @@ impl Machine<'_> {
             }
         }
     }
+}
+
+/// What turns the part, as far as it is known in a program.
+fn turning<'a>(settings: &'a ExecutionSettings, program: &Program) -> Option<&'a Turning> {
+    let known = |t: &&Turning| match program.dialect {
+        Dialect::FanucLs => t.told,
+        Dialect::Krl => krl::is_coupled(program),
+        Dialect::Rapid => true,
+        Dialect::UrScript | Dialect::Inform | Dialect::Val3 => false,
+    };
+    settings.positioner.as_ref().filter(known)
 }
 
 /// Where an axis stands, mm or rad.

@@ -102,7 +102,8 @@ pub(super) fn coordinates(text: &str) -> Option<Coordinates> {
         named.collect()
     };
     let mut external = axes("E", "");
-    if external.iter().all(|a| a.value == 0.0) {
+    // inline forms list all six, whether there are any or not
+    if external.len() == 6 && external.iter().all(|a| a.value == 0.0) {
         external.clear();
     }
     if number("A1").is_some() {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::arc::{Form, WeldData, weld_data};
 use super::data::{coordinates, fields, number_of};
+use super::{COUPLED, coupled};
 use crate::collected::{Collected, scaled};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
@@ -220,6 +221,23 @@ fn entry(text: &str, table: &str) -> Option<u32> {
     rest.trim().is_empty().then(|| inner.trim().parse().ok())?
 }
 
+/// Machine and base of `EK(MACHINE_DEF[2].ROOT,MACHINE_DEF[2].MECH_TYPE,BASE_DATA[1])`.
+fn coupled_base(value: &str) -> Option<(u32, u32)> {
+    let all = called(value, "EK")?;
+    let [root, kind, base] = all[..] else {
+        return None;
+    };
+    let machine = |text: &str, field: &str| {
+        let rest = strip_prefix(text, "MACHINE_DEF")?;
+        let (number, rest) = bracket(rest.trim_start())?;
+        let same = rest.trim().eq_ignore_ascii_case(field);
+        same.then(|| number.trim().parse::<u32>().ok())?
+    };
+    let number = machine(root, ".ROOT")?;
+    let same = machine(kind, ".MECH_TYPE")? == number;
+    same.then_some((number, entry(base, "BASE_DATA")?))
+}
+
 fn metres(text: &str) -> Option<f64> {
     let (value, rest) = number(text.trim())?;
     (rest.trim().is_empty() && value > 0.0).then(|| scaled(value, 1000.0))
@@ -262,7 +280,12 @@ impl Routine {
             return Some(());
         }
         if let Some(value) = assigned(line, "$BASE") {
-            self.frame(entry(value, "BASE_DATA")?);
+            let (machine, number) = match coupled_base(value) {
+                Some((machine, number)) => (Some(machine), number),
+                None => (None, entry(value, "BASE_DATA")?),
+            };
+            self.couple(machine)?;
+            self.frame(number);
             return Some(());
         }
         if let Some(value) = assigned(line, "$TOOL") {
@@ -272,6 +295,7 @@ impl Routine {
         if let Some(value) = assigned(line, "FDAT_ACT") {
             let (frame, tool) = *list.frames.get(&capital(value))?;
             if let Some(n) = frame {
+                self.couple(None)?;
                 self.frame(n);
             }
             if let Some(n) = tool {
@@ -325,6 +349,18 @@ impl Routine {
             self.frames.0 = Some(n);
             self.out.push(Instruction::UserFrame(n));
         }
+    }
+
+    /// The base turns with a machine, or lies still; nothing where it did otherwise before.
+    fn couple(&mut self, machine: Option<u32>) -> Option<()> {
+        let own = machine.map(coupled);
+        let known = self.out.program.attribute(COUPLED);
+        if known == own.as_ref().map(|a| a.value.as_str()) {
+            return Some(());
+        }
+        let first = known.is_none() && self.frames.0.is_none();
+        self.out.program.attributes.push(own.filter(|_| first)?);
+        Some(())
     }
 
     fn tool(&mut self, n: u32) {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::arc::{self, Form, WeldData};
-use super::data;
 use super::words::KrlWords;
+use super::{COUPLED, data};
 use crate::program::{
     ArcAction, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit, Termination,
 };
@@ -117,7 +117,12 @@ impl Writer<'_> {
                 ));
             }
             Instruction::Wait(seconds) => self.line(&format!("WAIT SEC {}", short(*seconds, 3))),
-            Instruction::UserFrame(n) => self.line(&format!("$BASE=BASE_DATA[{n}]")),
+            Instruction::UserFrame(n) => match self.program.attribute(COUPLED) {
+                Some(machine) => self.line(&format!(
+                    "$BASE=EK(MACHINE_DEF[{machine}].ROOT,MACHINE_DEF[{machine}].MECH_TYPE,BASE_DATA[{n}])"
+                )),
+                None => self.line(&format!("$BASE=BASE_DATA[{n}]")),
+            },
             Instruction::ToolFrame(n) => self.line(&format!("$TOOL=TOOL_DATA[{n}]")),
             Instruction::Call { program, arguments } => {
                 self.line(&format!("{program}({arguments})"));

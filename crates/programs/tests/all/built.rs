@@ -26,6 +26,8 @@ pub(crate) fn settings(pause: Pause) -> BuildSettings {
         dialect: Dialect::FanucLs,
         smoothing: Ratio(0.5),
         pause,
+        from: None,
+        variant: String::new(),
     }
 }
 

@@ -81,24 +81,32 @@ fn built(
     cell: &CellProgramming,
     dialect: Dialect,
 ) -> Result<Built, BuildError> {
-    let mut built = build(toolpath, cell, &asked(dialect), &Reporter::new())?;
+    let built = build(toolpath, cell, &asked(dialect), &Reporter::new())?;
+    Ok(held(built, dialect))
+}
+
+/// Says of every position how an arm stands.
+pub(crate) fn held(mut built: Built, dialect: Dialect) -> Built {
     let said = match dialect {
         Dialect::UrScript => "0,-90.5,90,-90,-90,12.25",
         Dialect::Krl => "S 2, T 35",
         Dialect::Rapid => "0,-1,0,1",
         Dialect::Inform => "1,0,0,0,0,0",
         Dialect::Val3 => "lefty,epositive,wpositive",
-        Dialect::FanucLs => return Ok(built),
+        Dialect::FanucLs => return built,
     };
     for position in built.programs.iter_mut().flat_map(|p| &mut p.positions) {
         if let Coordinates::Cartesian { config, .. } = &mut position.groups[0].coordinates {
             said.clone_into(config);
         }
     }
-    Ok(built)
+    built
 }
 
-fn written(built: &Built, cell: &CellProgramming) -> Result<Vec<Vec<TextFile>>, WriteError> {
+pub(crate) fn written(
+    built: &Built,
+    cell: &CellProgramming,
+) -> Result<Vec<Vec<TextFile>>, WriteError> {
     built
         .programs
         .iter()
@@ -107,7 +115,7 @@ fn written(built: &Built, cell: &CellProgramming) -> Result<Vec<Vec<TextFile>>, 
 }
 
 /// The one program of its files.
-fn read(dialect: Dialect, files: &[TextFile], cell: &CellProgramming) -> Parsed {
+pub(crate) fn read(dialect: Dialect, files: &[TextFile], cell: &CellProgramming) -> Parsed {
     let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
     let mut all = dialect::read(dialect, bytes(0).unwrap(), bytes(1), cell).unwrap();
     assert_eq!(all.len(), 1);
@@ -153,14 +161,14 @@ fn golden_val3() {
     insta::assert_snapshot!(golden(Dialect::Val3));
 }
 
-fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
+pub(crate) fn executed(programs: &[Program], cell: &CellProgramming) -> Vec<Told> {
     let reading = read_toolpath(programs, &cell.execution(10.0), 1000.0, &Reporter::new()).unwrap();
     assert_eq!(reading.gaps, []);
     motions(&reading)
 }
 
 /// The arc during each move, by the lines of the text alone.
-fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
+pub(crate) fn arc_by_text(dialect: Dialect, text: &str) -> (Vec<bool>, bool) {
     let (mut on, mut queued, mut during) = (false, false, Vec::new());
     for line in text.lines().map(str::trim) {
         let word = line.split([' ', '(']).next().unwrap_or_default();

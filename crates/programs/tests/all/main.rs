@@ -3,6 +3,8 @@
 
 mod built;
 mod cli_layers;
+mod coordinated;
+mod daily;
 mod dialects;
 mod foreign;
 mod logic;

@@ -20,7 +20,7 @@ function viewMatrix() {
   const { right, up, eye } = axes();
   const w = canvas.clientWidth * camera.scale / 2, h = canvas.clientHeight * camera.scale / 2;
   // everything stays between the depth planes, wherever the target was moved
-  const depth = 2 * radius + Math.hypot(...camera.target.map((v, k) => v - centre[k]));
+  const depth = Math.max(2 * radius, machine && machine.shown ? machine.reach : 0) + Math.hypot(...camera.target.map((v, k) => v - centre[k]));
   const rows = [right.map((v) => v / w), up.map((v) => v / h), eye.map((v) => -v / depth)];
   const m = new Float32Array(16);
   rows.forEach((row, r) => {
@@ -34,6 +34,7 @@ function viewMatrix() {
 const VIEWS = { top: [-Math.PI / 2, Math.PI / 2], front: [-Math.PI / 2, 0], side: [0, 0], oblique: [-0.9, 0.6] };
 
 function look(name) {
+  if (name === "cell") return lookAtCell();
   unpin();
   if (name in VIEWS) [camera.azimuth, camera.height] = VIEWS[name];
   camera.target = [...centre];

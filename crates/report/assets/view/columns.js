@@ -41,6 +41,12 @@ async function unpack() {
     s.triangles = await indices(s.indices, 3);
     await scalars(s.scalars, 1);
   }
+  const m = scene.machine;
+  if (m) {
+    for (const b of m.bodies) { b.codes = await codes(b.data, 4); b.triangles = await indices(b.indices, 3); }
+    for (const column of [...m.axes, m.times]) column.codes = await codes(column.data, 1);
+    m.layers = { codes: await codes(m.layers, 1) };
+  }
   const h = scene.heights;
   if (h) { h.codes = await codes(h.data, h.nx * h.ny); await scalars(h.scalars, h.nx * h.ny); }
 }

@@ -87,6 +87,8 @@ function controls() {
   const setLayer = () => {
     state.layer = +$("layer").value;
     $("layer-label").textContent = `${state.layer} of ${scene.layers}`;
+    film.upto = Infinity;
+    if (machine && machine.world) setMoment(endOfLayer(state.layer));
     redraw();
   };
   $("layer").addEventListener("input", setLayer);

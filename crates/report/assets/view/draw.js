@@ -13,6 +13,7 @@ function use(name, view, scalar, plain) {
   const { program, uniforms: u } = programs[name];
   gl.useProgram(program);
   gl.uniformMatrix4fv(u.uView, false, view.m);
+  gl.uniformMatrix4fv(u.uModel, false, view.model);
   gl.uniform3fv(u.uLo, scene.lo);
   gl.uniform1f(u.uStep, scene.step);
   gl.uniform4fv(u.uClip, clipPlane());
@@ -59,7 +60,8 @@ function drawLines(set, view, density) {
     attribute(3, values, 1, 2, 2, 1);
   }
   gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
-  gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, buffers.points - 1);
+  const laid = laidBy(set, buffers);
+  if (laid > 1) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, laid - 1);
   gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
 }
 
@@ -85,7 +87,8 @@ function throughOrSolid(item, drawIt) {
 }
 
 function drawHeights(h, view) {
-  const frame = heightFrame(state.layer), n = h.nx * h.ny;
+  // what is laid now is shown by its beads
+  const frame = heightFrame(state.layer - (film.upto < Infinity)), n = h.nx * h.ny;
   if (!h.shown || frame < 0 || h.nx < 2 || h.ny < 2) return;
   const index = heightScalarIndex(), own = { lo: h.lo, step: h.step, range: [h.lo, h.lo + 65534 * h.step], map: 0 };
   const scalar = index === -1 ? own : h.scalars[index] || null;
@@ -125,8 +128,8 @@ function draw() {
   gl.enable(gl.DEPTH_TEST);
   gl.depthFunc(gl.LEQUAL);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-  const view = viewMatrix();
-  use("grid", view, null, [...rgb(css("--stage-grid")), 1]);
+  const view = { ...viewMatrix(), model: film.part || UNMOVED };
+  use("grid", { ...view, model: UNMOVED }, null, [...rgb(css("--stage-grid")), 1]);
   noAttributes();
   gl.bindBuffer(gl.ARRAY_BUFFER, gridBuffer);
   gl.enableVertexAttribArray(0);
@@ -134,9 +137,10 @@ function draw() {
   gl.drawArrays(gl.LINES, 0, gridCount);
   const surfaces = (through) => {
     if (scene.heights && scene.heights.through === through) drawHeights(scene.heights, view);
-    for (const s of scene.surfaces) if (s.shown && s.through === through) drawSurface(s, view);
+    for (const s of scene.surfaces) if (s.shown && s.through === through && !(s.finished && film.upto < Infinity)) drawSurface(s, view);
   };
   surfaces(false);
+  drawMachine(view);
   for (const l of scene.lines) drawLines(l, view, density);
   surfaces(true);
   drawTriad();

@@ -36,10 +36,27 @@ function showPlace(button) {
   // a cut through elsewhere would hide the place
   if (state.axis >= 0) { $("section-axis").value = ""; $("section-axis").dispatchEvent(new Event("change")); }
   const fitting = fittingScale(canvas.clientWidth, canvas.clientHeight);
-  if (pin) fly(pin, Math.min(fitting, nearWidth() / Math.max(canvas.clientWidth, 1)));
+  if (pin && machine) showMoment(momentOf(pin, +layer || 0));
+  if (pin) fly(inView(pin), Math.min(fitting, nearWidth() / Math.max(canvas.clientWidth, 1)));
   else fly(centre, fitting);
   $("view").scrollIntoView();
   canvas.focus({ preventScroll: true });
+}
+
+/** When the bead nearest to a place was laid; the end of its layer where beads tell no time. */
+function momentOf(point, layer) {
+  let best = layer ? endOfLayer(layer) : filmLength(), least = Infinity;
+  for (const item of beads) {
+    const time = item.scalars.find((s) => s.name === "time");
+    if (!time) continue;
+    for (let i = 0; i < item.points; i++) {
+      const own = item.codes[4 * i + 3] & LAYER;
+      if (layer && own && own !== layer) continue;
+      const off = [0, 1, 2].reduce((sum, k) => sum + (scene.lo[k] + scene.step * item.codes[4 * i + k] - point[k]) ** 2, 0);
+      if (off < least) { least = off; best = secondsOf(time) * (time.lo + time.step * time.codes[i]); }
+    }
+  }
+  return best;
 }
 
 function drawPin() {

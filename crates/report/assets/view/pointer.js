@@ -55,7 +55,7 @@ function pointers() {
   }, { passive: false });
   canvas.addEventListener("dblclick", (e) => {
     const hit = nearest(...fromCentre(e));
-    if (hit) { camera.target = hit.point; redraw(); }
+    if (hit) { camera.target = inView(hit.point); redraw(); }
   });
   const keys = { f: "fit", t: "top", r: "front", s: "side", i: "oblique" };
   canvas.addEventListener("keydown", (e) => {
@@ -78,6 +78,8 @@ function nearest(x, y) {
   const reach = (8 * s) ** 2;
   let best = null, bestDepth = -Infinity;
   const consider = (px, py, pz, give) => {
+    const own = [px, py, pz];
+    if (film.part) [px, py, pz] = moved(film.part, own);
     const u = right[0] * px + right[1] * py + right[2] * pz - origin[0];
     const v = up[0] * px + up[1] * py + up[2] * pz - origin[1];
     const off = u * u + v * v;
@@ -86,12 +88,13 @@ function nearest(x, y) {
     const depth = eye[0] * px + eye[1] * py + eye[2] * pz - 2 * Math.sqrt(off);
     if (depth <= bestDepth || plane[0] * px + plane[1] * py + plane[2] * pz > plane[3]) return;
     bestDepth = depth;
-    best = { point: [px, py, pz], ...give() };
+    best = { point: own, ...give() };
   };
   const first = state.only ? state.layer : 1;
   for (const item of scene.lines) {
     if (!item.shown || item.width <= 0) continue;
-    for (let i = 0; i < item.points; i++) {
+    const laid = laidBy(item, { points: item.points });
+    for (let i = 0; i < laid; i++) {
       const layer = item.codes[4 * i + 3] & LAYER;
       if (layer && (layer < first || layer > state.layer)) continue;
       const at = (k) => scene.lo[k] + scene.step * item.codes[4 * i + k];
@@ -121,9 +124,12 @@ function readOut(x, y) {
   out.hidden = $("marker").hidden = false;
 }
 
+/** Where a point of the part is drawn. */
+const inView = (point) => film.part ? moved(film.part, point) : point;
+
 /** Puts an element of the page over a point of the scene. */
 function putAt(element, point) {
-  const { right, up } = axes(), d = point.map((v, k) => v - camera.target[k]);
+  const { right, up } = axes(), d = inView(point).map((v, k) => v - camera.target[k]);
   element.style.left = canvas.clientWidth / 2 + dot(right, d) / camera.scale + "px";
   element.style.top = canvas.clientHeight / 2 - dot(up, d) / camera.scale + "px";
 }

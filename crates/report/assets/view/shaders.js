@@ -1,8 +1,9 @@
 // GLSL programs: round beads, meshes, height maps, the ground grid. Positions are 16-bit codes of the scene's box.
 const COMMON = `#version 300 es
 precision highp float; precision highp int;
-uniform mat4 uView; uniform vec3 uLo; uniform float uStep;
+uniform mat4 uView; uniform mat4 uModel; uniform vec3 uLo; uniform float uStep;
 uniform vec4 uScalar;      // value of code 0, step, low end of the colours, 1 / their range
+vec3 placed(vec3 p) { return (uModel * vec4(p, 1.0)).xyz; }
 // place on the colour ramp and 1; zeros for no value, so that what lies between a value and none shows no colour
 vec2 ramp(uint code) {
   return code == 65535u ? vec2(0.0) : vec2(clamp((uScalar.x + uScalar.y * float(code) - uScalar.z) * uScalar.w, 0.0, 1.0), 1.0);
@@ -35,7 +36,7 @@ void main() {
   bool shown = layer == 0u || (layer >= uLayers.x && layer <= uLayers.y);
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   if ((aB.w & 0x8000u) != 0u || !shown) return;
-  vec3 pa = uLo + uStep * vec3(aA.xyz), pb = uLo + uStep * vec3(aB.xyz);
+  vec3 pa = placed(uLo + uStep * vec3(aA.xyz)), pb = placed(uLo + uStep * vec3(aB.xyz));
   vec4 ca = uView * vec4(pa, 1.0), cb = uView * vec4(pb, 1.0);
   vec2 a = ca.xy * 0.5 * uPixels, b = cb.xy * 0.5 * uPixels, d = b - a;
   float len = length(d);
@@ -65,7 +66,7 @@ void main() {
 layout(location=0) in uvec4 aA; layout(location=2) in uint aSA;
 out vec3 vPoint; out vec2 vT;
 void main() {
-  vPoint = uLo + uStep * vec3(aA.xyz);
+  vPoint = placed(uLo + uStep * vec3(aA.xyz));
   vT = ramp(aSA);
   gl_Position = uView * vec4(vPoint, 1.0);
 }`, SHADE + `
@@ -91,8 +92,8 @@ void main() {
   bool hole = code(c0) == 65535u || code(c0 + ivec2(1, 0)) == 65535u || code(c0 + ivec2(0, 1)) == 65535u || code(c0 + 1) == 65535u;
   uint q = code(c);
   float own = uHeight.x + uHeight.y * float(q);
-  vPoint = vec3(uGrid.xy + uGrid.z * vec2(c), own);
-  vNormal = vec3(z(c - ivec2(1, 0), own) - z(c + ivec2(1, 0), own), z(c - ivec2(0, 1), own) - z(c + ivec2(0, 1), own), 2.0 * uGrid.z);
+  vPoint = placed(vec3(uGrid.xy + uGrid.z * vec2(c), own));
+  vNormal = mat3(uModel) * vec3(z(c - ivec2(1, 0), own) - z(c + ivec2(1, 0), own), z(c - ivec2(0, 1), own) - z(c + ivec2(0, 1), own), 2.0 * uGrid.z);
   vNew = texelFetch(uBefore, c, 0).r != q ? 1.0 : 0.0;
   vT = ramp(uFieldIs == 0 ? q : texelFetch(uField, c, 0).r);
   gl_Position = hole ? vec4(2.0, 2.0, 2.0, 1.0) : uView * vec4(vPoint, 1.0);

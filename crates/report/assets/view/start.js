@@ -10,6 +10,7 @@ async function start() {
   controls();
   pointers();
   places();
+  filmControls();
   look("oblique");
   $("view-message").hidden = true;
   new ResizeObserver(redraw).observe(canvas);

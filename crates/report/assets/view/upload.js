@@ -65,7 +65,7 @@ function lineBuffers({ codes, points, scalars }, kept) {
     kept.forEach((i, at) => { for (let k = 0; k < width; k++) some[width * at + k] = all[width * i + k]; });
     return some;
   };
-  return { points: kept ? kept.length : points, buffer: buffer(pick(codes, 4)), scalars: scalars.map((s) => buffer(pick(s.codes, 1))) };
+  return { kept, points: kept ? kept.length : points, buffer: buffer(pick(codes, 4)), scalars: scalars.map((s) => buffer(pick(s.codes, 1))) };
 }
 
 function upload() {

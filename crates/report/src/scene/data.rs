@@ -1,9 +1,11 @@
 //! A scene as the viewer reads it: a short description in JSON and packed columns that it refers to by number.
 
+use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::machine::{Body, Machine, Motion};
 use super::{LineSet, Scalar, Scene, SceneError, Stroke, Surface, Visibility};
 use crate::colour::ColourMap;
 use crate::packing::{Quantiser, pack_codes, pack_indices};
@@ -89,7 +91,7 @@ pub fn pack(scene: &Scene) -> Result<SceneData, SceneError> {
         json!({
             "name": h.name,
             "opacity": h.opacity.clamp(0.05, 1.0),
-            "shown": h.visibility == Visibility::Shown,
+            "shown": h.visibility.at_first(),
             "nx": shown.nx, "ny": shown.ny, "cell": shown.cell,
             "origin": [shown.origin.x, shown.origin.y],
             "numbers": h.numbers(),
@@ -97,6 +99,10 @@ pub fn pack(scene: &Scene) -> Result<SceneData, SceneError> {
             "scalars": h.scalars().iter().map(|s| describe_scalar(s, frame_size, &mut queue)).collect::<Vec<_>>(),
         })
     });
+    let machine = scene
+        .machine
+        .as_ref()
+        .map(|m| describe_machine(m, &mut queue));
     notes.push(format!(
         "Positions are shown to {} µm; files beside this page hold full precision.",
         crate::number::significant(500.0 * frame.step, 2)
@@ -110,6 +116,7 @@ pub fn pack(scene: &Scene) -> Result<SceneData, SceneError> {
         "lines": lines,
         "surfaces": surfaces,
         "heights": heights,
+        "machine": machine,
     });
     let columns = queue
         .0
@@ -208,7 +215,7 @@ fn describe_lines(set: &LineSet, frame: &Frame, queue: &mut Queue) -> Value {
         "name": set.name,
         "points": set.points.len(),
         "width": match set.stroke { Stroke::Bead(width) => width, Stroke::Hairline => 0.0 },
-        "shown": set.visibility == Visibility::Shown,
+        "shown": set.visibility.at_first(),
         "data": queue.codes(codes, 4),
         "scalars": set.scalars.iter().map(|s| describe_scalar(s, 1, queue)).collect::<Vec<_>>(),
     })
@@ -226,9 +233,63 @@ fn describe_surface(surface: &Surface, frame: &Frame, queue: &mut Queue) -> Valu
         "points": surface.mesh.vertices.len(),
         "triangles": surface.mesh.triangles.len(),
         "opacity": surface.opacity.clamp(0.05, 1.0),
-        "shown": surface.visibility == Visibility::Shown,
+        "shown": surface.visibility.at_first(),
+        "finished": surface.visibility == Visibility::Finished,
         "data": queue.codes(codes, 4),
         "indices": queue.indices(indices, 3),
         "scalars": surface.scalars.iter().map(|s| describe_scalar(s, 1, queue)).collect::<Vec<_>>(),
+    })
+}
+
+/// Position, then the quaternion x, y, z, w.
+fn pose(pose: &Pose) -> Vec<f64> {
+    let (p, q) = (pose.position.to_array(), pose.orientation.to_array());
+    p.into_iter().chain(q).collect()
+}
+
+fn describe_machine(machine: &Machine, queue: &mut Queue) -> Value {
+    let mut column = |values: &[f64]| {
+        let q = Quantiser::covering(values.iter().copied());
+        let codes = values.iter().map(|&v| q.code(v)).collect();
+        json!({ "lo": q.lo, "step": q.step, "data": queue.codes(codes, 1) })
+    };
+    let axes: Vec<Value> = machine.axes.iter().map(|a| column(&a.values)).collect();
+    let times = column(&machine.times);
+    let layers = machine.layers.iter().map(|&l| l as u16).collect();
+    let layers = queue.codes(layers, 1);
+    let bodies: Vec<Value> = machine
+        .bodies
+        .iter()
+        .map(|b| describe_body(b, queue))
+        .collect();
+    json!({
+        "name": machine.name,
+        "bodies": bodies,
+        "holder": machine.holder,
+        "part": pose(&machine.holder_from_part),
+        "axes": axes,
+        "times": times,
+        "layers": layers,
+    })
+}
+
+fn describe_body(body: &Body, queue: &mut Queue) -> Value {
+    let coordinates = body.mesh.vertices.iter().flat_map(DVec3::to_array);
+    let q = Quantiser::covering(coordinates);
+    let codes = body.mesh.vertices.iter().flat_map(|v| {
+        let [x, y, z] = v.to_array().map(|c| q.code(c));
+        [x, y, z, 0]
+    });
+    let indices = body.mesh.triangles.iter().flatten().copied().collect();
+    json!({
+        "name": body.name,
+        "carrier": body.carrier,
+        "pose": pose(&body.carrier_from_body),
+        "axis": body.joint.map(|j| j.axis),
+        "turns": body.joint.is_some_and(|j| j.motion == Motion::Turns),
+        "along": body.joint.map(|j| j.along.to_array()),
+        "lo": q.lo, "step": q.step,
+        "data": queue.codes(codes.collect(), 4),
+        "indices": queue.indices(indices, 3),
     })
 }

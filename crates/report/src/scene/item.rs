@@ -70,6 +70,15 @@ pub enum Visibility {
     Shown,
     /// Hidden at first.
     Hidden,
+    /// Shown at first, but not while a film shows a moment before the end.
+    Finished,
+}
+
+impl Visibility {
+    /// Whether it is shown when the page opens.
+    pub fn at_first(self) -> bool {
+        self != Visibility::Hidden
+    }
 }
 
 /// A named field over the points of an item.

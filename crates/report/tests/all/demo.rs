@@ -15,10 +15,11 @@ use std::collections::BTreeMap;
 use meltpath_base::{
     Check, Fact, Limit, Measure, Origin, Place, Provenance, Resolved, Verdict, Warning,
 };
-use meltpath_geometry::Mesh;
 use meltpath_geometry::math::{DVec2, DVec3};
+use meltpath_geometry::{Mesh, Pose};
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Aspect, Mark, Plot, histogram};
+use meltpath_report::scene::machine::{Axis as MachineAxis, Body, Joint, Machine, Motion};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility,
 };
@@ -459,10 +460,98 @@ fn provenance() -> Provenance {
     p
 }
 
+/// A torch on a slide that swings over the build, in the time of the beads.
+fn machine(beads: &LineSet) -> Machine {
+    let box_of = |lo: DVec3, hi: DVec3| {
+        let corner = |i: usize| {
+            DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { lo[k] } else { hi[k] }))
+        };
+        let sides = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        Mesh {
+            vertices: (0..8).map(corner).collect(),
+            triangles: sides
+                .iter()
+                .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+                .collect(),
+        }
+    };
+    let body = |name: &str, carrier, at: DVec3, joint, mesh| Body {
+        name: name.to_owned(),
+        carrier,
+        carrier_from_body: Pose {
+            position: at,
+            ..Pose::IDENTITY
+        },
+        joint,
+        mesh,
+    };
+    let joint = |axis, motion, along| {
+        Some(Joint {
+            axis,
+            motion,
+            along,
+        })
+    };
+    let wide = DVec3::new(20.0, 20.0, 200.0);
+    let clock = &beads.scalars[1].values;
+    let moments: Vec<usize> = (0..=250).map(|i| (clock.len() - 1) * i / 250).collect();
+    let times: Vec<f64> = moments.iter().map(|&i| f64::from(clock[i])).collect();
+    let layer = |i: &usize| {
+        let after = beads.polylines.partition_point(|p| p.first <= *i);
+        beads.polylines[after - 1].layer
+    };
+    let axis = |name: &str, value: &dyn Fn(f64) -> f64| MachineAxis {
+        name: name.to_owned(),
+        values: times.iter().map(|&t| value(t)).collect(),
+    };
+    Machine {
+        name: "slide".to_owned(),
+        bodies: vec![
+            body(
+                "table",
+                None,
+                DVec3::ZERO,
+                joint(1, Motion::Turns, DVec3::Z),
+                box_of(
+                    DVec3::new(-120.0, -90.0, -20.0),
+                    DVec3::new(120.0, 90.0, -5.0),
+                ),
+            ),
+            body(
+                "torch",
+                None,
+                DVec3::new(0.0, 0.0, 60.0),
+                joint(0, Motion::Slides, DVec3::X),
+                box_of(
+                    -0.5 * wide + 100.0 * DVec3::Z,
+                    0.5 * wide + 100.0 * DVec3::Z,
+                ),
+            ),
+        ],
+        holder: Some(0),
+        holder_from_part: Pose::IDENTITY,
+        axes: vec![
+            axis("slide", &|t| 60.0 * (t / 400.0).sin()),
+            axis("table", &|t| 0.5 * (t / 900.0).sin()),
+        ],
+        layers: moments.iter().map(layer).collect(),
+        times,
+    }
+}
+
 /// The scene, with `step` mm between the points of the paths.
 pub(crate) fn scene(step: f64) -> Scene {
+    let lines = lines(step);
     Scene {
-        lines: lines(step).to_vec(),
+        machine: Some(machine(&lines[0])),
+        lines: lines.to_vec(),
         surfaces: vec![part()],
         heights: Some(heights()),
     }

@@ -13,7 +13,7 @@ use crate::ebm::optimise::search::{Found, OnReference};
 use crate::ebm::plan::Plan;
 use crate::job::ebm::Change;
 
-type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
+pub(super) type Quantity<'a> = &'a dyn Fn(&BeamPoint, f64) -> f64;
 
 /// What was found.
 pub(super) fn section(found: &Found, plan: &Plan) -> Section {
@@ -130,7 +130,7 @@ fn along_the_path(path: &BeamPath, change: Change, plan: &Plan) -> Plot {
 }
 
 /// A quantity along chosen lines of the path: near the beginning, in the middle, near the end.
-fn along_lines(path: &BeamPath, title: &str, axis: Axis, of: Quantity<'_>) -> Plot {
+pub(super) fn along_lines(path: &BeamPath, title: &str, axis: Axis, of: Quantity<'_>) -> Plot {
     let mut plot = Plot::new(title, ["x", "mm"], axis);
     for (name, share) in [("a tenth", 0.1), ("half", 0.5), ("nine tenths", 0.9)] {
         let points = line_at(path, path.begin() + share * (path.end() - path.begin()), of);

@@ -5,6 +5,7 @@ use meltpath_report::sheet::{OperatorSheet, Setting};
 use meltpath_report::table::{Cell, Table};
 use meltpath_robot::cell::Arrangement;
 
+use crate::job::waam::LayerRelease;
 use crate::waam::checks::wire_mass;
 use crate::waam::settings::Settings;
 use crate::waam::simulate::Simulation;
@@ -153,7 +154,9 @@ fn order(settings: &Settings, simulation: &Simulation) -> Table {
                 },
                 l.mean_top.map_or(Cell::Empty, |t| Cell::Fixed(t, 1)),
                 Cell::Fixed(l.ctwd_mean, 1),
-                if settings.pause > 0.0 {
+                if settings.until == LayerRelease::Cooled {
+                    Cell::text(&format!("{:.0} s, then until cooled", settings.pause))
+                } else if settings.pause > 0.0 {
                     Cell::Duration(settings.pause)
                 } else {
                     Cell::text("none")

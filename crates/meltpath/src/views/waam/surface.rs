@@ -173,7 +173,7 @@ fn metal(wall: &Wall) -> Option<Surface> {
         mesh: mesh?,
         scalars: Vec::new(),
         opacity: 0.6,
-        visibility: Visibility::Shown,
+        visibility: Visibility::Finished,
     })
 }
 
@@ -196,6 +196,7 @@ pub(crate) fn scene(wall: &Wall, settings: &Settings) -> Scene {
         lines,
         surfaces: metal(wall).into_iter().chain(shown).collect(),
         heights: None,
+        machine: None,
     }
 }
 

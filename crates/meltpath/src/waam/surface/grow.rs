@@ -202,6 +202,21 @@ pub(crate) fn outcomes(
     passes.filter_map(pass).collect()
 }
 
+/// Where the contact tube is at a point of a pass.
+pub(super) fn tube_place(p: &LaidPoint, commands: &Commands) -> TubePlace {
+    let command = p.command as usize;
+    TubePlace {
+        at: TubeDistance {
+            distance: p.ctwd,
+            tool: p.tool,
+            time: p.time,
+            command: p.command,
+        },
+        layer: commands.layer_of_command.get(command).copied().unwrap_or(0),
+        bead: commands.bead_of_command.get(command).copied().flatten(),
+    }
+}
+
 /// What was predicted of one pass.
 fn outcome(
     number: u32,
@@ -221,19 +236,7 @@ fn outcome(
         let last = heights.len().saturating_sub(1) as f64;
         heights.get((last * share).round() as usize).copied()
     };
-    let place = |p: &LaidPoint| TubePlace {
-        at: TubeDistance {
-            distance: p.ctwd,
-            tool: p.tool,
-            time: p.time,
-            command: p.command,
-        },
-        bead: commands
-            .bead_of_command
-            .get(p.command as usize)
-            .copied()
-            .flatten(),
-    };
+    let place = |p: &LaidPoint| tube_place(p, commands);
     let nearer = |a: &&LaidPoint, b: &&LaidPoint| a.ctwd.total_cmp(&b.ctwd);
     let ends = points
         .iter()

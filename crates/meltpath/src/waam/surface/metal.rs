@@ -9,10 +9,10 @@ use meltpath_geometry::workpiece::VoxelsError;
 use meltpath_planning::surface::torch_axes;
 
 use super::Asked;
-use super::grow::{Grown, outcomes};
+use super::grow::{Grown, outcomes, tube_place};
 use super::plan::SurfacePlan;
 use crate::waam::doubt::{self, Doubt};
-use crate::waam::judge::layer_checks;
+use crate::waam::judge::{TubePlace, layer_checks};
 use crate::waam::program::Commands;
 use crate::waam::settings::Settings;
 use crate::waam::tube;
@@ -38,7 +38,7 @@ pub(super) fn checks(
     let of = |laid: &Laid| -> Vec<Check> {
         let growth = settings.growth_error(1.0);
         let layers = outcomes(laid, commands, settings, asked.spacing);
-        let ctwd: Vec<(f64, f64)> = laid.path.iter().map(|p| (p.time, p.ctwd)).collect();
+        let ctwd: Vec<TubePlace> = laid.path.iter().map(|p| tube_place(p, commands)).collect();
         let mut checks = layer_checks(&layers, &growth, &settings.limits, &settings.remedies);
         checks.extend(tube::checks(&layers, &ctwd, &growth, settings));
         checks.push(loose(laid, commands, FREE * settings.bead.width.value));

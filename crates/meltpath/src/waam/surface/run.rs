@@ -32,7 +32,7 @@ pub(in crate::waam) fn run(
     loaded.record(&mut provenance)?;
     observer.stage("write results", 0);
     views::waam::surface::write_files(&folder, &wall)?;
-    let report = Report {
+    let mut report = Report {
         title: loaded.name.clone(),
         subtitle: subtitle(&wall.sheet.name, settings),
         verdict: verdict.clone(),
@@ -41,6 +41,7 @@ pub(in crate::waam) fn run(
         sheet: None,
         provenance,
     };
+    views::waam::cell::show(&mut report, settings.robot.as_ref(), &wall.moments);
     outcome::tell(&folder, &report)?;
     loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
     observer.check()?;

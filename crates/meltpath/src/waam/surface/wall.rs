@@ -13,11 +13,13 @@ use super::{Asked, judge, metal};
 use crate::stages::sheet::{self, Sheet};
 use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::error::WaamError;
+use crate::waam::film::Moment;
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::program::{self, Commands};
 use crate::waam::reach;
 use crate::waam::record::Sample;
 use crate::waam::settings::Settings;
+use crate::waam::wanted::Wanted;
 
 /// Everything about a wall on a surface.
 pub(crate) struct Wall {
@@ -31,6 +33,8 @@ pub(crate) struct Wall {
     pub(super) files: Vec<TextFile>,
     pub(super) checks: Vec<Check>,
     pub(super) facts: Vec<Fact>,
+    /// The cell along the build; nothing where no robot is known.
+    pub(super) moments: Vec<Moment>,
 }
 
 /// The surface of a job, read and placed.
@@ -63,7 +67,13 @@ pub(super) fn wall(
     let plan = plan(&sheet, asked, settings)?;
     observer.check()?;
     let own = settings.cell.program.dialect.value;
-    let programs = reach::write(&loaded.name, &plan.toolpath, own, settings, reporter)?;
+    let programs = reach::write(
+        &loaded.name,
+        &plan.toolpath,
+        (own, Wanted::WHOLE),
+        settings,
+        reporter,
+    )?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     let mut checks = judge::checks(&plan, asked, settings);
@@ -87,6 +97,7 @@ pub(super) fn wall(
         facts.extend(metal::facts(grown, asked, &commands, settings));
     }
     facts.extend(reach::facts(along.as_ref(), &commands));
+    let moments = reach::moments(along.as_ref(), &driven.samples, &commands);
     Ok(Wall {
         sheet,
         plan,
@@ -97,6 +108,7 @@ pub(super) fn wall(
         files,
         checks,
         facts,
+        moments,
     })
 }
 

@@ -169,7 +169,12 @@ impl ChartSimulation {
                     hottest - CELSIUS,
                     stop - CELSIUS
                 ),
-                "charts that go on to a higher temperature (charts.stop)",
+                // beyond the laws no chart tells more
+                if stop < self.material.range[1] {
+                    "charts that go on to a higher temperature (charts.stop)"
+                } else {
+                    "less power, faster lines or lines further apart: the charts end beyond the material's laws, and know no vapour; what a higher charts.stop adds is no metal's temperature"
+                },
             );
         }
     }

@@ -1,0 +1,152 @@
+//! Corrected currents as people look at them: what each round made of the section, and what shape costs.
+
+use std::io;
+
+use meltpath_base::output::{OutputError, OutputFolder};
+use meltpath_geometry::math::DVec2;
+use meltpath_report::html::Section;
+use meltpath_report::plot::{Axis, Mark, Plot};
+use meltpath_report::series::csv::write_columns;
+use meltpath_report::table::{Cell, Table};
+use meltpath_thermal::criteria::Class;
+use meltpath_thermal::material::CELSIUS;
+
+use super::found::{Quantity, along_lines};
+use crate::ebm::correct::rounds::{Corrected, Round};
+use crate::ebm::judge::of_all;
+use crate::ebm::plan::Plan;
+
+/// Every round as a table of numbers.
+const ROUNDS: &str = "series/correction.csv";
+
+fn share(round: &Round, class: Class) -> f64 {
+    100.0 * of_all(&round.tally, class)
+}
+
+/// What was found.
+pub(super) fn section(found: &Corrected, plan: &Plan) -> Section {
+    let current: Quantity<'_> = &|p, _| 1e3 * plan.gun.current(p.power);
+    let axis = Axis::new("beam current", "mA");
+    Section {
+        title: "Corrected currents".to_owned(),
+        intro: "The path drawn again and again on the judge's solver; in between every place asks for more or less current. Rounds that keep to the shape come first, of these the one with most of the section in the window is kept.".to_owned(),
+        plots: vec![
+            by_round(found),
+            frontier(found, plan),
+            along_lines(&found.path, "Corrected current along lines", axis, current),
+        ],
+        tables: vec![table(found)],
+    }
+}
+
+fn by_round(found: &Corrected) -> Plot {
+    let line = |name: &str, of: &dyn Fn(&Round) -> f64| Mark::Line {
+        name: name.to_owned(),
+        points: (0..)
+            .zip(&found.rounds)
+            .map(|(n, round)| DVec2::new(f64::from(n), of(round)))
+            .collect(),
+    };
+    Plot::new(
+        "The section, round by round",
+        Axis::new("round", ""),
+        Axis::new("share of the section", "%"),
+    )
+    .with(line("in the window", &|r| share(r, Class::Good)))
+    .with(line("below it", &|r| share(r, Class::Porous)))
+    .with(line("above it", &|r| share(r, Class::Overheated)))
+    .with(line("molten outside", &|r| 100.0 * r.outside.share))
+}
+
+/// What shape costs: the share in the window against what melts outside.
+fn frontier(found: &Corrected, plan: &Plan) -> Plot {
+    let place = |round: &Round| DVec2::new(100.0 * round.outside.share, share(round, Class::Good));
+    let dots = |name: &str, rounds: &mut dyn Iterator<Item = &Round>| Mark::Dots {
+        name: name.to_owned(),
+        points: rounds.map(place).collect(),
+    };
+    let limit = 100.0 * plan.settings.checks.outside;
+    Plot::new(
+        "Window against shape",
+        Axis::new("molten beyond the rim, of the section's area", "%"),
+        Axis::new("section in the window", "%"),
+    )
+    .with(dots("rounds", &mut found.rounds.iter()))
+    .with(dots("kept", &mut found.rounds.get(found.kept).into_iter()))
+    .caption(&format!(
+        "At most {limit} % may melt beyond the rim (checks.outside)."
+    ))
+}
+
+fn table(found: &Corrected) -> Table {
+    let mut table = Table::new(
+        "Rounds",
+        &[
+            "round",
+            "cell (µm)",
+            "window (°C)",
+            "unmelted (%)",
+            "below the window (%)",
+            "in window (%)",
+            "above it (%)",
+            "molten outside (%)",
+            "farthest (mm)",
+            "mean (°C)",
+            "standard deviation (K)",
+        ],
+    );
+    for (n, round) in found.rounds.iter().enumerate() {
+        let of = |class| Cell::Fixed(share(round, class), 1);
+        let [low, high] = round.window.map(|k| k - CELSIUS);
+        let name = match n {
+            0 => "as it was".to_owned(),
+            _ if n == found.kept => format!("{n}, kept"),
+            _ => n.to_string(),
+        };
+        table.rows.push(vec![
+            Cell::Text(name),
+            Cell::Fixed(1e3 * round.cell, 1),
+            Cell::Text(format!("{low:.0} to {high:.0}")),
+            of(Class::Unmelted),
+            of(Class::Porous),
+            of(Class::Good),
+            of(Class::Overheated),
+            Cell::Fixed(100.0 * round.outside.share, 2),
+            Cell::Fixed(round.outside.farthest, 2),
+            Cell::Fixed(round.tally.mean - CELSIUS, 0),
+            Cell::Fixed(round.tally.deviation, 0),
+        ]);
+    }
+    table.note = format!(
+        "Shares of all points of the section, at the depth of judge.depth; the same in {ROUNDS}. The finer cells begin with the best round of the coarser ones."
+    );
+    table
+}
+
+/// Writes every round.
+///
+/// # Errors
+/// [`OutputError`].
+pub(super) fn write(folder: &OutputFolder, found: &Corrected) -> Result<(), OutputError> {
+    let column = |of: &dyn Fn(&Round) -> f64| found.rounds.iter().map(of).collect::<Vec<f64>>();
+    let counted = (0..found.rounds.len()).map(|n| n as f64).collect();
+    let kept = |n: usize| f64::from(u8::from(n == found.kept));
+    folder.write(ROUNDS, |w| {
+        let columns = [
+            ("round", "", counted),
+            ("cell", "mm", column(&|r| r.cell)),
+            ("window_low", "C", column(&|r| r.window[0] - CELSIUS)),
+            ("window_high", "C", column(&|r| r.window[1] - CELSIUS)),
+            ("unmelted", "pct", column(&|r| share(r, Class::Unmelted))),
+            ("below", "pct", column(&|r| share(r, Class::Porous))),
+            ("in_window", "pct", column(&|r| share(r, Class::Good))),
+            ("above", "pct", column(&|r| share(r, Class::Overheated))),
+            ("outside", "pct", column(&|r| 100.0 * r.outside.share)),
+            ("farthest", "mm", column(&|r| r.outside.farthest)),
+            ("mean", "C", column(&|r| r.tally.mean - CELSIUS)),
+            ("deviation", "K", column(&|r| r.tally.deviation)),
+            ("kept", "", (0..found.rounds.len()).map(kept).collect()),
+        ];
+        write_columns(w, &columns).map_err(io::Error::other)
+    })
+}

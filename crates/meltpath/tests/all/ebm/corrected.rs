@@ -1,0 +1,117 @@
+//! Currents corrected on the judge's solver: the section comes into the window, shape holds, and the judge says what the last
+//! rounds said.
+
+use std::path::Path;
+
+use meltpath::chain;
+use meltpath_base::{Silent, Verdict};
+
+/// Lines one way over a triangle of 2 x 1.5 mm, on cells so coarse that it takes seconds.
+const JOB: &str = "[process]\nkind = \"ebm\"\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.5 mm\"]]\n[hatch]\nstrategy = \"one-way\"\nspacing = \"50 µm\"\nspeed = \"2450 mm/s\"\noverrun = \"0.1 mm\"\ncurrent = \"4 mA\"\n[charts]\npreview = \"none\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n";
+const JUDGE: &str = "[judge]\ncell = \"62.5 µm\"\n";
+
+fn value(verdict: &Verdict, id: &str) -> f64 {
+    let check = verdict.checks.iter().find(|c| c.id == id).unwrap();
+    check.value.as_ref().unwrap().value
+}
+
+/// A column of the rounds.
+fn column(out: &Path, wanted: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(out.join("series/correction.csv")).unwrap();
+    let mut lines = text.lines();
+    let mut heads = lines.next().unwrap().split(',');
+    let at = heads.position(|h| h == wanted).unwrap();
+    let cell = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap();
+    lines.map(cell).collect()
+}
+
+#[test]
+fn currents_are_corrected_over_the_whole_section() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("job.toml");
+    let text = format!("{JOB}{JUDGE}[correct]\nrounds = 4\nfinest = 1\ngain = \"100 %\"\n");
+    std::fs::write(&file, text).unwrap();
+    let out = dir.path().join("out");
+    let verdict = chain::run(&file, Some(&out), dir.path(), &Silent)
+        .unwrap()
+        .verdict;
+    println!("{}", verdict.to_json());
+    let of = |wanted: &str| column(&out, wanted);
+    let [cells, good, outside, kept] = ["cell_mm", "in_window_pct", "outside_pct", "kept"].map(of);
+    println!("{good:?} {outside:?}");
+    // so small a section does not swing: four corrections on coarse cells, one on the judge's own, each resolution drawn once before
+    let (coarse, fine) = cells.split_at(5);
+    assert!(coarse.iter().all(|c| (c - 0.125).abs() < 1e-9), "{cells:?}");
+    assert!(fine.len() == 2 && fine.iter().all(|c| (c - 0.0625).abs() < 1e-9));
+    let best = kept.iter().position(|k| *k == 1.0).unwrap();
+    assert!(best >= 5 && kept.iter().sum::<f64>() == 1.0);
+    assert!(
+        good[best] > good[0] + 10.0 && outside[best] <= 1.0,
+        "{good:?}"
+    );
+    // the judge draws the same path on the same cells, and knows nothing of the rounds
+    for (id, wanted) in [("in-window", good[best]), ("molten-outside", outside[best])] {
+        let judged = value(&verdict, id);
+        assert!((judged - wanted).abs() < 1e-6, "{id}: {judged} {wanted}");
+    }
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let kept = format!("{best}, kept");
+    for said in ["Corrected currents", "Window against shape", &kept] {
+        assert!(report.contains(said), "{said}");
+    }
+    // the written path is the corrected one: currents within the bounds, and many
+    let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
+    let rows = path
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').collect::<Vec<_>>());
+    let on = rows.filter(|row| row[6] == "1");
+    let currents: Vec<f64> = on.map(|row| row[4].parse().unwrap()).collect();
+    assert!(
+        currents
+            .iter()
+            .all(|i| (0.0012 - 1e-9..=0.008 + 1e-9).contains(i))
+    );
+    let different: std::collections::BTreeSet<u64> = currents.iter().map(|i| i.to_bits()).collect();
+    assert!(different.len() > 50, "{}", different.len());
+}
+
+#[test]
+fn corrections_that_cannot_be_are_refused_in_their_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("job.toml");
+    for (rest, said) in [
+        (
+            "[judge]\nsolver = \"none\"\n[correct]\n",
+            "[correct] draws on the solver",
+        ),
+        (
+            "[correct]\nrounds = 0\nfinest = 0\n",
+            "nothing is corrected",
+        ),
+        (
+            "[correct]\ncurrents = [\"120 %\", \"80 %\"]\n",
+            "leave nothing to change",
+        ),
+        (
+            "[ebm]\ngun = \"open-beam-path\"\n[correct]\n",
+            "between straight lines only",
+        ),
+    ] {
+        let shown = JOB.replace("[charts]\npreview = \"none\"\n", "");
+        std::fs::write(&file, format!("{shown}{rest}")).unwrap();
+        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
+        assert!(error.to_string().contains(said), "{said}: {error}");
+    }
+    // what lies above where vapour moves the pool is told before anything runs
+    let hot = JOB.replace(
+        "body = [\"2 mm\", \"2 mm\"]",
+        "low = \"2950 °C\"\nhigh = \"3010 °C\"",
+    );
+    std::fs::write(&file, format!("{hot}[correct]\n")).unwrap();
+    let told = chain::doctor(&file, &Silent).unwrap();
+    let told = told.lines.join("\n");
+    println!("{told}");
+    assert!(told.contains("no path can be judged in it"), "{told}");
+    assert!(told.contains("cost of the corrections"), "{told}");
+}

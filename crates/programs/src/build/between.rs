@@ -1,0 +1,127 @@
+//! What happens between beads: pauses, calls of the cell, what stands already.
+
+use meltpath_toolpath::{Channel, Move, Pass};
+
+use super::wording::SHORTEST_WAIT;
+use super::{Builder, Pause, highest, moved};
+use crate::assembly::comment;
+use crate::program::Instruction;
+use crate::upkeep::Split;
+
+impl Builder<'_> {
+    /// Takes in a pass that was laid already.
+    pub(super) fn stands(&mut self, pass: &Pass<'_>, height: f64) {
+        let points = self.points(pass, height);
+        let steps = self.steps(pass, &points, height);
+        if steps.is_empty() {
+            return;
+        }
+        let grown = if pass.head.role.deposits() {
+            for index in steps.iter().filter_map(moved) {
+                let feed = self.feed(pass, index);
+                self.numbered(feed);
+            }
+            self.growth(pass)
+        } else {
+            0.0
+        };
+        self.highest = self.highest.max(highest(&points) + grown);
+    }
+
+    /// The calls of the cell that are due before a bead. The torch comes back from them by a joint move.
+    pub(super) fn due(&mut self) -> Vec<Instruction> {
+        let calls = self.upkeep.due(self.cell);
+        if !calls.is_empty() {
+            self.place = None;
+        }
+        calls.into_iter().map(called).collect()
+    }
+
+    /// Counts a bead that was laid.
+    pub(super) fn count(&mut self, pass: &Pass<'_>) {
+        let time: f64 = (0..pass.move_count()).map(|i| self.time(pass, i)).sum();
+        self.upkeep.count(time);
+        let Some(least) = self.cell.shortest_move.map(|t| t.0) else {
+            return;
+        };
+        for i in 0..pass.move_count() {
+            let time = pass.move_length(i) / self.speed(pass, i);
+            if time < least && !matches!(pass.move_at(i), Move::Spot { .. }) {
+                let (count, shortest) = self.short.get_or_insert((0, time));
+                *count += 1;
+                *shortest = shortest.min(time);
+            }
+        }
+    }
+
+    /// Warns of moves that the controller does not keep up with.
+    pub(super) fn tell_short(&self) {
+        if let Some((count, shortest)) = self.short {
+            self.reporter.warn(
+                "moves-too-short",
+                format!(
+                    "{count} moves of beads take less time than this controller plans at full speed, the shortest {:.0} ms: it slows down there",
+                    1e3 * shortest
+                ),
+                "a coarser chord error of the part, or a lower travel speed",
+            );
+        }
+    }
+
+    fn speed(&self, pass: &Pass<'_>, i: usize) -> f64 {
+        let said = pass.value(Channel::Speed, i);
+        said.unwrap_or(self.profile(pass).speed)
+    }
+
+    /// Time of a move, with what it waits, s.
+    fn time(&self, pass: &Pass<'_>, i: usize) -> f64 {
+        let stays = match pass.move_at(i) {
+            Move::Spot { time } => time,
+            Move::Line | Move::Arc { .. } => 0.0,
+        };
+        let dwell = pass.value(Channel::Dwell, i);
+        let dwell = dwell.unwrap_or(self.profile(pass).dwell);
+        pass.move_length(i) / self.speed(pass, i) + stays + dwell
+    }
+
+    /// Goes on to a layer, where it is another: what is due, the pause, and what tells people the layer.
+    pub(super) fn layer(&mut self, layer: u32, mut due: Vec<Instruction>) {
+        if self.layer != Some(layer) {
+            if self.layer.is_some() {
+                due.extend(self.pause());
+            }
+            if *self.cell.split == Split::Layer {
+                due.push(self.wording.shown(&format!("Layer {layer}")));
+                self.assembly.layer(layer, std::mem::take(&mut due));
+            }
+            due.push(comment(&format!("Layer {layer}")));
+            self.layer = Some(layer);
+        }
+        for instruction in due {
+            self.assembly.push(instruction);
+        }
+    }
+
+    fn pause(&self) -> Vec<Instruction> {
+        let wait = |seconds: f64| (seconds >= SHORTEST_WAIT).then_some(Instruction::Wait(seconds));
+        match &self.settings.pause {
+            Pause::None => Vec::new(),
+            Pause::Wait(seconds) => wait(*seconds).into_iter().collect(),
+            Pause::Call(program) => vec![called(program.clone())],
+            Pause::Cooled(seconds) => {
+                // a controller that runs ahead of its arm stops there
+                let wait = wait(seconds.max(SHORTEST_WAIT));
+                // `build` has found the words
+                let input = self.wording.until_cooled().unwrap_or_default();
+                wait.into_iter().chain(input).collect()
+            }
+        }
+    }
+}
+
+fn called(program: String) -> Instruction {
+    Instruction::Call {
+        program,
+        arguments: String::new(),
+    }
+}
