@@ -129,7 +129,7 @@ function draw() {
   gl.depthFunc(gl.LEQUAL);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   const view = { ...viewMatrix(), model: film.part || UNMOVED };
-  use("grid", { ...view, model: UNMOVED }, null, [...rgb(css("--stage-grid")), 1]);
+  use("grid", view, null, [...rgb(css("--stage-grid")), 1]);
   noAttributes();
   gl.bindBuffer(gl.ARRAY_BUFFER, gridBuffer);
   gl.enableVertexAttribArray(0);
