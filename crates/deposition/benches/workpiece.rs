@@ -6,6 +6,7 @@ use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::deposit::{Mode, Settings};
 use meltpath_deposition::workpiece::Laying;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
+use meltpath_geometry::shapes::cuboid;
 use meltpath_geometry::workpiece::Voxels;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 
@@ -58,33 +59,10 @@ fn motion(turn: DMat3) -> Vec<MotionBlock> {
 
 /// A plate under the beads, as a slab along the turned frame.
 fn plate(turn: DMat3) -> Voxels {
-    let corner = |x: f64, y: f64, z: f64| turn * DVec3::new(x, y, z);
-    let corners: Vec<DVec3> = (0..8)
-        .map(|n| {
-            let pick = |bit: usize, lo: f64, hi: f64| if n >> bit & 1 == 1 { hi } else { lo };
-            corner(
-                pick(0, -15.0, 115.0),
-                pick(1, -12.0, 22.0),
-                pick(2, -4.0, 0.0),
-            )
-        })
-        .collect();
-    let quads = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = quads
-        .iter()
-        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
-        .collect();
-    let mesh = meltpath_geometry::Mesh {
-        vertices: corners,
-        triangles,
-    };
+    let mut mesh = cuboid(DVec3::new(-15.0, -12.0, -4.0), DVec3::new(115.0, 22.0, 0.0));
+    for vertex in &mut mesh.vertices {
+        *vertex = turn * *vertex;
+    }
     let (lo, hi) = mesh.bounds().expect("corners");
     let mut voxels =
         Voxels::new(lo - DVec3::splat(10.0), hi + DVec3::splat(10.0), 0.5).expect("a box");

@@ -1,12 +1,14 @@
 //! Generator of test parts as watertight meshes: outlines in the plane, terraces (extrusions at several
-//! heights), bodies of revolution, sheets and tubes of squares. Unlimited, exact, seeded where random.
+//! heights), bodies of revolution, boxes, sheets and tubes of squares. Unlimited, exact, seeded where random.
 
+mod cuboid;
 mod outlines;
 mod parts;
 mod revolve;
 mod squares;
 mod terrace;
 
+pub use cuboid::cuboid;
 pub use outlines::{
     cross, ell, gear, honeycomb, islands, plate, random_star, ring, spiral, star, tee, truss,
 };

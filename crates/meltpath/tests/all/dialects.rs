@@ -46,6 +46,16 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// A job for a controller and a robot, and its folder, after which programs are called.
+fn job_for(folder: &Path, dialect: &str, robot: &str) -> (PathBuf, PathBuf) {
+    let home = folder.join("job");
+    std::fs::create_dir(&home).unwrap();
+    std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();
+    let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
+    let job = job(&home, &machine, "");
+    (home, job)
+}
+
 #[test]
 fn programs_of_other_controllers_run_and_are_read_back() {
     for (dialect, robot, files) in [
@@ -64,12 +74,7 @@ fn programs_of_other_controllers_run_and_are_read_back() {
         ),
     ] {
         let dir = tempfile::tempdir().unwrap();
-        // programs are called after the folder
-        let home = dir.path().join("job");
-        std::fs::create_dir(&home).unwrap();
-        std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();
-        let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
-        let job = job(&home, &machine, "");
+        let (home, job) = job_for(dir.path(), dialect, robot);
         let outcome = run(&job, None, &home.join("runs"), &Silent).unwrap();
         let mut wanted = files.to_vec();
         wanted.sort_unstable();
@@ -173,11 +178,7 @@ fn the_rest_of_a_plan_and_its_dry_run_are_written() {
         ("yaskawa-inform", "yaskawa-ar2010", "JBI"),
     ] {
         let dir = tempfile::tempdir().unwrap();
-        let home = dir.path().join("job");
-        std::fs::create_dir(&home).unwrap();
-        std::fs::write(home.join("cell.toml"), cell(dialect)).unwrap();
-        let machine = format!("cell = \"cell.toml\"\nrobot = \"{robot}\"");
-        let job = job(&home, &machine, "");
+        let (home, job) = job_for(dir.path(), dialect, robot);
         let plan = home.join("plan.melt");
         plan_to_file(&job, &plan, &Silent).unwrap();
         let written = |from, torch, name: &str| {

@@ -15,8 +15,9 @@ use std::collections::BTreeMap;
 use meltpath_base::{
     Check, Fact, Limit, Measure, Origin, Place, Provenance, Resolved, Verdict, Warning,
 };
+use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DVec2, DVec3};
-use meltpath_geometry::{Mesh, Pose};
+use meltpath_geometry::shapes::cuboid;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Aspect, Mark, Plot, histogram};
 use meltpath_report::scene::machine::{Axis as MachineAxis, Body, Joint, Machine, Motion};
@@ -160,30 +161,9 @@ fn heights() -> HeightLayers {
 
 /// The finished part: a box for the wall.
 fn part() -> Surface {
-    let corner = |i: usize| {
-        DVec3::new(
-            [30.0, 180.0][i & 1],
-            [48.0, 52.0][i >> 1 & 1],
-            [0.0, 40.0][i >> 2 & 1],
-        )
-    };
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
     Surface {
         name: "finished part".to_owned(),
-        mesh: Mesh {
-            vertices: (0..8).map(corner).collect(),
-            triangles: faces
-                .iter()
-                .flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]])
-                .collect(),
-        },
+        mesh: cuboid(DVec3::new(30.0, 48.0, 0.0), DVec3::new(180.0, 52.0, 40.0)),
         scalars: vec![],
         opacity: 0.35,
         visibility: Visibility::Hidden,
@@ -462,26 +442,6 @@ fn provenance() -> Provenance {
 
 /// A torch on a slide that swings over the build, in the time of the beads.
 fn machine(beads: &LineSet) -> Machine {
-    let box_of = |lo: DVec3, hi: DVec3| {
-        let corner = |i: usize| {
-            DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { lo[k] } else { hi[k] }))
-        };
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        Mesh {
-            vertices: (0..8).map(corner).collect(),
-            triangles: sides
-                .iter()
-                .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-                .collect(),
-        }
-    };
     let body = |name: &str, carrier, at: DVec3, joint, mesh| Body {
         name: name.to_owned(),
         carrier,
@@ -519,7 +479,7 @@ fn machine(beads: &LineSet) -> Machine {
                 None,
                 DVec3::ZERO,
                 joint(1, Motion::Turns, DVec3::Z),
-                box_of(
+                cuboid(
                     DVec3::new(-120.0, -90.0, -20.0),
                     DVec3::new(120.0, 90.0, -5.0),
                 ),
@@ -529,7 +489,7 @@ fn machine(beads: &LineSet) -> Machine {
                 None,
                 DVec3::new(0.0, 0.0, 60.0),
                 joint(0, Motion::Slides, DVec3::X),
-                box_of(
+                cuboid(
                     -0.5 * wide + 100.0 * DVec3::Z,
                     0.5 * wide + 100.0 * DVec3::Z,
                 ),

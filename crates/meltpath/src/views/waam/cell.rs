@@ -1,7 +1,7 @@
 //! The robot cell as the 3D view moves it: arm, torch, table, track and positioner around the part.
 
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};
-use meltpath_geometry::shapes::revolve;
+use meltpath_geometry::shapes::{cuboid, revolve};
 use meltpath_geometry::{Mesh, Pose};
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{self, Mark, Plot};
@@ -227,26 +227,8 @@ fn table(shapes: Option<&Shapes>) -> Mesh {
     let Some([x, y]) = shapes.and_then(|s| s.table) else {
         return Mesh::default();
     };
-    let corner = |i: usize| {
-        let side = |bit: usize, half: f64| if i & bit == 0 { -half } else { half };
-        let z = if i & 4 == 0 { -TABLE } else { 0.0 };
-        DVec3::new(side(1, x / 2.0), side(2, y / 2.0), z)
-    };
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    Mesh {
-        vertices: (0..8).map(corner).collect(),
-        triangles: faces
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-            .collect(),
-    }
+    let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
+    cuboid(-half - TABLE * DVec3::Z, half)
 }
 
 fn add(mesh: &mut Mesh, other: Mesh) {
