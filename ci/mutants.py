@@ -1,31 +1,32 @@
 #!/usr/bin/env python3
-"""Mutation tests of the numeric rooms by cargo-mutants: what the room's own tests do not notice when the code is changed.
+"""Mutation tests of the numeric rooms: what the room's own tests do not notice when the code is changed.
 
     ci/mutants.py --rooms deposition robot --count 100    a seeded sample of each room
     ci/mutants.py --changed --minutes 4                   of what changed since the state that landed last: what CI runs
 
-Changes the working tree while it runs and puts it back; so it starts from a clean one only. A survivor fails the run, unless
-ci/mutants.toml lists it with its reason. The order is that of hashes of the seed, the text of the line and the change: the same
-seed chooses the same mutants of unchanged lines, wherever they have moved.
+All mutants of a room are built at once, each behind a switch that a variable of the environment turns on; then each is tried on
+the tests that reach it. Changes the working tree while it builds and puts it back; so it starts from a clean one only. A survivor
+fails the run, unless ci/mutants.toml lists it with its reason. The order is that of hashes of the seed, the text of the line and
+the change: the same seed chooses the same mutants of unchanged lines, wherever they have moved.
 """
 
-import argparse, functools, hashlib, json, math, os, pathlib, resource, shutil, signal, subprocess, sys, tempfile, time, tomllib
+import argparse, collections, hashlib, json, math, os, pathlib, re, resource, signal, subprocess, sys, tempfile, time, tomllib
+
+try:
+    from weave_mutants import SWITCH, marks_around, mutants_of, woven
+except ImportError:
+    sys.exit("ci/mutants.py needs tree-sitter: ci/setup.sh, then target/ci-venv/bin/python ci/mutants.py …")
 
 ROOMS = "numerics geometry toolpath planning control robot scan-head gun deposition thermal melt-strategy perception".split()
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # bytes of address space for the tests of one mutant: some loop and fill memory
 MEMORY = 12 << 30
-
-
-@functools.cache
-def lines(file):
-    return (ROOT / file).read_text().splitlines()
-
-
-def key(mutant):
-    """File, text of the changed line, change: what stays when lines move."""
-    line = lines(mutant["file"])[mutant["span"]["start"]["line"] - 1]
-    return mutant["file"], line.strip(), mutant["name"].split(": ", 1)[1]
+# processor seconds for a program of tests, or the examples in docstrings, of one mutant: some never end
+SECONDS = 150
+# s; for those that wait for ever
+PATIENCE = 1200
+# threads of pools, and of examples in docstrings
+UNNAMED = {"?", "main"}
 
 
 def listed():
@@ -36,6 +37,11 @@ def listed():
     return {(row["file"], row["line"], row["change"]) for row in rows}
 
 
+def git(*words):
+    """What git says; nothing where it fails."""
+    return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+
+
 def landed():
     """The state that landed last: where this branch left the main one, or the first parent; none in a clone without history."""
     head = git("rev-parse", "HEAD")
@@ -43,98 +49,158 @@ def landed():
     return next((base for base in bases if base not in ("", head)), None)
 
 
-def git(*words):
-    """What git says; nothing where it fails."""
-    return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+def changed_lines(since):
+    """Files and lines that came since a revision."""
+    lines, file = set(), ""
+    for row in git("diff", "--unified=0", since, "--", "crates").splitlines():
+        if row.startswith("+++ "):
+            file = row[6:]
+        elif hunk := re.match(r"@@ .* \+(\d+)(?:,(\d+))? @@", row):
+            lines |= {(file, int(hunk[1]) + n) for n in range(int(hunk[2] or 1))}
+    return lines
 
 
-def mutants_of(rooms, since):
-    """All mutants of some rooms, or those in what changed since a revision; without those that are accepted."""
-    command = ["cargo", "mutants", "--list", "--json"] + [word for room in rooms for word in ("-p", f"meltpath-{room}")]
-    with tempfile.NamedTemporaryFile() as changed:
-        if since:
-            paths = [f"crates/{room}/src" for room in rooms]
-            subprocess.run(["git", "diff", since, "--", *paths], cwd=ROOT, stdout=changed, check=True)
-            if not os.path.getsize(changed.name):
-                return []
-            command += ["--in-diff", changed.name]
-        found = json.loads(subprocess.check_output(command, cwd=ROOT) or "[]")
-    accepted = listed()
-    return [m for m in found if key(m) not in accepted]
+def of_room(room, since):
+    """The mutants of a room that are not accepted: all, or those in what came since a revision."""
+    accepted, lines = listed(), changed_lines(since) if since else None
+    for path in sorted((ROOT / "crates" / room / "src").rglob("*.rs")):
+        for mutant in mutants_of(str(path.relative_to(ROOT)), path.read_bytes()):
+            if mutant.key not in accepted and (lines is None or (mutant.file, mutant.line) in lines):
+                yield mutant
 
 
 def sample(mutants, skip, count, seed):
     def order(mutant):
-        words = (str(seed), *key(mutant), str(mutant["span"]["start"]["column"]))
-        return hashlib.sha256("\n".join(words).encode()).digest()
+        return hashlib.sha256("\n".join((str(seed), *mutant.key, str(mutant.column))).encode()).digest()
 
-    return sorted(mutants, key=order)[skip : skip + count]
-
-
-# what is tried on a mutant, one after the other until one notices: unit tests, the room's other tests, examples in docstrings;
-# with the processor seconds that each program of tests may take (sound ones take a fifth to a half): some mutants never end
-STEPS = {"--lib": 20, "--tests": 150, "--doc": 60}
-# s; for those that wait for ever
-PATIENCE = 1200
+    return dict(enumerate(sorted(mutants, key=order)[skip : skip + count], 1))
 
 
-def ends(command, seconds):
-    """The exit code of a command whose programs may take `seconds` of a processor each."""
+def weave(room, mutants):
+    """Writes mutants into the files of a room."""
+    files = collections.defaultdict(dict)
+    for number, mutant in mutants.items():
+        files[mutant.file][number] = mutant
+    for file, chosen in files.items():
+        (ROOT / file).write_text(woven((ROOT / file).read_bytes(), chosen))
+    with open(ROOT / "crates" / room / "src" / "lib.rs", "a") as lib:
+        lib.write(SWITCH)
+
+
+def put_back(room):
+    """The files of a room as they are committed, without cases that property tests found and kept."""
+    for undo in (["checkout", "-q"], ["clean", "-fdq"]):
+        subprocess.run(["git", *undo, "--", f"crates/{room}"], cwd=ROOT, check=True)
+
+
+def messages(room):
+    """What cargo says of the tests of a room, as they are built."""
+    command = ["cargo", "test", "--release", "--no-run", "--quiet", "--message-format=json", "-p", f"meltpath-{room}"]
+    built = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    return [json.loads(row) for row in built.stdout.splitlines() if row.startswith("{")], built
+
+
+def unbuildable(found):
+    """The mutants that errors of the compiler point at."""
+    bad = set()
+    for message in (m["message"] for m in found if m["reason"] == "compiler-message"):
+        spans = [s for s in message["spans"] if s["is_primary"] and s["file_name"].startswith("crates/")]
+        if message["level"] == "error" and spans:
+            bad |= set(marks_around((ROOT / spans[0]["file_name"]).read_text(), spans[0]["byte_start"]))
+    return bad
+
+
+def build(room, mutants):
+    """The programs of tests with all mutants in them that can be built, and these mutants."""
+    for _ in range(40):
+        weave(room, mutants)
+        found, built = messages(room)
+        bad = unbuildable(found) if built.returncode else set()
+        if built.returncode == 0:
+            return [m["executable"] for m in found if m.get("executable")], mutants
+        put_back(room)
+        if not bad & mutants.keys():
+            sys.exit(f"the mutants of {room} do not build:\n{built.stderr[-3000:]}")
+        mutants = {number: mutant for number, mutant in mutants.items() if number not in bad}
+    sys.exit(f"the mutants of {room} do not build in 40 tries")
+
+
+def fails(command, room, **variables):
+    """Whether tests fail, with what is switched on."""
     # a case that fails need not be made small: a mutant is caught either way
-    quick = os.environ | {"PROPTEST_MAX_SHRINK_ITERS": "0"}
+    environment = os.environ | {"PROPTEST_MAX_SHRINK_ITERS": "0", "MELTPATH_FUZZ_SECONDS": "1"} | variables
 
     def bounded():
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    process = subprocess.Popen(command, cwd=ROOT, env=quick, start_new_session=True, preexec_fn=bounded, **silent)
+    where = ROOT / "crates" / room
+    process = subprocess.Popen(command, cwd=where, env=environment, start_new_session=True, preexec_fn=bounded, **silent)
     try:
-        return process.wait(PATIENCE)
+        return process.wait(PATIENCE) != 0
     except subprocess.TimeoutExpired:
-        return 1
+        return True
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
 
 
-def notice(mutant):
-    """How a mutant in place ends: caught, unviable where it does not build, or missed."""
-    test = ["cargo", "test", "--quiet", "-p", mutant["package"]]
-    for step, seconds in STEPS.items():
-        if step != "--doc" and ends([*test, step, "--no-run"], PATIENCE):
-            return "unviable"
-        if ends([*test, step], seconds):
-            return "caught"
-    return "missed"
+def reached(command, room):
+    """Which tests reach which mutants; `?` stands for threads that bear no test's name."""
+    with tempfile.NamedTemporaryFile() as told:
+        if fails(command, room, MELTPATH_REACHED=told.name):
+            sys.exit(f"the tests of {room} fail without any mutant: {' '.join(map(str, command))}")
+        by_number = collections.defaultdict(set)
+        for row in pathlib.Path(told.name).read_text().splitlines():
+            number, _, thread = row.partition(" ")
+            by_number[int(number)].add(thread)
+    return by_number
 
 
-def outcome(mutant):
-    """Puts a mutant in place, tries it, and puts the file back."""
-    path = ROOT / mutant["file"]
-    sound = path.read_bytes()
-    try:
-        subprocess.run(["patch", "--silent", "--no-backup-if-mismatch", path], input=mutant["diff"], text=True, check=True)
-        return notice(mutant)
-    finally:
-        path.write_bytes(sound)
+def is_caught(number, programs, room):
+    """Whether a mutant is noticed: by the tests that reach it themselves, or from threads that bear no test's name."""
+    on = {"MELTPATH_MUTANT": str(number)}
+    by_name, whole = [], []
+    for program, by_number in programs:
+        tests = sorted(by_number[number] - UNNAMED)
+        if tests and len(program) == 1:
+            by_name.append([*program, "--exact", *tests])
+        if by_number[number] & UNNAMED or by_number[number] and len(program) > 1:
+            whole.append(program)
+    return any(fails(command, room, **on) for command in by_name + whole)
 
 
-def run(chosen, minutes):
-    """The mutants that were tried in the time, each with its outcome."""
+def outcomes(room, mutants, minutes):
+    """The mutants that were tried in the time, each with how it ended: caught, missed, or unviable where it does not build."""
     end = time.monotonic() + 60 * minutes
-    tried = []
-    for mutant in chosen:
-        if time.monotonic() > end:
-            break
-        start = time.monotonic()
-        tried.append((mutant, outcome(mutant)))
-        print(f"{tried[-1][1]} {mutant['name']} ({time.monotonic() - start:.0f} s)", file=sys.stderr, flush=True)
-    # cases that property tests found and kept
-    for undo in (["checkout", "-q"], ["clean", "-fdq"]):
-        subprocess.run(["git", *undo, "--", "crates"], cwd=ROOT, check=True)
-    return tried
+    try:
+        executables, viable = build(room, mutants)
+        documented = ["cargo", "test", "--release", "--quiet", "--doc", "-p", f"meltpath-{room}"]
+        programs = [(program, reached(program, room)) for program in [*([e] for e in executables), documented]]
+        ends = {number: "unviable" for number in mutants.keys() - viable.keys()}
+        for number in viable:
+            if time.monotonic() > end:
+                break
+            start = time.monotonic()
+            ends[number] = "caught" if is_caught(number, programs, room) else "missed"
+            print(f"{ends[number]} {mutants[number].name} ({time.monotonic() - start:.0f} s)", file=sys.stderr, flush=True)
+        return ends
+    finally:
+        put_back(room)
+
+
+def tell(room, mutants, known, ends):
+    """Says how the mutants of a room ended; how many are missed."""
+    missed = [mutants[number] for number in sorted(ends) if ends[number] == "missed"]
+    tried = sum(end != "unviable" for end in ends.values())
+    share = f"{100 * (tried - len(missed)) / tried:.0f} %" if tried else "-"
+    print(f"{room}: {known} mutants, {tried} tried, {tried - len(missed)} caught, {share}", flush=True)
+    for mutant in missed:
+        print(f"  survives: {mutant.name}\n    {mutant.text}", flush=True)
+    return len(missed)
 
 
 def main():
@@ -147,37 +213,24 @@ def main():
     parser.add_argument("--minutes", type=float, default=math.inf, help="start none after so long, a room")
     parser.add_argument("--list", action="store_true", help="show the sample, run nothing")
     options = parser.parse_args()
-    if shutil.which("cargo-mutants") is None:
-        print("no cargo-mutants is installed (cargo install cargo-mutants --locked): mutation tests are skipped")
-        return 0
     if not options.list and subprocess.check_output(["git", "status", "--porcelain", "--", "crates"], cwd=ROOT):
         sys.exit("the working tree has changes under crates/: commit them first")
     since = landed() if options.changed else None
     if options.changed and since is None:
         print("this clone has no history: mutation tests of what changed are skipped")
         return 0
-    mutants = mutants_of(options.rooms, since)
-    groups = [mutants] if since else [[m for m in mutants if m["package"] == f"meltpath-{r}"] for r in options.rooms]
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the file is put back on the way out
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the files are put back on the way out
+    found = {room: list(of_room(room, since)) for room in options.rooms}
+    count = sum(map(len, found.values())) if since else 0
     missed = 0
-    for group in groups:
-        # room by room, so that each is built once
-        chosen = sorted(sample(group, options.skip, options.count, options.seed), key=lambda m: m["package"])
-        if not chosen:
-            print("no mutant in what changed")
-            continue
+    for room, known in found.items():
+        # of what changed, each room has its part of the whole sample
+        share = math.ceil(options.count * len(known) / count) if since and count else options.count
+        mutants = sample(known, options.skip, share, options.seed)
         if options.list:
-            print("\n".join(m["name"] for m in chosen))
-            continue
-        outcomes = run(chosen, options.minutes)
-        survivors = [m for m, end in outcomes if end == "missed"]
-        viable = [m for m, end in outcomes if end != "unviable"]
-        rooms = " ".join(sorted({m["package"].removeprefix("meltpath-") for m in chosen}))
-        share = f"{100 * (len(viable) - len(survivors)) / len(viable):.0f} %" if viable else "-"
-        print(f"{rooms}: {len(group)} mutants, {len(viable)} tried, {len(viable) - len(survivors)} caught, {share}", flush=True)
-        for m in survivors:
-            print(f"  survives: {m['name']}\n    {key(m)[1]}", flush=True)
-        missed += len(survivors)
+            print("\n".join(mutant.name for mutant in mutants.values()))
+        elif mutants:
+            missed += tell(room, mutants, len(known), outcomes(room, mutants, options.minutes))
     if missed:
         print(f"{missed} survive: a test that fails with each, or a row with its reason in ci/mutants.toml")
     return 1 if missed else 0
