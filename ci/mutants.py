@@ -21,8 +21,8 @@ ROOMS = "numerics geometry toolpath planning control robot scan-head gun deposit
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # bytes of address space for the tests of one mutant: some loop and fill memory
 MEMORY = 12 << 30
-# processor seconds for a program of tests, or the examples in docstrings, of one mutant: some never end
-SECONDS = 150
+# processor seconds for a program of tests of one mutant, and how many times those that it takes without: some never end
+SECONDS, TIMES = 10, 4
 # s; for those that wait for ever
 PATIENCE = 1200
 # threads of pools, and of examples in docstrings
@@ -125,14 +125,14 @@ def build(room, mutants):
     sys.exit(f"the mutants of {room} do not build in 40 tries")
 
 
-def fails(command, room, **variables):
-    """Whether tests fail, with what is switched on."""
+def fails(command, room, seconds, **variables):
+    """Whether tests fail within some processor seconds, with what is switched on."""
     # a case that fails need not be made small: a mutant is caught either way
     environment = os.environ | {"PROPTEST_MAX_SHRINK_ITERS": "0", "MELTPATH_FUZZ_SECONDS": "1"} | variables
 
     def bounded():
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -149,28 +149,30 @@ def fails(command, room, **variables):
 
 
 def reached(command, room):
-    """Which tests reach which mutants; `?` stands for threads that bear no test's name."""
+    """Which tests reach which mutants, and the processor seconds that a mutant may take."""
     with tempfile.NamedTemporaryFile() as told:
-        if fails(command, room, MELTPATH_REACHED=told.name):
+        before = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+        if fails(command, room, PATIENCE, MELTPATH_REACHED=told.name):
             sys.exit(f"the tests of {room} fail without any mutant: {' '.join(map(str, command))}")
         by_number = collections.defaultdict(set)
         for row in pathlib.Path(told.name).read_text().splitlines():
             number, _, thread = row.partition(" ")
             by_number[int(number)].add(thread)
-    return by_number
+    took = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - before
+    return by_number, math.ceil(SECONDS + TIMES * took)
 
 
 def is_caught(number, programs, room):
     """Whether a mutant is noticed: by the tests that reach it themselves, or from threads that bear no test's name."""
     on = {"MELTPATH_MUTANT": str(number)}
     by_name, whole = [], []
-    for program, by_number in programs:
+    for program, (by_number, seconds) in programs:
         tests = sorted(by_number[number] - UNNAMED)
         if tests and len(program) == 1:
-            by_name.append([*program, "--exact", *tests])
+            by_name.append(([*program, "--exact", *tests], seconds))
         if by_number[number] & UNNAMED or by_number[number] and len(program) > 1:
-            whole.append(program)
-    return any(fails(command, room, **on) for command in by_name + whole)
+            whole.append((program, seconds))
+    return any(fails(command, room, seconds, **on) for command, seconds in by_name + whole)
 
 
 def outcomes(room, mutants, minutes):
