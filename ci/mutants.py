@@ -175,9 +175,8 @@ def is_caught(number, programs, room):
     return any(fails(command, room, seconds, **on) for command, seconds in by_name + whole)
 
 
-def outcomes(room, mutants, minutes):
-    """The mutants that were tried in the time, each with how it ended: caught, missed, or unviable where it does not build."""
-    end = time.monotonic() + 60 * minutes
+def outcomes(room, mutants, end):
+    """The mutants that were tried before a time, each with how it ended: caught, missed, or unviable where it does not build."""
     try:
         executables, viable = build(room, mutants)
         documented = ["cargo", "test", "--release", "--quiet", "--doc", "-p", f"meltpath-{room}"]
@@ -212,7 +211,7 @@ def main():
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--skip", type=int, default=0, help="leave out the first of the sample: those tried before")
     parser.add_argument("--seed", type=int, default=12)
-    parser.add_argument("--minutes", type=float, default=math.inf, help="start none after so long, a room")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="start none after so long")
     parser.add_argument("--list", action="store_true", help="show the sample, run nothing")
     options = parser.parse_args()
     if not options.list and subprocess.check_output(["git", "status", "--porcelain", "--", "crates"], cwd=ROOT):
@@ -224,15 +223,15 @@ def main():
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the files are put back on the way out
     found = {room: list(of_room(room, since)) for room in options.rooms}
     count = sum(map(len, found.values())) if since else 0
-    missed = 0
-    for room, known in found.items():
-        # of what changed, each room has its part of the whole sample
+    end, missed = time.monotonic() + 60 * options.minutes, 0
+    # of what changed, the rooms with most of it first, each with its part of the whole sample
+    for room, known in sorted(found.items(), key=lambda entry: -len(entry[1]) if since else 0):
         share = math.ceil(options.count * len(known) / count) if since and count else options.count
         mutants = sample(known, options.skip, share, options.seed)
         if options.list:
             print("\n".join(mutant.name for mutant in mutants.values()))
-        elif mutants:
-            missed += tell(room, mutants, len(known), outcomes(room, mutants, options.minutes))
+        elif mutants and time.monotonic() < end:
+            missed += tell(room, mutants, len(known), outcomes(room, mutants, end))
     if missed:
         print(f"{missed} survive: a test that fails with each, or a row with its reason in ci/mutants.toml")
     return 1 if missed else 0
