@@ -128,6 +128,25 @@ mod tests {
     }
 
     #[test]
+    fn pieces_follow_each_other() {
+        let piece = |from: f64, to: f64| FocusPiece {
+            range: [from, to],
+            intercept: 0.5,
+            slope: 1.0,
+        };
+        let told = |pieces: &[FocusPiece]| FocusCalibration::new(pieces.to_vec()).is_ok();
+        assert!(told(&[piece(0.0, 1.0), piece(1.0, 2.0)]));
+        for pieces in [
+            vec![],
+            vec![piece(1.0, 1.0)],
+            vec![piece(1.0, 0.0)],
+            vec![piece(0.0, 1.0), piece(1.5, 2.0)],
+        ] {
+            assert!(!told(&pieces), "{pieces:?}");
+        }
+    }
+
+    #[test]
     fn ebm_a08_diameter_against_focus_current() {
         let focus = thesis();
         for (current, diameter) in [

@@ -286,6 +286,25 @@ mod tests {
         }
     }
 
+    #[test]
+    fn time_stands_at_a_jump_and_never_runs_backwards() {
+        let row = |time: f64, x: f64| Row {
+            time,
+            x,
+            y: 0.0,
+            voltage: 60e3,
+            current: 5e-3,
+            focus: 0.0,
+            on: true,
+        };
+        assert!(Record::new(vec![row(0.0, 0.0), row(1.0, 1.0), row(1.0, 2.0)]).is_ok());
+        let error = Record::new(vec![row(0.0, 0.0), row(1.0, 1.0), row(0.5, 2.0)]).unwrap_err();
+        assert!(
+            matches!(error, RecordError::Row { index: 2, .. }),
+            "{error}"
+        );
+    }
+
     proptest! {
         #[test]
         fn records_come_back_from_csv(values in prop::collection::vec((0.0..1.0_f64, -9.0..9.0_f64, prop::bool::ANY), 0..20)) {

@@ -66,6 +66,25 @@ impl Random {
 mod tests {
     use super::*;
 
+    /// xoshiro256++ from the first numbers of SplitMix64, as their authors' programs give them for the seed 0.
+    #[test]
+    fn the_sequence_is_the_published_one() {
+        let mut random = Random::new(0);
+        let state = [
+            0xe220_a839_7b1d_cdaf,
+            0x6e78_9e6a_a1b9_65f4,
+            0x06c4_5d18_8009_454f,
+            0xf88b_b8a8_724c_81ec,
+        ];
+        assert_eq!(random.state, state);
+        assert_eq!(random.bits(), 0x5317_5d61_490b_23df);
+        // with other states: 2^23 + 2 of [1, 0, 0, 1]
+        let mut random = Random {
+            state: [1, 0, 0, 1],
+        };
+        assert_eq!(random.bits(), (2 << 23) + 1);
+    }
+
     #[test]
     fn between_two_numbers() {
         let mut r = Random::new(1);

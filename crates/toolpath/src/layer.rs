@@ -459,6 +459,23 @@ mod tests {
         assert!(broken(&|l| l.channels[2].set(6, 1.0)).contains("7 entries"));
         assert!(broken(&|l| l.axes[0].set(1, 0.5)).contains("unit"));
         assert!(broken(&|l| l.neighbours[0].1.to = 99.0).contains("neighbour"));
+        // of one pass they follow one another; those of the next one begin anew
+        assert!(
+            broken(&|l| {
+                let mut earlier = l.neighbours[0];
+                earlier.1.from = 0.5;
+                l.neighbours.push(earlier);
+            })
+            .contains("follow one another")
+        );
+        assert!(
+            broken(&|l| {
+                let mut beyond = l.neighbours[0];
+                beyond.0 = 1;
+                l.neighbours.push(beyond);
+            })
+            .contains("along its pass")
+        );
         // and where
         let (line, from) = (DVec3::X, DVec3::ZERO);
         let at = |arcs: &[u32]| {

@@ -122,3 +122,20 @@ fn unknown_figures_count_where_a_path_needs_them() {
         assert!(jumps.contains(needed), "{needed}: {jumps}");
     }
 }
+
+/// The beam goes off and on again at one place: what follows is another pass, also where it goes straight on.
+#[test]
+fn a_dark_pause_ends_a_pass() {
+    let run = |pause: f64| {
+        let points = [
+            [0.0, 0.0, 0.0, 0.0],
+            [1e-3, 1.0, 0.0, 300.0],
+            [1e-3 + pause, 1.0, 0.0, 0.0],
+            [2e-3 + pause, 2.0, 0.0, 400.0],
+        ];
+        let found = asked(&motion(&points), "between-passes", "anywhere");
+        found.vain.iter().map(|d| d.what).collect::<Vec<_>>()
+    };
+    assert_eq!(run(1e-3), []);
+    assert_eq!(run(0.0), [What::Current]);
+}

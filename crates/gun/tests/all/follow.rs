@@ -210,3 +210,52 @@ fn spots_widen_with_the_power() {
         assert!((gun.widening(power) - factor).abs() < 1e-12, "{power}");
     }
 }
+
+/// A deflection that nobody knows follows at once, also at the moments in between that the current asks for.
+#[test]
+fn a_beam_without_lag_is_on_its_line_at_every_moment() {
+    let slow = gun(
+        "[current]\nslew = { value = \"5 mA/ms\", source = \"log\" }\nbandwidth = { value = \"1 kHz\", source = \"log\" }\nbetween = \"ramped\"\n",
+    );
+    let drawn = follow(
+        &motion(&[[0.0, 2.0, 1.0, 0.0], [2e-3, 6.0, 4.0, 600.0]]),
+        &slow,
+        60e3,
+    )
+    .motion;
+    assert!(drawn.position.len() > 4, "steps in between");
+    for (n, at) in drawn.position.iter().enumerate() {
+        let share = drawn.times.at(n) / 2e-3;
+        let should = DVec2::new(2.0, 1.0) + share * DVec2::new(4.0, 3.0);
+        assert!(at.truncate().distance(should) < 1e-9, "{at} at {share}");
+    }
+}
+
+/// Each jump that is shorter than the deflection needs is waited for, and what follows comes as much later.
+#[test]
+fn what_follows_a_jump_comes_later_by_what_it_waits() {
+    let asked = motion(&[
+        [0.0, 0.0, 0.0, 0.0],
+        [1e-3, 1.0, 0.0, 300.0],
+        [1e-3, 0.0, 1.0, 0.0],
+        [2e-3, 1.0, 1.0, 300.0],
+        [2e-3, 0.0, 2.0, 0.0],
+        [3e-3, 1.0, 2.0, 300.0],
+    ]);
+    let machine = gun("[deflection]\njump = { value = \"200 µs\", source = \"log\" }\n");
+    let drawn = follow(&asked, &machine, 60e3);
+    assert!((drawn.waited - 4e-4).abs() < 1e-12);
+    let times: Vec<f64> = (0..drawn.motion.position.len())
+        .map(|n| drawn.motion.times.at(n))
+        .collect();
+    assert!(times.is_sorted(), "{times:?}");
+    assert!((times.last().unwrap() - 3.4e-3).abs() < 1e-12);
+    // the second line begins after its wait
+    let begin = drawn
+        .motion
+        .position
+        .iter()
+        .rposition(|p| p.y == 1.0 && p.x == 0.0)
+        .unwrap();
+    assert!((times[begin] - 1.2e-3).abs() < 1e-12, "{times:?}");
+}
