@@ -261,5 +261,16 @@ mod tests {
                 y[(k, 0)]
             );
         }
+        // a lag of 80 ms fades meanwhile: 1 − exp(−(t − delay)/lag)
+        let g = TransferFunction::new([1.0], [0.08, 1.0])
+            .unwrap()
+            .to_state_space()
+            .unwrap();
+        let s = discretise_delayed(&g, 0.1, 0.237).unwrap();
+        let y = simulate(&s, &Matrix::from_fn(8, 1, |_, _| 1.0)).unwrap();
+        for k in 3..8 {
+            let wanted = 1.0 - f64::exp(-(0.1 * k as f64 - 0.237) / 0.08);
+            assert!((y[(k, 0)] - wanted).abs() < 1e-14, "{k}: {}", y[(k, 0)]);
+        }
     }
 }

@@ -104,4 +104,20 @@ mod tests {
         );
         assert!(Quality::of(&truth[1..], &seen).is_none());
     }
+
+    /// Errors 1, −1, 1, −1: each lag has one pair less, and the sign of its parity.
+    #[test]
+    fn short_records_have_the_lags_they_have() {
+        let error = [1.0, -1.0, 1.0, -1.0];
+        let q = Quality::of(&[0.0; 4], &error).unwrap();
+        assert_eq!(q.autocorrelation, [-0.75, 0.5, -0.25]);
+        assert!((q.confidence - 1.288).abs() < 1e-12 && q.coloured == 0.0);
+        assert_eq!(
+            Quality::of(&[0.0; 60], &[1.0; 60])
+                .unwrap()
+                .autocorrelation
+                .len(),
+            25
+        );
+    }
 }

@@ -298,6 +298,23 @@ mod tests {
     }
 
     #[test]
+    fn sums_of_other_delays_are_refused_with_the_difference() {
+        let late = |delay| {
+            TransferFunction::new([1.0], [1.0, 1.0])
+                .unwrap()
+                .delayed(delay)
+                .unwrap()
+        };
+        assert!(late(0.25).plus(&late(0.25)).is_ok());
+        for (a, b) in [(0.75, 0.25), (0.25, 0.75)] {
+            let Err(SystemError::Delay { delay }) = late(a).plus(&late(b)) else {
+                panic!("a sum of two delays")
+            };
+            assert!((delay - 0.5).abs() < 1e-15, "{delay}");
+        }
+    }
+
+    #[test]
     fn state_space_keeps_the_response_of_a_badly_scaled_plant() {
         // current loop of a small galvanometer, deg/A (coefficients spread over 24 decades)
         let g = TransferFunction::new(

@@ -244,6 +244,25 @@ mod tests {
     use crate::{TransferFunction, simulate::Running};
 
     #[test]
+    fn windows_have_their_shapes() {
+        let at = |window: Window| [0, 2, 4].map(|k| window.at(k, 8));
+        assert_eq!(at(Window::Rectangular), [1.0; 3]);
+        assert_eq!(at(Window::Triangular), [0.0, 0.5, 1.0]);
+        let shapes = [
+            (at(Window::Hann), [0.0, 0.5, 1.0]),
+            (
+                at(Window::Exponential { samples: 2.0 }),
+                [1.0, f64::exp(-1.0), f64::exp(-2.0)],
+            ),
+        ];
+        for (found, wanted) in shapes {
+            for (a, b) in found.into_iter().zip(wanted) {
+                assert!((a - b).abs() < 1e-15, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
     fn white_noise_through_a_filter() {
         let g = TransferFunction::sampled([0.3, 0.1], [1.0, -1.2, 0.6], 1e-3).unwrap();
         let mut running = Running::new(&g.to_state_space().unwrap()).unwrap();

@@ -246,6 +246,16 @@ fn section(
 mod tests {
     use super::*;
 
+    /// 2/z after 3 samples of 1 ms: 2/z⁴.
+    #[test]
+    fn a_sampled_delay_is_a_power_of_z() {
+        let mut k = ZeroPoleGain::new(vec![], vec![Complex64::new(0.0, 0.0)], 2.0);
+        k.domain = Domain::Sampled { period: 1e-3 };
+        k.delay = 3e-3;
+        let z = Complex64::new(0.6, -0.7);
+        assert!((k.at(z) - 2.0 / z.powi(4)).norm() < 1e-12);
+    }
+
     #[test]
     fn forms_agree() {
         let c = Complex64::new;

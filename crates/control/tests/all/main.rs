@@ -5,6 +5,7 @@
     reason = "a test that fails stops here, and says what it found"
 )]
 
+mod assumptions;
 mod export;
 mod hard_plants;
 mod reference;
