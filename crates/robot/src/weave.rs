@@ -159,6 +159,13 @@ mod tests {
             assert!((side(0.15) - 1.0).abs() < 1e-9 && (side(0.21) - 1.0).abs() < 1e-9);
             assert!((side(0.5) + 1.0).abs() < 1e-9 && (side(0.66) + 1.0).abs() < 1e-9);
             assert!(side(0.35).abs() < 1e-9);
+            // an eighth of the period after it has left the right side
+            let eighth = if shape == WeaveShape::Sine {
+                0.5f64.sqrt()
+            } else {
+                0.5
+            };
+            assert!((side(0.675 + 0.0625) + eighth).abs() < 1e-9);
             for time in [0.03, 0.2, 0.4, 0.6, 0.75] {
                 assert!((side(time + 0.8) - side(time)).abs() < 1e-9, "{time}");
             }

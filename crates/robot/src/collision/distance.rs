@@ -114,12 +114,30 @@ mod tests {
         (0..=400).map(|i| s.a.lerp(s.b, f64::from(i) / 400.0))
     }
 
+    /// A point, a parallel line before, behind or beside it, or one that crosses or ends somewhere else.
+    fn beside(p: &Segment, random: &mut Random, kind: usize) -> Segment {
+        let a = point(random);
+        let along = random.between(-3.0, 3.0) * (p.b - p.a);
+        match kind {
+            0 => Segment { a, b: a },
+            1 => Segment { a, b: a + along },
+            2 => Segment {
+                a: p.a + along,
+                b: p.b + along,
+            },
+            _ => segment(random),
+        }
+    }
+
     /// Against the nearest of many points of them.
     #[test]
     fn distances_are_those_of_many_points() {
         let mut random = Random::new(3);
-        for _ in 0..200 {
-            let (p, q) = (segment(&mut random), segment(&mut random));
+        for n in 0..400 {
+            let p = segment(&mut random);
+            let q = beside(&p, &mut random, n % 5);
+            // the same either way round
+            let (p, q) = if n % 2 == 0 { (p, q) } else { (q, p) };
             let sampled = points(&p)
                 .map(|x| {
                     points(&q)

@@ -197,6 +197,49 @@ fn inverse_gives_a_million_poses_back() {
     finds_random(1_000_000);
 }
 
+/// The fifth joint tells the wrist's distance from its singularity, on either side and after half a turn.
+#[test]
+fn the_wrist_is_as_far_from_straight_as_its_joint_says() {
+    for (name, arm) in all() {
+        for (fifth, far) in [
+            (0.2, 0.2),
+            (-0.3, 0.3),
+            (PI - 0.1, 0.1),
+            (0.5 * PI, 0.5 * PI),
+        ] {
+            let near = arm.nearness([0.1, 0.2, 0.3, 0.4, fifth, 0.6]).unwrap();
+            assert!((near.wrist - far).abs() < 1e-9, "{name}: {fifth} {near:?}");
+        }
+        // the elbow comes nearer as the third joint goes to where the arm is stretched
+        let elbow = |third: f64| {
+            arm.nearness([0.0, 0.0, third, 0.0, 1.0, 0.0])
+                .unwrap()
+                .elbow
+        };
+        let stretched = (-3000..3000)
+            .map(|k| f64::from(k) * 1e-3)
+            .min_by(|a, b| elbow(*a).total_cmp(&elbow(*b)))
+            .unwrap();
+        assert!(elbow(stretched) < 1e-3, "{name}");
+        for off in [-0.4, -0.1, 0.1, 0.4] {
+            assert!(
+                (elbow(stretched + off) - f64::abs(off)).abs() < 2e-3,
+                "{name}: {off}"
+            );
+        }
+    }
+}
+
+/// Shapes are guessed as long as nobody vouches for them, whoever vouches for the rest.
+#[test]
+fn shapes_without_a_source_are_guessed() {
+    let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
+    assert!(cell::read(text).unwrap().shapes_are_guessed());
+    let vouched = text.replacen("[shapes]", "[shapes]\nsource = \"measured\"", 1);
+    assert_ne!(vouched, text);
+    assert!(!cell::read(&vouched).unwrap().shapes_are_guessed());
+}
+
 /// A search from many starts finds nothing that the closed form lacks.
 fn search_finds_nothing_else(poses: u32) {
     let mut random = Random::new(2);

@@ -140,6 +140,41 @@ fn multiaxis_ma7_every_shipped_robot_holds_a_tower_on_its_table() {
     }
 }
 
+/// What an arm comes near to is the worst of all places that it goes through, and where that is.
+#[test]
+fn margins_are_those_of_the_worst_places() {
+    let cell = shipped("abb-irb2600-12-185");
+    let (start, commands) = tower(DVec3::ZERO);
+    let task = task(&cell, (&start, &commands), Rotation::Free);
+    let held = hold(&task).unwrap();
+    let (samples, margins) = (samples(&task, &held), held.margins);
+    let least =
+        |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).fold(f64::INFINITY, f64::min);
+    let near = |s: &Sample| cell.arm.nearness(s.joints).unwrap();
+    let worst = [
+        (
+            margins.limit,
+            least(&|s| cell.arm.margin(s.joints).0 - s.curve),
+        ),
+        (margins.wrist, least(&|s| near(s).wrist - s.curve)),
+        (margins.elbow, least(&|s| near(s).elbow - s.curve)),
+        (margins.shoulder, least(&|s| near(s).shoulder.abs())),
+        (margins.speed, -least(&|s| -s.speed.map_or(0.0, |v| v.0))),
+    ];
+    for (n, (found, wanted)) in worst.into_iter().enumerate() {
+        let found = found.unwrap();
+        assert!(
+            (found.value - wanted).abs() < 1e-12,
+            "{n}: {found:?} {wanted}"
+        );
+        assert!(
+            samples
+                .iter()
+                .any(|s| s.tip.position == found.position && s.command == found.command)
+        );
+    }
+}
+
 #[test]
 fn multiaxis_ma9_a_part_out_of_reach_is_told_with_place_and_distance() {
     let cell = shipped("kuka-kr16-r2010-2");
