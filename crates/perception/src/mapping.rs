@@ -235,6 +235,12 @@ mod tests {
     use super::*;
 
     #[test]
+    fn speeds_are_kept_in_mm_a_second() {
+        assert!((0.6 * Unit::MetrePerMinute.factor() - 10.0).abs() < 1e-12);
+        assert!((180.0 * Unit::Degree.factor() - PI).abs() < 1e-15);
+    }
+
+    #[test]
     fn mistakes_are_told() {
         let good = "sample_time = \"50 us\"\n[channels.u]\ncolumn = 1\nunit = \"V\"\n";
         let mapping = Mapping::parse("m", good).unwrap();
@@ -248,6 +254,7 @@ mod tests {
             (&good.replace("\"V\"", "\"volt\""), "volt"),
             (&good.replace("column", "colum"), "colum"),
             (&format!("rows = [0, 4]\n{good}"), "from 1"),
+            (&format!("rows = [5, 4]\n{good}"), "first before last"),
             (&format!("{good}scale = 0.0\n"), "not zero"),
         ] {
             let error = Mapping::parse("m", text).unwrap_err().to_string();

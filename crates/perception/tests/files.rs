@@ -39,7 +39,8 @@ fn mapping() -> Mapping {
     .unwrap()
 }
 
-/// A MAT file of level 5, little endian, uncompressed, with one column vector of doubles for each name.
+/// A MAT file of level 5, little endian, uncompressed, with one column vector of doubles for each name; a row vector where the name
+/// begins with `row`.
 fn mat(variables: &[(&str, &[f64])]) -> Vec<u8> {
     let mut out = b"MATLAB 5.0 MAT-file, made by a test".to_vec();
     out.resize(124, b' ');
@@ -53,7 +54,10 @@ fn mat(variables: &[(&str, &[f64])]) -> Vec<u8> {
     };
     for (name, values) in variables {
         let mut body = element(6, &[6, 0, 0, 0, 0, 0, 0, 0]);
-        let size = [i32::try_from(values.len()).unwrap(), 1];
+        let mut size = [i32::try_from(values.len()).unwrap(), 1];
+        if name.starts_with("row") {
+            size.reverse();
+        }
         let size: Vec<u8> = size.iter().flat_map(|v| v.to_le_bytes()).collect();
         body.extend(element(5, &size));
         body.extend(element(1, name.as_bytes()));
@@ -125,9 +129,74 @@ fn columns_without_names_are_numbered_and_empty_variables_left_out() {
     );
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mat");
-    fs::write(&path, mat(&[("none", &[]), ("u", &[1.0, 2.0])])).unwrap();
+    let variables: [(&str, &[f64]); 3] = [("none", &[]), ("u", &[1.0, 2.0]), ("row", &[3.0, 4.0])];
+    fs::write(&path, mat(&variables)).unwrap();
     let found = table::read(&path).unwrap();
-    assert_eq!(found.columns, [("u".to_owned(), vec![1.0, 2.0])]);
+    let columns = [("u", [1.0, 2.0]), ("row", [3.0, 4.0])];
+    assert_eq!(
+        found.columns,
+        columns.map(|(n, v)| (n.to_owned(), v.to_vec()))
+    );
+}
+
+/// Whole numbers and numbers that are not there, as pandas writes them.
+#[test]
+fn parquet_of_whole_numbers_and_of_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.parquet");
+    let mut out = Vec::new();
+    let names = vec![
+        Column::new("n", "", Kind::Integer),
+        Column::new("u", "", Kind::Float),
+    ];
+    let mut parquet = ParquetWriter::new(&mut out, names).unwrap();
+    let block = [
+        Values::Integer(&[7, -2, 1 << 40]),
+        Values::Float(&[0.5, f64::NAN, 2.0]),
+    ];
+    parquet.block(&block).unwrap();
+    parquet.finish().unwrap();
+    fs::write(&path, out).unwrap();
+    let found = table::read(&path).unwrap();
+    assert_eq!(
+        found.columns[0].1,
+        [7.0, -2.0, f64::from(1 << 20) * f64::from(1 << 20)]
+    );
+    let u = &found.columns[1].1;
+    assert!(u[0] == 0.5 && u[1].is_nan() && u[2] == 2.0, "{u:?}");
+}
+
+/// Times with a gap, and a sample time that is not theirs.
+#[test]
+fn times_that_do_not_hold_are_told_with_place_and_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.csv");
+    let write = |times: &[f64]| {
+        let rows: String = times.iter().map(|t| format!("{t},1\n")).collect();
+        fs::write(&path, format!("t,u\n{rows}")).unwrap();
+    };
+    let map = |stated: &str| {
+        let text = format!(
+            "{stated}time = {{ column = \"t\", unit = \"s\" }}\n[channels.u]\ncolumn = \"u\"\nunit = \"V\"\n"
+        );
+        Mapping::parse("m", &text).unwrap()
+    };
+    write(&[0.0, 0.5, 1.0, 1.5, 4.0, 4.5]);
+    match read(&path, &map(""), &Reporter::new()) {
+        Err(RecordError::Gap {
+            row, step, usual, ..
+        }) => assert_eq!((row, step, usual), (4, 2.5, 0.5)),
+        other => panic!("{other:?}"),
+    }
+    write(&[0.0, 0.5, 1.0, 1.5]);
+    let record = read(&path, &map("sample_time = \"0.5 s\"\n"), &Reporter::new()).unwrap();
+    assert!((record.period - 0.5).abs() < 1e-12 && !record.is_empty());
+    match read(&path, &map("sample_time = \"0.1 s\"\n"), &Reporter::new()) {
+        Err(RecordError::Sampling { found, stated, .. }) => {
+            assert!((found - 0.5).abs() < 1e-12 && (stated - 0.1).abs() < 1e-12);
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
