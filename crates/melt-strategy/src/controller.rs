@@ -167,6 +167,16 @@ mod tests {
     }
 
     #[test]
+    fn the_integral_sums_excess_and_time() {
+        let mut pid = Pid::new(3000.0, 1000.0, [0.0, 2.0, 0.0], [0.5, 2.0]);
+        // by 0.1 of the rise, 50 ms each
+        for n in 1..5 {
+            let wanted = 1.0 + 2.0 * 0.1 * 0.05 * f64::from(n);
+            assert!((pid.factor(3200.0, 0.05) - wanted).abs() < 1e-12);
+        }
+    }
+
+    #[test]
     fn the_integral_does_not_wind_up() {
         let mut pid = Pid::new(3000.0, 1000.0, [1.0, 100.0, 0.0], [0.5, 2.0]);
         for _ in 0..1000 {

@@ -125,6 +125,27 @@ mod tests {
         );
     }
 
+    /// A run ends at a corner of 20 degrees, however its lines lie and whatever their lengths are.
+    #[test]
+    fn runs_end_at_corners() {
+        for tilt in [0.0, 0.4, 1.1, 2.5] {
+            for (bend, parts) in [(10f64, 1), (30f64, 2), (90f64, 2), (170f64, 2)] {
+                let way = |angle: f64, long: f64| [long * f64::cos(angle), long * f64::sin(angle)];
+                let (first, next) = (way(tilt, 7.0), way(tilt + bend.to_radians(), 0.3));
+                let corners = [[0.0, 0.0], first, [first[0] + next[0], first[1] + next[1]]];
+                let start = BeamPoint {
+                    time: 0.0,
+                    x: 0.0,
+                    y: 0.0,
+                    power: 300.0,
+                    spot: 0.4,
+                };
+                let path = BeamPath::along(&corners, 1000.0, start).unwrap();
+                assert_eq!(runs(path.points(), 0.2).len(), parts, "{tilt} {bend}");
+            }
+        }
+    }
+
     proptest! {
         /// Every order draws the same lines for the same time.
         #[test]
