@@ -236,3 +236,32 @@ fn middle_of_beads(path: &[PathPoint], ends: f64) -> Vec<bool> {
     }
     middle
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two beads of 5 and 2 mm with a point each mm, one after the other.
+    #[test]
+    fn the_middle_of_a_bead_is_far_from_its_ends() {
+        let point = |bead: u32, x: u32| PathPoint {
+            tool: DVec3::ZERO,
+            time: 0.0,
+            command: 0,
+            bead,
+            ctwd: 12.0,
+            feed: 1.0,
+            crest: DVec3::new(3.0 + 0.6 * f64::from(x), 0.8 * f64::from(x), 1.0),
+            thickness: 2.0,
+        };
+        let path: Vec<_> = (0..6)
+            .map(|x| point(0, x))
+            .chain((0..3).map(|x| point(1, x)))
+            .collect();
+        let found = middle_of_beads(&path, 1.5);
+        // the second is shorter than three times its ends: all of it counts
+        let long = [false, false, true, true, false, false];
+        assert_eq!(found[..6], long);
+        assert_eq!(found[6..], [true; 3]);
+    }
+}

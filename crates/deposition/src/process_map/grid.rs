@@ -236,3 +236,36 @@ impl Grid {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Between two neighbours a plane is read without error; a node that stands off by a factor is read by that much too low, and its
+    /// neighbours half of what it is off.
+    #[test]
+    fn nodes_left_out_are_read_between_their_neighbours() {
+        let (feeds, speeds) = ([2.0, 3.0, 6.0], [0.5, 0.75, 1.5]);
+        let plane = |f: f64, v: f64| 4.0 + 0.5 * f - 2.0 * v;
+        let sizes: Vec<f64> = feeds
+            .iter()
+            .flat_map(|f| speeds.map(|v| plane(*f, v)))
+            .collect();
+        let grid = |width: Vec<f64>| {
+            Grid::new(feeds.to_vec(), speeds.to_vec(), width, sizes.clone()).unwrap()
+        };
+        let [width, height] = grid(sizes.clone()).left_out().unwrap();
+        assert!(width < 1e-12 && height < 1e-12, "{width} {height}");
+        // the node in the middle: read twice, in six readings
+        let mut off = sizes.clone();
+        off[4] *= 1.2;
+        let [width, height] = grid(off).left_out().unwrap();
+        let wanted = (2.0 * f64::ln(1.2).powi(2) / 6.0).sqrt();
+        assert!(
+            (width - wanted).abs() < 1e-12 && height < 1e-12,
+            "{width} {wanted}"
+        );
+        let two = Grid::new(vec![2.0, 3.0], vec![0.5, 0.75], vec![6.0; 4], vec![2.0; 4]);
+        assert_eq!(two.unwrap().left_out(), None);
+    }
+}

@@ -53,6 +53,40 @@ fn waam_ac3_area_from_conservation() {
     }
 }
 
+/// A bead at a node of the table answers from both of its sides: it is one bead all the same.
+#[test]
+fn a_node_is_one_answer() {
+    let target = Target {
+        wire_feed: Some(6.5 * M_PER_MIN),
+        width: Some(6.4),
+        ..Target::default()
+    };
+    let found = table().solve(&target).unwrap();
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!((found[0].travel_speed / M_PER_MIN - 0.95).abs() < 1e-9);
+}
+
+/// A bead whose section is not that of the metal fed is told, a bead whose section is, is not.
+#[test]
+fn sections_that_are_not_the_metal_fed_are_told() {
+    let told = |factor: f64| {
+        let wire = Wire::builtin("g3si-1.2").unwrap();
+        let text = TWO_POINTS.replace("value = 1.1", &format!("value = {factor}"));
+        let reporter = Reporter::new();
+        let map = ProcessMap::parse("table", &text, &wire, &Reporter::new()).unwrap();
+        let bead = map.bead(6.5 * M_PER_MIN, 0.95 * M_PER_MIN);
+        map.warn_about(&bead, &reporter);
+        let off = 2.0 / 3.0 * bead.width.value * bead.height.value / bead.area.value - 1.0;
+        let warned = reporter
+            .warnings()
+            .iter()
+            .any(|w| w.code == "bead-mass-balance");
+        assert_eq!(warned, off.abs() > 0.15, "{off}");
+        warned
+    };
+    assert_eq!([0.82, 1.1].map(told), [true, false]);
+}
+
 #[test]
 fn waam_ac9_equal_areas_along_a_feed_ratio() {
     let map = ProcessMap::builtin("x90-ig-1.0-cmt-m14").unwrap();
