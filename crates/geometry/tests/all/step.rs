@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meltpath_base::{Observer, Reporter, Silent};
+use meltpath_base::{Reporter, Silent};
 use meltpath_geometry::Mesh;
 use meltpath_geometry::brep::tessellate::tessellate_solid;
 use meltpath_geometry::brep::{
@@ -360,16 +360,13 @@ fn boundaries_that_run_the_wrong_way_are_turned_and_told() {
 
 #[test]
 fn a_cancelled_mesh_says_so() {
-    struct Stop;
-    impl Observer for Stop {
-        fn stage(&self, _: &str, _: u64) {}
-        fn advance(&self, _: u64) {}
-        fn cancelled(&self) -> bool {
-            true
-        }
-    }
     let (model, _) = read("cover_ap214.step");
-    let refused = tessellate(&model, &Tolerance::default(), &Reporter::new(), &Stop);
+    let refused = tessellate(
+        &model,
+        &Tolerance::default(),
+        &Reporter::new(),
+        &crate::Stop,
+    );
     assert!(matches!(refused, Err(TessellateError::Cancelled(_))));
     let refused = tessellate(&model, &with_chord(f64::NAN), &Reporter::new(), &Silent);
     assert!(matches!(refused, Err(TessellateError::Tolerance { .. })));
