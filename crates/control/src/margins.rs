@@ -3,6 +3,7 @@
 //! The response may hold anything a frequency response can (exact delays, smoothers, measured points), so margins are
 //! found on a grid and refined between its points.
 
+use meltpath_numerics::halving;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -151,20 +152,9 @@ fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> MarginAt {
 }
 
 /// Where a function that changes sign between two points is zero.
-fn cross(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+fn cross(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let positive = f(low) >= 0.0;
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if (f(middle) >= 0.0) == positive {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
+    halving::root([low, high], 100, |x| (f(x) >= 0.0) != positive)
 }
 
 #[cfg(test)]

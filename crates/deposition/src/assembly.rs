@@ -14,6 +14,7 @@ mod profile;
 
 pub use profile::Profile;
 
+use meltpath_numerics::halving;
 use serde::{Deserialize, Serialize};
 
 use crate::section::Section;
@@ -344,17 +345,9 @@ impl Assembly {
     }
 
     /// The parameter at which a shape that rises with it adds the area of the bead over the profile.
-    fn balance(&self, (mut lo, mut hi): (f64, f64), shape: impl Fn(f64) -> Piece) -> f64 {
+    fn balance(&self, bounds: (f64, f64), shape: impl Fn(f64) -> Piece) -> f64 {
         let area = self.bead.area();
-        for _ in 0..80 {
-            let mid = 0.5 * (lo + hi);
-            if self.added(&shape(mid)) > area {
-                hi = mid;
-            } else {
-                lo = mid;
-            }
-        }
-        0.5 * (lo + hi)
+        halving::root(bounds.into(), 80, |x| self.added(&shape(x)) > area)
     }
 
     /// Area that a piece adds over the profile, mm².

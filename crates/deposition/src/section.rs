@@ -2,6 +2,7 @@
 //!
 //! Source: Rouchon 2022, table 2.1 (after Ding 2015 and Cao 2011) with the corrected arc row; the semi-ellipse is ours.
 
+use meltpath_numerics::halving;
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
@@ -124,18 +125,7 @@ fn root(guess: f64, f: impl Fn(f64) -> f64) -> f64 {
     while f(hi) < 0.0 && hi < 1e12 * guess {
         hi *= 2.0;
     }
-    for _ in 0..200 {
-        let mid = 0.5 * (lo + hi);
-        if mid <= lo || mid >= hi {
-            break;
-        }
-        if f(mid) > 0.0 {
-            hi = mid;
-        } else {
-            lo = mid;
-        }
-    }
-    0.5 * (lo + hi)
+    halving::root([lo, hi], 200, |x| f(x) > 0.0)
 }
 
 #[cfg(test)]

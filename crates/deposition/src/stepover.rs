@@ -1,6 +1,7 @@
 //! Distance between beads and height of layers, proposed from the bead on a plate.
 //! Source: Rouchon 2022, §4.1 (after Suryakumar 2011 and Ding 2015), §4.4; the numeric solutions are ours.
 
+use meltpath_numerics::halving;
 use serde::{Deserialize, Serialize};
 
 /// Which model of two parabolic beads side by side.
@@ -35,16 +36,7 @@ pub fn stepover(overlap: Overlap) -> f64 {
         Overlap::Tangent => {
             // critical valley less overlap: negative while beads are close
             let lack = |d: f64| tangent_valley(d) - common(d);
-            let (mut lo, mut hi) = (0.55, 0.99);
-            for _ in 0..100 {
-                let mid = 0.5 * (lo + hi);
-                if lack(mid) > 0.0 {
-                    hi = mid;
-                } else {
-                    lo = mid;
-                }
-            }
-            0.5 * (lo + hi)
+            halving::root([0.55, 0.99], 100, |d| lack(d) > 0.0)
         }
     }
 }

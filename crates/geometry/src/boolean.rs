@@ -105,35 +105,35 @@ pub(crate) fn to_grid(regions: &[Region]) -> Result<Paths64, PlanarError> {
     let mut paths = Paths64::with_capacity(regions.iter().map(|r| 1 + r.holes.len()).sum());
     for (region, r) in regions.iter().enumerate() {
         for (ring, points) in r.rings().enumerate() {
-            paths.push(path_to_grid(points).map_err(|(vertex, coordinate)| {
-                if coordinate.is_finite() {
-                    PlanarError::TooFar {
-                        region,
-                        ring,
-                        vertex,
-                        coordinate,
-                    }
-                } else {
-                    PlanarError::NotFinite {
-                        region,
-                        ring,
-                        vertex,
-                    }
-                }
-            })?);
+            paths.push(ring_to_grid(points, region, ring)?);
         }
     }
     Ok(paths)
 }
 
-/// A point list on the grid, or the index and the coordinate of the first point outside its range.
-pub(crate) fn path_to_grid(points: &[DVec2]) -> Result<Path64, (usize, f64)> {
+/// A ring of a region on the grid; refused at the first coordinate outside the grid's range.
+pub(crate) fn ring_to_grid(
+    points: &[DVec2],
+    region: usize,
+    ring: usize,
+) -> Result<Path64, PlanarError> {
     let mut path = Path64::with_capacity(points.len());
-    for (i, p) in points.iter().enumerate() {
-        for c in p.to_array() {
-            // a NaN lies in no range
-            if !(-LARGEST_COORDINATE..=LARGEST_COORDINATE).contains(&c) {
-                return Err((i, c));
+    for (vertex, p) in points.iter().enumerate() {
+        for coordinate in p.to_array() {
+            if !coordinate.is_finite() {
+                return Err(PlanarError::NotFinite {
+                    region,
+                    ring,
+                    vertex,
+                });
+            }
+            if coordinate.abs() > LARGEST_COORDINATE {
+                return Err(PlanarError::TooFar {
+                    region,
+                    ring,
+                    vertex,
+                    coordinate,
+                });
             }
         }
         path.push(Point64::new(

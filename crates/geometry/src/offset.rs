@@ -13,7 +13,7 @@ use clipper2_rust::offset::{ClipperOffset, EndType, JoinType};
 use rayon::prelude::*;
 
 use crate::boolean::{
-    GRID_PER_MM, LARGEST_COORDINATE, PlanarError, path_to_grid, regions_of, to_grid,
+    GRID_PER_MM, LARGEST_COORDINATE, PlanarError, regions_of, ring_to_grid, to_grid,
 };
 use crate::math::DVec2;
 use crate::region::Region;
@@ -217,22 +217,7 @@ pub fn stroke(
     check(distance, Join::Round { arc_tolerance })?;
     let mut paths = Paths64::with_capacity(lines.len());
     for (region, line) in lines.iter().enumerate() {
-        paths.push(path_to_grid(line).map_err(|(vertex, coordinate)| {
-            if coordinate.is_finite() {
-                PlanarError::TooFar {
-                    region,
-                    ring: 0,
-                    vertex,
-                    coordinate,
-                }
-            } else {
-                PlanarError::NotFinite {
-                    region,
-                    ring: 0,
-                    vertex,
-                }
-            }
-        })?);
+        paths.push(ring_to_grid(line, region, 0)?);
     }
     let mut offset = ClipperOffset::new(2.0, arc_tolerance * GRID_PER_MM, false, false);
     offset.add_paths(&paths, JoinType::Round, EndType::Round);

@@ -245,18 +245,11 @@ fn excess(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meltpath_thermal::beam::BeamPoint;
+    use crate::lever::tests::at;
 
     /// Lines answer along themselves, not across a jump; a spot answers for itself; heat after switching off is the last piece's.
     #[test]
     fn pieces_answer_for_what_they_heat() {
-        let at = |time: f64, x: f64, on: bool| BeamPoint {
-            time,
-            x,
-            y: 0.0,
-            power: if on { 300.0 } else { 0.0 },
-            spot: 0.4,
-        };
         let path = BeamPath::new(vec![
             at(0.0, 0.0, true),
             at(2.0, 2.0, false),

@@ -127,7 +127,7 @@ impl Lever {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     #[test]
@@ -171,16 +171,20 @@ mod tests {
         assert!(Lever::Dwell.check(&path).is_ok());
     }
 
-    /// Jumps and beam-off pieces stay as they are.
-    #[test]
-    fn jumps_stay() {
-        let at = |time: f64, x: f64, on: bool| BeamPoint {
+    /// A point on the x axis.
+    pub(crate) fn at(time: f64, x: f64, on: bool) -> BeamPoint {
+        BeamPoint {
             time,
             x,
             y: 0.0,
             power: if on { 300.0 } else { 0.0 },
             spot: 0.4,
-        };
+        }
+    }
+
+    /// Jumps and beam-off pieces stay as they are.
+    #[test]
+    fn jumps_stay() {
         let path = BeamPath::new(vec![
             at(0.0, 0.0, true),
             at(1e-3, 1.0, false),

@@ -33,7 +33,7 @@ use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 use crate::orientation::{axis_of_wpr, wpr_of_axis};
 use crate::program::{
     ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
-    SpeedUnit, Termination,
+    Termination,
 };
 
 /// What happens after each layer.
@@ -432,10 +432,7 @@ impl Builder<'_> {
             let first = match self.settings.dialect {
                 // its joint moves have the speed of the tool
                 Dialect::Rapid => self.wording.speed(self.cell.travel_speed.0),
-                _ => Speed::Value {
-                    value: (self.cell.first_move.0 * 100.0).round(),
-                    unit: SpeedUnit::Percent,
-                },
+                _ => Speed::share((self.cell.first_move.0 * 100.0).round()),
             };
             let to = to.at_height(clear);
             self.motion(MotionKind::Joint, to, first, Termination::Fine, None);

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
-    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, Position, PositionRef, Program,
+    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, Motion, MotionKind, Position,
+    PositionRef, Program, Speed, Termination,
 };
 use crate::scan::tidy;
 
@@ -44,6 +45,18 @@ impl Collected {
         self.program.lines.push(self.line);
     }
 
+    /// Adds a move that switches nothing.
+    pub(crate) fn push_move(
+        &mut self,
+        kind: MotionKind,
+        target: PositionRef,
+        speed: Speed,
+        termination: Termination,
+    ) {
+        let motion = Motion::plain(kind, target, speed, termination);
+        self.push(Instruction::Motion(motion));
+    }
+
     /// A comment for people.
     pub(crate) fn remark(&mut self, text: &str) {
         self.push(Instruction::Comment {
@@ -52,20 +65,27 @@ impl Collected {
         });
     }
 
+    /// Another program runs.
+    pub(crate) fn call(&mut self, program: &str, arguments: &str) {
+        self.push(Instruction::Call {
+            program: program.to_owned(),
+            arguments: tidy(arguments),
+        });
+    }
+
     /// Keeps the line being read as it is.
     pub(crate) fn keep(&mut self, text: &str) {
         self.push(Instruction::Raw(tidy(text)));
     }
 
-    /// Gives the last move an arc word; whether there is one.
-    pub(crate) fn arc_at_last_move(&mut self, word: ArcWord) -> bool {
-        for instruction in self.program.instructions.iter_mut().rev() {
-            if let Instruction::Motion(motion) = instruction {
-                motion.arc = Some(word);
-                return true;
-            }
-        }
-        false
+    /// The last move.
+    pub(crate) fn last_move(&mut self) -> Option<&mut Motion> {
+        let all = self.program.instructions.iter_mut().rev();
+        let mut moves = all.filter_map(|i| match i {
+            Instruction::Motion(motion) => Some(motion),
+            _ => None,
+        });
+        moves.next()
     }
 
     /// The arc is switched at the end of the move before, where that is the last thing that was read.
@@ -145,4 +165,13 @@ impl Collected {
 /// A number of a file times the unit's factor, without the digits that the product invents.
 pub(crate) fn scaled(value: f64, factor: f64) -> f64 {
     (value * factor * 1e9).round() / 1e9
+}
+
+/// The index of a value among those that are there, each once; it is added where it is new.
+pub(crate) fn indexed(all: &mut Vec<String>, value: String) -> usize {
+    let known = all.iter().rposition(|v| *v == value);
+    known.unwrap_or_else(|| {
+        all.push(value);
+        all.len() - 1
+    })
 }

@@ -153,6 +153,25 @@ pub struct Motion {
     pub extra: Vec<String>,
 }
 
+impl Motion {
+    /// A move that switches nothing and says nothing else.
+    pub(crate) fn plain(
+        kind: MotionKind,
+        target: PositionRef,
+        speed: Speed,
+        termination: Termination,
+    ) -> Self {
+        Motion {
+            kind,
+            target,
+            speed,
+            termination,
+            arc: None,
+            extra: Vec::new(),
+        }
+    }
+}
+
 /// How a move goes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MotionKind {
@@ -214,6 +233,32 @@ pub enum Speed {
     Weld,
     /// As fast as the robot can.
     Maximum,
+}
+
+impl Speed {
+    /// Along the path, mm/s.
+    pub(crate) fn path(value: f64) -> Self {
+        Speed::Value {
+            value,
+            unit: SpeedUnit::MillimetrePerSecond,
+        }
+    }
+
+    /// A share of what joints can do, %.
+    pub(crate) fn share(value: f64) -> Self {
+        Speed::Value {
+            value,
+            unit: SpeedUnit::Percent,
+        }
+    }
+
+    /// The number, where it is given in this unit.
+    pub(crate) fn given_in(self, wanted: SpeedUnit) -> Option<f64> {
+        match self {
+            Speed::Value { value, unit } if unit == wanted => Some(value),
+            _ => None,
+        }
+    }
 }
 
 /// Units of speeds, and of durations where a move is given its time.
@@ -337,6 +382,17 @@ impl ArcValue {
     }
 }
 
+impl ArcWord {
+    /// On or off in the controller's usual words.
+    pub(crate) fn new(action: ArcAction, arguments: String) -> Self {
+        ArcWord {
+            action,
+            style: ArcStyle::Arc,
+            arguments,
+        }
+    }
+}
+
 impl fmt::Display for ArcWord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let style = match self.style {
@@ -360,6 +416,19 @@ pub struct Position {
     pub comment: Option<String>,
     /// One entry a motion group.
     pub groups: Vec<Group>,
+}
+
+impl Position {
+    /// Where the robot itself stands.
+    pub(crate) fn robot(&self) -> Option<&Group> {
+        self.groups.iter().find(|g| g.number == 1)
+    }
+
+    /// Its name on the controller, `P` and its number where nobody named it.
+    pub(crate) fn name(&self) -> String {
+        let named = self.comment.clone();
+        named.unwrap_or_else(|| format!("P{}", self.index))
+    }
 }
 
 /// Where one motion group stands.
@@ -404,6 +473,18 @@ pub struct Axis {
     pub value: f64,
     /// `deg` or `mm`.
     pub unit: String,
+}
+
+impl Axis {
+    /// The joints of an arm by their numbers, degrees.
+    pub(crate) fn joints(angles: impl IntoIterator<Item = f64>) -> Vec<Axis> {
+        let axis = |(value, number): (f64, u32)| Axis {
+            name: format!("J{number}"),
+            value,
+            unit: "deg".to_owned(),
+        };
+        angles.into_iter().zip(1..).map(axis).collect()
+    }
 }
 
 impl Dialect {

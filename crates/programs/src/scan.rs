@@ -73,6 +73,33 @@ pub(crate) fn number(text: &str) -> Option<(f64, &str)> {
     value.is_finite().then_some((value, rest))
 }
 
+/// A text that is a finite number and nothing else.
+pub(crate) fn finite(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// A duration, s: a finite number that is not below zero.
+pub(crate) fn duration(text: &str) -> Option<f64> {
+    finite(text).filter(|seconds| *seconds >= 0.0)
+}
+
+/// The finite numbers between commas.
+pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(finite).collect()
+}
+
+/// The letters and digits in front of `text`.
+pub(crate) fn first_word(text: &str) -> &str {
+    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+    words.next().unwrap_or_default()
+}
+
+/// The letters, digits and underscores in front of `text`, and what follows them.
+pub(crate) fn identifier(text: &str) -> (&str, &str) {
+    let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    text.split_at(end.unwrap_or(text.len()))
+}
+
 /// The parts between commas outside brackets, parentheses and quotes.
 pub(crate) fn arguments(text: &str) -> Vec<&str> {
     let (mut depth, mut quoted) = (0_i32, false);

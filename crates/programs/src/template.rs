@@ -1,6 +1,7 @@
 //! Lines with places for values, `{1}` to `{9}`: filled in, and recognised again. By such lines a cell says what switches its arc.
 
-use crate::program::{ArcAction, ArcStyle, ArcWord};
+use crate::program::{ArcAction, ArcWord};
+use crate::written::NoWords;
 
 /// The lines that switch a cell's arc.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +15,7 @@ pub(crate) struct ArcLines<'a> {
 }
 
 /// What is told of an arc word that does not fill the lines, and what to do.
-pub(crate) const UNFILLED: (&str, &str) = (
+pub(crate) const UNFILLED: NoWords = (
     "an arc word with fewer values than the template has places",
     "list a value for each place ({1}, {2}, …) in the cell's [[program.schedule]]",
 );
@@ -38,21 +39,16 @@ impl ArcLines<'_> {
         } else {
             [self.start, self.set]
         };
-        let word = |action, arguments| ArcWord {
-            action,
-            style: ArcStyle::Arc,
-            arguments,
-        };
         for template in first {
             if let Some(values) = recognised(template, lines) {
                 let arguments = values.join(",");
                 *on = Some(arguments.clone());
-                return Some((template.len(), word(ArcAction::Start, arguments)));
+                return Some((template.len(), ArcWord::new(ArcAction::Start, arguments)));
             }
         }
         let values = recognised(self.end, lines)?;
         let arguments = on.take().unwrap_or_else(|| values.join(","));
-        Some((self.end.len(), word(ArcAction::End, arguments)))
+        Some((self.end.len(), ArcWord::new(ArcAction::End, arguments)))
     }
 }
 

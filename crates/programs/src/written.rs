@@ -74,33 +74,82 @@ pub struct TextFile {
     pub text: String,
 }
 
-/// A bead that is cut where the arc's lines cannot be, and what to do.
-pub(crate) const GOES_ON: (&str, &str) = (
+/// What a dialect has no words for, and what to do.
+pub(crate) type NoWords = (&'static str, &'static str);
+
+/// A bead that is cut where the arc's lines cannot be.
+pub(crate) const GOES_ON: NoWords = (
     "a bead that goes on in another program",
     "raise lines_per_program and points_per_program of the cell file, or plan shorter beads",
 );
+pub(crate) const JUMP: NoWords = ("a jump", "write the moves one after the other");
+pub(crate) const NO_PLACE: NoWords = ("a position that is not there", "teach it");
+pub(crate) const ENDING: NoWords = ("this way to end a move", "give the distance of blending");
+pub(crate) const UNIT: NoWords = ("a speed in this unit", "give it in mm/s");
+pub(crate) const THREE_MOVES: NoWords = ("a circle through three moves", "give its via point");
+pub(crate) const BETWEEN_MOVES: NoWords = (
+    "an arc that is switched between moves",
+    "switch it at the end of a move",
+);
+/// What to do where a pose does not say how the arm stands.
+pub(crate) const NAME_THE_ROBOT: &str =
+    "name the robot (machine.robot), and see that it reaches every place: the check of reach tells";
 
 /// What is taken of each position of the robot's own group, by the position's number.
 pub(crate) fn robot_places<T>(program: &Program, take: impl Fn(&Group) -> T) -> BTreeMap<u32, T> {
-    let own = program.positions.iter().filter_map(|p| {
-        let group = p.groups.iter().find(|g| g.number == 1);
-        group.map(|g| (p.index, take(g)))
-    });
+    let own = program
+        .positions
+        .iter()
+        .filter_map(|p| p.robot().map(|g| (p.index, take(g))));
     own.collect()
 }
 
-/// What the dialect has no words for in instruction `at`, counted from 0.
-pub(crate) fn no_words(
-    program: &Program,
-    at: usize,
-    what: &str,
-    remedy: &'static str,
-) -> WriteError {
-    WriteError::NoWords {
-        program: program.name.clone(),
-        instruction: at + 1,
-        what: what.to_owned(),
-        remedy,
+/// The text of a program while it is written.
+pub(crate) struct Lines<'a> {
+    pub(crate) program: &'a Program,
+    /// Instruction being written, from 0.
+    pub(crate) at: usize,
+    indent: &'static str,
+    pub(crate) text: String,
+}
+
+impl<'a> Lines<'a> {
+    /// No lines yet.
+    ///
+    /// # Errors
+    /// Where [`check`] refuses the program.
+    pub(crate) fn new(program: &'a Program, indent: &'static str) -> Result<Self, WriteError> {
+        check(program)?;
+        Ok(Lines {
+            program,
+            at: 0,
+            indent,
+            text: String::new(),
+        })
+    }
+
+    pub(crate) fn line(&mut self, text: &str) {
+        for part in [self.indent, text, "\n"] {
+            self.text.push_str(part);
+        }
+    }
+
+    /// What the dialect has no words for in the instruction being written.
+    pub(crate) fn no_words(&self, (what, remedy): NoWords) -> WriteError {
+        WriteError::NoWords {
+            program: self.program.name.clone(),
+            instruction: self.at + 1,
+            what: what.to_owned(),
+            remedy,
+        }
+    }
+
+    /// The instructions that follow the one being written.
+    pub(crate) fn coming(&self) -> &'a [Instruction] {
+        self.program
+            .instructions
+            .get(self.at + 1..)
+            .unwrap_or_default()
     }
 }
 

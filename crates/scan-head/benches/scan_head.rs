@@ -9,37 +9,14 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meltpath_base::Silent;
 use meltpath_geometry::math::DVec2;
-use meltpath_planning::powder::plate::SquarePlate;
 use meltpath_scan_head::axis::chain::AxisRecord;
-use meltpath_scan_head::files::{self, HeadData};
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
-use meltpath_scan_head::head::job::prepare;
 use meltpath_scan_head::head::recipe::LaserDelays;
-use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::optics::correction::CorrectionTable;
 
-fn data() -> HeadData {
-    files::parse_head(meltpath_data::scan_heads::THREE_AXIS_350.text).expect("the head reads")
-}
-
-/// One square of the reference plate under recipe 1.
-fn job() -> ScanJob {
-    let recipe =
-        files::parse_recipe(meltpath_data::recipes::INDUSTRIAL.text).expect("the recipe reads");
-    let stated = data().plate;
-    let one = SquarePlate {
-        columns: 1,
-        rows: 1,
-        column_pitch: stated.column_pitch.0,
-        row_pitch: stated.row_pitch.0,
-        side: stated.side.0,
-        contour_distance: stated.contour_distance.0,
-        hatch: stated.hatch.0,
-        inset: stated.inset.0,
-    };
-    let path = one.toolpath().expect("the plate is sound");
-    prepare(&path.layers, &recipe).expect("the job is sound")
-}
+#[path = "../tests/scan_head/reference.rs"]
+#[allow(dead_code, clippy::unwrap_used, reason = "the tests' own")]
+mod reference;
 
 struct Count(u64);
 
@@ -50,9 +27,10 @@ impl HeadSink for Count {
 }
 
 fn chain(c: &mut Criterion) {
-    let head = data().head;
+    let reference::HeadData { head, plate, .. } = reference::three_axis_data();
     let ready = head.ready().expect("the head is sound");
-    let job = job();
+    let [industrial, ..] = reference::recipes();
+    let job = reference::job_of(&reference::one(plate), &industrial);
     let mut blocks: Vec<HeadBlock> = Vec::new();
     let delays = LaserDelays {
         on: 395e-6,

@@ -11,19 +11,11 @@ use meltpath_thermal::solver::source::Depth;
 
 const SPEED: f64 = 980.0;
 
+#[path = "../tests/all/raster.rs"]
+mod corners;
+
 fn raster(length: f64, line: f64) -> BeamPath {
-    let hatch = 0.125;
-    let lines = (length / (line + hatch)).round() as usize;
-    let corners: Vec<[f64; 2]> = (0..lines)
-        .flat_map(|n| {
-            let y = n as f64 * hatch;
-            if n % 2 == 0 {
-                [[0.0, y], [line, y]]
-            } else {
-                [[line, y], [0.0, y]]
-            }
-        })
-        .collect();
+    let corners = corners::raster(length, line, 0.125);
     let start = BeamPoint::start(300.0, 0.4137);
     BeamPath::along(&corners, SPEED, start).unwrap()
 }

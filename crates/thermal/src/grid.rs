@@ -155,6 +155,24 @@ impl Grid {
     }
 }
 
+/// The planes between whose middles `depth` lies, the lower one first, and how far it is from the upper one's towards the lower one's;
+/// above the uppermost middle that plane alone. Planes from the lowest one: their upper faces' depths, their heights, mm.
+pub(crate) fn between(depths: &[f64], heights: &[f64], depth: f64) -> (usize, usize, f64) {
+    let middle = |k: usize| depths[k] + 0.5 * heights[k];
+    // the lowest plane whose middle lies no deeper
+    let planes = 0..heights.len();
+    let upper = planes.clone().find(|k| middle(*k) <= depth);
+    let upper = upper.unwrap_or(planes.end - 1);
+    let lower = upper.saturating_sub(1);
+    let way = middle(lower) - middle(upper);
+    let share = if way > 0.0 {
+        ((depth - middle(upper)) / way).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (lower, upper, share)
+}
+
 /// One number per cell of a grid: temperatures in K, highest temperatures, relative densities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
@@ -225,17 +243,7 @@ impl Field {
     pub fn at_depth(mut self, depth: f64) -> Field {
         let columns = self.grid.cells[0] * self.grid.cells[1];
         let top = self.grid.planes() - 1;
-        let depths = self.grid.depths();
-        let middle = |k: usize| depths[k] + 0.5 * self.grid.heights[k];
-        // the lowest plane whose middle lies no deeper
-        let upper = (0..=top).find(|k| middle(*k) <= depth).unwrap_or(top);
-        let lower = upper.saturating_sub(1);
-        let way = middle(lower) - middle(upper);
-        let share = if way > 0.0 {
-            ((depth - middle(upper)) / way).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let (lower, upper, share) = between(&self.grid.depths(), &self.grid.heights, depth);
         for column in 0..columns {
             let of = |k: usize| f64::from(self.values[k * columns + column]);
             let value = (1.0 - share) * of(upper) + share * of(lower);

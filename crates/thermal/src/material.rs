@@ -220,12 +220,12 @@ impl Material {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::material::enthalpy::Enthalpy;
     use crate::material::file::{Readings, read};
 
-    fn titanium() -> Material {
+    pub(crate) fn titanium() -> Material {
         let text = meltpath_data::materials::TI6AL4V_EBM.text;
         read(text, Readings::default()).unwrap()
     }

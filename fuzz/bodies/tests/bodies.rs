@@ -146,6 +146,17 @@ fn every_body_has_its_fuzz_target() {
     assert_eq!(there, wanted);
 }
 
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig { failure_persistence: None, ..Default::default() })]
+
+    /// Lines that nearly are moves of FANUC.
+    #[test]
+    fn near_moves(lines in proptest::collection::vec("[JLCA]? ?P?R?\\[?[0-9:\"a]{0,4}\\]? ?[0-9.]{0,5}(mm/sec|cm/min|%|sec)? ?(FINE|CNT[0-9]{0,3})? ?(Arc Start\\[1\\]|Weld End\\[1,1\\]|ACC80|;|!|//|:)?", 0..12)) {
+        let text = format!("/PROG A\n/MN\n{}\n/END\n", lines.join("\n"));
+        (meltpath_fuzz_bodies::named("fanuc_ls").body)(text.as_bytes());
+    }
+}
+
 macro_rules! bodies {
     ($($name:ident),+ $(,)?) => {
         $(

@@ -10,6 +10,7 @@ use meltpath_control::simulate::simulate;
 use meltpath_control::{
     Complex64, Matrix, StateSpace, TransferFunction, ZeroPoleGain, frequency, norms,
 };
+use meltpath_numerics::halving::halve;
 use proptest::prelude::*;
 
 fn design() -> Synthesis {
@@ -56,16 +57,7 @@ fn sensitivity_at_one(open: impl Fn(f64) -> Complex64) -> f64 {
     let s = |w: f64| 1.0 / (1.0 + open(w)).norm();
     let all = grid();
     let k = all.iter().position(|&w| s(w) >= 1.0).unwrap();
-    let (mut low, mut high) = (all[k - 1], all[k]);
-    for _ in 0..60 {
-        let middle = f64::midpoint(low, high);
-        if s(middle) >= 1.0 {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    low
+    halve([all[k - 1], all[k]], 60, |w| s(w) >= 1.0)[0]
 }
 
 #[test]

@@ -26,6 +26,7 @@ mod handover;
 
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::workpiece::HeightMap;
+use meltpath_numerics::halving::halve;
 use serde::{Deserialize, Serialize};
 
 use super::Station;
@@ -512,20 +513,15 @@ impl MoltenZone {
     fn pour(&mut self, target: f64) {
         let n = self.cell.len();
         let ground = |s: usize| self.floor[s] + self.psi[s];
-        let mut lo = (0..n).map(ground).fold(f64::INFINITY, f64::min);
+        let lo = (0..n).map(ground).fold(f64::INFINITY, f64::min);
         let least = self.cover.iter().copied().fold(1.0, f64::min);
-        let mut hi = lo + target / least;
-        for _ in 0..100 {
-            let mid = 0.5 * (lo + hi);
-            let filled: f64 = (0..n)
-                .map(|s| self.cover[s] * (mid - ground(s)).max(0.0))
-                .sum();
-            if filled > target {
-                hi = mid;
-            } else {
-                lo = mid;
-            }
-        }
+        let filled = |level: f64| -> f64 {
+            let columns = (0..n).map(|s| self.cover[s] * (level - ground(s)).max(0.0));
+            columns.sum()
+        };
+        let [_, hi] = halve([lo, lo + target / least], 100, |level| {
+            filled(level) > target
+        });
         self.level = hi;
         for s in 0..n {
             self.top[s] = self.floor[s].max(hi - self.psi[s]);

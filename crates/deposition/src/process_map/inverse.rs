@@ -1,5 +1,6 @@
 //! From the bead wanted to the settings: all solutions, ranked by deposition rate; the closest bead where there is none.
 
+use meltpath_numerics::halving::{self, halve};
 use serde::Serialize;
 
 use super::{Bead, Law, M_PER_MIN, ProcessMap, ProcessMapError};
@@ -109,7 +110,7 @@ impl ProcessMap {
             }
         };
         for pair in self.knots(axis).windows(2) {
-            let (mut lo, mut hi) = (pair[0], pair[1]);
+            let (lo, hi) = (pair[0], pair[1]);
             let (flo, fhi) = (value(lo), value(hi));
             // an end that answers by itself, rounding included
             for (x, fx) in [(lo, flo), (hi, fhi)] {
@@ -120,18 +121,7 @@ impl ProcessMap {
             if flo * fhi >= 0.0 || !(flo * fhi).is_finite() {
                 continue;
             }
-            for _ in 0..200 {
-                let mid = 0.5 * (lo + hi);
-                if mid <= lo || mid >= hi {
-                    break;
-                }
-                if value(mid) * flo > 0.0 {
-                    lo = mid;
-                } else {
-                    hi = mid;
-                }
-            }
-            keep(0.5 * (lo + hi));
+            keep(halving::root([lo, hi], 200, |x| value(x) * flo <= 0.0));
         }
         zeros
     }
@@ -244,17 +234,14 @@ impl ProcessMap {
             }
             // the edge of what can be made lies before the next knot
             if let Some(&above) = knots.get(i + 1) {
-                let (mut lo, mut hi) = (knots[i], above);
-                for _ in 0..60 {
-                    let mid = 0.5 * (lo + hi);
-                    let here = at_feed(mid);
-                    if here.is_empty() {
-                        hi = mid;
-                    } else {
-                        lo = mid;
+                halve([knots[i], above], 60, |feed| {
+                    let here = at_feed(feed);
+                    let beyond = here.is_empty();
+                    if !beyond {
                         best = here;
                     }
-                }
+                    beyond
+                });
             }
             // at one feed the fastest travel is the flattest arc on time
             best.sort_by(|a, b| b[1].total_cmp(&a[1]));

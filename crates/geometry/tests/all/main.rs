@@ -17,3 +17,14 @@ mod slice;
 mod solids;
 mod step;
 mod voxels;
+
+/// Cancels whatever it watches.
+struct Stop;
+
+impl meltpath_base::Observer for Stop {
+    fn stage(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        true
+    }
+}

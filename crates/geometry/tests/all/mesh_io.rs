@@ -624,22 +624,6 @@ fn bombs_are_refused() {
 
 proptest! {
     #[test]
-    fn damaged_bytes_never_panic(
-        format in 0..3, position in any::<prop::sample::Index>(), value in any::<u8>(), end in any::<prop::sample::Index>()
-    ) {
-        let part = shapes::cone(5.0, 3.0, 4.0);
-        let (mut bytes, format) = match format {
-            0 => (binary(&part), MeshFormat::Stl),
-            1 => (text(&part), MeshFormat::Stl),
-            _ => (model("", &format!(r#"<object id="1">{TETRA}</object>"#), r#"<item objectid="1"/>"#), MeshFormat::ThreeMf),
-        };
-        let at = position.index(bytes.len());
-        bytes[at] = value;
-        let _ = read(&bytes, format);
-        let _ = read(&bytes[..end.index(bytes.len())], format);
-    }
-
-    #[test]
     fn any_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = read(&bytes, MeshFormat::Stl);
         let _ = read(&bytes, MeshFormat::ThreeMf);

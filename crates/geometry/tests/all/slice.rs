@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::solids::{cube, joined};
-use meltpath_base::{Cancelled, Observer, Reporter, Silent};
+use meltpath_base::{Cancelled, Reporter, Silent};
 use meltpath_geometry::{
     Mesh, Plane,
     math::{DAffine3, DQuat, DVec3},
@@ -263,16 +263,13 @@ fn plans_and_meshes_that_make_no_sense_are_refused() {
 
 #[test]
 fn cancelling_stops_the_stage() {
-    struct Stop;
-    impl Observer for Stop {
-        fn stage(&self, _: &str, _: u64) {}
-        fn advance(&self, _: u64) {}
-        fn cancelled(&self) -> bool {
-            true
-        }
-    }
     let plan = SlicePlan::new(Plane::horizontal(0.0), vec![1.0]);
-    let result = slice(&cube(DVec3::ZERO, 10.0), &plan, &Reporter::new(), &Stop);
+    let result = slice(
+        &cube(DVec3::ZERO, 10.0),
+        &plan,
+        &Reporter::new(),
+        &crate::Stop,
+    );
     assert_eq!(result, Err(SliceError::Cancelled(Cancelled)));
 }
 

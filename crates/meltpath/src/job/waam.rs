@@ -521,14 +521,4 @@ mod tests {
         }
         assert_eq!(parse(&text).unwrap(), parse(WHOLE).unwrap());
     }
-
-    proptest::proptest! {
-        #[test]
-        fn no_text_panics(at in 0_usize..1000, with in "\\PC{0,6}") {
-            let at = at % WHOLE.len();
-            if WHOLE.is_char_boundary(at) {
-                let _ = parse(&format!("{}{with}{}", &WHOLE[..at], &WHOLE[at..]));
-            }
-        }
-    }
 }

@@ -84,10 +84,7 @@ impl<'a> Wording<'a> {
             return Self::in_digits(mm_per_second, unit.map(InformWords::unit), 1);
         }
         if self.dialect != Dialect::FanucLs {
-            return Speed::Value {
-                value: (mm_per_second / RESOLUTION).round() * RESOLUTION,
-                unit: SpeedUnit::MillimetrePerSecond,
-            };
+            return Speed::path((mm_per_second / RESOLUTION).round() * RESOLUTION);
         }
         let unit = SpeedUnit::from(*self.cell.speed_unit);
         Self::in_digits(mm_per_second, Some(unit), *self.cell.speed_decimals)

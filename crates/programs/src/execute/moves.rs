@@ -72,7 +72,7 @@ impl Machine<'_> {
             }
             further.extend(axes);
         }
-        let Some(group) = position.groups.iter().find(|g| g.number == 1) else {
+        let Some(group) = position.robot() else {
             return Ok(Err(Missing::JointPosition(index)));
         };
         let Coordinates::Cartesian {

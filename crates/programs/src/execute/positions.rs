@@ -83,7 +83,7 @@ impl Machine<'_> {
         let (inner, rest) = bracket(rest)?;
         let index = self.memory.index(inner.split(':').next()?)?;
         let position = self.tables[self.at.0].get(&index)?;
-        let group = position.groups.iter().find(|g| g.number == 1)?;
+        let group = position.robot()?;
         // a position counts in its own frames
         let own = |taught: Option<u32>, selected| taught.is_none() || taught == selected;
         let same = own(group.frame, self.frames.0) && own(group.tool, self.frames.1);

@@ -2,7 +2,7 @@
 
 use super::words::InformWords;
 use crate::program::{Speed, SpeedUnit, Termination};
-use crate::scan::{strip_prefix, word};
+use crate::scan::{finite, strip_prefix, word};
 
 /// How a move goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,13 +46,10 @@ pub(super) fn line(text: &str, words: Option<&InformWords>) -> Option<Line> {
     };
     while let Some((tag, after)) = word(rest) {
         rest = after;
-        let number = |prefix: &str| -> Option<f64> {
-            let value: f64 = strip_prefix(tag, prefix)?.parse().ok()?;
-            (value.is_finite() && value >= 0.0).then_some(value)
-        };
+        let number =
+            |prefix: &str| finite(strip_prefix(tag, prefix)?).filter(|value| *value >= 0.0);
         if let Some(value) = number("VJ=").filter(|_| path == Path::Joint) {
-            let unit = SpeedUnit::Percent;
-            line.speed = Speed::Value { value, unit };
+            line.speed = Speed::share(value);
         } else if let Some(value) = number("V=").filter(|_| path != Path::Joint) {
             let unit = words.map_or(SpeedUnit::MillimetrePerSecond, InformWords::unit);
             line.speed = Speed::Value { value, unit };

@@ -6,10 +6,9 @@ use super::words::InformWords;
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef,
-    Termination,
+    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Termination,
 };
-use crate::scan::{strip_prefix, strip_word, word};
+use crate::scan::{duration, strip_prefix, strip_word, word};
 
 /// Reads a job; `words` say what zones mean and what switches the arc.
 ///
@@ -230,9 +229,7 @@ impl Reader<'_> {
             return Some(Instruction::End);
         }
         if let Some(rest) = strip_word(line, "TIMER") {
-            let seconds: f64 = strip_prefix(rest.trim(), "T=")?.parse().ok()?;
-            let sound = seconds.is_finite() && seconds >= 0.0;
-            return sound.then_some(Instruction::Wait(seconds));
+            return duration(strip_prefix(rest.trim(), "T=")?).map(Instruction::Wait);
         }
         if let Some(rest) = strip_word(line, "CALL") {
             let (name, rest) = word(strip_prefix(rest.trim(), "JOB:")?)?;
@@ -245,12 +242,13 @@ impl Reader<'_> {
             if let Some(rest) = strip_word(line, name) {
                 let arguments = rest.trim().to_owned();
                 self.arc = Some(arguments.clone());
-                return Some(arc(ArcAction::Start, arguments));
+                let word = ArcWord::new(ArcAction::Start, arguments);
+                return Some(Instruction::Arc(word));
             }
         }
         strip_word(line, "ARCOF").map(|_| {
             let on = self.arc.take().unwrap_or_default();
-            arc(ArcAction::End, on)
+            Instruction::Arc(ArcWord::new(ArcAction::End, on))
         })
     }
 }
@@ -258,12 +256,4 @@ impl Reader<'_> {
 /// A move that says only where it goes and how fast.
 fn unlevelled(line: &Line) -> bool {
     line.termination == Termination::Other(NO_LEVEL.to_owned()) && line.extra.is_empty()
-}
-
-fn arc(action: ArcAction, arguments: String) -> Instruction {
-    Instruction::Arc(ArcWord {
-        action,
-        style: ArcStyle::Arc,
-        arguments,
-    })
 }

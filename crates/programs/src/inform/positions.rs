@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::program::{Axis, Coordinates};
-use crate::scan::strip_prefix;
+use crate::scan::{numbers, strip_prefix};
 use crate::written::fixed;
 
 /// What the controller calls the axes of the robot.
@@ -60,11 +60,7 @@ impl Table {
         let Some((name, values)) = line.split_once('=') else {
             return false;
         };
-        let values: Option<Vec<f64>> = values
-            .split(',')
-            .map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-            .collect();
-        let entry = values.and_then(|v| self.coordinates(&v));
+        let entry = numbers(values).and_then(|v| self.coordinates(&v));
         match (key(name.trim()), entry) {
             (Some(key), Some(coordinates)) => {
                 let user = if self.kind == "USER" { self.user } else { 0 };

@@ -10,7 +10,10 @@ use crate::program::{
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{GOES_ON, TextFile, WriteError, check, fixed, no_words, robot_places, short};
+use crate::written::{
+    ENDING, GOES_ON, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, TextFile, WriteError, fixed,
+    robot_places, short,
+};
 
 /// Longest wait of one `TIMER`, s.
 const LONGEST: f64 = 655.35;
@@ -24,23 +27,20 @@ const DATE: &str = "///DATE 2000/01/01 00:00";
 /// # Errors
 /// [`WriteError`] where a number is not finite, or INFORM has no words for something.
 pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, WriteError> {
-    check(program)?;
     let mut writer = Writer {
-        program,
+        out: Lines::new(program, "")?,
         words,
         places: robot_places(program, |g| (g.coordinates.clone(), (g.frame, g.tool))),
         positions: Written::default(),
-        text: String::new(),
-        at: 0,
         burns: false,
         last: None,
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
-        writer.at = at;
+        writer.out.at = at;
         writer.instruction(instruction)?;
     }
     if writer.burns {
-        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
+        return Err(writer.out.no_words(GOES_ON));
     }
     let head = if program.application.is_empty() {
         writer.head()
@@ -52,7 +52,7 @@ pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, Wr
         program.name,
         writer.positions.section(),
         head.join("\n"),
-        writer.text,
+        writer.out.text,
     );
     Ok(vec![TextFile {
         name: format!("{}.JBI", program.name),
@@ -61,28 +61,16 @@ pub fn write(program: &Program, words: &InformWords) -> Result<Vec<TextFile>, Wr
 }
 
 struct Writer<'a> {
-    program: &'a Program,
+    out: Lines<'a>,
     words: &'a InformWords,
     places: BTreeMap<u32, Entry>,
     positions: Written,
-    text: String,
-    /// Instruction being written, from 0.
-    at: usize,
     burns: bool,
     /// Where the last move ended, and whether it was a circle.
     last: Option<(Entry, bool)>,
 }
 
 impl Writer<'_> {
-    fn line(&mut self, text: &str) {
-        self.text.push_str(text);
-        self.text.push('\n');
-    }
-
-    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        no_words(self.program, self.at, what, remedy)
-    }
-
     /// What stands before the instructions: the job moves with its user frame.
     fn head(&self) -> Vec<String> {
         let user = self.places.values().find_map(|e| e.1.0).filter(|n| *n > 0);
@@ -107,30 +95,32 @@ impl Writer<'_> {
             }
             Instruction::Arc(word) => self.arc(word)?,
             Instruction::Wait(seconds) if *seconds > DAY => {
-                return Err(self.no_words("a wait of more than a day", "wait by hand"));
+                return Err(self
+                    .out
+                    .no_words(("a wait of more than a day", "wait by hand")));
             }
             Instruction::Wait(seconds) => {
                 let mut left = *seconds;
                 while left > LONGEST {
-                    self.line(&format!("TIMER T={LONGEST}"));
+                    self.out.line(&format!("TIMER T={LONGEST}"));
                     left -= LONGEST;
                 }
-                self.line(&format!("TIMER T={}", fixed(left, 2)));
+                self.out.line(&format!("TIMER T={}", fixed(left, 2)));
             }
             // positions carry theirs
             Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
-            Instruction::Call { program, .. } => self.line(&format!("CALL JOB:{program}")),
-            Instruction::Comment { text, .. } => self.line(&format!("'{text}")),
-            Instruction::End => self.line("RET"),
+            Instruction::Call { program, .. } => self.out.line(&format!("CALL JOB:{program}")),
+            Instruction::Comment { text, .. } => self.out.line(&format!("'{text}")),
+            Instruction::End => self.out.line("RET"),
             Instruction::Raw(text) if names_position(text) => {
-                return Err(self.no_words(
+                return Err(self.out.no_words((
                     "a line that names a position by its number",
                     "positions are numbered anew: leave the line out, or write it as a move",
-                ));
+                )));
             }
-            Instruction::Raw(text) => self.line(text),
+            Instruction::Raw(text) => self.out.line(text),
             Instruction::Label { .. } | Instruction::Jump(_) => {
-                return Err(self.no_words("a jump", "write the moves one after the other"));
+                return Err(self.out.no_words(JUMP));
             }
         }
         Ok(())
@@ -139,7 +129,7 @@ impl Writer<'_> {
     fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
         let starts = word.action == ArcAction::Start;
         if !starts && !self.burns {
-            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
+            return Err(self.out.no_words(GOES_ON));
         }
         let number = |v: &str| v.trim().parse::<f64>().is_ok();
         let lines = if starts && !word.arguments.split(',').all(number) {
@@ -150,10 +140,10 @@ impl Writer<'_> {
             self.words.arc().filled(word, self.burns)
         };
         let Some(lines) = lines else {
-            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
+            return Err(self.out.no_words(UNFILLED));
         };
         for line in lines {
-            self.line(&line);
+            self.out.line(&line);
         }
         self.burns = starts;
         Ok(())
@@ -164,18 +154,16 @@ impl Writer<'_> {
             PositionRef::Point { index, .. } => self.places.get(index),
             PositionRef::Unresolved(_) => None,
         };
-        found
-            .cloned()
-            .ok_or_else(|| self.no_words("a position that is not there", "teach it"))
+        found.cloned().ok_or_else(|| self.out.no_words(NO_PLACE))
     }
 
     /// A name of its own for this use of a position.
     fn name(&mut self, entry: &Entry) -> Result<String, WriteError> {
         self.positions.add(entry).ok_or_else(|| {
-            self.no_words(
+            self.out.no_words((
                 "a position of which the arm's way to stand (RCONF) is not known",
-                "name the robot (machine.robot), and see that it reaches every place: the check of reach tells",
-            )
+                NAME_THE_ROBOT,
+            ))
         })
     }
 
@@ -191,9 +179,7 @@ impl Writer<'_> {
             Termination::Other(word) if word == NO_LEVEL => String::new(),
             Termination::Other(word) if word.starts_with("PL=") => format!(" {word}"),
             _ => {
-                return Err(
-                    self.no_words("this way to end a move", "give the distance of blending")
-                );
+                return Err(self.out.no_words(ENDING));
             }
         };
         let words = motion.extra.iter().map(|w| format!(" {w}"));
@@ -208,12 +194,12 @@ impl Writer<'_> {
                 let via = self.entry(via)?;
                 self.circle_begins(&speed)?;
                 let via = self.name(&via)?;
-                self.line(&format!("MOVC {via}{speed}"));
+                self.out.line(&format!("MOVC {via}{speed}"));
                 "MOVC"
             }
         };
         let name = self.name(&to)?;
-        self.line(&format!("{verb} {name}{speed}{rest}"));
+        self.out.line(&format!("{verb} {name}{speed}{rest}"));
         self.last = Some((to, verb == "MOVC"));
         Ok(())
     }
@@ -221,37 +207,34 @@ impl Writer<'_> {
     /// The first point of a circle is where the tool is.
     fn circle_begins(&mut self, speed: &str) -> Result<(), WriteError> {
         let Some((from, round)) = self.last.clone() else {
-            return Err(self.no_words("a circle that begins nowhere", "move to its start first"));
+            return Err(self
+                .out
+                .no_words(("a circle that begins nowhere", "move to its start first")));
         };
         for verb in ["MOVL", "MOVC"] {
             if verb == "MOVC" || round {
                 let name = self.name(&from)?;
-                self.line(&format!("{verb} {name}{speed}"));
+                self.out.line(&format!("{verb} {name}{speed}"));
             }
         }
         Ok(())
     }
 
     fn speed(&self, motion: &Motion) -> Result<String, WriteError> {
-        let unit = self.words.unit();
-        match (motion.speed, &motion.kind) {
-            (
-                Speed::Value {
-                    value,
-                    unit: SpeedUnit::Percent,
-                },
-                MotionKind::Joint,
-            ) if value >= 0.01 => Ok(format!(" VJ={}", fixed(value, 2))),
-            (Speed::Value { value, unit: own }, kind)
-                if own == unit && *kind != MotionKind::Joint && value >= 0.1 =>
-            {
-                Ok(format!(" V={}", fixed(value, 1)))
-            }
+        let joint = motion.kind == MotionKind::Joint;
+        let unit = if joint {
+            SpeedUnit::Percent
+        } else {
+            self.words.unit()
+        };
+        match (motion.speed, motion.speed.given_in(unit)) {
             (Speed::Weld, _) => Ok(String::new()),
-            _ => Err(self.no_words(
+            (_, Some(share)) if joint && share >= 0.01 => Ok(format!(" VJ={}", fixed(share, 2))),
+            (_, Some(value)) if !joint && value >= 0.1 => Ok(format!(" V={}", fixed(value, 1))),
+            _ => Err(self.out.no_words((
                 "a speed in this unit, or below a tenth of it",
                 "give it in the unit of program.inform.speed_unit, joint moves in %",
-            )),
+            ))),
         }
     }
 }

@@ -130,7 +130,7 @@ pub(super) fn coordinates(text: &str) -> Option<Coordinates> {
 
 /// The aggregate of a position, and its type.
 pub(super) fn aggregate(position: &Position) -> Option<(&'static str, String)> {
-    let robot = position.groups.iter().find(|g| g.number == 1)?;
+    let robot = position.robot()?;
     let listed = |axes: &[Axis]| -> String {
         let all = axes
             .iter()
@@ -163,14 +163,6 @@ pub(super) fn aggregate(position: &Position) -> Option<(&'static str, String)> {
             Some((kind, format!("{{{}}}", listed(axes))))
         }
         Coordinates::Unread(_) => None,
-    }
-}
-
-/// What a position is called, without the `X` of its variable.
-pub(super) fn name_of(position: &Position) -> String {
-    match &position.comment {
-        Some(name) => name.clone(),
-        None => format!("P{}", position.index),
     }
 }
 

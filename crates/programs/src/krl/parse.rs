@@ -8,10 +8,10 @@ use super::{COUPLED, coupled};
 use crate::collected::{Collected, scaled};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, CommentMark, Coordinates, Dialect, Instruction, Motion,
-    MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
+    ArcAction, ArcWord, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef,
+    Section, Speed, Termination,
 };
-use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word, tidy};
+use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word};
 
 /// What the data list says.
 #[derive(Default)]
@@ -243,24 +243,13 @@ fn metres(text: &str) -> Option<f64> {
     (rest.trim().is_empty() && value > 0.0).then(|| scaled(value, 1000.0))
 }
 
-fn word(action: ArcAction, arguments: String) -> ArcWord {
-    ArcWord {
-        action,
-        style: ArcStyle::Arc,
-        arguments,
-    }
-}
-
 impl Routine {
     fn statement(&mut self, line: &str, list: &List) {
         if line.is_empty() {
             return self.out.push(Instruction::Blank);
         }
         if let Some(text) = line.strip_prefix(';') {
-            return self.out.push(Instruction::Comment {
-                mark: CommentMark::Remark,
-                text: text.trim_end().to_owned(),
-            });
+            return self.out.remark(text);
         }
         let line = uncommented(line);
         if self.sets(line, list).is_none() && self.acts(line, list).is_none() {
@@ -403,10 +392,7 @@ impl Routine {
         if name.is_empty() || !name.chars().all(identifier) || own {
             return None;
         }
-        self.out.push(Instruction::Call {
-            program: name.to_owned(),
-            arguments: tidy(arguments),
-        });
+        self.out.call(name, arguments);
         Some(())
     }
 
@@ -478,30 +464,21 @@ impl Routine {
         };
         let speed = if kind == MotionKind::Joint {
             let share = share.map(|(share, _)| share).or(self.joint_speed);
-            share.map(|value| Speed::Value {
-                value,
-                unit: SpeedUnit::Percent,
-            })
+            share.map(Speed::share)
         } else {
             let set = match (self.speed, &self.weld) {
                 (Some(Set::Path(speed)), _) => Some(speed),
                 (Some(Set::Weld), Some(weld)) => Some(weld.speed),
                 _ => None,
             };
-            set.map(|value| Speed::Value {
-                value,
-                unit: SpeedUnit::MillimetrePerSecond,
-            })
+            set.map(Speed::path)
         };
         let arc = self.arc(list);
+        // one that nothing sets is as fast as the weld data of nobody
+        let speed = speed.unwrap_or(Speed::Weld);
         self.out.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            // one that nothing sets is as fast as the weld data of nobody
-            speed: speed.unwrap_or(Speed::Weld),
-            termination,
             arc,
-            extra: Vec::new(),
+            ..Motion::plain(kind, target, speed, termination)
         }));
         Some(())
     }
@@ -512,17 +489,17 @@ impl Routine {
         let before = self.weld.take();
         if form == Form::Off {
             let on = before.map_or_else(String::new, |weld| weld.arguments);
-            return Some(word(ArcAction::End, on));
+            return Some(ArcWord::new(ArcAction::End, on));
         }
         let Some(weld) = list.welds.get(&name) else {
             // the weld goes on with data that nobody gave
-            return Some(word(ArcAction::Start, name));
+            return Some(ArcWord::new(ArcAction::Start, name));
         };
         self.weld = Some(weld.clone());
         if let Some(pattern) = &weld.weave {
             self.out.keep(&format!("Weave {pattern}"));
         }
         let goes_on = form == Form::Switch && before.is_some_and(|b| b.arguments == weld.arguments);
-        (!goes_on).then(|| word(ArcAction::Start, weld.arguments.clone()))
+        (!goes_on).then(|| ArcWord::new(ArcAction::Start, weld.arguments.clone()))
     }
 }

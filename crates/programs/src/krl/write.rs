@@ -9,23 +9,23 @@ use super::{COUPLED, data};
 use crate::program::{
     ArcAction, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit, Termination,
 };
-use crate::written::{GOES_ON, TextFile, WriteError, check, no_words, short};
+use crate::written::{
+    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, NO_PLACE, THREE_MOVES, TextFile, UNIT, WriteError,
+    short,
+};
 
 /// The two files of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
 /// # Errors
 /// [`WriteError`] where a number is not finite, or KRL has no words for something.
 pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, WriteError> {
-    check(program)?;
     let mut writer = Writer {
-        program,
+        out: Lines::new(program, "")?,
         names: program
             .positions
             .iter()
-            .map(|p| (p.index, data::name_of(p)))
+            .map(|p| (p.index, p.name()))
             .collect(),
-        text: String::new(),
-        at: 0,
         velocity: String::new(),
         joint_velocity: String::new(),
         distance: String::new(),
@@ -35,25 +35,25 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         seams: 0,
     };
     if program.application.is_empty() {
-        writer.line("&ACCESS RVP");
+        writer.out.line("&ACCESS RVP");
     }
     for line in &program.application {
-        writer.line(line);
+        writer.out.line(line);
     }
-    writer.line(&format!("DEF {}( )", program.name));
+    writer.out.line(&format!("DEF {}( )", program.name));
     for (at, instruction) in program.instructions.iter().enumerate() {
-        writer.at = at;
+        writer.out.at = at;
         writer.instruction(instruction)?;
     }
     if writer.arc.is_some() {
-        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
+        return Err(writer.out.no_words(GOES_ON));
     }
-    writer.line("END");
+    writer.out.line("END");
     let mut list = format!("&ACCESS RVP\nDEFDAT {}\n", program.name);
     for position in &program.positions {
         if let Some((kind, value)) = data::aggregate(position) {
             // writing to a String cannot fail
-            let _ = writeln!(list, "DECL {kind} X{}={value}", data::name_of(position));
+            let _ = writeln!(list, "DECL {kind} X{}={value}", position.name());
         }
     }
     for (i, set) in writer.sets.iter().enumerate() {
@@ -70,15 +70,12 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         name: format!("{}.{ending}", program.name),
         text,
     };
-    Ok(vec![file("src", writer.text), file("dat", list)])
+    Ok(vec![file("src", writer.out.text), file("dat", list)])
 }
 
 struct Writer<'a> {
-    program: &'a Program,
+    out: Lines<'a>,
     names: BTreeMap<u32, String>,
-    text: String,
-    /// Instruction being written, from 0.
-    at: usize,
     /// What the lines before have set.
     velocity: String,
     joint_velocity: String,
@@ -92,47 +89,33 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn line(&mut self, text: &str) {
-        self.text.push_str(text);
-        self.text.push('\n');
-    }
-
-    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        no_words(self.program, self.at, what, remedy)
-    }
-
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
         match instruction {
             Instruction::Motion(motion) => self.motion(motion)?,
             Instruction::Wait(_) if self.arc.is_some() => {
-                return Err(self.no_words(
+                return Err(self.out.no_words((
                     "a wait with the arc on",
                     "plan without dwells in beads: ArcTech's crater time stands at their ends",
-                ));
+                )));
             }
-            Instruction::Arc(_) => {
-                return Err(self.no_words(
-                    "an arc that is switched between moves",
-                    "switch it at the end of a move",
-                ));
-            }
-            Instruction::Wait(seconds) => self.line(&format!("WAIT SEC {}", short(*seconds, 3))),
-            Instruction::UserFrame(n) => match self.program.attribute(COUPLED) {
-                Some(machine) => self.line(&format!(
+            Instruction::Arc(_) => return Err(self.out.no_words(BETWEEN_MOVES)),
+            Instruction::Wait(seconds) => self.out.line(&format!("WAIT SEC {}", short(*seconds, 3))),
+            Instruction::UserFrame(n) => match self.out.program.attribute(COUPLED) {
+                Some(machine) => self.out.line(&format!(
                     "$BASE=EK(MACHINE_DEF[{machine}].ROOT,MACHINE_DEF[{machine}].MECH_TYPE,BASE_DATA[{n}])"
                 )),
-                None => self.line(&format!("$BASE=BASE_DATA[{n}]")),
+                None => self.out.line(&format!("$BASE=BASE_DATA[{n}]")),
             },
-            Instruction::ToolFrame(n) => self.line(&format!("$TOOL=TOOL_DATA[{n}]")),
+            Instruction::ToolFrame(n) => self.out.line(&format!("$TOOL=TOOL_DATA[{n}]")),
             Instruction::Call { program, arguments } => {
-                self.line(&format!("{program}({arguments})"));
+                self.out.line(&format!("{program}({arguments})"));
             }
-            Instruction::Comment { text, .. } => self.line(&format!(";{text}")),
-            Instruction::End => self.line("RETURN"),
-            Instruction::Blank => self.line(""),
-            Instruction::Raw(text) => self.line(text),
+            Instruction::Comment { text, .. } => self.out.line(&format!(";{text}")),
+            Instruction::End => self.out.line("RETURN"),
+            Instruction::Blank => self.out.line(""),
+            Instruction::Raw(text) => self.out.line(text),
             Instruction::Label { .. } | Instruction::Jump(_) => {
-                return Err(self.no_words("a jump", "write the moves one after the other"));
+                return Err(self.out.no_words(JUMP));
             }
         }
         Ok(())
@@ -142,7 +125,7 @@ impl Writer<'_> {
         match reference {
             PositionRef::Point { index, .. } => match self.names.get(index) {
                 Some(name) => Ok(format!("X{name}")),
-                None => Err(self.no_words("a position that is not there", "teach it")),
+                None => Err(self.out.no_words(NO_PLACE)),
             },
             PositionRef::Unresolved(text) => Ok(text.clone()),
         }
@@ -151,7 +134,7 @@ impl Writer<'_> {
     /// A line that sets something, where it is not set already.
     fn set(&mut self, which: fn(&mut Self) -> &mut String, line: String) {
         if *which(self) != line {
-            self.line(&line);
+            self.out.line(&line);
             *which(self) = line;
         }
     }
@@ -165,7 +148,7 @@ impl Writer<'_> {
             MotionKind::Linear => format!("LIN {target}"),
             MotionKind::Circular { via } => format!("CIRC {},{target}", self.name(via)?),
             MotionKind::CircleArc => {
-                return Err(self.no_words("a circle through three moves", "give its via point"));
+                return Err(self.out.no_words(THREE_MOVES));
             }
         };
         self.speed(motion)?;
@@ -179,9 +162,7 @@ impl Writer<'_> {
                 " C_DIS"
             }
             _ => {
-                return Err(
-                    self.no_words("this way to end a move", "give the distance of blending")
-                );
+                return Err(self.out.no_words(ENDING));
             }
         };
         let (before, after) = match form {
@@ -192,18 +173,20 @@ impl Writer<'_> {
             None => (Vec::new(), None),
         };
         for line in before {
-            self.line(&line);
+            self.out.line(&line);
         }
-        self.line(&(verb + ending));
+        self.out.line(&(verb + ending));
         if let Some(after) = after {
-            self.line(&after);
+            self.out.line(&after);
         }
         Ok(())
     }
 
     fn speed(&mut self, motion: &Motion) -> Result<(), WriteError> {
         let Speed::Value { value, unit } = motion.speed else {
-            return Err(self.no_words("a speed without a number", "write it out"));
+            return Err(self
+                .out
+                .no_words(("a speed without a number", "write it out")));
         };
         let line = match (unit, &motion.kind) {
             (SpeedUnit::Percent, MotionKind::Joint) => {
@@ -219,7 +202,7 @@ impl Writer<'_> {
                     format!("$VEL.CP={}", short(value / 1000.0, 6))
                 }
             }
-            _ => return Err(self.no_words("a speed in this unit", "give it in mm/s")),
+            _ => return Err(self.out.no_words(UNIT)),
         };
         self.set(|s| &mut s.velocity, line);
         Ok(())
@@ -230,7 +213,7 @@ impl Writer<'_> {
         let word = motion.arc.as_ref();
         let (form, arguments) = match (self.arc.take(), word.map(|w| w.action)) {
             (None, None) => return Ok((None, 0)),
-            (None, Some(ArcAction::End)) => return Err(self.no_words(GOES_ON.0, GOES_ON.1)),
+            (None, Some(ArcAction::End)) => return Err(self.out.no_words(GOES_ON)),
             (Some((set, _)), Some(ArcAction::End)) => return Ok((Some(Form::Off), set)),
             (None, Some(ArcAction::Start)) => {
                 self.seams += 1;
@@ -240,22 +223,17 @@ impl Writer<'_> {
         };
         let arguments = arguments.unwrap_or_default();
         if !arc::fits(&arguments) {
-            return Err(self.no_words(
+            return Err(self.out.no_words((
                 "an arc word of other than at most eight numbers",
                 "list what ArcTech's channels hold as the values of the cell's [[program.schedule]]",
-            ));
+            )));
         }
-        let coming = self
-            .program
-            .instructions
-            .get(self.at + 1..)
-            .unwrap_or_default();
-        let next = coming.iter().find_map(|i| match i {
+        let next = self.out.coming().iter().find_map(|i| match i {
             Instruction::Motion(m) => Some(m.speed),
             _ => None,
         });
         let Some(Speed::Value { value: speed, .. }) = next else {
-            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
+            return Err(self.out.no_words(GOES_ON));
         };
         let set = WeldData {
             arguments: arguments.clone(),

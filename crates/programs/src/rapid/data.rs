@@ -84,12 +84,7 @@ pub(super) fn joints(value: &Value) -> Option<Coordinates> {
         return None;
     };
     let angles: [f64; 6] = robax.numbers()?;
-    let axis = |(i, value): (usize, f64)| Axis {
-        name: format!("J{}", i + 1),
-        value,
-        unit: "deg".to_owned(),
-    };
-    let mut axes: Vec<Axis> = angles.into_iter().enumerate().map(axis).collect();
+    let mut axes = Axis::joints(angles);
     axes.extend(external(extax)?);
     Some(Coordinates::Joint(axes))
 }

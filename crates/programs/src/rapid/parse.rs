@@ -7,10 +7,10 @@ use super::statements::{Statement, statements};
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, Attribute, CommentMark, Coordinates, Dialect, Instruction,
-    Motion, MotionKind, PositionRef, Section, Speed, SpeedUnit, Termination,
+    ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, Motion, MotionKind,
+    PositionRef, Section, Speed, Termination,
 };
-use crate::scan::{arguments, routine_name, strip_prefix, strip_word, tidy};
+use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
 
 /// The data that a module declares.
 #[derive(Default)]
@@ -196,14 +196,6 @@ fn switch<'a>(all: &[&'a str], name: &str) -> Option<&'a str> {
     })
 }
 
-fn word(action: ArcAction, arguments: String) -> ArcWord {
-    ArcWord {
-        action,
-        style: ArcStyle::Arc,
-        arguments,
-    }
-}
-
 /// What the arc does at a move.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
@@ -239,10 +231,7 @@ fn verb(name: &str) -> Option<(Path, Option<Stage>)> {
 impl Routine {
     fn statement(&mut self, text: &str, known: &Declared) {
         if let Some(comment) = text.strip_prefix('!') {
-            return self.out.push(Instruction::Comment {
-                mark: CommentMark::Remark,
-                text: comment.trim_end().to_owned(),
-            });
+            return self.out.remark(comment);
         }
         if self.acts(text, known).is_none() {
             self.out.keep(text);
@@ -250,10 +239,7 @@ impl Routine {
     }
 
     fn acts(&mut self, text: &str, known: &Declared) -> Option<()> {
-        let end = text
-            .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
-            .unwrap_or(text.len());
-        let (name, rest) = text.split_at(end);
+        let (name, rest) = identifier(text);
         if let Some((path, stage)) = verb(name) {
             return self.motion(path, stage, rest, known);
         }
@@ -264,9 +250,9 @@ impl Routine {
                 return Some(());
             }
             "WAITTIME" => {
-                let seconds: f64 = arguments(rest).last()?.parse().ok()?;
-                let sound = seconds.is_finite() && seconds >= 0.0;
-                return sound.then(|| self.out.push(Instruction::Wait(seconds)));
+                let seconds = duration(arguments(rest).last()?)?;
+                self.out.push(Instruction::Wait(seconds));
+                return Some(());
             }
             "RETURN" if rest.is_empty() => {
                 self.out.push(Instruction::End);
@@ -279,12 +265,7 @@ impl Routine {
             _ => {}
         }
         // a name alone calls a routine
-        (rest.is_empty() && !name.is_empty()).then(|| {
-            self.out.push(Instruction::Call {
-                program: name.to_owned(),
-                arguments: String::new(),
-            });
-        })
+        (rest.is_empty() && !name.is_empty()).then(|| self.out.call(name, ""))
     }
 
     /// Frame and tool of a move, by their numbers.
@@ -425,9 +406,8 @@ impl Routine {
             }
             _ => driven,
         };
-        let unit = SpeedUnit::MillimetrePerSecond;
         let speed = match speed {
-            Some(value) => Speed::Value { value, unit },
+            Some(value) => Speed::path(value),
             None if path == Path::Joint => Speed::Maximum,
             None => Speed::Weld,
         };
@@ -462,23 +442,22 @@ impl Routine {
         match stage? {
             Stage::Start => {
                 self.arc = Some(arguments.clone());
-                Some(word(ArcAction::Start, arguments))
+                Some(ArcWord::new(ArcAction::Start, arguments))
             }
             stage => {
-                let other = self.arc.as_ref() != Some(&arguments);
-                if other
-                    && !self
-                        .out
-                        .arc_at_last_move(word(ArcAction::Start, arguments.clone()))
-                {
-                    self.out.keep("an arc that no move starts");
+                if self.arc.as_ref() != Some(&arguments) {
+                    let other = ArcWord::new(ArcAction::Start, arguments.clone());
+                    match self.out.last_move() {
+                        Some(motion) => motion.arc = Some(other),
+                        None => self.out.keep("an arc that no move starts"),
+                    }
                 }
                 if stage == Stage::Goes {
                     self.arc = Some(arguments);
                     return None;
                 }
                 self.arc = None;
-                Some(word(ArcAction::End, arguments))
+                Some(ArcWord::new(ArcAction::End, arguments))
             }
         }
     }

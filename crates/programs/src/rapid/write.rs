@@ -5,11 +5,15 @@ use std::fmt::Write as _;
 
 use super::data::{WeldData, written, written_weld};
 use super::words::RapidWords;
+use crate::collected::indexed;
 use crate::program::{
     ArcAction, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
     SpeedUnit, Termination,
 };
-use crate::written::{GOES_ON, TextFile, WriteError, check, no_words, short};
+use crate::written::{
+    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, NO_PLACE, TextFile, UNIT, WriteError,
+    robot_places, short,
+};
 
 /// Speeds of reorientation (deg/s), of linear (mm/s) and of turning external axes (deg/s): those of ABB's predefined speeds.
 const OTHER_SPEEDS: &str = "500,5000,1000";
@@ -19,7 +23,7 @@ const OTHER_SPEEDS: &str = "500,5000,1000";
 /// # Errors
 /// [`WriteError`] where a number is not finite, or RAPID has no words for something.
 pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, WriteError> {
-    check(program)?;
+    let out = Lines::new(program, "    ")?;
     let data = program.sections.iter().flat_map(|s| &s.lines);
     let raw = program.instructions.iter().filter_map(|i| match i {
         Instruction::Raw(text) => Some(text),
@@ -34,35 +38,31 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
         });
     }
     let mut writer = Writer {
-        program,
+        out,
         words,
         names: program
             .positions
             .iter()
-            .map(|p| (p.index, name_of(p.index, p.comment.as_ref())))
+            .map(|p| (p.index, p.name()))
             .collect(),
-        body: String::new(),
-        at: 0,
         arc: None,
-        lists: BTreeMap::new(),
+        lists: robot_places(program, |g| (g.frame, g.tool)),
         speeds: Vec::new(),
         zones: Vec::new(),
         welds: Vec::new(),
     };
-    writer.index_groups();
     for (at, instruction) in program.instructions.iter().enumerate() {
-        writer.at = at;
+        writer.out.at = at;
         writer.instruction(instruction)?;
     }
     if writer.arc.is_some() {
-        return Err(writer.no_words(GOES_ON.0, GOES_ON.1));
+        return Err(writer.out.no_words(GOES_ON));
     }
     let mut text = format!("MODULE m{}\n", program.name);
     // writing to a String cannot fail
     for position in &program.positions {
-        let group = position.groups.iter().find(|g| g.number == 1);
-        if let Some((kind, value)) = group.and_then(|g| written(&g.coordinates)) {
-            let name = name_of(position.index, position.comment.as_ref());
+        if let Some((kind, value)) = position.robot().and_then(|g| written(&g.coordinates)) {
+            let name = position.name();
             let _ = writeln!(text, "  LOCAL CONST {kind} {name}:={value};");
         }
     }
@@ -89,7 +89,7 @@ pub fn write(program: &Program, words: &RapidWords) -> Result<Vec<TextFile>, Wri
     let _ = writeln!(text, "  PROC {}()", program.name);
     let switch = if monitored(program) { "On" } else { "Off" };
     let _ = writeln!(text, "    ConfJ\\{switch};\n    ConfL\\{switch};");
-    text += &writer.body;
+    text += &writer.out.text;
     text += "  ENDPROC\nENDMODULE\n";
     Ok(vec![TextFile {
         name: format!("{}.mod", program.name),
@@ -107,17 +107,10 @@ fn monitored(program: &Program) -> bool {
         })
 }
 
-fn name_of(index: u32, comment: Option<&String>) -> String {
-    comment.map_or_else(|| format!("P{index}"), Clone::clone)
-}
-
 struct Writer<'a> {
-    program: &'a Program,
+    out: Lines<'a>,
     words: &'a RapidWords,
     names: BTreeMap<u32, String>,
-    body: String,
-    /// Instruction being written, from 0.
-    at: usize,
     /// The arc word that is on.
     arc: Option<String>,
     /// Frame and tool of each position.
@@ -129,70 +122,37 @@ struct Writer<'a> {
 
 /// The name of a value among those declared; it is added where it is new.
 fn declared(all: &mut Vec<String>, prefix: &str, value: String) -> String {
-    let known = all.iter().position(|v| *v == value);
-    let index = known.unwrap_or_else(|| {
-        all.push(value);
-        all.len() - 1
-    });
-    format!("{prefix}{}", index + 1)
+    format!("{prefix}{}", indexed(all, value) + 1)
 }
 
 impl Writer<'_> {
-    fn index_groups(&mut self) {
-        let robot = |p: &crate::program::Position| {
-            p.groups
-                .iter()
-                .find(|g| g.number == 1)
-                .map(|g| (g.frame, g.tool))
-        };
-        let all = self
-            .program
-            .positions
-            .iter()
-            .filter_map(|p| Some((p.index, robot(p)?)));
-        self.lists = all.collect();
-    }
-
-    fn line(&mut self, text: &str) {
-        self.body.push_str("    ");
-        self.body.push_str(text);
-        self.body.push('\n');
-    }
-
-    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        no_words(self.program, self.at, what, remedy)
-    }
-
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
         match instruction {
             Instruction::Motion(motion) => self.motion(motion)?,
             Instruction::Wait(_) if self.arc.is_some() => {
-                return Err(self.no_words(
+                return Err(self.out.no_words((
                     "a wait with the arc on",
                     "plan without dwells in beads: the seam data of the controller fill the crater",
-                ));
+                )));
             }
-            Instruction::Arc(_) => {
-                return Err(self.no_words(
-                    "an arc that is switched between moves",
-                    "switch it at the end of a move",
-                ));
+            Instruction::Arc(_) => return Err(self.out.no_words(BETWEEN_MOVES)),
+            Instruction::Wait(seconds) => {
+                self.out.line(&format!("WaitTime {};", short(*seconds, 3)));
             }
-            Instruction::Wait(seconds) => self.line(&format!("WaitTime {};", short(*seconds, 3))),
             // moves name their work object and tool
             Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
             Instruction::Call { program, arguments } if arguments.is_empty() => {
-                self.line(&format!("{program};"));
+                self.out.line(&format!("{program};"));
             }
             Instruction::Call { program, arguments } => {
-                self.line(&format!("{program} {arguments};"));
+                self.out.line(&format!("{program} {arguments};"));
             }
-            Instruction::Comment { text, .. } => self.line(&format!("!{text}")),
-            Instruction::End => self.line("RETURN;"),
-            Instruction::Raw(text) if super::statements::ends_itself(text) => self.line(text),
-            Instruction::Raw(text) => self.line(&format!("{text};")),
+            Instruction::Comment { text, .. } => self.out.line(&format!("!{text}")),
+            Instruction::End => self.out.line("RETURN;"),
+            Instruction::Raw(text) if super::statements::ends_itself(text) => self.out.line(text),
+            Instruction::Raw(text) => self.out.line(&format!("{text};")),
             Instruction::Label { .. } | Instruction::Jump(_) => {
-                return Err(self.no_words("a jump", "write the moves one after the other"));
+                return Err(self.out.no_words(JUMP));
             }
         }
         Ok(())
@@ -202,7 +162,7 @@ impl Writer<'_> {
         match reference {
             PositionRef::Point { index, .. } => match self.names.get(index) {
                 Some(name) => Ok(name.clone()),
-                None => Err(self.no_words("a position that is not there", "teach it")),
+                None => Err(self.out.no_words(NO_PLACE)),
             },
             PositionRef::Unresolved(text) => Ok(text.clone()),
         }
@@ -216,7 +176,7 @@ impl Writer<'_> {
         };
         let named = |what: &str, number: Option<u32>, else_: &str| {
             let key = format!("{what} {}", number.unwrap_or(0));
-            self.program.attribute(&key).unwrap_or(else_).to_owned()
+            self.out.program.attribute(&key).unwrap_or(else_).to_owned()
         };
         let tool = named("TOOL", tool, &self.words.tool);
         let object = named("WOBJ", frame, &self.words.work_object);
@@ -235,18 +195,15 @@ impl Writer<'_> {
             Termination::Blend(distance) => declared(&mut self.zones, "zn", short(*distance, 3)),
             Termination::Other(word) => word.clone(),
             Termination::Cnt(_) | Termination::CntRegister(_) => {
-                return Err(
-                    self.no_words("this way to end a move", "give the distance of blending")
-                );
+                return Err(self.out.no_words(ENDING));
             }
         };
         let millimetres = match motion.speed {
-            Speed::Value {
-                value,
-                unit: SpeedUnit::MillimetrePerSecond,
-            } => Some(value),
             Speed::Maximum | Speed::Weld => None,
-            _ => return Err(self.no_words("a speed in this unit", "give it in mm/s")),
+            given => match given.given_in(SpeedUnit::MillimetrePerSecond) {
+                Some(value) => Some(value),
+                None => return Err(self.out.no_words(UNIT)),
+            },
         };
         let speed = match millimetres {
             Some(value) => declared(&mut self.speeds, "sp", short(value, 3)),
@@ -263,16 +220,17 @@ impl Writer<'_> {
             MotionKind::Joint if before.is_none() && after.is_none() => {
                 let joint = self.is_joint(&motion.target);
                 let verb = if joint { "MoveAbsJ" } else { "MoveJ" };
-                self.line(&format!("{verb} {target},{speed},{zone},{tool};"));
+                self.out
+                    .line(&format!("{verb} {target},{speed},{zone},{tool};"));
                 return Ok(());
             }
             MotionKind::Linear => ("L", target),
             MotionKind::Circular { via } => ("C", format!("{},{target}", self.name(via)?)),
             MotionKind::Joint | MotionKind::CircleArc => {
-                return Err(self.no_words(
+                return Err(self.out.no_words((
                     "this kind of move",
                     "write it straight, or round with its via point",
-                ));
+                )));
             }
         };
         let (letter, targets) = path;
@@ -280,9 +238,10 @@ impl Writer<'_> {
             (None, None) => {
                 let word = motion.arc.as_ref();
                 if word.is_some() {
-                    return Err(self.no_words(GOES_ON.0, GOES_ON.1));
+                    return Err(self.out.no_words(GOES_ON));
                 }
-                self.line(&format!("Move{letter} {targets},{speed},{zone},{tool};"));
+                self.out
+                    .line(&format!("Move{letter} {targets},{speed},{zone},{tool};"));
                 return Ok(());
             }
             (None, Some(_)) => "Start",
@@ -295,13 +254,12 @@ impl Writer<'_> {
             None => self.weld(after.clone().unwrap_or_default(), self.next_speed())?,
         };
         let seam = self
+            .out
             .program
             .attribute("SEAM")
-            .unwrap_or(&self.words.seam)
-            .to_owned();
-        self.line(&format!(
-            "Arc{letter}{stage} {targets},{speed},{seam},{weld},{zone},{tool};"
-        ));
+            .unwrap_or(&self.words.seam);
+        let line = format!("Arc{letter}{stage} {targets},{speed},{seam},{weld},{zone},{tool};");
+        self.out.line(&line);
         self.arc = after;
         Ok(())
     }
@@ -310,41 +268,34 @@ impl Writer<'_> {
         let PositionRef::Point { index, .. } = reference else {
             return false;
         };
-        let mut found = self.program.positions.iter().filter(|p| p.index == *index);
+        let mut found = self
+            .out
+            .program
+            .positions
+            .iter()
+            .filter(|p| p.index == *index);
         found.any(|p| {
-            p.groups
-                .iter()
-                .any(|g| g.number == 1 && matches!(g.coordinates, Coordinates::Joint(_)))
+            p.robot()
+                .is_some_and(|g| matches!(g.coordinates, Coordinates::Joint(_)))
         })
     }
 
     fn next_speed(&self) -> Option<f64> {
-        let coming = self
-            .program
-            .instructions
-            .get(self.at + 1..)
-            .unwrap_or_default();
-        coming.iter().find_map(|i| match i {
-            Instruction::Motion(m) => match m.speed {
-                Speed::Value {
-                    value,
-                    unit: SpeedUnit::MillimetrePerSecond,
-                } => Some(value),
-                _ => None,
-            },
+        self.out.coming().iter().find_map(|i| match i {
+            Instruction::Motion(m) => m.speed.given_in(SpeedUnit::MillimetrePerSecond),
             _ => None,
         })
     }
 
     fn weld(&mut self, arguments: String, speed: Option<f64>) -> Result<String, WriteError> {
         let Some(speed) = speed else {
-            return Err(self.no_words(GOES_ON.0, GOES_ON.1));
+            return Err(self.out.no_words(GOES_ON));
         };
         let Some(value) = written_weld(&WeldData { arguments, speed }) else {
-            return Err(self.no_words(
+            return Err(self.out.no_words((
                 "an arc word of other than at most nine numbers",
                 "list what arcdata holds (sched, mode, voltage, wirefeed, …) as the values of the cell's [[program.schedule]]",
-            ));
+            )));
         };
         Ok(declared(&mut self.welds, "wd", value))
     }

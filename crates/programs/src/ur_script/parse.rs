@@ -5,10 +5,9 @@ use crate::collected::{Collected, scaled};
 use crate::orientation::wpr_of_rotation_vector;
 use crate::parsed::{ParseError, Parsed, decoded, trimmed};
 use crate::program::{
-    Axis, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit,
-    Termination,
+    Axis, Coordinates, Dialect, Instruction, MotionKind, PositionRef, Speed, Termination,
 };
-use crate::scan::{called, routine_name, strip_prefix, tidy};
+use crate::scan::{self, called, duration, finite, first_word, routine_name, strip_prefix, tidy};
 
 /// Frame and tool of every position: script has one of each at a time.
 const FRAMES: (Option<u32>, Option<u32>) = (Some(1), Some(1));
@@ -84,19 +83,13 @@ struct Reader<'w> {
 /// The numbers of a list in brackets.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let inner = text.strip_prefix('[')?.strip_suffix(']')?;
-    let all: Option<Vec<f64>> = inner
-        .split(',')
-        .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-        .collect();
-    all?.try_into().ok()
+    scan::numbers(inner)?.try_into().ok()
 }
 
 /// A named argument, or the one at its place.
 fn option(all: &[&str], name: &str) -> Option<f64> {
-    all.iter().find_map(|a| {
-        let rest = strip_prefix(a, name)?.trim_start().strip_prefix('=')?;
-        rest.trim().parse().ok().filter(|v: &f64| v.is_finite())
-    })
+    all.iter()
+        .find_map(|a| finite(strip_prefix(a, name)?.trim_start().strip_prefix('=')?))
 }
 
 impl Reader<'_> {
@@ -121,11 +114,7 @@ impl Reader<'_> {
         if self.acts(line).is_some() {
             return;
         }
-        let word = line
-            .split(|c: char| !c.is_ascii_alphanumeric())
-            .next()
-            .unwrap_or_default();
-        match word {
+        match first_word(line) {
             "if" | "while" | "for" | "def" | "thread" | "sec" if line.ends_with(':') => {
                 self.depth += 1;
             }
@@ -137,9 +126,8 @@ impl Reader<'_> {
 
     fn acts(&mut self, line: &str) -> Option<()> {
         if let Some(all) = called(line, "sleep") {
-            let seconds: f64 = all.first()?.parse().ok()?;
-            let sound = seconds.is_finite() && seconds >= 0.0;
-            return sound.then(|| self.out.push(Instruction::Wait(seconds)));
+            self.out.push(Instruction::Wait(duration(all.first()?)?));
+            return Some(());
         }
         if let Some(all) = called(line, "movej") {
             return self.joint(&all);
@@ -167,12 +155,8 @@ impl Reader<'_> {
         let inner = inner.strip_suffix(')')?;
         let known = self.out.program.name != name && inner.is_empty();
         let plain = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
-        (known && plain && !matches!(name, "sync" | "halt" | "end_force_mode")).then(|| {
-            self.out.push(Instruction::Call {
-                program: name.to_owned(),
-                arguments: String::new(),
-            });
-        })
+        let call = known && plain && !matches!(name, "sync" | "halt" | "end_force_mode");
+        call.then(|| self.out.call(name, ""))
     }
 
     /// The pose in the part of `pose_trans(part, p[…])` or `p[…]`.
@@ -212,17 +196,8 @@ impl Reader<'_> {
             Some(r) if r > 0.0 => Termination::Blend(scaled(r, 1000.0)),
             _ => Termination::Fine,
         };
-        self.out.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            speed: speed.map_or(Speed::Weld, |v| Speed::Value {
-                value: scaled(v, 1000.0),
-                unit: SpeedUnit::MillimetrePerSecond,
-            }),
-            termination,
-            arc: None,
-            extra: Vec::new(),
-        }));
+        let speed = speed.map_or(Speed::Weld, |v| Speed::path(scaled(v, 1000.0)));
+        self.out.push_move(kind, target, speed, termination);
         Some(())
     }
 
@@ -237,12 +212,7 @@ impl Reader<'_> {
             }
             place
         } else if let Some(joints) = numbers::<6>(to) {
-            let axis = |(i, value): (usize, f64)| Axis {
-                name: format!("J{}", i + 1),
-                value,
-                unit: "deg".to_owned(),
-            };
-            Coordinates::Joint(degrees(joints).into_iter().enumerate().map(axis).collect())
+            Coordinates::Joint(Axis::joints(degrees(joints)))
         } else {
             self.pose(to)?
         };
@@ -252,17 +222,9 @@ impl Reader<'_> {
         let share = share
             .map(|s| (s * 1e2).round() / 1e2)
             .filter(|s| *s > 0.0 && *s <= 100.0);
-        self.out.push(Instruction::Motion(Motion {
-            kind: MotionKind::Joint,
-            target,
-            speed: share.map_or(Speed::Maximum, |value| Speed::Value {
-                value,
-                unit: SpeedUnit::Percent,
-            }),
-            termination: Termination::Fine,
-            arc: None,
-            extra: Vec::new(),
-        }));
+        let speed = share.map_or(Speed::Maximum, Speed::share);
+        self.out
+            .push_move(MotionKind::Joint, target, speed, Termination::Fine);
         Some(())
     }
 }

@@ -5,77 +5,63 @@ use std::collections::BTreeMap;
 use super::words::ScriptWords;
 use crate::orientation::rotation_vector_of;
 use crate::program::{
-    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, SpeedUnit,
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{TextFile, WriteError, check, fixed, no_words, robot_places, short};
+use crate::written::{
+    ENDING, JUMP, Lines, NAME_THE_ROBOT, NO_PLACE, THREE_MOVES, TextFile, UNIT, WriteError, fixed,
+    robot_places, short,
+};
 
 /// The script of a program, with `\n` line ends: 1 µm and 0.0001°.
 ///
 /// # Errors
 /// [`WriteError`] where a number is not finite, or script has no words for something.
 pub fn write(program: &Program, words: &ScriptWords) -> Result<Vec<TextFile>, WriteError> {
-    check(program)?;
     let mut writer = Writer {
-        program,
+        out: Lines::new(program, "  ")?,
         words,
         places: robot_places(program, |g| g.coordinates.clone()),
-        text: format!("def {}():\n", program.name),
-        at: 0,
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
-        writer.at = at;
+        writer.out.at = at;
         writer.instruction(instruction)?;
     }
-    writer.text += "end\n";
     Ok(vec![TextFile {
         name: format!("{}.script", program.name),
-        text: writer.text,
+        text: format!("def {}():\n{}end\n", program.name, writer.out.text),
     }])
 }
 
 struct Writer<'a> {
-    program: &'a Program,
+    out: Lines<'a>,
     words: &'a ScriptWords,
     places: BTreeMap<u32, Coordinates>,
-    text: String,
-    /// Instruction being written, from 0.
-    at: usize,
 }
 
 impl Writer<'_> {
-    fn line(&mut self, text: &str) {
-        self.text.push_str("  ");
-        self.text.push_str(text);
-        self.text.push('\n');
-    }
-
-    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        no_words(self.program, self.at, what, remedy)
-    }
-
     fn instruction(&mut self, instruction: &Instruction) -> Result<(), WriteError> {
         match instruction {
             Instruction::Motion(motion) => {
                 let line = self.motion(motion)?;
-                self.line(&line);
+                self.out.line(&line);
                 if let Some(word) = &motion.arc {
                     self.arc(word)?;
                 }
             }
             Instruction::Arc(word) => self.arc(word)?,
-            Instruction::Wait(seconds) => self.line(&format!("sleep({})", short(*seconds, 3))),
+            Instruction::Wait(seconds) => self.out.line(&format!("sleep({})", short(*seconds, 3))),
             // the part's pose and the active tool stand for them
             Instruction::UserFrame(_) | Instruction::ToolFrame(_) | Instruction::Blank => {}
             Instruction::Call { program, arguments } => {
-                self.line(&format!("{program}({arguments})"));
+                self.out.line(&format!("{program}({arguments})"));
             }
-            Instruction::Comment { text, .. } => self.line(&format!("#{text}")),
-            Instruction::End => self.line("return"),
-            Instruction::Raw(text) => self.line(text),
+            Instruction::Comment { text, .. } => self.out.line(&format!("#{text}")),
+            Instruction::End => self.out.line("return"),
+            Instruction::Raw(text) => self.out.line(text),
             Instruction::Label { .. } | Instruction::Jump(_) => {
-                return Err(self.no_words("a jump", "write the moves one after the other"));
+                return Err(self.out.no_words(JUMP));
             }
         }
         Ok(())
@@ -83,10 +69,10 @@ impl Writer<'_> {
 
     fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
         let Some(lines) = self.words.arc().filled(word, false) else {
-            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
+            return Err(self.out.no_words(UNFILLED));
         };
         for line in lines {
-            self.line(&line);
+            self.out.line(&line);
         }
         Ok(())
     }
@@ -96,7 +82,7 @@ impl Writer<'_> {
             PositionRef::Point { index, .. } => self.places.get(index),
             PositionRef::Unresolved(_) => None,
         };
-        found.ok_or_else(|| self.no_words("a position that is not there", "teach it"))
+        found.ok_or_else(|| self.out.no_words(NO_PLACE))
     }
 
     fn pose(&self, reference: &PositionRef) -> Result<String, WriteError> {
@@ -104,7 +90,9 @@ impl Writer<'_> {
             xyz, wpr_degrees, ..
         } = self.coordinates(reference)?
         else {
-            return Err(self.no_words("a straight move to joints", "give the position as a pose"));
+            return Err(self
+                .out
+                .no_words(("a straight move to joints", "give the position as a pose")));
         };
         let xyz = xyz.map(|v| fixed(v / 1000.0, 6)).join(",");
         let turn = rotation_vector_of(*wpr_degrees)
@@ -120,21 +108,15 @@ impl Writer<'_> {
         if motion.kind == MotionKind::Joint {
             return self.joint(motion);
         }
-        let Speed::Value {
-            value,
-            unit: SpeedUnit::MillimetrePerSecond,
-        } = motion.speed
-        else {
-            return Err(self.no_words("a speed in this unit", "give it in mm/s"));
+        let Some(value) = motion.speed.given_in(SpeedUnit::MillimetrePerSecond) else {
+            return Err(self.out.no_words(UNIT));
         };
         let speed = short(value / 1000.0, 6);
         let blend = match motion.termination {
             Termination::Fine => "0".to_owned(),
             Termination::Blend(distance) => short(distance / 1000.0, 6),
             _ => {
-                return Err(
-                    self.no_words("this way to end a move", "give the distance of blending")
-                );
+                return Err(self.out.no_words(ENDING));
             }
         };
         let to = self.pose(&motion.target)?;
@@ -144,20 +126,15 @@ impl Writer<'_> {
                 "movec({},{to},v={speed},r={blend},mode=0)",
                 self.pose(via)?
             )),
-            MotionKind::Joint | MotionKind::CircleArc => {
-                Err(self.no_words("a circle through three moves", "give its via point"))
-            }
+            MotionKind::Joint | MotionKind::CircleArc => Err(self.out.no_words(THREE_MOVES)),
         }
     }
 
     /// A joint move, to joints or to the pose that they hold.
     fn joint(&self, motion: &Motion) -> Result<String, WriteError> {
-        let Speed::Value {
-            value: share,
-            unit: SpeedUnit::Percent,
-        } = motion.speed
-        else {
-            return Err(self.no_words("a joint move whose speed is no share", "give it in %"));
+        let Some(share) = motion.speed.given_in(SpeedUnit::Percent) else {
+            let what = "a joint move whose speed is no share";
+            return Err(self.out.no_words((what, "give it in %")));
         };
         // half a turn a second is the fastest that every joint of these arms does
         let speed = short(share / 100.0 * std::f64::consts::PI, 5);
@@ -176,10 +153,8 @@ impl Writer<'_> {
                     .filter_map(|j| j.trim().parse().ok())
                     .collect();
                 if joints.len() != 6 {
-                    return Err(self.no_words(
-                        "a joint move to a pose of which the joints are not known",
-                        "name the robot (machine.robot), and see that it reaches every place: the check of reach tells",
-                    ));
+                    let what = "a joint move to a pose of which the joints are not known";
+                    return Err(self.out.no_words((what, NAME_THE_ROBOT)));
                 }
                 format!(
                     "get_inverse_kin({},[{}])",
@@ -188,7 +163,9 @@ impl Writer<'_> {
                 )
             }
             Coordinates::Unread(_) => {
-                return Err(self.no_words("a position that is not taught", "teach it"));
+                return Err(self
+                    .out
+                    .no_words(("a position that is not taught", "teach it")));
             }
         };
         Ok(format!("movej({to},v={speed})"))

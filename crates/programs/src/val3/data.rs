@@ -8,8 +8,10 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::words::Val3Words;
+use crate::collected::indexed;
 use crate::orientation::{wpr_of_xyz, xyz_of_wpr};
 use crate::program::{Axis, Coordinates, Termination};
+use crate::scan::finite;
 use crate::written::{fixed, short};
 
 /// The first words of a configuration, in order, where they say one.
@@ -111,21 +113,15 @@ impl Data {
     /// Where joints stand.
     pub(super) fn joints(&self, reference: &str) -> Option<Coordinates> {
         let said = self.value(reference, "jointRx")?;
-        let all = numbers(said, ["j1", "j2", "j3", "j4", "j5", "j6"])?;
-        let axis = |(i, value): (usize, f64)| Axis {
-            name: format!("J{}", i + 1),
-            value,
-            unit: "deg".to_owned(),
-        };
-        let all = all.into_iter().enumerate().map(axis);
-        Some(Coordinates::Joint(all.collect()))
+        let all: [f64; 6] = numbers(said, ["j1", "j2", "j3", "j4", "j5", "j6"])?;
+        Some(Coordinates::Joint(Axis::joints(all)))
     }
 
     /// How a movement is driven.
     pub(super) fn descriptor(&self, reference: &str) -> Option<Descriptor> {
         let said = self.value(reference, "mdesc")?;
         let number = |key: &str, default: f64| match said.get(key) {
-            Some(text) => text.parse().ok().filter(|v: &f64| v.is_finite()),
+            Some(text) => finite(text),
             None => Some(default),
         };
         let (leave, reach) = (number("leave", 50.0)?, number("reach", 50.0)?);
@@ -146,7 +142,7 @@ impl Data {
 /// Finite numbers; 0 where they are not written.
 fn numbers<const N: usize>(said: &Attributes, keys: [&str; N]) -> Option<[f64; N]> {
     let read = keys.map(|key| match said.get(key) {
-        Some(text) => text.parse().ok().filter(|v: &f64| v.is_finite()),
+        Some(text) => finite(text),
         None => Some(0.0),
     });
     let all: Option<Vec<f64>> = read.into_iter().collect();
@@ -159,15 +155,6 @@ pub(super) struct Written {
     pub(super) points: Vec<String>,
     pub(super) joints: Vec<String>,
     pub(super) descriptors: Vec<String>,
-}
-
-/// The index of a value among those that are there; it is added where it is new.
-fn indexed(all: &mut Vec<String>, value: String) -> usize {
-    let known = all.iter().rposition(|v| *v == value);
-    known.unwrap_or_else(|| {
-        all.push(value);
-        all.len() - 1
-    })
 }
 
 impl Written {

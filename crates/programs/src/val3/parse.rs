@@ -3,11 +3,10 @@
 use super::data::{Data, Descriptor};
 use super::words::Val3Words;
 use crate::collected::Collected;
+use crate::collected::indexed;
 use crate::parsed::{ParseError, Parsed, decoded};
-use crate::program::{
-    Dialect, Instruction, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
-};
-use crate::scan::{called, routine_name, strip_word, tidy};
+use crate::program::{Dialect, Instruction, MotionKind, PositionRef, Speed, Termination};
+use crate::scan::{called, duration, first_word, routine_name, strip_word, tidy};
 
 /// Reads a program with the data of its project; `words` say what switches the arc.
 ///
@@ -81,13 +80,7 @@ struct Reader<'w> {
 
 /// A number for a name, from 1.
 fn numbered(all: &mut Vec<String>, name: &str) -> u32 {
-    let name = tidy(name.trim_end_matches("[0]"));
-    let known = all.iter().position(|n| *n == name);
-    let at = known.unwrap_or_else(|| {
-        all.push(name);
-        all.len() - 1
-    });
-    at as u32 + 1
+    indexed(all, tidy(name.trim_end_matches("[0]"))) as u32 + 1
 }
 
 impl Reader<'_> {
@@ -107,12 +100,7 @@ impl Reader<'_> {
     /// The last move ends where the arm stops.
     fn stopped(&mut self) {
         self.waited = false;
-        let all = self.out.program.instructions.iter_mut().rev();
-        let mut moves = all.filter_map(|i| match i {
-            Instruction::Motion(motion) => Some(motion),
-            _ => None,
-        });
-        if let Some(motion) = moves.next() {
+        if let Some(motion) = self.out.last_move() {
             motion.termination = Termination::Fine;
         }
     }
@@ -128,11 +116,7 @@ impl Reader<'_> {
         if self.acts(line).is_some() {
             return;
         }
-        let word = line
-            .split(|c: char| !c.is_ascii_alphanumeric())
-            .next()
-            .unwrap_or_default();
-        match word.to_ascii_lowercase().as_str() {
+        match first_word(line).to_ascii_lowercase().as_str() {
             "if" | "while" | "for" | "switch" | "do" => self.depth += 1,
             "endif" | "endwhile" | "endfor" | "endswitch" | "until" => {
                 self.depth = self.depth.saturating_sub(1);
@@ -148,12 +132,10 @@ impl Reader<'_> {
             return Some(());
         }
         if let Some(all) = called(line, "delay") {
-            let seconds: f64 = all.first()?.parse().ok()?;
-            let sound = seconds.is_finite() && seconds >= 0.0 && !self.queued;
-            return sound.then(|| {
-                self.waited = false;
-                self.out.push(Instruction::Wait(seconds));
-            });
+            let seconds = duration(all.first()?).filter(|_| !self.queued)?;
+            self.waited = false;
+            self.out.push(Instruction::Wait(seconds));
+            return Some(());
         }
         if line.eq_ignore_ascii_case("return") {
             self.out.push(Instruction::End);
@@ -162,26 +144,17 @@ impl Reader<'_> {
         if let Some(rest) = strip_word(line, "call") {
             let (name, inner) = rest.trim().split_once('(')?;
             let empty = inner.trim().strip_suffix(')')?.trim().is_empty();
-            return empty.then(|| {
-                self.out.push(Instruction::Call {
-                    program: name.trim().to_owned(),
-                    arguments: String::new(),
-                });
-            });
+            return empty.then(|| self.out.call(name.trim(), ""));
         }
         // what a move returns is of no matter
         let text = line.split_once('=').map_or(line, |(_, right)| right.trim());
-        if let Some(all) = called(text, "movej") {
-            let [to, tool, how] = all[..] else {
-                return None;
-            };
-            return self.motion(MotionKind::Joint, to, tool, how);
-        }
-        if let Some(all) = called(text, "movel") {
-            let [to, tool, how] = all[..] else {
-                return None;
-            };
-            return self.motion(MotionKind::Linear, to, tool, how);
+        for (verb, kind) in [("movej", MotionKind::Joint), ("movel", MotionKind::Linear)] {
+            if let Some(all) = called(text, verb) {
+                let [to, tool, how] = all[..] else {
+                    return None;
+                };
+                return self.motion(kind, to, tool, how);
+            }
         }
         let all = called(text, "movec")?;
         let [via, to, tool, how] = all[..] else {
@@ -214,25 +187,11 @@ impl Reader<'_> {
         }
         self.queued = true;
         let target = self.place(to, tool);
-        let speed = if kind == MotionKind::Joint {
-            Speed::Value {
-                value: share,
-                unit: SpeedUnit::Percent,
-            }
-        } else {
-            Speed::Value {
-                value: speed,
-                unit: SpeedUnit::MillimetrePerSecond,
-            }
+        let speed = match kind {
+            MotionKind::Joint => Speed::share(share),
+            _ => Speed::path(speed),
         };
-        self.out.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            speed,
-            termination,
-            arc: None,
-            extra: Vec::new(),
-        }));
+        self.out.push_move(kind, target, speed, termination);
         Some(())
     }
 }

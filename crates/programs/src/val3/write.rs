@@ -7,14 +7,18 @@ use quick_xml::escape::escape;
 use super::data::{Descriptor, Written};
 use super::words::Val3Words;
 use crate::program::{
-    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
+    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, SpeedUnit,
     Termination,
 };
 use crate::template::UNFILLED;
-use crate::written::{TextFile, WriteError, check, no_words, robot_places, short};
+use crate::written::{
+    ENDING, JUMP, Lines, NO_PLACE, NoWords, THREE_MOVES, TextFile, WriteError, robot_places, short,
+};
 
 /// A speed along the path that limits no joint move, mm/s.
 const FREE: f64 = 99_999.0;
+/// What joint moves ask for besides.
+const JOINTS_IN_PERCENT: NoWords = ("a speed in this unit", "give it in mm/s, joint moves in %");
 const XML: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 
 /// The files of a project, its program and its data first, with `\n` line ends.
@@ -22,18 +26,15 @@ const XML: &str = "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n";
 /// # Errors
 /// [`WriteError`] where a number is not finite, or VAL3 has no words for something.
 pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, WriteError> {
-    check(program)?;
     let mut writer = Writer {
-        program,
+        out: Lines::new(program, "  ")?,
         words,
         places: robot_places(program, |g| g.coordinates.clone()),
         data: Written::default(),
-        text: String::new(),
-        at: 0,
         queued: false,
     };
     for (at, instruction) in program.instructions.iter().enumerate() {
-        writer.at = at;
+        writer.out.at = at;
         writer.instruction(instruction)?;
     }
     let name = program.name.as_str();
@@ -42,7 +43,7 @@ pub fn write(program: &Program, words: &Val3Words) -> Result<Vec<TextFile>, Writ
         text,
     };
     Ok(vec![
-        file("*.pgx", code(name, &writer.text)),
+        file("*.pgx", code(name, &writer.out.text)),
         file("*.dtx", writer.data.file(words)),
         file("*.pjx", project(name)),
         file(
@@ -77,13 +78,10 @@ fn code(name: &str, lines: &str) -> String {
 }
 
 struct Writer<'a> {
-    program: &'a Program,
+    out: Lines<'a>,
     words: &'a Val3Words,
     places: BTreeMap<u32, Coordinates>,
     data: Written,
-    text: String,
-    /// Instruction being written, from 0.
-    at: usize,
     /// Moves were told that may not have ended.
     queued: bool,
 }
@@ -91,16 +89,10 @@ struct Writer<'a> {
 impl Writer<'_> {
     fn line(&mut self, text: &str) -> Result<(), WriteError> {
         if text.contains("]]>") {
-            return Err(self.no_words("\"]]>\"", "leave it out"));
+            return Err(self.out.no_words(("\"]]>\"", "leave it out")));
         }
-        self.text.push_str("  ");
-        self.text.push_str(text);
-        self.text.push('\n');
+        self.out.line(text);
         Ok(())
-    }
-
-    fn no_words(&self, what: &str, remedy: &'static str) -> WriteError {
-        no_words(self.program, self.at, what, remedy)
     }
 
     /// Lets the moves end that were told.
@@ -133,15 +125,13 @@ impl Writer<'_> {
             Instruction::Comment { text, .. } => self.line(&format!("//{text}")),
             Instruction::End => self.line("return"),
             Instruction::Raw(text) => self.line(text),
-            Instruction::Label { .. } | Instruction::Jump(_) => {
-                Err(self.no_words("a jump", "write the moves one after the other"))
-            }
+            Instruction::Label { .. } | Instruction::Jump(_) => Err(self.out.no_words(JUMP)),
         }
     }
 
     fn arc(&mut self, word: &ArcWord) -> Result<(), WriteError> {
         let Some(lines) = self.words.arc().filled(word, false) else {
-            return Err(self.no_words(UNFILLED.0, UNFILLED.1));
+            return Err(self.out.no_words(UNFILLED));
         };
         self.stop()?;
         lines.iter().try_for_each(|line| self.line(line))
@@ -153,25 +143,20 @@ impl Writer<'_> {
             PositionRef::Unresolved(_) => None,
         };
         let name = found.and_then(|place| self.data.place(place));
-        name.ok_or_else(|| self.no_words("a position that is not there", "teach it"))
+        name.ok_or_else(|| self.out.no_words(NO_PLACE))
     }
 
     fn motion(&mut self, motion: &Motion) -> Result<String, WriteError> {
         let joint = motion.kind == MotionKind::Joint;
-        let (share, speed) = match motion.speed {
-            Speed::Value {
-                value,
-                unit: SpeedUnit::Percent,
-            } if joint => (value, FREE),
-            Speed::Value {
-                value,
-                unit: SpeedUnit::MillimetrePerSecond,
-            } if !joint => (100.0, value),
-            _ => {
-                return Err(
-                    self.no_words("a speed in this unit", "give it in mm/s, joint moves in %")
-                );
-            }
+        let percent = motion.speed.given_in(SpeedUnit::Percent).filter(|_| joint);
+        let path = motion
+            .speed
+            .given_in(SpeedUnit::MillimetrePerSecond)
+            .filter(|_| !joint);
+        let (share, speed) = match (percent, path) {
+            (Some(share), _) => (share, FREE),
+            (None, Some(speed)) => (100.0, speed),
+            (None, None) => return Err(self.out.no_words(JOINTS_IN_PERCENT)),
         };
         // what switches the arc stops the arm
         let termination = match &motion.arc {
@@ -188,12 +173,12 @@ impl Writer<'_> {
             MotionKind::Linear => "movel(".to_owned(),
             MotionKind::Circular { via } => format!("movec({},", self.name(via)?),
             MotionKind::CircleArc => {
-                return Err(self.no_words("a circle through three moves", "give its via point"));
+                return Err(self.out.no_words(THREE_MOVES));
             }
         };
         let to = self.name(&motion.target)?;
         let Some(how) = self.data.descriptor(&how) else {
-            return Err(self.no_words("this way to end a move", "give the distance of blending"));
+            return Err(self.out.no_words(ENDING));
         };
         Ok(format!("{verb}{to},tTorch,{how})"))
     }

@@ -1,4 +1,4 @@
-//! CLI layer files: text and binary, there and back, damaged, and layer by layer.
+//! CLI layer files: text and binary, there and back, and layer by layer.
 
 use std::collections::BTreeMap;
 
@@ -182,100 +182,6 @@ proptest! {
             let bytes = written(&layers, form).unwrap();
             prop_assert_eq!(Reader::new(bytes.as_slice()).unwrap().parts, parts());
             prop_assert_eq!(&read(&bytes).unwrap(), &layers);
-        }
-    }
-
-    /// The body of the fuzz target `cli_layers` on files that were damaged in several ways at once.
-    #[test]
-    fn damaged_files_never_panic(layers in files(), text in any::<bool>(), edits in prop::collection::vec(edit(), 1..6)) {
-        let mut bytes = written(&layers, if text { Form::Ascii } else { Form::Binary }).unwrap();
-        for edit in &edits {
-            edit.apply(&mut bytes);
-        }
-        if let Ok(read_once) = read(&bytes) {
-            if let Ok(text) = written(&read_once, Form::Ascii) {
-                prop_assert_eq!(&read(&text).unwrap(), &read_once);
-            }
-            if let Ok(binary) = written(&read_once, Form::Binary) {
-                prop_assert_eq!(read(&binary).unwrap().len(), read_once.len());
-            }
-        }
-    }
-}
-
-/// One damage to a file.
-#[derive(Debug, Clone)]
-enum Edit {
-    /// Another byte.
-    Byte(prop::sample::Index, u8),
-    /// A piece is lost.
-    Lose(prop::sample::Index, usize),
-    /// A piece is written again elsewhere.
-    Repeat(prop::sample::Index, prop::sample::Index, usize),
-    /// Something a writer might have meant comes in between.
-    Insert(prop::sample::Index, &'static [u8]),
-    /// The rest is lost.
-    End(prop::sample::Index),
-}
-
-/// Numbers and words at the edge of the format.
-const INSERTED: &[&[u8]] = &[
-    b"4294967295",
-    b"-1",
-    b"1e308",
-    b"1e-308",
-    b"NaN",
-    b"inf",
-    b",",
-    b"/",
-    b"//",
-    b"$$",
-    b"$$LAYER/",
-    b"$$POLYLINE/1,1,99999999,",
-    b"$$HATCHES/1,1,0,0,1,1",
-    b"$$UNITS/0",
-    b"$$BINARY",
-    b"$$GEOMETRYEND",
-    b"\xff\xff\xff\xff",
-    b"\x82\x00",
-    b"\x84\x00",
-    b"\x80\x00",
-];
-
-fn edit() -> impl Strategy<Value = Edit> {
-    let at = any::<prop::sample::Index>;
-    prop_oneof![
-        (at(), any::<u8>()).prop_map(|(at, byte)| Edit::Byte(at, byte)),
-        (at(), 1_usize..40).prop_map(|(at, length)| Edit::Lose(at, length)),
-        (at(), at(), 1_usize..60).prop_map(|(from, to, length)| Edit::Repeat(from, to, length)),
-        (at(), prop::sample::select(INSERTED)).prop_map(|(at, what)| Edit::Insert(at, what)),
-        at().prop_map(Edit::End),
-    ]
-}
-
-impl Edit {
-    fn apply(&self, bytes: &mut Vec<u8>) {
-        if bytes.is_empty() {
-            return;
-        }
-        let n = bytes.len();
-        match self {
-            Edit::Byte(at, byte) => bytes[at.index(n)] = *byte,
-            Edit::Lose(at, length) => {
-                let from = at.index(n);
-                bytes.drain(from..n.min(from + length));
-            }
-            Edit::Repeat(from, to, length) => {
-                let from = from.index(n);
-                let piece = bytes[from..n.min(from + length)].to_vec();
-                let to = to.index(n);
-                bytes.splice(to..to, piece);
-            }
-            Edit::Insert(at, what) => {
-                let at = at.index(n);
-                bytes.splice(at..at, what.iter().copied());
-            }
-            Edit::End(at) => bytes.truncate(at.index(n)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Programs: golden text, laws over random toolpaths, programs of other software, damaged text; CLI layers.
+//! Programs: golden text, laws over random toolpaths, programs of other software; CLI layers.
 #![allow(clippy::unwrap_used, reason = "a test that fails stops here")]
 
 mod built;
@@ -8,7 +8,6 @@ mod daily;
 mod dialects;
 mod foreign;
 mod logic;
-mod mutation;
 mod others;
 mod source;
 mod told;

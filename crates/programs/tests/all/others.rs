@@ -6,7 +6,6 @@ use meltpath_programs::{
     CellProgramming, Dialect, Gap, Missing, ParseError, Reading, dialect, read_toolpath,
 };
 use meltpath_toolpath::Move;
-use proptest::prelude::*;
 
 use crate::built::arcmate;
 use crate::dialects::{OTHERS, cell};
@@ -297,50 +296,5 @@ fn texts_that_are_no_programs_are_refused() {
     ] {
         let cut = dialect::read(dialect, text.as_bytes(), None, &cell);
         assert!(matches!(cut, Err(ParseError::Unended { .. })), "{cut:?}");
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// An error or a program, never a panic; and what is read can be executed, or is refused with its line.
-    #[test]
-    fn damaged_texts(which in 0_usize..7, changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8), cut in any::<prop::sample::Index>(), cuts in any::<bool>()) {
-        let (dialect, text) = [
-            (Dialect::Krl, SEAM_SRC), (Dialect::Krl, SEAM_DAT), (Dialect::Rapid, MODULE), (Dialect::UrScript, SCRIPT),
-            (Dialect::Inform, JOB), (Dialect::Val3, PGX), (Dialect::Val3, DTX),
-        ][which];
-        let mut bytes = text.as_bytes().to_vec();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
-        if cuts {
-            bytes.truncate(cut.index(bytes.len()));
-        }
-        let cell = cell(&[100.0]);
-        let all = match which {
-            0 => dialect::read(dialect, &bytes, Some(SEAM_DAT.as_bytes()), &cell),
-            1 => dialect::read(dialect, SEAM_SRC.as_bytes(), Some(&bytes), &cell),
-            5 => dialect::read(dialect, &bytes, Some(DTX.as_bytes()), &cell),
-            6 => dialect::read(dialect, PGX.as_bytes(), Some(&bytes), &cell),
-            _ => dialect::read(dialect, &bytes, None, &cell),
-        };
-        if let Ok(all) = all {
-            let programs: Vec<Program> = all.into_iter().map(|p| p.program).collect();
-            let read = read_toolpath(&programs, &cell.execution(10.0), 1000.0, &Reporter::new());
-            if let Ok(reading) = read {
-                for layer in &reading.toolpath.layers {
-                    prop_assert_eq!(layer.sanity_check(), Ok(()));
-                }
-            }
-            for program in &programs {
-                if let Ok(files) = dialect::write(program, &cell) {
-                    let bytes = |i: usize| files.get(i).map(|f| f.text.as_bytes());
-                    let again = dialect::read(dialect, bytes(0).unwrap(), bytes(1), &cell);
-                    prop_assert!(again.is_ok(), "{:?}\n{}", again, files[0].text);
-                }
-            }
-        }
     }
 }

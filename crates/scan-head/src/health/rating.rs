@@ -96,61 +96,66 @@ struct Watched {
     action: &'static str,
 }
 
+/// Whose changes count both ways.
+const fn either(limits: (f64, f64), fault: &'static str, action: &'static str) -> Watched {
+    Watched {
+        limits,
+        grows: Grows::Either,
+        fault,
+        action,
+    }
+}
+
+/// Of which only growth counts.
+const fn growing(limits: (f64, f64), fault: &'static str, action: &'static str) -> Watched {
+    Watched {
+        grows: Grows::Worse,
+        ..either(limits, fault, action)
+    }
+}
+
 const DRIVER: &str = "check the coil, its connections and the driver board";
-const RESISTANCE: Watched = Watched {
-    limits: (0.10, 0.25),
-    grows: Grows::Either,
-    fault: "overheating, for instance by an oscillation on a changed mode, or a bad contact",
-    action: DRIVER,
-};
-const INDUCTANCE: Watched = Watched {
-    limits: (0.10, 0.25),
-    grows: Grows::Either,
-    fault: "short-circuited turns",
-    action: DRIVER,
-};
-const TORQUE_CONSTANT: Watched = Watched {
-    limits: (0.10, 0.25),
-    grows: Grows::Either,
-    fault: "a demagnetised rotor",
-    action: "check for overheating; replace the galvanometer",
-};
-const INERTIA: Watched = Watched {
-    limits: (0.03, 0.08),
-    grows: Grows::Either,
-    fault: "a mirror that is loose, dirty or replaced by another",
-    action: "check the mirror and its mount",
-};
-const MODE: Watched = Watched {
-    limits: (0.03, 0.08),
-    grows: Grows::Either,
-    fault: "a loose or cracked mirror mount, or a worn bearing",
-    action: "check the mount; the pre-filter and the notch no longer fit the mode",
-};
-const BEARING: Watched = Watched {
-    limits: (0.25, 0.60),
-    grows: Grows::Worse,
-    fault: "degraded lubrication of the bearings",
-    action: "exercise the axis over its travel; replace the bearings if it stays",
-};
-const LAG: Watched = Watched {
-    limits: (0.25, 0.60),
-    grows: Grows::Worse,
-    fault: "changed gains or pre-filter, or a tired driver",
-    action: "compare the controller's settings with the reference",
-};
-const OVERSHOOT: Watched = Watched {
-    limits: (0.20, 0.50),
-    grows: Grows::Worse,
-    fault: "less damping: inertia, mode or gains changed",
-    action: "identify the axis again and tune it",
-};
-const RESPONSE: Watched = Watched {
-    limits: (0.20, 0.50),
-    grows: Grows::Worse,
-    fault: "more friction or weaker drive",
-    action: "see the friction and the resistance",
-};
+const RESISTANCE: Watched = either(
+    (0.10, 0.25),
+    "overheating, for instance by an oscillation on a changed mode, or a bad contact",
+    DRIVER,
+);
+const INDUCTANCE: Watched = either((0.10, 0.25), "short-circuited turns", DRIVER);
+const TORQUE_CONSTANT: Watched = either(
+    (0.10, 0.25),
+    "a demagnetised rotor",
+    "check for overheating; replace the galvanometer",
+);
+const INERTIA: Watched = either(
+    (0.03, 0.08),
+    "a mirror that is loose, dirty or replaced by another",
+    "check the mirror and its mount",
+);
+const MODE: Watched = either(
+    (0.03, 0.08),
+    "a loose or cracked mirror mount, or a worn bearing",
+    "check the mount; the pre-filter and the notch no longer fit the mode",
+);
+const BEARING: Watched = growing(
+    (0.25, 0.60),
+    "degraded lubrication of the bearings",
+    "exercise the axis over its travel; replace the bearings if it stays",
+);
+const LAG: Watched = growing(
+    (0.25, 0.60),
+    "changed gains or pre-filter, or a tired driver",
+    "compare the controller's settings with the reference",
+);
+const OVERSHOOT: Watched = growing(
+    (0.20, 0.50),
+    "less damping: inertia, mode or gains changed",
+    "identify the axis again and tune it",
+);
+const RESPONSE: Watched = growing(
+    (0.20, 0.50),
+    "more friction or weaker drive",
+    "see the friction and the resistance",
+);
 
 impl Watched {
     /// The drift of a quantity from the reference test to now.

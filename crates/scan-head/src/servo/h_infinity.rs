@@ -14,6 +14,7 @@ use meltpath_control::simplify::{Simplified, largest_change, simplify_controller
 use meltpath_control::{
     Complex64, Domain, Matrix, StateSpace, SystemError, TransferFunction, ZeroPoleGain,
 };
+use meltpath_numerics::halving::halve;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::control::{AngleUnit, CurrentGains};
@@ -455,14 +456,5 @@ fn rises_to_one(f: impl Fn(f64) -> f64, grid: &[f64]) -> f64 {
     if k == 0 {
         return grid[0];
     }
-    let (mut low, mut high) = (grid[k - 1], grid[k]);
-    for _ in 0..60 {
-        let middle = f64::midpoint(low, high);
-        if f(middle) >= 1.0 {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    low
+    halve([grid[k - 1], grid[k]], 60, |w| f(w) >= 1.0)[0]
 }

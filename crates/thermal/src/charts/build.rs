@@ -458,12 +458,11 @@ fn cooling_curve(samples: &[(f64, f64)]) -> CoolingCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::file::{Readings, read};
+    use crate::material::tests::titanium;
 
     #[test]
     fn a_quarter_heats_like_the_whole() {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        let material = read(text, Readings::default()).unwrap();
+        let material = titanium();
         let settings = ChartSettings {
             cell: 0.05,
             ..ChartSettings::of_thesis(240.0, 0.4)

@@ -6,6 +6,7 @@ use super::step::LONGEST;
 use super::tile::{N, PLANE};
 use super::{Levels, LevelsError, NOWHERE};
 use crate::beam::{Beam, BeamPath};
+use crate::grid::between;
 use crate::grid::sample::Sample;
 use crate::solver::source::Spot;
 use crate::solver::watch::Watch;
@@ -89,21 +90,11 @@ impl Levels {
             (index != NOWHERE).then_some((level, index as usize, j % N * N + i % N))
         })?;
         let heights = &self.setup.heights;
-        let middle = |k: usize| self.depths[k] + 0.5 * heights[k];
         let depth = -z;
         if depth < -1e-9 || depth > self.depths[0] + heights[0] {
             return None;
         }
-        let upper = (0..heights.len())
-            .find(|k| middle(*k) <= depth)
-            .unwrap_or(heights.len() - 1);
-        let lower = upper.saturating_sub(1);
-        let way = middle(lower) - middle(upper);
-        let share = if way > 0.0 {
-            ((depth - middle(upper)) / way).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let (lower, upper, share) = between(&self.depths, heights, depth);
         let of = |k: usize| {
             self.curve
                 .temperature(f64::from(level.tiles[tile].enthalpy[k * PLANE + cell]))

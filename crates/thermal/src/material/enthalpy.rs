@@ -7,6 +7,7 @@
 
 use crate::material::Material;
 use crate::numeric::real::Real;
+use meltpath_numerics::halving;
 
 const SOLID_ORDER: usize = 4;
 const LIQUID_ORDER: usize = 5;
@@ -511,29 +512,19 @@ impl Enthalpy {
             return self.at_solidus;
         }
         // the relative density grows with g: bisect for where it is r
-        let (mut low, mut high) = (0.0, self.at_solidus);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.formulas.relative_density(middle) < r {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        0.5 * (low + high)
+        let dense = |g: f64| self.formulas.relative_density(g) >= r;
+        halving::root([0.0, self.at_solidus], 60, dense)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::file::{Readings, read};
-
-    const TITANIUM: &str = meltpath_data::materials::TI6AL4V_EBM.text;
+    use crate::material::tests::titanium;
 
     #[test]
     fn formulas_follow_the_tables() {
-        let material = read(TITANIUM, Readings::default()).unwrap();
+        let material = titanium();
         let curve = Enthalpy::new(&material).unwrap();
         assert!(curve.fit_error < 1.0, "{}", curve.fit_error);
         for celsius in [750.0, 900.0, 1300.0, 1604.0] {
@@ -559,7 +550,7 @@ mod tests {
 
     #[test]
     fn powder_stores_less_on_the_way_up() {
-        let material = read(TITANIUM, Readings::default()).unwrap();
+        let material = titanium();
         let curve = Enthalpy::new(&material).unwrap();
         let top = curve.at_solidus;
         let share = curve.stored(top, 1.0) / top;

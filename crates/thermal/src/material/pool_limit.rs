@@ -41,13 +41,12 @@ pub fn pool_limit(material: &Material, radius: f64, ambient: f64) -> Option<Pool
 mod tests {
     use super::*;
     use crate::material::CELSIUS;
-    use crate::material::file::{Readings, read};
+    use crate::material::tests::titanium;
 
     /// Pure titanium, radius 0.2 mm: near 3000 °C. The alloy gives way earlier, a narrow beam and a gas around let it go hotter.
     #[test]
     fn a_pool_ends_where_recoil_passes_the_curved_surface() {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        let alloy = read(text, Readings::default()).unwrap();
+        let alloy = titanium();
         let of = |m: &Material, radius: f64, ambient: f64| {
             pool_limit(m, radius, ambient).unwrap().kelvin - CELSIUS
         };

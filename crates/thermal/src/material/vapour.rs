@@ -173,7 +173,7 @@ impl Jump {
 mod tests {
     use super::*;
     use crate::material::CELSIUS;
-    use crate::material::file::{Readings, read};
+    use crate::material::tests::titanium;
 
     /// Knight 1979 at the speed of sound: 0.669 of the temperature, 0.31 of the density, 0.21 of the pressure, 18 % come back.
     #[test]
@@ -208,8 +208,7 @@ mod tests {
     /// the atoms.
     #[test]
     fn aluminium_leaves_with_its_measured_activity() {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        let alloy = read(text, Readings::default()).unwrap();
+        let alloy = titanium();
         let vapour = alloy.evaporation.unwrap();
         let names: Vec<&str> = vapour.components.iter().map(|c| &*c.name).collect();
         assert_eq!(names, ["titanium", "aluminium", "vanadium"]);

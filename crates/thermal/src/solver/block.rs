@@ -387,7 +387,7 @@ mod tests {
     use super::*;
     use crate::grid::Grid;
     use crate::material::CELSIUS;
-    use crate::material::file::{Readings, read};
+    use crate::material::tests::titanium;
     use crate::solver::source::{Depth, Spot};
     use crate::solver::surface::Surface;
     use crate::solver::{Face, Faces, Solver};
@@ -395,8 +395,7 @@ mod tests {
 
     /// A beam that melts and evaporates, under these registers.
     fn melted(level: Level) -> Vec<f32> {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        let material = read(text, Readings::default()).unwrap();
+        let material = titanium();
         let low = DVec3::new(-0.4, -0.4, -0.3);
         let grid = Grid::covering(low, DVec3::new(0.6, 0.4, 0.0), DVec3::splat(0.04)).unwrap();
         let faces = Faces {

@@ -13,5 +13,6 @@ mod closed_form;
 mod laser_tracks;
 mod levels;
 mod moving_source;
+mod raster;
 mod support;
 mod verification;

@@ -1,5 +1,6 @@
 //! The semi-analytic engine against closed forms and against its own full history.
 use crate::closed_form::{eagar_tsai, rosenthal};
+use crate::raster::raster;
 use meltpath_geometry::math::DVec3;
 use meltpath_thermal::beam::{Beam, BeamPath, BeamPoint};
 use meltpath_thermal::material::medium::{Body, Medium};
@@ -27,20 +28,6 @@ fn beam() -> Beam {
 fn path(corners: &[[f64; 2]], speed: f64, spot: f64) -> BeamPath {
     let start = BeamPoint::start(300.0, spot);
     BeamPath::along(corners, speed, start).unwrap()
-}
-
-fn raster(length: f64, line: f64, hatch: f64) -> Vec<[f64; 2]> {
-    let lines = (length / (line + hatch)).round() as usize;
-    (0..lines)
-        .flat_map(|n| {
-            let y = n as f64 * hatch;
-            if n % 2 == 0 {
-                [[0.0, y], [line, y]]
-            } else {
-                [[line, y], [0.0, y]]
-            }
-        })
-        .collect()
 }
 
 #[test]

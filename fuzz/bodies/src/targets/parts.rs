@@ -16,7 +16,7 @@ use crate::mutate::Form;
 pub(super) const STEP: Target = Target {
     name: "step",
     form: Form::Text,
-    seeds: || files("crates/geometry/tests/data/step", &["step"], 13_000),
+    seeds: || files("crates/geometry/tests/data/step", &["step"], 32_000),
     body: |bytes| {
         let Ok(model) = step::parse(bytes, &Reporter::new()) else {
             return;

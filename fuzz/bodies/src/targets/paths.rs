@@ -25,6 +25,8 @@ pub(super) const FANUC_LS: Target = Target {
         let settings = ExecutionSettings::default();
         let read = reading::read_toolpath(programs, &settings, 1000.0, &Reporter::new());
         if let Ok(read) = read {
+            let moves: usize = read.toolpath.passes().map(|p| p.move_count()).sum();
+            assert_eq!(moves, read.controls.len());
             for layer in &read.toolpath.layers {
                 layer.sanity_check().expect("what is read is sound");
             }
@@ -42,6 +44,10 @@ pub(super) const FANUC_LS: Target = Target {
 const LAYERS: &str = "$$HEADERSTART\n$$ASCII\n$$UNITS/0.01\n$$VERSION/200\n$$LABEL/1,part one\n$$LAYERS/2\n$$HEADEREND\n$$GEOMETRYSTART\n\
     $$LAYER/5.0\n$$POLYLINE/1,1,5,0,0,1000,0,1000,1000,0,1000,0,0\n$$HATCHES/1,2,0,0,100,50,10,10,100,60\n\
     $$LAYER/10.0\n$$POLYLINE/1,0,4,100,100,100,200,200,200,100,100\n$$POLYLINE/1,2,2,0,0,7,9\n$$GEOMETRYEND\n";
+
+/// Numbers and words at the edge of the format, for pieces.
+const EDGES: &[u8] = b"4294967295 -1 1e308 1e-308 NaN inf , / // $$\n$$LAYER/\n$$POLYLINE/1,1,99999999,\n$$HATCHES/1,1,0,0,1,1\n\
+    $$UNITS/0\n$$BINARY\n$$GEOMETRYEND\n\xff\xff\xff\xff\x82\0\x84\0\x80\0";
 
 fn read_layers(bytes: &[u8]) -> Result<Vec<Layer>, CliError> {
     Reader::new(bytes)?.collect()
@@ -63,7 +69,7 @@ fn layers(bytes: &[u8]) {
     };
     if let Ok(text) = write_layers(&layers, cli::Form::Ascii) {
         let again = read_layers(&text).expect("what is written can be read");
-        assert_eq!(again.len(), layers.len());
+        assert_eq!(again, layers);
     }
     if let Ok(binary) = write_layers(&layers, cli::Form::Binary) {
         let again = read_layers(&binary).expect("what is written can be read");
@@ -75,7 +81,7 @@ fn layers(bytes: &[u8]) {
 pub(super) const CLI_LAYERS: Target = Target {
     name: "cli_layers",
     form: Form::Text,
-    seeds: || vec![LAYERS.as_bytes().to_vec()],
+    seeds: || vec![LAYERS.as_bytes().to_vec(), EDGES.to_vec()],
     body: layers,
 };
 

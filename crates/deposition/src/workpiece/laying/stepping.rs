@@ -157,13 +157,7 @@ impl Laying<'_> {
         };
         let axis = run.torch.axis;
         let centre = run.torch.tool - pool.offset * heading;
-        let at = patch.local(centre);
-        let window = window(
-            &self.bead,
-            &self.settings,
-            at.z,
-            patch.ground(at.truncate()),
-        );
+        let (at, window) = window_at(&self.bead, &self.settings, patch, centre);
         let reach = 1.5 * self.pool.half_width + 3.0 * patch.columns.side;
         let around = DVec2::splat(reach);
         let start = patch.local(from.centre).truncate();
@@ -236,13 +230,7 @@ impl Laying<'_> {
             travelled: run.travelled,
             plane: centre,
         };
-        let at = patch.local(centre);
-        let window = window(
-            &self.bead,
-            &self.settings,
-            at.z,
-            patch.ground(at.truncate()),
-        );
+        let (at, window) = window_at(&self.bead, &self.settings, patch, centre);
         let now = station(patch, &spot);
         // the box of the pool, and a column more
         let (back, ahead) = (
@@ -389,4 +377,16 @@ fn window(
         ceiling: tool + settings.nominal_ctwd,
         void: near - (cliff + 1.0) * height,
     }
+}
+
+/// Where a pool's centre lies in a patch, and its window there.
+fn window_at(
+    bead: &crate::bead::BeadModel,
+    settings: &crate::deposit::Settings,
+    patch: &Patch,
+    centre: DVec3,
+) -> (DVec3, Window) {
+    let at = patch.local(centre);
+    let ground = patch.ground(at.truncate());
+    (at, window(bead, settings, at.z, ground))
 }

@@ -1,6 +1,13 @@
 //! One bead on a plate: a torch that leans or climbs, and a plate that ends.
 use super::*;
-use meltpath_deposition::workpiece::Support;
+use meltpath_deposition::workpiece::{Laid, Support};
+
+/// So many mm of a bead lack metal under them in this way.
+fn hangs(laid: &Laid, support: Support, wanted: f64, within: f64) {
+    let stretches = laid.loose.iter().filter(|l| l.support == support);
+    let length: f64 = stretches.map(|l| l.length).sum();
+    assert!((length - wanted).abs() < within, "{:?}", laid.loose);
+}
 
 /// A bead of one layer on an upright plate, from (0, 0) to `end`, by a torch that leans: heights over its middle, along x.
 fn on_plate(end: DVec3, axis: DVec3) -> Vec<f64> {
@@ -60,12 +67,7 @@ fn what_hangs_free_is_told_with_its_length_and_place() {
     };
     // the bead leaves its plate at x = 30; its pool ends 1.5 mm behind the wire, at 58.5
     let laid = over(xyz(30.0, 20.0, 0.0));
-    let free = laid.loose.iter().filter(|l| l.support == Support::None);
-    assert!(
-        (free.map(|l| l.length).sum::<f64>() - 28.5).abs() < 0.5,
-        "{:?}",
-        laid.loose
-    );
+    hangs(&laid, Support::None, 28.5, 0.5);
     assert!(laid.loose[0].position.distance(xyz(30.0, 0.0, 0.0)) < 0.6);
     // all of it, less the half pool that still leans on the plate, and the round end
     assert!(
@@ -75,12 +77,7 @@ fn what_hangs_free_is_told_with_its_length_and_place() {
     );
     // along the edge, which supports the axis alone
     let laid = over(xyz(80.0, 0.8, 0.0));
-    let partial = laid.loose.iter().filter(|l| l.support == Support::Partial);
-    assert!(
-        (partial.map(|l| l.length).sum::<f64>() - 60.0).abs() < 1.0,
-        "{:?}",
-        laid.loose
-    );
+    hangs(&laid, Support::Partial, 60.0, 1.0);
     // and on the middle of the plate nothing hangs
     assert!(over(xyz(80.0, 20.0, 0.0)).loose.is_empty());
 }

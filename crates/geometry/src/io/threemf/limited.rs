@@ -1,6 +1,8 @@
 //! The reader that stops at the limits of what is accepted.
 
-use std::io::Read;
+use std::io::{BufReader, Read};
+
+use quick_xml::reader::Reader;
 
 use super::error::ThreeMfError;
 use super::limits::{MAX_RATIO, MAX_UNPACKED, RATIO_FREE};
@@ -44,5 +46,22 @@ impl<R> Limited<R> {
             bytes: self.read,
             packed: self.packed,
         }
+    }
+}
+
+/// Why the XML of a part does not go on: a bomb, or what the XML reader says.
+pub(super) fn unread<R>(
+    xml: &Reader<BufReader<Limited<R>>>,
+    part: &str,
+    error: &quick_xml::Error,
+) -> ThreeMfError {
+    let limited = xml.get_ref().get_ref();
+    if limited.exceeded {
+        return limited.bomb(part);
+    }
+    ThreeMfError::Xml {
+        part: part.to_owned(),
+        position: xml.error_position(),
+        message: error.to_string(),
     }
 }

@@ -14,7 +14,7 @@ use quick_xml::{
 
 use super::element::{Attributes, CORE, Fault, Placed, broken, required_extensions, unit};
 use super::error::ThreeMfError;
-use super::limited::Limited;
+use super::limited::{Limited, unread};
 use crate::Mesh;
 use crate::math::DVec3;
 
@@ -179,18 +179,7 @@ pub(super) fn read_model<R: Read>(
         }
         let event = match xml.read_event_into(&mut buffer) {
             Ok(event) => event,
-            Err(e) => {
-                let limited = xml.get_ref().get_ref();
-                return Err(if limited.exceeded {
-                    limited.bomb(part)
-                } else {
-                    ThreeMfError::Xml {
-                        part: part.to_owned(),
-                        position: xml.error_position(),
-                        message: e.to_string(),
-                    }
-                });
-            }
+            Err(e) => return Err(unread(&xml, part, &e)),
         };
         let at = |message: Fault| match message {
             Fault::Broken(message) => ThreeMfError::Model {

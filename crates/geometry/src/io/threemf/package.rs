@@ -8,7 +8,7 @@ use quick_xml::{XmlVersion, events::Event, reader::Reader};
 use zip::{ZipArchive, result::ZipError};
 
 use super::error::ThreeMfError;
-use super::limited::Limited;
+use super::limited::{Limited, unread};
 use super::model::{Model, read_model};
 
 /// Where the package names its start part.
@@ -93,18 +93,7 @@ impl<R: Read + Seek> Package<R> {
         loop {
             let event = match xml.read_event_into(&mut buffer) {
                 Ok(event) => event,
-                Err(e) => {
-                    let limited = xml.get_ref().get_ref();
-                    return Err(if limited.exceeded {
-                        limited.bomb(ROOT_RELATIONS)
-                    } else {
-                        ThreeMfError::Xml {
-                            part: ROOT_RELATIONS.to_owned(),
-                            position: xml.error_position(),
-                            message: e.to_string(),
-                        }
-                    });
-                }
+                Err(e) => return Err(unread(&xml, ROOT_RELATIONS, &e)),
             };
             match event {
                 Event::Start(e) | Event::Empty(e) if e.local_name().as_ref() == "Relationship" => {

@@ -244,12 +244,7 @@ fn effective_diffusivity(material: &Material) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::file::{Readings, read};
-
-    fn titanium() -> Material {
-        let text = meltpath_data::materials::TI6AL4V_EBM.text;
-        read(text, Readings::default()).unwrap()
-    }
+    use crate::material::tests::titanium;
 
     /// Ground under three lines of 2 mm to and fro, 0.2 mm apart, and the heat laid down, J.
     fn three_lines(body: Body) -> (Ground, f64, f64) {
