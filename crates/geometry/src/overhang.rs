@@ -159,7 +159,7 @@ fn between(
 }
 
 /// Distance from a point outside regions to their nearest boundary; infinite for no regions.
-fn distance(regions: &[Region], p: DVec2) -> f64 {
+pub fn distance(regions: &[Region], p: DVec2) -> f64 {
     let mut least = f64::INFINITY;
     for ring in regions.iter().flat_map(Region::rings) {
         for (i, &a) in ring.iter().enumerate() {

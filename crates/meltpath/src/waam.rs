@@ -14,6 +14,7 @@ mod loaded;
 mod machine;
 mod mend;
 mod metal;
+mod own;
 pub mod plan;
 mod planned;
 mod process;

@@ -14,7 +14,7 @@ mod partial;
 mod service;
 mod wording;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::{Ratio, Reporter};
 use meltpath_geometry::arc::Arc;
@@ -122,6 +122,7 @@ pub fn build(
         layer: None,
         highest: f64::NEG_INFINITY,
         place: None,
+        beads: BTreeMap::new(),
     };
     let skipped = settings.from.map_or(Ok(0), |at| before(toolpath, at))?;
     let passes = toolpath.layers.iter();
@@ -129,6 +130,7 @@ pub fn build(
     for (i, (height, pass)) in passes.enumerate() {
         builder.check(&pass)?;
         builder.count_schedules(&pass)?;
+        builder.count_bead(&pass);
         if i < skipped {
             builder.stands(&pass, height);
         } else {
@@ -174,6 +176,8 @@ struct Builder<'a> {
     highest: f64,
     /// Where the tool is.
     place: Option<Point>,
+    /// Beads of each layer so far.
+    beads: BTreeMap<u32, u32>,
 }
 
 impl Point {
@@ -502,8 +506,7 @@ impl Builder<'_> {
         // the travel to a bead clears what it will be, too: the nozzle is wider than the wire
         self.highest = self.highest.max(top);
         self.layer(pass.layer, due);
-        self.assembly
-            .push(comment(&format!("Pass {}", pass.head.id.0)));
+        self.assembly.push(comment(&self.name(pass)));
         if pass.head.role.deposits() {
             let first = steps.iter().find_map(moved).unwrap_or(0);
             let feed = self.feed(pass, first);
@@ -516,6 +519,20 @@ impl Builder<'_> {
             self.count(pass);
         } else {
             self.follow(pass, &steps, None);
+        }
+    }
+
+    fn count_bead(&mut self, pass: &Pass<'_>) {
+        if pass.head.role.deposits() {
+            *self.beads.entry(pass.layer).or_default() += 1;
+        }
+    }
+
+    /// The pass as people count: the last bead counted, as a restart names it.
+    fn name(&self, pass: &Pass<'_>) -> String {
+        match self.beads.get(&pass.layer) {
+            Some(bead) if pass.head.role.deposits() => format!("Layer {} bead {bead}", pass.layer),
+            _ => format!("Layer {} travel", pass.layer),
         }
     }
 

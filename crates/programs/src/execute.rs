@@ -136,8 +136,8 @@ pub(crate) struct ExecutedMotion {
     pub frames: (u32, u32),
     /// Layer, where a comment `Layer n` said it.
     pub layer: Option<u32>,
-    /// Pass, where a comment `Pass n` said it.
-    pub pass: Option<u32>,
+    /// Bead of the layer, counted from 1, where a comment `Layer n bead m` said it.
+    pub bead: Option<u32>,
     /// Index of the program.
     pub program: u32,
     /// Instruction number, from 1.
@@ -200,7 +200,7 @@ pub(crate) fn execution_order(
         turned: None,
         arc: None,
         layer: None,
-        pass: None,
+        bead: None,
         arc_points: Vec::new(),
         executed: Vec::new(),
         told: BTreeMap::new(),
@@ -251,7 +251,7 @@ struct Machine<'a> {
     /// While the arc burns: what its word says, and what it sets.
     arc: Option<(String, Source)>,
     layer: Option<u32>,
-    pass: Option<u32>,
+    bead: Option<u32>,
     /// Consecutive circle-arc moves whose circle is not known yet: indices into `executed`.
     arc_points: Vec<usize>,
     executed: Vec<Executed>,

@@ -101,7 +101,8 @@ pub fn read_toolpath(
         reading: &mut reading,
         here: start.target,
         external: start.external,
-        pass: start.pass.unwrap_or(0),
+        bead: start.bead.unwrap_or(0),
+        passes: 0,
         open: None,
         weave: None,
     };
@@ -156,9 +157,11 @@ struct Writer<'a> {
     reading: &'a mut Reading,
     here: Pose,
     external: Vec<f64>,
-    /// Pass that a comment told last.
-    pass: u32,
-    /// Layer, arc and pass of the pass being written.
+    /// Bead that a comment told last, counted from 1.
+    bead: u32,
+    /// Passes begun so far.
+    passes: u32,
+    /// Layer, arc and bead of the pass being written.
     open: Option<(u32, bool, u32)>,
     /// The weave that the pass being written says last.
     weave: Option<u32>,
@@ -178,7 +181,7 @@ impl Writer<'_> {
             // a pure rotation: its path speed has no meaning, the machine model times the rotation itself
             ExecutedSpeed::Duration(_) | ExecutedSpeed::Rotation(_) => joint_speed,
         };
-        self.pass = m.pass.unwrap_or(self.pass);
+        self.bead = m.bead.unwrap_or(self.bead);
         let control = Control {
             way: match m.kind {
                 ExecutedKind::Joint => Way::Joint,
@@ -209,15 +212,17 @@ impl Writer<'_> {
         let Some(layer) = layers.last_mut() else {
             return;
         };
-        let key = (said.layer, said.burns, self.pass);
+        let key = (said.layer, said.burns, self.bead);
         if self.open != Some(key) {
             let (role, profile) = if said.burns {
                 (Role::Fill, 0)
             } else {
                 (Role::Travel, 1)
             };
+            self.passes += 1;
             let head = PassHead {
-                id: PassId(self.pass),
+                id: PassId(self.passes),
+                bead: self.bead.saturating_sub(1),
                 role,
                 profile,
                 ..PassHead::default()
@@ -377,7 +382,7 @@ mod tests {
             weave: None,
             frames: (1, 1),
             layer,
-            pass: None,
+            bead: None,
             program: 0,
             line: 1,
         })

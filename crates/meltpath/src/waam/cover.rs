@@ -4,7 +4,7 @@ use meltpath_base::{Cancelled, Observer, Reporter};
 use meltpath_geometry::boolean::{PlanarError, difference, intersection, union};
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset, outset};
-use meltpath_geometry::overhang::OverhangError;
+use meltpath_geometry::overhang::{OverhangError, distance};
 use meltpath_geometry::region::signed_area;
 use meltpath_geometry::section::{HeightsError, Slice, SliceError, SlicePlan, slice};
 use meltpath_geometry::{Plane, Region};
@@ -96,34 +96,64 @@ fn hole_limit(settings: &Settings) -> f64 {
 }
 
 /// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep, and
-/// as much more in corners as a bead needs to reach into them.
+/// as much more in corners as a bead needs to reach into them. No layer leans out farther for it than the part does.
 pub(super) fn covered(
     sections: &[Vec<Slice>],
     settings: &Settings,
 ) -> Result<Vec<Vec<Region>>, PlanarError> {
-    let limit = hole_limit(settings);
-    sections
+    let wanted: Vec<Wanted> = sections
         .par_iter()
-        .map(|slices| {
-            let all: Vec<Region> = slices
-                .iter()
-                .flat_map(|s| s.regions.iter().cloned())
-                .collect();
-            let mut grown = outset(&all, settings.allowance, ROUND)?;
-            for region in &mut grown {
-                region.holes.retain(|h| signed_area(h).abs() >= limit);
-            }
-            if settings.fill.spacing == Spacing::Exact {
-                return Ok(grown);
-            }
-            let corners = beyond_reach(&all, &grown, settings)?;
-            if corners.is_empty() {
-                return Ok(grown);
-            }
-            let room = outset(&corners, REACH * settings.bead.width.value, ROUND)?;
-            union(&[grown, room].concat())
-        })
-        .collect()
+        .map(|slices| wanted(slices, settings))
+        .collect::<Result<_, _>>()?;
+    let mut layers: Vec<Vec<Region>> = Vec::new();
+    for (i, Wanted { grown, mut room }) in wanted.iter().cloned().enumerate() {
+        if let (false, Some(below)) = (room.is_empty(), layers.last()) {
+            let own = farthest_beyond(&grown, &wanted[i - 1].grown)?;
+            room = intersection(&room, &outset(below, own, ROUND)?)?;
+        }
+        layers.push(if room.is_empty() {
+            grown
+        } else {
+            union(&[grown, room].concat())?
+        });
+    }
+    Ok(layers)
+}
+
+/// What one layer is to cover.
+#[derive(Clone)]
+struct Wanted {
+    /// Its sections with their allowance.
+    grown: Vec<Region>,
+    /// More of it, where beads would not reach into corners.
+    room: Vec<Region>,
+}
+
+fn wanted(slices: &[Slice], settings: &Settings) -> Result<Wanted, PlanarError> {
+    let limit = hole_limit(settings);
+    let all: Vec<Region> = slices
+        .iter()
+        .flat_map(|s| s.regions.iter().cloned())
+        .collect();
+    let mut grown = outset(&all, settings.allowance, ROUND)?;
+    for region in &mut grown {
+        region.holes.retain(|h| signed_area(h).abs() >= limit);
+    }
+    let mut room = Vec::new();
+    if settings.fill.spacing != Spacing::Exact {
+        let corners = beyond_reach(&all, &grown, settings)?;
+        if !corners.is_empty() {
+            room = outset(&corners, REACH * settings.bead.width.value, ROUND)?;
+        }
+    }
+    Ok(Wanted { grown, room })
+}
+
+/// How far `regions` reach out over those `below`, mm.
+fn farthest_beyond(regions: &[Region], below: &[Region]) -> Result<f64, PlanarError> {
+    let beyond = difference(regions, below)?;
+    let corners = beyond.iter().flat_map(|piece| &piece.outer);
+    Ok(corners.map(|&p| distance(below, p)).fold(0.0, f64::max))
 }
 
 /// Corners of sections, with stock between the least and the allowance, that the metal of beads inside `grown` does not reach: at a sharp turn

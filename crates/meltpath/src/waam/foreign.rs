@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::{Check, Observer, Reporter, Verdict};
 use meltpath_geometry::math::DVec2;
+use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::command::{Command, Source};
 
 use super::checks::{borrowed_check, build_facts, programmed, range_check};
@@ -12,8 +13,9 @@ use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::judge::{layer_checks, target_checks};
 use super::loaded::{SHOWN_WARNINGS, load, other_process, subtitle};
-use super::metal::against_part;
-use super::plan;
+use super::metal::{self, Laid, against_part};
+use super::own::own_plan;
+use super::plan::{self, Plan, PlanStageError};
 use super::program::{self, Commands};
 use super::reach;
 use super::run::{Shown, load_part, write_common};
@@ -22,6 +24,7 @@ use super::simulate::{Build, PlannedLayer, simulate};
 use super::tube;
 use crate::job::{self, Job, JobError};
 use crate::outcome::{self, Outcome, record_inputs};
+use crate::stages::part::Part;
 use crate::start::WAAM_TEMPLATE;
 use crate::views::waam::sheet::operator_sheet;
 
@@ -32,7 +35,7 @@ const FROM_THE_PLATE: f64 = 5.0;
 const SAME_HEIGHT: f64 = 0.5;
 
 /// Simulates a program, or the main program of a folder, with the process, cell and limits of `job` or stated defaults; the part is judged where a job
-/// names one. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
+/// names one, and a program of a plan of that job as the plan, with what it chose. Where a line that shapes metal was not simulated, or no job names the wire, nothing passes: the checks of the metal
 /// say that they cannot say, and why.
 ///
 /// # Errors
@@ -46,11 +49,11 @@ pub fn simulate_program(
 ) -> Result<Outcome, WaamError> {
     let reporter = Reporter::new();
     let loaded = job.map(|job| load(job, &reporter)).transpose()?;
-    let settings = match &loaded {
+    let told = match &loaded {
         Some(loaded) => loaded.settings.clone(),
         None => defaults(main, &reporter)?,
     };
-    let settings = &settings;
+    let settings = &told;
     let cell = &settings.cell.program;
     let main = &program::main_of(main, cell)?;
     let (parsed, files) = program::read(main, cell, &reporter)?;
@@ -62,39 +65,39 @@ pub fn simulate_program(
         .as_ref()
         .map(|loaded| load_part(loaded, &reporter, observer))
         .transpose()?;
-    let map = plan::plate(laid(&commands).into_iter(), settings)?;
-    let layers = levels(&commands, settings);
+    let own = match (&loaded, &part) {
+        (Some(loaded), Some(part)) => own_plan(loaded, part, &commands, observer)?,
+        _ => None,
+    };
+    let settings = own.as_ref().map_or(settings, |own| &own.settings);
+    let (map, layers) = ground(own.as_ref().map(|own| &own.plan), &commands, settings)?;
     let build = Build::of(&commands, &layers, map, settings).beside_robot(settings);
     let simulation = simulate(build, &reporter, observer)?;
-    // nothing is known of neighbours here: beads are taken as single ones, the more uncertain case
-    let growth = settings.growth_error(1.0);
-    let (limits, remedies) = (&settings.limits, &settings.remedies);
-    let mut checks = Vec::new();
-    if let Some(part) = &part {
-        let (metal, over) = (&simulation.deposit.map, settings.least_over());
-        let outcome = against_part(part, settings, over, metal, &growth, (&reporter, observer))?;
-        checks.extend(target_checks(&outcome, limits, remedies));
-    } else {
-        checks.push(Check::not_checked(
-            "part",
-            "lack, excess and stock against the part",
-            "no job was given: name one with --job to judge the part",
-        ));
-    }
-    let (layers, ctwd) = (&simulation.layers, &simulation.ctwd);
-    checks.extend(layer_checks(layers, &growth, limits, remedies));
-    checks.extend(tube::checks(layers, ctwd, &growth, settings));
-    checks.extend(borrowed_check(settings));
-    let dialect = program::spoken(&parsed);
+    // where nothing is known of neighbours beads are taken as single ones, the more uncertain case
+    let growth = settings.growth_error(own.as_ref().map_or(1.0, |own| own.plan.single));
+    let laid = Laid {
+        layers: &simulation.layers,
+        ctwd: &simulation.ctwd,
+        map: &simulation.deposit.map,
+    };
+    let mut checks = match (&own, &part) {
+        (Some(own), Some(part)) => {
+            metal::checks(&laid, (part, &own.plan), settings, (&reporter, observer))?
+        }
+        _ => foreign_checks(&laid, part.as_ref(), settings, (&reporter, observer))?,
+    };
     let mut doubts = doubts(job, &commands, settings);
-    doubts.extend(doubt::of_corners(dialect, settings));
+    doubts.extend(doubt::of_corners(program::spoken(&parsed), settings));
     doubt::undecided(&mut checks, &doubts);
-    checks.extend(job.and_then(|_| range_check(programmed(&commands, settings), settings)));
+    if own.is_none() && job.is_some() {
+        checks.extend(range_check(programmed(&commands, settings), settings));
+    }
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
     let along = reach::along(&parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(own.as_ref().and_then(|own| own.chosen.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
     }
@@ -104,6 +107,9 @@ pub fn simulate_program(
         warnings: reporter.digest(SHOWN_WARNINGS),
     };
     let mut provenance = settings.provenance.clone();
+    if let Some(own) = &own {
+        own.plan.record(&mut provenance);
+    }
     let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     record_inputs(&mut provenance, &files)?;
     let title = main
@@ -135,6 +141,48 @@ pub fn simulate_program(
         folder: folder.commit()?,
         verdict,
     })
+}
+
+/// The plate, and the layers of the plan or of a program whose plan is unknown.
+fn ground(
+    plan: Option<&Plan>,
+    commands: &Commands,
+    settings: &Settings,
+) -> Result<(HeightMap, Vec<PlannedLayer>), WaamError> {
+    let Some(plan) = plan else {
+        let map = plan::plate(laid(commands).into_iter(), settings)?;
+        return Ok((map, levels(commands, settings)));
+    };
+    let map = plan.plate(settings)?;
+    let layers = plan.planned_layers(&map, settings);
+    Ok((map, layers.map_err(PlanStageError::Planar)?))
+}
+
+/// The checks of the metal of a program whose plan is unknown.
+fn foreign_checks(
+    laid: &Laid<'_>,
+    part: Option<&Part>,
+    settings: &Settings,
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Vec<Check>, WaamError> {
+    let growth = settings.growth_error(1.0);
+    let (limits, remedies) = (&settings.limits, &settings.remedies);
+    let mut checks = Vec::new();
+    if let Some(part) = part {
+        let (metal, over) = (laid.map, settings.least_over());
+        let outcome = against_part(part, settings, over, metal, &growth, (reporter, observer))?;
+        checks.extend(target_checks(&outcome, limits, remedies));
+    } else {
+        checks.push(Check::not_checked(
+            "part",
+            "lack, excess and stock against the part",
+            "no job was given: name one with --job to judge the part",
+        ));
+    }
+    checks.extend(layer_checks(laid.layers, &growth, limits, remedies));
+    checks.extend(tube::checks(laid.layers, laid.ctwd, &growth, settings));
+    checks.extend(borrowed_check(settings));
+    Ok(checks)
 }
 
 /// Everything that keeps the metal from being decided about.

@@ -281,9 +281,7 @@ fn attempt(
     let quiet = Quiet(observer);
     let changed = job.tables != loaded.job.tables && observer.check().is_ok();
     let tried = changed.then(|| {
-        let folder = loaded.path.parent().unwrap_or(Path::new(""));
-        // what is to be told of the job was told when it was read
-        let settings = resolve(job, folder, &Reporter::new()).ok()?;
+        let settings = resolved(loaded, job)?;
         let reporter = Reporter::new();
         let planned = planned(&loaded.name, part, &settings, &reporter, &quiet).ok()?;
         let left = foretell(part, &planned.plan, &planned.commands, &settings, &quiet).ok()?;
@@ -297,6 +295,25 @@ fn attempt(
     });
     observer.advance(1);
     tried?
+}
+
+/// The job's settings with a change in it; `None` where it makes no sense.
+fn resolved(loaded: &Loaded, job: &Written<WaamJob>) -> Option<Settings> {
+    let folder = loaded.path.parent().unwrap_or(Path::new(""));
+    // what is to be told of the job was told when it was read
+    resolve(job, folder, &Reporter::new()).ok()
+}
+
+/// The settings that a plan of the job may have been made with: as the job stands, then what a plan chooses by itself, as a job writes it.
+pub(super) fn ways(loaded: &Loaded) -> impl Iterator<Item = (Settings, Option<String>)> {
+    let plain = std::iter::once((loaded.settings.clone(), None));
+    let others = OF_FILLED.iter().chain(&OF_WALLS).filter_map(|change| {
+        let (job, words, open) = change.of(&loaded.job, "chosen by the plan of the program");
+        let changed = open && job.tables != loaded.job.tables;
+        let settings = changed.then(|| resolved(loaded, &job))??;
+        Some((settings, Some(words)))
+    });
+    plain.chain(others)
 }
 
 /// Tells which other setting leaves nothing that is expected to fail, else the one that leaves least of what is now, `foretold`.

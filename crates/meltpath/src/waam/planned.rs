@@ -27,6 +27,21 @@ pub(super) fn planned(
     observer: &dyn Observer,
 ) -> Result<Planned, WaamError> {
     let plan = plan::plan(part, settings, reporter, observer)?;
+    let (programs, commands) = read_back(name, &plan, settings, reporter)?;
+    Ok(Planned {
+        plan,
+        programs,
+        commands,
+    })
+}
+
+/// The programs of a plan for the cell's controller, and what they command.
+pub(super) fn read_back(
+    name: &str,
+    plan: &Plan,
+    settings: &Settings,
+    reporter: &Reporter,
+) -> Result<(Programs, Commands), WaamError> {
     let own = settings.cell.program.dialect.value;
     let programs = reach::write(
         name,
@@ -36,9 +51,5 @@ pub(super) fn planned(
         reporter,
     )?;
     let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
-    Ok(Planned {
-        plan,
-        programs,
-        commands,
-    })
+    Ok((programs, commands))
 }

@@ -7,9 +7,11 @@ use meltpath::waam::wanted::Wanted;
 use meltpath::{chain, start, waam};
 use meltpath_base::{Reporter, Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
-use meltpath_geometry::shapes;
+use meltpath_geometry::math::DVec3;
+use meltpath_geometry::{Mesh, shapes};
 
 use super::foretold::misses;
+use super::support::check;
 
 fn verdict(shape: &str, dir: &Path) -> Verdict {
     let job = start::waam(&dir.join(shape), shape, None).unwrap();
@@ -68,6 +70,59 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     let said = run("said");
     assert_eq!(hindered(&said), ["flatness"]);
     assert!(said.facts.iter().all(|f| f.id != "chosen"));
+}
+
+/// A thin upright across the middle of a foot.
+fn clamp() -> Mesh {
+    let mut both = shapes::extrude(&[shapes::plate(60.0, 40.0)], 10.0);
+    let upright = shapes::extrude(&[shapes::plate(60.0, 8.0)], 30.0);
+    let first = both.vertices.len() as u32;
+    let raised = upright
+        .vertices
+        .iter()
+        .map(|v| *v + DVec3::new(0.0, 16.0, 10.0));
+    both.vertices.extend(raised);
+    both.triangles
+        .extend(upright.triangles.iter().map(|t| t.map(|v| v + first)));
+    both
+}
+
+/// The corners of a thin wall get more allowance than the foot below it has room for: the wall leans out no farther than the part, and keeps
+/// its stock. What the plan chooses for it, `simulate` judges its program with.
+#[test]
+fn a_clamp_does_not_lean_and_is_judged_as_it_was_planned() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = start::waam(&dir.path().join("clamp"), "plate", None).unwrap();
+    let mut file = fs::File::create(dir.path().join("clamp/plate.stl")).unwrap();
+    write_stl(&clamp(), "clamp", &mut file).unwrap();
+    let (open, none) = (fs::read_to_string(&job).unwrap(), dir.path().join("none"));
+    let value = |verdict: &Verdict, id: &str| check(verdict, id).value.as_ref().unwrap().value;
+    for (text, name) in [(said(&open), "said"), (open, "open")] {
+        fs::write(&job, text).unwrap();
+        let out = dir.path().join(name);
+        let run = waam::run(&job, Some(&out), dir.path(), &Silent)
+            .unwrap()
+            .verdict;
+        assert!(value(&run, "overhang") < 1.0, "{name}");
+        assert_eq!(check(&run, "stock").status, Status::Pass);
+        assert_eq!(misses(&run), "", "{name}");
+        let program = out.join("program");
+        let again = waam::simulate_program(&program, Some(&job), None, &none, &Silent).unwrap();
+        for id in [
+            "lack",
+            "excess",
+            "stock",
+            "height",
+            "flatness",
+            "accumulation",
+            "overhang",
+        ] {
+            let [a, b] = [&run, &again.verdict].map(|v| value(v, id));
+            assert!((a - b).abs() < 1e-9, "{name} {id}: {a} {b}");
+        }
+        let chosen = |v: &Verdict| v.facts.iter().any(|f| f.id == "chosen");
+        assert_eq!([chosen(&run), chosen(&again.verdict)], [name == "open"; 2]);
+    }
 }
 
 /// Those that do not pass are listed with the checks that hinder them: one that passes later leaves the list. All was foretold.

@@ -243,6 +243,15 @@ pub(super) fn numbered(text: &str, word: &str) -> Option<u32> {
         .and_then(|_| words.next()?.parse().ok())
 }
 
+/// The bead of its layer, as programs written here say it: `Layer 12 bead 3`; earlier ones said `Pass 3`.
+pub(super) fn told_bead(text: &str) -> Option<u32> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    match words[..] {
+        ["Layer", _, "bead", number] => number.parse().ok(),
+        _ => numbered(text, "Pass"),
+    }
+}
+
 /// A schedule and its wire feed, mm/s, as programs written here say it: `Schedule 2 WFS 8.00 m/min`.
 pub(super) fn told_schedule(text: &str) -> Option<(u32, f64)> {
     let number = numbered(text, "Schedule")?;

@@ -1,6 +1,6 @@
 //! What one instruction does.
 
-use super::effect::{Effect, Selected, effect, effect_of, first_word, numbered};
+use super::effect::{Effect, Selected, effect, effect_of, first_word, numbered, told_bead};
 use super::flow::{Flow, Frame};
 use super::{Executed, Machine, Missing, ProgramError, Refusal};
 use crate::program::{CommentMark, Dialect, Instruction};
@@ -28,7 +28,7 @@ impl Machine<'_> {
             Instruction::Comment { mark, text } => {
                 if *mark == CommentMark::Remark {
                     self.layer = numbered(text, "Layer").or(self.layer);
-                    self.pass = numbered(text, "Pass").or(self.pass);
+                    self.bead = told_bead(text).or(self.bead);
                     self.learn(text);
                 }
             }

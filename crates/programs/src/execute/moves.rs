@@ -342,7 +342,7 @@ impl Machine<'_> {
             weave: self.weave.filter(|_| self.arc.is_some()),
             frames: (frame, tool),
             layer: self.layer,
-            pass: self.pass,
+            bead: self.bead,
             program: self.at.0 as u32,
             line: self.at.1 as u32 + 1,
         }));

@@ -1,5 +1,7 @@
 //! Programs of toolpaths: golden text, and laws over random toolpaths, all from the text that the controller would read.
 
+use std::collections::BTreeMap;
+
 use meltpath_base::{Length, Ratio, Reporter, Speed};
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{ArcStyle, Coordinates, Instruction, Program};
@@ -177,7 +179,7 @@ fn speeds_schedules_and_places_survive_the_text() {
     let metres = |m: &Told| (m.wire_feed.unwrap() * 0.06 * 100.0).round() as u32;
     let seen: Vec<_> = depositing
         .iter()
-        .map(|m| (m.layer, m.pass, metres(m), m.control.smoothing))
+        .map(|m| (m.layer, m.bead, metres(m), m.control.smoothing))
         .collect();
     assert_eq!(
         seen,
@@ -185,8 +187,8 @@ fn speeds_schedules_and_places_survive_the_text() {
             (1, 1, 800, Some(0.5)),
             (1, 1, 800, Some(0.5)),
             (1, 1, 800, None),
-            (2, 2, 800, Some(0.5)),
-            (2, 2, 600, None),
+            (2, 1, 800, Some(0.5)),
+            (2, 1, 600, None),
         ]
     );
     assert!(matches!(depositing[1].shape, Move::Arc { .. }));
@@ -353,18 +355,21 @@ proptest! {
         prop_assert_eq!(&during[1..], moves.iter().map(|m| m.burns).collect::<Vec<_>>());
         // what is deposited is what the toolpath deposits, move by move, and nothing else
         let mut wanted = Vec::new();
+        let mut beads = BTreeMap::<u32, u32>::new();
         for pass in toolpath.passes().filter(|p| p.head.role.deposits()) {
+            let bead = beads.entry(pass.layer).or_default();
+            *bead += 1;
             for (i, pair) in pass.points.windows(2).enumerate() {
                 if pair[0].distance(pair[1]) > 1e-3 {
                     let feed = pass.value(Channel::WireFeed, i).unwrap();
-                    wanted.push((pass.head.id.0, pair[1], feed));
+                    wanted.push((*bead, pair[1], feed));
                 }
             }
         }
         let found: Vec<_> = moves.iter().filter(|m| m.burns).collect();
         prop_assert_eq!(found.len(), wanted.len());
-        for (m, (pass, to, feed)) in found.iter().zip(wanted) {
-            prop_assert_eq!(m.pass, pass);
+        for (m, (bead, to, feed)) in found.iter().zip(wanted) {
+            prop_assert_eq!(m.bead, bead);
             prop_assert!(m.to.distance(to) < 1e-3);
             // to the digits of the comment
             prop_assert!((m.wire_feed.unwrap() - feed).abs() < 0.005 / 0.06 + 1e-9);

@@ -239,7 +239,7 @@ proptest! {
                 prop_assert!(a.to.distance(b.to) <= 1e-3 && a.axis.angle_between(b.axis) < 1e-3_f64.to_radians());
                 prop_assert!((a.speed.unwrap() - b.speed.unwrap()).abs() < 2e-3, "{a:?} {b:?}");
                 prop_assert!((a.wire_feed.unwrap_or(0.0) - b.wire_feed.unwrap_or(0.0)).abs() < 1e-6);
-                prop_assert_eq!((a.burns, a.layer, a.pass), (b.burns, b.layer, b.pass));
+                prop_assert_eq!((a.burns, a.layer, a.bead), (b.burns, b.layer, b.bead));
                 prop_assert!((a.control.smoothing.unwrap_or(-1.0) - b.control.smoothing.unwrap_or(-1.0)).abs() < 1e-6);
             }
             // by the text alone

@@ -20,7 +20,8 @@ pub(crate) struct Told {
     pub(crate) wire_feed: Option<f64>,
     pub(crate) burns: bool,
     pub(crate) layer: u32,
-    pub(crate) pass: u32,
+    /// Of its layer, counted from 1.
+    pub(crate) bead: u32,
     pub(crate) control: Control,
 }
 
@@ -36,7 +37,7 @@ pub(crate) fn motions(reading: &Reading) -> Vec<Told> {
         wire_feed: p.value(Channel::WireFeed, i),
         burns: p.head.role.deposits(),
         layer: p.layer,
-        pass: p.head.id.0,
+        bead: p.head.bead + 1,
         control: *control,
     });
     told.filter(|t| !matches!(t.shape, Move::Spot { .. }))
