@@ -31,7 +31,7 @@ pub(crate) fn close(
     beads: &mut Vec<Bead>,
     settings: &FillSettings,
 ) -> Result<(), PlanarError> {
-    if settings.spacing == Spacing::Exact || beads.is_empty() {
+    if beads.is_empty() {
         return Ok(());
     }
     let whole = std::slice::from_ref(region);
@@ -39,7 +39,12 @@ pub(crate) fn close(
     // a free edge is fed by the bead half a width inside it
     let fed_to = inset(whole, 0.5 * (width - stepover), join)?;
     let links = inset(whole, 0.48 * width, join)?;
-    let radius = 0.5 * NARROWEST * stepover;
+    let radius = 0.5
+        * match settings.spacing {
+            Spacing::Fill => NARROWEST * stepover,
+            // distances stay as written, but no place stays dry in which a bead has room
+            Spacing::Exact => width,
+        };
     for _ in 0..ROUNDS {
         let lines: Vec<_> = beads.iter().map(|b| b.points.clone()).collect();
         let fed = stroke(&lines, 0.5 * stepover, 2e-3 * width)?;
@@ -157,12 +162,18 @@ fn middle(place: &Region, links: &[Region], settings: &FillSettings) -> Option<V
         .iter()
         .map(|chain| to_the_ends(chain, place, links, settings))
         .max_by(|a, b| length(a).total_cmp(&length(b)))?;
-    let long = length(&line);
+    let line = longest_inside(&line, links, settings);
+    let long = length(line);
     let room = place.area() / (stepover * long.max(1e-9));
-    let inside = line
-        .windows(2)
-        .all(|w| way_inside(links, w[0], w[1], 0.25 * settings.width));
-    (inside && room >= settings.least_share()).then_some(line)
+    (line.len() > 1 && room >= settings.least_share()).then(|| line.to_vec())
+}
+
+/// The longest stretch of a line that stays where bead axes may lie: an end may lead into a corner beside the region.
+fn longest_inside<'a>(line: &'a [DVec2], links: &[Region], settings: &FillSettings) -> &'a [DVec2] {
+    let stays = |a: &DVec2, b: &DVec2| way_inside(links, *a, *b, 0.25 * settings.width);
+    let stretches = line.chunk_by(stays);
+    let longest = stretches.max_by(|a, b| length(a).total_cmp(&length(b)));
+    longest.unwrap_or_default()
 }
 
 /// The line of a chain, prolonged to where the gap ends: half a stepover before the beads there.

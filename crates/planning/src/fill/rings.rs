@@ -4,7 +4,7 @@
 use meltpath_geometry::boolean::PlanarError;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::medial::medial_axis;
-use meltpath_geometry::offset::inset;
+use meltpath_geometry::offset::{Join, inset};
 use meltpath_geometry::{Region, Ring};
 
 use crate::fill::chain::Skeleton;
@@ -31,6 +31,10 @@ pub(crate) struct Nest {
     /// What is left inside the last level: the regions still to cover.
     pub(crate) rest: Vec<Region>,
 }
+
+/// Re-entrant corners of the next contour stay corners up to a right angle: rounded ever wider they leave the corner of the contours inside
+/// them bare.
+const KEPT: Join = Join::Miter { limit: 1.5 };
 
 /// How deep contours go.
 #[derive(Clone, Copy)]
@@ -74,11 +78,11 @@ pub(crate) fn nest(
                         });
                     }
                 }
-                let step = match depth {
-                    Depth::Levels { count, inside } if level + 1 == count => inside,
-                    _ => stepover,
+                let (step, turn) = match depth {
+                    Depth::Levels { count, inside } if level + 1 == count => (inside, join),
+                    _ => (stepover, KEPT),
                 };
-                for inner in inset(&[body], step, join)? {
+                for inner in inset(&[body], step, turn)? {
                     next.push((inner, here.clone()));
                 }
             }

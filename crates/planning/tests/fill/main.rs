@@ -23,6 +23,7 @@ use meltpath_toolpath::{Channel, Move, Pass, Role, Side};
 use proptest::prelude::*;
 
 mod laws;
+mod legs;
 mod strategies;
 mod surface;
 mod walls;
