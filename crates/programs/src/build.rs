@@ -266,12 +266,9 @@ impl Builder<'_> {
             _ => Vec::new(),
         };
         self.assembly.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            speed,
-            termination,
             arc,
             extra,
+            ..Motion::plain(kind, target, speed, termination)
         }));
     }
 
