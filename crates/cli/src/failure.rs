@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use meltpath::cancel::Stop;
 use meltpath::chain::RunError;
 use meltpath::compare::CompareError;
 use meltpath::data::DataFileError;
@@ -71,10 +72,11 @@ macro_rules! failures {
 }
 failures! {
     RunError: Cancelled Job;
-    WaamError: Cancelled Job;
-    CompareError: Cancelled Job;
-    FitCommandError: Cancelled Job;
-    TuneError: Cancelled Job;
+    Stop: Cancelled Job;
+    WaamError: Stop;
+    CompareError: Stop;
+    FitCommandError: Stop;
+    TuneError: Stop;
     InspectError: Cancelled Robot;
     ReachError: Cancelled Robot;
 }

@@ -193,16 +193,8 @@ impl Exported {
             sections.push(last);
         }
         let gain = found.gain;
-        Exported {
-            schema: 1,
-            name: name.to_owned(),
-            period,
-            word,
-            limit,
-            anti_windup,
-            law: Law::Sections { gain, sections },
-        }
-        .proven()
+        let law = Law::Sections { gain, sections };
+        Exported::of(name, period, (word, limit, anti_windup), law)
     }
 
     /// As state space.
@@ -241,20 +233,31 @@ impl Exported {
         let row = |a: &Matrix, b: f64, i: usize| -> Vec<f64> {
             a.row_slice(i).iter().copied().chain([b]).collect()
         };
-        Exported {
+        let law = Law::StateSpace {
+            update: (0..n).map(|i| row(&s.a, s.b[(i, 0)], i)).collect(),
+            output: row(&s.c, s.d[(0, 0)], 0),
+            follow,
+        };
+        Exported::of(name, period, (word, limit, anti_windup), law)
+    }
+
+    /// A law with how its numbers are held and what is done while the output is cut.
+    fn of(
+        name: &str,
+        period: f64,
+        (word, limit, anti_windup): (Word, Option<f64>, AntiWindup),
+        law: Law,
+    ) -> Result<Self, ExportError> {
+        let exported = Exported {
             schema: 1,
             name: name.to_owned(),
             period,
             word,
             limit,
             anti_windup,
-            law: Law::StateSpace {
-                update: (0..n).map(|i| row(&s.a, s.b[(i, 0)], i)).collect(),
-                output: row(&s.c, s.d[(0, 0)], 0),
-                follow,
-            },
-        }
-        .proven()
+            law,
+        };
+        exported.proven()
     }
 
     /// The sum of the absolute coefficients of each sum of products.

@@ -1,13 +1,15 @@
 //! Deposition of 100 mm beads at 0.5 mm cells: stamps alone, and levelling on a growing wall of three beads.
 #![allow(missing_docs, clippy::expect_used)]
 
+use bead::{BEAD, POOL};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::deposit::{Deposition, Mode, Settings};
 use meltpath_deposition::feed_response::FeedResponse;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
+
+mod bead;
 
 const SPEED: f64 = 12.5;
 const DT: f64 = 0.012;
@@ -38,21 +40,6 @@ fn motion(beads: u32) -> Vec<MotionBlock> {
 }
 
 fn deposit(c: &mut Criterion) {
-    let bead = BeadModel {
-        width: 6.54,
-        area: 9.63,
-        wire_section: std::f64::consts::FRAC_PI_4,
-        efficiency: 1.0,
-        width_exponent: 0.345,
-        feed_exponent: 0.446,
-    };
-    let pool = PoolModel {
-        front: 3.27,
-        rear: 9.81,
-        half_width: 3.27,
-        offset: 1.5,
-        pursuit: PursuitLength::Fixed(4.0),
-    };
     let blocks = motion(6);
     let stamps: usize = blocks.iter().map(MotionBlock::len).sum();
     let mut group = c.benchmark_group("deposit");
@@ -82,7 +69,7 @@ fn deposit(c: &mut Criterion) {
                     feed_response,
                     ..Settings::default()
                 };
-                let mut d = Deposition::new(map, bead, pool, settings).expect("sensible sizes");
+                let mut d = Deposition::new(map, BEAD, POOL, settings).expect("sensible sizes");
                 for block in &blocks {
                     d.block(block);
                 }

@@ -1,8 +1,8 @@
 //! Beads in voxels of 0.5 mm: stamps alone, and levelling on a growing wall of three beads, upright and along a turned axis.
 #![allow(missing_docs, clippy::expect_used)]
 
+use bead::{BEAD, POOL};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use meltpath_deposition::bead::{BeadModel, PoolModel, PursuitLength};
 use meltpath_deposition::deposit::{Mode, Settings};
 use meltpath_deposition::workpiece::Laying;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
@@ -10,21 +10,7 @@ use meltpath_geometry::shapes::cuboid;
 use meltpath_geometry::workpiece::Voxels;
 use meltpath_toolpath::motion::{MotionBlock, MotionSink, Times};
 
-const BEAD: BeadModel = BeadModel {
-    width: 6.54,
-    area: 9.63,
-    wire_section: std::f64::consts::FRAC_PI_4,
-    efficiency: 1.0,
-    width_exponent: 0.345,
-    feed_exponent: 0.446,
-};
-const POOL: PoolModel = PoolModel {
-    front: 3.27,
-    rear: 9.81,
-    half_width: 3.27,
-    offset: 1.5,
-    pursuit: PursuitLength::Fixed(4.0),
-};
+mod bead;
 
 /// Travel of a sample, mm: a little less than the longest stamp, so that each is one.
 const STEP: f64 = 0.1499;

@@ -5,6 +5,7 @@ use std::path::Path;
 use meltpath_base::settings::listing;
 use meltpath_base::{Cancelled, Observer};
 
+use crate::cancel::Stop;
 use crate::ebm::{self, EbmError};
 use crate::job::{self, Job, JobError};
 use crate::lpbf::{self, LpbfError};
@@ -37,8 +38,8 @@ macro_rules! of_process {
         impl From<$error> for RunError {
             fn from(error: $error) -> Self {
                 match error {
-                    $error::Cancelled(c) => RunError::Cancelled(c),
-                    $error::Job(job) => RunError::Job(job),
+                    $error::Stop(Stop::Cancelled(c)) => RunError::Cancelled(c),
+                    $error::Stop(Stop::Job(job)) => RunError::Job(job),
                     other => RunError::$variant(other),
                 }
             }

@@ -271,13 +271,7 @@ pub fn test(
         axis: subject.name(),
         time: circumstances.time.clone(),
         temperature: circumstances.temperature,
-        resistance: first.motor.resistance,
-        inductance: first.motor.inductance,
-        torque_constant: first.motor.torque_constant,
-        inertia: first.motor.inertia,
-        modes: first.modes.iter().map(|m| m.frequency).collect(),
-        fit_residual: Some(first.residual),
-        stage2,
+        ..first.record(stage2)
     };
     let drifts = history
         .reference()

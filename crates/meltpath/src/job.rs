@@ -233,3 +233,26 @@ pub fn load(path: &Path) -> Result<(Job, String), JobError> {
         Err(problems) => Err(JobError::in_file(path, &text, problems)),
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::parse;
+
+    /// Rows of `what is written => what is written in its place => what is said`, with `\n` where a line ends: each mistake is told
+    /// once, at its place.
+    pub(crate) fn told_where_they_are(whole: &str, table: &str) {
+        for row in table.trim().lines() {
+            let row = row.replace("\\n", "\n");
+            let columns: Vec<&str> = row.split("=>").map(str::trim).collect();
+            let [right, wrong, said] = columns[..] else {
+                panic!("three columns: {row}")
+            };
+            assert!(whole.contains(right), "{right}");
+            let problems = parse(&whole.replace(right, wrong)).unwrap_err();
+            assert_eq!(problems.len(), 1, "{problems:?}");
+            let told = problems[0].to_string();
+            assert!(told.contains(said), "{said}: {told}");
+            assert!(problems[0].span.is_some(), "{told}");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! meltpath as a library: job files, the pipelines that join the rooms, the data that ships.
 
-mod cancel;
+pub mod cancel;
 pub mod chain;
 pub mod compare;
 pub mod data;

@@ -141,13 +141,13 @@ fn checks(result: &AxisResult, settings: &Settings) -> Vec<Check> {
             .remedy(format!("{}, or a smaller robust.mode_shift", sturdier(result))),
         );
     }
-    if settings.draws > 0 {
+    if *settings.file.compare.draws > 0 {
         checks.push(
             Check::judge(
                 &format!("{letter}-scatter"),
                 &format!(
                     "{upper}: of {} scattered motors those that the exported controller loses",
-                    settings.draws
+                    *settings.file.compare.draws
                 ),
                 Measure::exact(chosen.lost() as f64, ""),
                 Limit::AtMost(0.0),

@@ -270,12 +270,9 @@ impl Builder<'_> {
             _ => Vec::new(),
         };
         self.assembly.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            speed,
-            termination,
             arc,
             extra,
+            ..Motion::plain(kind, target, speed, termination)
         }));
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::program::{Coordinates, Group, Instruction, Program, Speed, Termination};
+use crate::program::{Coordinates, Group, Instruction, PositionRef, Program, Speed, Termination};
 
 /// Why a program cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -141,6 +141,21 @@ impl<'a> Lines<'a> {
             instruction: self.at + 1,
             what: what.to_owned(),
             remedy,
+        }
+    }
+
+    /// What `names` call a position; what only the controller knows stands as it is.
+    pub(crate) fn place(
+        &self,
+        names: &BTreeMap<u32, String>,
+        reference: &PositionRef,
+    ) -> Result<String, WriteError> {
+        match reference {
+            PositionRef::Point { index, .. } => match names.get(index) {
+                Some(name) => Ok(name.clone()),
+                None => Err(self.no_words(NO_PLACE)),
+            },
+            PositionRef::Unresolved(text) => Ok(text.clone()),
         }
     }
 

@@ -13,29 +13,7 @@ fn seed() -> ProcessMap {
 }
 
 /// A table through the two beads of 6 x 1.8 mm that the thesis quotes for G3Si; the other nodes are made up.
-const TWO_POINTS: &str = r#"
-schema = 1
-id = "two-points"
-wire = "g3si-1.2"
-gas = "speed"
-mode = "cmt"
-kind = "grid"
-efficiency = { value = 1.0, unit = "1", source = "test", page = "-" }
-feed_factor = { value = 1.1, unit = "1", source = "test", page = "-" }
-relative_sigma = { width = 0.05, height = 0.05, area = 0.05, source = "test", page = "-" }
-[validity]
-wire_feed = ["2 m/min", "12 m/min"]
-travel_speed = ["0.25 m/min", "1.5 m/min"]
-source = "test"
-page = "-"
-[grid]
-wire_feed = [4.4, 6.5, 8.5]
-travel_speed = [0.67, 0.95, 1.2]
-width = [[6.0, 5.1, 4.4], [7.5, 6.4, 5.3], [9.0, 7.2, 6.0]]
-height = [[1.8, 1.6, 1.4], [2.3, 1.95, 1.6], [2.5, 2.1, 1.8]]
-source = "test"
-page = "-"
-"#;
+const TWO_POINTS: &str = include_str!("../data/grid.toml");
 
 fn table() -> ProcessMap {
     let wire = Wire::builtin("g3si-1.2").unwrap();

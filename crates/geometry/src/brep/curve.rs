@@ -415,10 +415,11 @@ pub(super) fn nearest_parameter(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn frame() -> Frame {
+    /// Off the origin, turned.
+    pub(crate) fn frame() -> Frame {
         Frame::new(
             DVec3::new(1.0, 2.0, 3.0),
             DVec3::new(1.0, 1.0, 1.0),

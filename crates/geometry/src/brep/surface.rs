@@ -373,16 +373,8 @@ fn profile_poles(profile: &Curve, frame: &Frame, gap: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brep::curve::tests::frame;
     use crate::brep::nurbs::NurbsCurve;
-
-    fn frame() -> Frame {
-        Frame::new(
-            DVec3::new(1.0, 2.0, 3.0),
-            DVec3::new(1.0, 1.0, 1.0),
-            DVec3::X,
-        )
-        .unwrap()
-    }
 
     /// Surfaces with a box of parameters inside their domain.
     fn surfaces() -> Vec<(Surface, [[f64; 2]; 2])> {

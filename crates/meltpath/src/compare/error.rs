@@ -2,26 +2,17 @@
 
 use std::path::PathBuf;
 
-use meltpath_base::Cancelled;
-use meltpath_base::output::OutputError;
-
 use super::samples::SamplesError;
+use crate::cancel::{Stop, stops};
 use crate::ebm::EbmError;
-use crate::job::JobError;
 use crate::views::ebm::voxels::VOXELS_REFERENCE;
 
 /// Why nothing could be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The job of the run.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
     /// The field of the run.
     #[error(transparent)]
     Ebm(EbmError),
@@ -80,11 +71,12 @@ pub enum CompareError {
     },
 }
 
+stops!(CompareError);
+
 impl From<EbmError> for CompareError {
     fn from(error: EbmError) -> Self {
         match error {
-            EbmError::Cancelled(c) => CompareError::Cancelled(c),
-            EbmError::Job(job) => CompareError::Job(job),
+            EbmError::Stop(stop) => CompareError::Stop(stop),
             other => CompareError::Ebm(other),
         }
     }

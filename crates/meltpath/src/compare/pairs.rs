@@ -251,7 +251,7 @@ pub(super) fn with_run(
     let paths: Vec<&BeamPath> = plan.lower.iter().chain([&plan.path]).collect();
     let layers = Layers {
         count: paths.len(),
-        thickness: plan.settings.layer,
+        thickness: plan.settings.job.ebm.layer.0,
     };
     let mut told = Told::new();
     for table in tables {
@@ -302,7 +302,7 @@ pub(super) fn with_run(
     Ok(Found {
         parts: parts.collect(),
         against: format!("the run {}", folder.display()),
-        cell: Some(plan.settings.voxel),
+        cell: Some(plan.settings.job.simulation.voxel.0),
     })
 }
 

@@ -152,11 +152,16 @@ fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
     ChartSettings {
         efficiency: settings.beam.efficiency,
         depth: settings.beam.depth,
-        layer: settings.layer,
-        stop: settings.chart_stop,
-        cooling_from: settings.chart_cooling_from,
-        cell: settings.chart_spacing,
-        reach: 3.5 * settings.penetration,
+        layer: settings.job.ebm.layer.0,
+        stop: settings.job.charts.stop.0,
+        cooling_from: settings
+            .job
+            .charts
+            .cooling_from
+            .0
+            .min(settings.job.charts.stop.0),
+        cell: settings.job.charts.spacing.0,
+        reach: 3.5 * settings.job.ebm.penetration.0,
         ..ChartSettings::of_thesis(power, spot)
     }
 }

@@ -47,8 +47,12 @@ pub(super) fn extent<'a>(
         low = low.min(DVec3::new(p.x, p.y, 0.0));
         high = high.max(DVec3::new(p.x, p.y, 0.0));
     }
-    let margin = DVec3::new(settings.margin, settings.margin, 0.0);
-    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.penetration);
+    let margin = DVec3::new(
+        settings.job.simulation.margin.0,
+        settings.job.simulation.margin.0,
+        0.0,
+    );
+    let depth = DVec3::new(0.0, 0.0, 3.5 * settings.job.ebm.penetration.0);
     [low - margin - depth, high + margin]
 }
 
@@ -83,21 +87,22 @@ impl Cost {
         let own = plan.lower.iter().chain([&plan.path]);
         let [low, high] = extent(settings, own);
         let size = high - low;
-        let columns = (size.x / settings.voxel).ceil() * (size.y / settings.voxel).ceil();
-        let planes = (size.z / settings.layer - 1e-6).ceil();
+        let columns = (size.x / settings.job.simulation.voxel.0).ceil()
+            * (size.y / settings.job.simulation.voxel.0).ceil();
+        let planes = (size.z / settings.job.ebm.layer.0 - 1e-6).ceil();
         let step = settings.simulation.step;
         let mut updates = 0.0;
         for path in plan.drawn() {
             for w in path.points().windows(2).filter(|w| w[0].is_on()) {
                 let radius = 0.7 * w[0].spot;
                 let area = std::f64::consts::PI * radius * radius;
-                let heated = area / settings.voxel.powi(2) * planes;
+                let heated = area / settings.job.simulation.voxel.0.powi(2) * planes;
                 updates += heated * (w[1].time - w[0].time) / step;
             }
         }
         let remembering = settings.simulation.memory != Memory::None;
         let voxels = columns * planes;
-        let pictured = (columns * f64::from(settings.frames)).min(PICTURED);
+        let pictured = (columns * f64::from(*settings.job.simulation.frames)).min(PICTURED);
         // an optimiser starts again and again from what it keeps
         let copies = if settings.optimise.is_some() {
             2.0
@@ -142,7 +147,7 @@ impl Cost {
 /// What a run would refuse before it computes.
 pub(super) fn lines(plan: &Plan, reporter: &Reporter) -> Result<Vec<String>, EbmError> {
     let settings = &plan.settings;
-    let mut lines = match settings.preview {
+    let mut lines = match *settings.job.charts.preview {
         ChartPreview::Drawn => charts(plan, reporter)?,
         ChartPreview::None => Vec::new(),
     };

@@ -55,7 +55,7 @@ pub(super) fn ends(
     let material = &settings.material;
     let on = path.points().iter().filter(|p| p.is_on());
     let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
-    let pool = pool_limit(material, radius, settings.chamber);
+    let pool = pool_limit(material, radius, settings.job.ebm.chamber.0);
     let surface_ends = pool.map(|limit| {
         let pressure = limit.pressure;
         (End::Surface { radius, pressure }, limit.kelvin)
@@ -118,7 +118,7 @@ pub(super) fn tell_of_window(
 ) {
     let on = path.points().iter().filter(|p| p.is_on());
     let radius = 0.5 * on.map(|p| p.spot).fold(0.0, f64::max);
-    let Some(limit) = pool_limit(&settings.material, radius, settings.chamber) else {
+    let Some(limit) = pool_limit(&settings.material, radius, settings.job.ebm.chamber.0) else {
         return;
     };
     if low >= limit.kelvin {

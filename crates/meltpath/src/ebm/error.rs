@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use meltpath_base::Cancelled;
-use meltpath_base::output::OutputError;
 use meltpath_gun::focus::FocusError;
 use meltpath_melt_strategy::error::StrategyError;
 use meltpath_thermal::charts::build::BuildError;
@@ -11,21 +9,14 @@ use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::levels::LevelsError;
 use meltpath_thermal::solver::SolverError;
 
-use crate::cancel::cancellable;
-use crate::job::JobError;
+use crate::cancel::{Stop, cancellable, stops};
 
 /// Why an electron-beam job could not be done. Nothing was written then.
 #[derive(Debug, thiserror::Error)]
 pub enum EbmError {
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The job file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
     /// A chart file.
     #[error(
         "cannot use the charts {}: {message}; left out of charts.files, they are computed by the run", .path.display()
@@ -102,6 +93,8 @@ pub enum EbmError {
     )]
     GoodBody,
 }
+
+stops!(EbmError);
 
 cancellable!(EbmError:
     BuildError => Build, BuildError::Solver(SolverError::Cancelled(c)) => c;

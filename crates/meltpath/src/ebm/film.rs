@@ -47,8 +47,10 @@ pub(crate) fn places(plan: &Plan) -> Vec<(String, [f64; 2])> {
         "the middle of the region".to_owned(),
         plan.contour.deepest(),
     );
-    let chosen = plan.settings.sections.iter();
-    let chosen = chosen.map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
+    let chosen = plan.settings.job.simulation.sections.iter();
+    let chosen = chosen
+        .map(|place| place.map(|v| v.0))
+        .map(|[x, y]| (format!("x {x} mm, y {y} mm"), [x, y]));
     std::iter::once(middle).chain(chosen).collect()
 }
 

@@ -224,7 +224,7 @@ pub(super) fn body<'a>(
     Body {
         material: &settings.material,
         beam: &settings.beam,
-        layer: settings.layer,
+        layer: settings.job.ebm.layer.0,
         reading: judging.map_or(Reading::LayerMean, |j| Reading::Depth(j.depth)),
         ground,
         surface: settings.surface,
@@ -249,7 +249,7 @@ pub(super) fn domain(plan: &Plan, judging: &Judge) -> Domain {
             beside: reach,
         },
         JudgeGround::Plate => Domain {
-            below: judging.plate + plan.lower.len() as f64 * plan.settings.layer,
+            below: judging.plate + plan.lower.len() as f64 * plan.settings.job.ebm.layer.0,
             beside: reach,
         },
         JudgeGround::ThesisBox => Domain::THESIS,
@@ -340,7 +340,7 @@ pub(super) fn windows(
 
 /// What is looked at in the run as asked: the places of the job, or the hottest one on the charts.
 fn watch(plan: &Plan, judging: &Judge, hottest: Option<[f64; 3]>) -> Watch {
-    let top = plan.lower.len() as f64 * plan.settings.layer;
+    let top = plan.lower.len() as f64 * plan.settings.job.ebm.layer.0;
     let asked = judging.places.iter();
     let asked = asked.map(|([x, y], z)| [*x, *y, z.unwrap_or(top)]);
     let hottest = hottest.filter(|_| judging.places.is_empty());
@@ -404,7 +404,7 @@ impl Court<'_> {
                 &drawn.highest,
                 classes.melting,
                 &plan.contour,
-                plan.settings.checks.rim,
+                plan.settings.job.checks.rim.0,
                 self.judging.part.as_ref(),
                 &tally,
             ),

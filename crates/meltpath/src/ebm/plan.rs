@@ -196,7 +196,7 @@ impl Drawing {
                 let contour = contour.clone().unwrap_or_else(hull);
                 check_inside(&path, file, &contour, job)?;
                 Ok(Drawing {
-                    paths: vec![path; settings.layers],
+                    paths: vec![path; *settings.job.ebm.layers as usize],
                     contour,
                     hatch: None,
                     gun,
@@ -209,7 +209,7 @@ impl Drawing {
                 below,
                 hatch,
             } => {
-                let regions = vec![vec![contour.region()]; settings.layers];
+                let regions = vec![vec![contour.region()]; *settings.job.ebm.layers as usize];
                 let drawn = Hatched {
                     regions: &regions,
                     contour: contour.clone(),
@@ -279,7 +279,7 @@ fn cut(
     observer: &dyn Observer,
 ) -> Result<(DrawnPart, Sections), Problem> {
     // far below a voxel
-    let chord_error = 0.1 * settings.layer;
+    let chord_error = 0.1 * settings.job.ebm.layer.0;
     let read = part::load(
         &part.file,
         part.unit,
@@ -311,7 +311,7 @@ fn cut(
 
 /// Warns where charts draw what lies over powder with a memory of metal.
 fn warn_of_powder(settings: &Settings, share: &str, reporter: &Reporter) {
-    if settings.preview == ChartPreview::Drawn
+    if *settings.job.charts.preview == ChartPreview::Drawn
         && matches!(settings.simulation.memory, Memory::Ground(_))
     {
         reporter.warn(

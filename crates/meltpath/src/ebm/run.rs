@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use meltpath_base::{Cancelled, Observer, Reporter, Verdict};
+use meltpath_base::{Observer, Reporter, Verdict};
 use meltpath_thermal::charts::file as chart_file;
 
 use super::error::EbmError;
@@ -23,8 +23,8 @@ fn plan_of(
     let folder = job_file.parent().unwrap_or(Path::new(""));
     planned(job, folder, observer).map_err(|e| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => EbmError::Cancelled(cancelled),
-        Ok(()) => EbmError::Job(JobError::in_file(job_file, text, e)),
+        Err(cancelled) => cancelled.into(),
+        Ok(()) => JobError::in_file(job_file, text, e).into(),
     })
 }
 
@@ -71,9 +71,7 @@ pub fn run(
         outcome::record_inputs(&mut provenance, &[file])?;
     }
     observer.stage("write results", 0);
-    observer
-        .check()
-        .map_err(|c: Cancelled| EbmError::Cancelled(c))?;
+    observer.check()?;
     let title = job_file.parent().and_then(Path::file_name).map_or_else(
         || "electron beam".to_owned(),
         |n| n.to_string_lossy().into_owned(),

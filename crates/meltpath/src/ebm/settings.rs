@@ -24,8 +24,8 @@ use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, ChartPreview, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
-    Point, Ring, Vapour,
+    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable, Point, Ring,
+    Vapour,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -121,23 +121,6 @@ pub enum Good {
     },
 }
 
-/// Limits of the verdict.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Checks {
-    /// Least share in the window.
-    pub in_window: f64,
-    /// Greatest share that stays powder.
-    pub unmelted: f64,
-    /// Greatest share over metal that does not melt down to it.
-    pub unfused: f64,
-    /// How far beyond the contour what melts is not counted, mm.
-    pub rim: f64,
-    /// Greatest area molten beyond the rim, as a share of the section's.
-    pub outside: f64,
-    /// Greatest distance from the contour at which metal melts, mm.
-    pub farthest: f64,
-}
-
 /// How the path is judged on the reference solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judge {
@@ -162,10 +145,10 @@ pub struct Judge {
 /// A job with every value resolved.
 #[derive(Debug, Clone)]
 pub struct Settings {
+    /// The job: values that need no resolving are read there.
+    pub job: EbmJob,
     /// What is drawn.
     pub subject: Subject,
-    /// How many layers of it.
-    pub layers: usize,
     /// What the values themselves give cause to say.
     pub warnings: Vec<Warning>,
     /// The material.
@@ -178,32 +161,10 @@ pub struct Settings {
     pub focus: FocusCalibration,
     /// Beam to heat.
     pub beam: Beam,
-    /// Penetration of the beam, mm.
-    pub penetration: f64,
-    /// Layer thickness, mm.
-    pub layer: f64,
-    /// What charts do.
-    pub preview: ChartPreview,
     /// Chart files.
     pub chart_files: Vec<PathBuf>,
-    /// Heating of charts stops, cooling begins, K; spacing, mm.
-    pub chart_stop: f64,
-    /// See `chart_stop`.
-    pub chart_cooling_from: f64,
-    /// See `chart_stop`.
-    pub chart_spacing: f64,
-    /// Edge of a voxel, mm.
-    pub voxel: f64,
-    /// Powder beyond the path, mm.
-    pub margin: f64,
-    /// Pictures in time.
-    pub frames: u32,
-    /// Places of sections, mm.
-    pub sections: Vec<[f64; 2]>,
     /// How the simulation is carried out.
     pub simulation: simulation::Settings,
-    /// How far inside the contour voxels are judged, mm.
-    pub inside: f64,
     /// What places the window.
     pub window: Good,
     /// Whether and how speeds are changed.
@@ -212,12 +173,8 @@ pub struct Settings {
     pub correct: Option<Correct>,
     /// Whether and how the reference solver judges.
     pub judge: Option<Judge>,
-    /// Limits of the verdict.
-    pub checks: Checks,
     /// What the build plane sees, on the solver.
     pub surface: Surface,
-    /// Pressure of the gas in the chamber, Pa.
-    pub chamber: f64,
     /// Every value with its origin.
     pub provenance: Provenance,
 }
@@ -253,24 +210,14 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     let optimise = job.optimise.as_ref();
     let (charts, sim) = (&job.charts, &job.simulation);
     Ok(Settings {
+        job: (**job).clone(),
         optimise: optimise.map(|o| Optimise::resolve(o, subject.hatch(), &mut r)),
         correct: job.correct.as_ref().map(Correct::resolve),
         subject,
-        layers: *job.ebm.layers as usize,
         warnings: reporter.warnings(),
         focus,
         gun,
-        penetration: job.ebm.penetration.0,
-        layer: job.ebm.layer.0,
-        preview: *charts.preview,
         chart_files: charts.files.iter().map(|f| folder.join(&**f)).collect(),
-        chart_stop: charts.stop.0,
-        chart_cooling_from: charts.cooling_from.0.min(charts.stop.0),
-        chart_spacing: charts.spacing.0,
-        voxel: sim.voxel.0,
-        margin: sim.margin.0,
-        frames: *sim.frames,
-        sections: sim.sections.iter().map(|p| p.map(|v| v.0)).collect(),
         simulation: simulation::Settings {
             step: sim.step.0,
             memory: match *charts.memory {
@@ -279,19 +226,9 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
             },
             ..simulation::Settings::of(&material)
         },
-        inside: job.region.inside.0,
         window,
         judge: judge(&job.judge, job.ebm.layer.0, &mut r),
-        checks: Checks {
-            in_window: job.checks.in_window.0,
-            unmelted: job.checks.unmelted.0,
-            unfused: job.checks.unfused.0,
-            rim: job.checks.rim.0,
-            outside: job.checks.outside.0,
-            farthest: job.checks.farthest.0,
-        },
         surface: surface(job),
-        chamber: job.ebm.chamber.0,
         material,
         material_file: loaded.file,
         beam: Beam {

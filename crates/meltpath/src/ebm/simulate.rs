@@ -79,12 +79,16 @@ fn start<'a>(
     charts: &Charts,
 ) -> Result<ChartSimulation, EbmError> {
     let [low, high] = extent(settings, paths);
-    let edge = DVec3::new(settings.voxel, settings.voxel, settings.layer);
+    let edge = DVec3::new(
+        settings.job.simulation.voxel.0,
+        settings.job.simulation.voxel.0,
+        settings.job.ebm.layer.0,
+    );
     let grid = Grid::covering(low, high, edge)
         .map_err(meltpath_thermal::charts::simulation::ChartSimulationError::from)?;
     let mut simulation = charts.simulation(&grid, settings)?;
     simulation.set_state(|c| {
-        if c.z > -settings.layer || !below.is_metal([c.x, c.y]) {
+        if c.z > -settings.job.ebm.layer.0 || !below.is_metal([c.x, c.y]) {
             State::Powder
         } else {
             State::Dense
@@ -124,10 +128,12 @@ fn draw_last(
 ) -> Result<Drawn, EbmError> {
     let settings = &plan.settings;
     let duration = path.end() - path.begin();
-    let at: Vec<f64> = (1..=settings.frames)
-        .map(|n| path.begin() + duration * f64::from(n) / f64::from(settings.frames))
+    let at: Vec<f64> = (1..=*settings.job.simulation.frames)
+        .map(|n| {
+            path.begin() + duration * f64::from(n) / f64::from(*settings.job.simulation.frames)
+        })
         .collect();
-    let frames = settings.frames as usize;
+    let frames = *settings.job.simulation.frames as usize;
     let mut film = Film::new(simulation.grid(), frames, &film::places(plan));
     let begin = path.begin();
     let mut look = |time: f64, s: &ChartSimulation| film.take(time - begin, s);
@@ -135,7 +141,12 @@ fn draw_last(
     let highest = simulation.highest_temperature();
     Ok(Drawn {
         path: path.clone(),
-        tally: tally(&highest, classes, &plan.contour, settings.inside),
+        tally: tally(
+            &highest,
+            classes,
+            &plan.contour,
+            settings.job.region.inside.0,
+        ),
         simulation,
         highest,
         film,
@@ -277,7 +288,7 @@ pub fn simulate(
     observer: &dyn Observer,
 ) -> Result<Outcome, EbmError> {
     let settings = &plan.settings;
-    let (preview, found) = match settings.preview {
+    let (preview, found) = match *settings.job.charts.preview {
         ChartPreview::Drawn => {
             let (preview, found) = previewed(plan, reporter, observer)?;
             (Some(preview), found)

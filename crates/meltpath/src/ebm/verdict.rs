@@ -12,8 +12,9 @@ use super::ends::Ends;
 use super::gun::drawn as at_gun;
 use super::judge::{JudgedPath, Run, of_all};
 use super::plan::Plan;
-use super::settings::{Checks, Good, Judge, Settings};
+use super::settings::{Good, Judge, Settings};
 use super::simulate::Outcome;
+use crate::job::ebm::ChecksTable;
 use crate::job::ebm::JudgeGround;
 
 const IN_WINDOW: [&str; 2] = [
@@ -45,14 +46,14 @@ pub(super) fn checks(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
 
 /// What temperatures say.
 fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
-    let limits = &settings.checks;
+    let limits = &settings.job.checks;
     let (Some(judged), Some(judging)) = (&outcome.judged, &settings.judge) else {
         // a job without charts has a judge
         let Some(drawn) = Shown::of(outcome) else {
             let nothing = "nothing drew the path";
             return vec![Check::not_checked(IN_WINDOW[0], IN_WINDOW[1], nothing)];
         };
-        let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window {
+        let remedy = if of_all(drawn.tally, Class::Good) < limits.in_window.0 {
             let needs = Needs::of_window(drawn.tally);
             let change = into_window(settings, needs);
             format!("the preview has less than that in the window: {change}; then {JUDGE}")
@@ -60,8 +61,13 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
             JUDGE.to_owned()
         };
         return vec![
-            preview(IN_WINDOW, Limit::AtLeast(100.0 * limits.in_window), &drawn).remedy(remedy),
-            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted), &drawn).remedy(JUDGE),
+            preview(
+                IN_WINDOW,
+                Limit::AtLeast(100.0 * limits.in_window.0),
+                &drawn,
+            )
+            .remedy(remedy),
+            preview(UNMELTED, Limit::AtMost(100.0 * limits.unmelted.0), &drawn).remedy(JUDGE),
             Check::not_checked(UNFUSED[0], UNFUSED[1], "only the solver of [judge] tells"),
             Check::not_checked(OUTSIDE[0], OUTSIDE[1], "only the solver of [judge] tells"),
             Check::not_checked(FARTHEST[0], FARTHEST[1], "only the solver of [judge] tells"),
@@ -98,7 +104,7 @@ fn of_temperatures(settings: &Settings, outcome: &Outcome) -> Vec<Check> {
         check(UNMELTED, &figures.unmelted, &needs.heat()),
         check(UNFUSED, &figures.unfused, &unfused),
         check(OUTSIDE, &figures.outside, needs.rim())
-            .because(&format!("beyond {} mm of the contour", limits.rim)),
+            .because(&format!("beyond {} mm of the contour", limits.rim.0)),
         check(FARTHEST, &figures.farthest, needs.rim()),
     ]
 }
@@ -113,7 +119,7 @@ struct Figures {
 }
 
 impl Figures {
-    fn of(path: &JudgedPath, limits: &Checks) -> Self {
+    fn of(path: &JudgedPath, limits: &ChecksTable) -> Self {
         let at_most = |share: f64| Limit::AtMost(100.0 * share);
         let share = |figure: fn(&Run) -> f64| Figure::share(path.moved(figure));
         let farthest = Figure {
@@ -130,15 +136,15 @@ impl Figures {
         Figures {
             in_window: (
                 Figure::share(path.in_window()),
-                Limit::AtLeast(100.0 * limits.in_window),
+                Limit::AtLeast(100.0 * limits.in_window.0),
             ),
             unmelted: (
                 share(|run| of_all(&run.tally, Class::Unmelted)),
-                at_most(limits.unmelted),
+                at_most(limits.unmelted.0),
             ),
-            unfused: (share(|run| run.unfused), at_most(limits.unfused)),
-            outside: (share(|run| run.outside.share), at_most(limits.outside)),
-            farthest: (farthest, Limit::AtMost(limits.farthest)),
+            unfused: (share(|run| run.unfused), at_most(limits.unfused.0)),
+            outside: (share(|run| run.outside.share), at_most(limits.outside.0)),
+            farthest: (farthest, Limit::AtMost(limits.farthest.0)),
         }
     }
 }
@@ -464,7 +470,7 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
         return facts;
     };
     // as much metal as a layer adds where it melts
-    let layer = 1e-9 * material.density(material.start) * settings.layer * path.molten;
+    let layer = 1e-9 * material.density(material.start) * settings.job.ebm.layer.0 * path.molten;
     let lost: f64 = ledger.vapour.iter().sum();
     let title = "metal of the last layer that leaves as vapour";
     let mass = Measure::exact(1e6 * lost, "mg");

@@ -1,7 +1,5 @@
 //! Why nothing was fitted.
 
-use meltpath_base::Cancelled;
-use meltpath_base::output::OutputError;
 use meltpath_thermal::calibration::coupon::CouponError;
 use meltpath_thermal::calibration::fit::FitError;
 use meltpath_thermal::charts::build::BuildError;
@@ -9,22 +7,15 @@ use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
 use super::measurements::MeasurementsError;
-use crate::cancel::cancellable;
+use crate::cancel::{Stop, cancellable, stops};
 use crate::data::DataFileError;
-use crate::job::JobError;
 
 /// Why nothing was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum FitCommandError {
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// A file that cannot be read.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
     /// The file.
     #[error(transparent)]
     Measurements(#[from] MeasurementsError),
@@ -38,6 +29,8 @@ pub enum FitCommandError {
     #[error(transparent)]
     Fit(FitError<CouponError>),
 }
+
+stops!(FitCommandError);
 
 cancellable!(FitCommandError:
     CouponError => Coupon,

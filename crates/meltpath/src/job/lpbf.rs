@@ -319,6 +319,7 @@ impl LpbfJob {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::told_where_they_are;
     use super::super::{Job, parse};
     use super::*;
 
@@ -331,57 +332,21 @@ mod tests {
         };
         assert_eq!(*job.plate.block, Some([3, 1]));
         assert_eq!(*job.lpbf.delays, DelayChoice::Tuned);
-        for (wrong, right, expected) in [
-            ("[3, 1]", "[0, 1]", "plate.block is 0"),
-            ("[\"industrial\"]", "[]", "lpbf.recipes has 0 values"),
-            ("\"0.09 mm\"", "0.09", "\"0.09 mm\""),
-            ("block = [3, 1]", "bloc = [3, 1]", "bloc"),
-            (
-                "block = [3, 1]",
-                "block = [3, 1]\nextent = \"whole\"",
-                "both",
-            ),
-            (
-                "[plate]",
-                "layers = \"a.cli\"\n[plate]",
-                "layers and a plate",
-            ),
-            (
-                "[process]",
-                "part = \"a.stl\"\n[process]",
-                "a part and a plate",
-            ),
-            (
-                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
-                "[section]\nheight = \"1 mm\"",
-                "[section] without a part",
-            ),
-            (
-                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
-                "[hatch]\nspacing = \"0.1 mm\"",
-                "[hatch] without a part",
-            ),
-            (
-                "[plate]",
-                "[optimise]\nfill_speed = [\"2 m/s\", \"1 m/s\"]\n[plate]",
-                "nothing to try",
-            ),
-            (
-                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
-                "[layers]\nrange = [1, 2]",
-                "without a file",
-            ),
-            (
-                "[plate]\nblock = [3, 1]\nhatch = \"0.09 mm\"",
-                "layers = \"a.cli\"\n[layers]\nrange = [3, 2]",
-                "3 to 2",
-            ),
-        ] {
-            let problems = parse(&WHOLE.replace(wrong, right)).unwrap_err();
-            assert_eq!(problems.len(), 1, "{problems:?}");
-            let said = problems[0].to_string();
-            assert!(said.contains(expected), "{said}");
-            assert!(problems[0].span.is_some(), "{said}");
-        }
+        told_where_they_are(
+            WHOLE,
+            r#"
+            [3, 1] => [0, 1] => plate.block is 0
+            ["industrial"] => [] => lpbf.recipes has 0 values
+            "0.09 mm" => 0.09 => "0.09 mm"
+            block = [3, 1] => bloc = [3, 1] => bloc
+            block = [3, 1] => block = [3, 1]\nextent = "whole" => both
+            [plate] => layers = "a.cli"\n[plate] => layers and a plate
+            [process] => part = "a.stl"\n[process] => a part and a plate
+            [plate]\nblock = [3, 1]\nhatch = "0.09 mm" => [section]\nheight = "1 mm" => [section] without a part
+            [plate]\nblock = [3, 1]\nhatch = "0.09 mm" => [hatch]\nspacing = "0.1 mm" => [hatch] without a part
+            [plate] => [optimise]\nfill_speed = ["2 m/s", "1 m/s"]\n[plate] => nothing to try
+            [plate]\nblock = [3, 1]\nhatch = "0.09 mm" => [layers]\nrange = [1, 2] => without a file
+            [plate]\nblock = [3, 1]\nhatch = "0.09 mm" => layers = "a.cli"\n[layers]\nrange = [3, 2] => 3 to 2"#,
+        );
     }
 }

@@ -410,6 +410,7 @@ impl BeadTable {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::told_where_they_are;
     use super::super::{Job, Written, parse};
     use super::*;
 
@@ -438,62 +439,25 @@ mod tests {
 
     #[test]
     fn mistakes_are_named_where_they_are() {
-        for (wrong, right, expected) in [
-            (
-                "strategy = \"hybrid\"",
-                "strategie = \"hybrid\"",
-                "strategie",
-            ),
-            (
-                "strategy = \"hybrid\"",
-                "strategy = \"hybird\"",
-                "did you mean \"hybrid\"",
-            ),
-            (
-                "wire_feed = \"8 m/min\"",
-                "wire_feed = \"-8 m/min\"",
-                "above 0 m/min",
-            ),
-            ("wire_feed = \"8 m/min\"", "wire_feed = 8", "\"8 m/min\""),
-            (
-                "wire_feed = \"8 m/min\"",
-                "wire_feed = \"8,5 m/min\"",
-                "\"8.5 m/min\"",
-            ),
-            ("ctwd = \"15 mm\"", "ctwd = \"15\"", "\"15 mm\""),
-            ("stepover = \"0.70 w\"", "stepover = \"0.7\"", "\"0.7 mm\""),
-            ("travel_speed = \"0.75 m/min\"", "", "1 of its four"),
-            ("kind = \"waam\"", "kind = \"fdm\"", "waam"),
-            (
-                "smoothing = \"50 %\"",
-                "smoothing = \"150 %\"",
-                "0 % to 100 %",
-            ),
-            (
-                "efficiency = \"100 %\"",
-                "efficiency = \"300 %\"",
-                "at most 100 %",
-            ),
-            (
-                "travel_speed = \"0.75 m/min\"",
-                "travel_speed = \"1000000000 m/min\"",
-                "at most 60 m/min",
-            ),
-            ("pause = \"30 s\"", "pause = \"1e300 s\"", "0 s to"),
-            ("ctwd_min = \"8 mm\"", "ctwd_min = \"28 mm\"", "no distance"),
-            (
-                "build_direction = [0.0, 0.0, 1.0]",
-                "build_direction = [0.0, 0.0, 0.0]",
-                "no direction",
-            ),
-        ] {
-            assert!(WHOLE.contains(wrong), "{wrong}");
-            let problems = parse(&WHOLE.replace(wrong, right)).unwrap_err();
-            let said = problems[0].to_string();
-            assert_eq!(problems.len(), 1, "{problems:?}");
-            assert!(said.contains(expected), "{said}");
-            assert!(problems[0].span.is_some(), "{said}");
-        }
+        told_where_they_are(
+            WHOLE,
+            r#"
+            strategy = "hybrid" => strategie = "hybrid" => strategie
+            strategy = "hybrid" => strategy = "hybird" => did you mean "hybrid"
+            wire_feed = "8 m/min" => wire_feed = "-8 m/min" => above 0 m/min
+            wire_feed = "8 m/min" => wire_feed = 8 => "8 m/min"
+            wire_feed = "8 m/min" => wire_feed = "8,5 m/min" => "8.5 m/min"
+            ctwd = "15 mm" => ctwd = "15" => "15 mm"
+            stepover = "0.70 w" => stepover = "0.7" => "0.7 mm"
+            travel_speed = "0.75 m/min" =>  => 1 of its four
+            kind = "waam" => kind = "fdm" => waam
+            smoothing = "50 %" => smoothing = "150 %" => 0 % to 100 %
+            efficiency = "100 %" => efficiency = "300 %" => at most 100 %
+            travel_speed = "0.75 m/min" => travel_speed = "1000000000 m/min" => at most 60 m/min
+            pause = "30 s" => pause = "1e300 s" => 0 s to
+            ctwd_min = "8 mm" => ctwd_min = "28 mm" => no distance
+            build_direction = [0.0, 0.0, 1.0] => build_direction = [0.0, 0.0, 0.0] => no direction"#,
+        );
     }
 
     /// Every mistake of a file is told at once, and what is proposed in its place mends it.

@@ -1,26 +1,17 @@
 //! Why a scan-head job could not be done.
 
-use meltpath_base::Cancelled;
-use meltpath_base::output::OutputError;
 use meltpath_scan_head::head::error::HeadError;
 use meltpath_thermal::pool::fusion::FusionError;
 
 use super::heat::HeatError;
-use crate::cancel::cancellable;
-use crate::job::JobError;
+use crate::cancel::{Stop, cancellable, stops};
 
 /// Why a scan-head job could not be done. Nothing was written then.
 #[derive(Debug, thiserror::Error)]
 pub enum LpbfError {
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The job file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
     /// The scan head.
     #[error(transparent)]
     Head(HeadError),
@@ -28,6 +19,8 @@ pub enum LpbfError {
     #[error("cannot tell what the laser melts: {0}")]
     Heat(HeatError),
 }
+
+stops!(LpbfError);
 
 cancellable!(LpbfError:
     HeadError => Head, HeadError::Cancelled(c) => c;

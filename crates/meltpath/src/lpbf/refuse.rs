@@ -45,7 +45,7 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
             _ => refused("", &e),
         })?);
         layers()
-            .and_then(|layers| ready_for(&head, plan.settings.path, layers))
+            .and_then(|layers| ready_for(&head, *plan.settings.job.lpbf.path, layers))
             .map_err(|e| refused(" with lpbf.path", &e))?;
     }
     Ok(surveys)
@@ -55,7 +55,7 @@ pub(super) fn check(job: &LpbfJob, plan: &Plan) -> Result<Vec<Survey>, Problem> 
 fn too_long(recipe: &Recipe, plan: &Plan) -> Option<String> {
     let longest = plan.settings.data.head.longest_delay?;
     let written = recipe.delays.on.max(recipe.delays.off);
-    let run = plan.settings.delays == DelayChoice::Recipe;
+    let run = *plan.settings.job.lpbf.delays == DelayChoice::Recipe;
     (run && written > longest).then(|| {
         format!(
             "its laser delay of {:.0} µs is longer than the head's longest_laser_delay, {:.0} µs",

@@ -103,7 +103,7 @@ pub fn run(
             surveys.push(plain.survey(plan.work.layers(recipe)?)?);
         }
         let layers = plan.work.layers(recipe)?;
-        heads.push(ready_for(plain, settings.path, layers)?);
+        heads.push(ready_for(plain, *settings.job.lpbf.path, layers)?);
     }
     let mut results = Vec::with_capacity(recipes.len());
     for (k, (recipe, (head, survey))) in recipes.iter().zip(heads.iter().zip(&surveys)).enumerate()
@@ -116,7 +116,7 @@ pub fn run(
             reporter: &reporter,
             observer,
         };
-        results.push(match settings.motion {
+        results.push(match *settings.job.output.motion {
             None => run.execute(None)?,
             Some(form) => {
                 let name = format!("series/motion-{}", k + 1);
@@ -173,7 +173,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     /// Tunes the delays where the job asks for it; `None` else.
     fn tuned(&self) -> Result<Option<(Tuned, Vec<DelayScore>)>, LpbfError> {
-        if self.plan.settings.delays == DelayChoice::Recipe {
+        if *self.plan.settings.job.lpbf.delays == DelayChoice::Recipe {
             return Ok(None);
         }
         let (head, recipe) = (self.head, self.recipe);
@@ -365,7 +365,7 @@ fn contour_remedy(settings: &Settings) -> String {
     } else {
         "a controller tuned on this head (`meltpath tune`)"
     };
-    match settings.path {
+    match *settings.job.lpbf.path {
         PathChoice::Preview => controller.to_owned(),
         PathChoice::AsCommanded | PathChoice::Synchronised => {
             format!("{controller}, or lpbf.path = \"preview\"")
@@ -421,7 +421,7 @@ fn dark_check(
 
 /// The marks that the recipes' own delays leave dark, before anything is run; tuned delays leave none.
 fn foretold(plan: &Plan) -> Result<Vec<String>, HeadError> {
-    if plan.settings.delays == DelayChoice::Tuned {
+    if *plan.settings.job.lpbf.delays == DelayChoice::Tuned {
         return Ok(Vec::new());
     }
     let period = plan.settings.data.head.period;
@@ -447,7 +447,10 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
     let mut checks = Vec::new();
     for (k, r) in results.iter().enumerate() {
         let number = k + 1;
-        let below = 100.0 * r.errors.contour.share_below(settings.contour_error);
+        let below = 100.0
+            * r.errors
+                .contour
+                .share_below(settings.job.checks.contour_error.0);
         let id = format!("contour-{number}");
         checks.push(if r.errors.contour.total() == 0 {
             Check::not_checked(
@@ -460,7 +463,7 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
             let share = |further: f64| {
                 r.errors
                     .contour
-                    .share_below(settings.contour_error + further)
+                    .share_below(settings.job.checks.contour_error.0 + further)
             };
             let found = match left_out.flatten() {
                 Some(s) => Measure::new(below, 50.0 * (share(s) - share(-s)), "%"),
@@ -471,10 +474,10 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
                 &format!(
                     "{}: contour points within {:.0} µm",
                     r.recipe.name,
-                    1e3 * settings.contour_error
+                    1e3 * settings.job.checks.contour_error.0
                 ),
                 found,
-                Limit::AtLeast(100.0 * settings.contour_share),
+                Limit::AtLeast(100.0 * settings.job.checks.contour_share.0),
             );
             let (check, remedy) = match left_out {
                 Some(None) => unless_measured(check, contour_remedy(settings)),
@@ -486,16 +489,23 @@ fn checks(settings: &Settings, results: &[RecipeResult<'_>], reporter: &Reporter
         });
         checks.extend(dark_check(number, &r.recipe.name, r.delays, &r.darkness));
         // contours alone have no surface to fill
-        let fills = settings.fill_rate.filter(|_| r.fills());
+        let fills = settings
+            .job
+            .checks
+            .fill_rate
+            .filter(|_| r.fills())
+            .map(|rate| rate.0);
         checks.extend(fills.map(|limit| {
             let (id, title) = (format!("fill-{number}"), r.fill_title());
             let found = Measure::exact(100.0 * r.fill[2], "%");
-            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit)).remedy(
-                match settings.delays {
-                    DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
-                    DelayChoice::Tuned => "a closer hatch",
-                },
-            )
+            Check::judge(&id, &title, found, Limit::AtLeast(100.0 * limit)).remedy(match *settings
+                .job
+                .lpbf
+                .delays
+            {
+                DelayChoice::Recipe => "lpbf.delays = \"tuned\", or a closer hatch",
+                DelayChoice::Tuned => "a closer hatch",
+            })
         }));
     }
     let melted = |k: usize, r: &RecipeResult<'_>| {
@@ -547,7 +557,7 @@ fn resolved(
     });
     found.map_err(|problems| match observer.check() {
         // whatever reading the part says of it, the job is not to blame
-        Err(cancelled) => LpbfError::Cancelled(cancelled),
+        Err(cancelled) => cancelled.into(),
         Ok(()) => JobError::in_file(job_file, text, problems).into(),
     })
 }

@@ -12,33 +12,23 @@ use meltpath_scan_head::search::Bounds;
 
 use super::heat::{self, HeatSettings};
 use crate::data::{DataFileError, DataText};
-use crate::job::lpbf::{ChecksTable, DelayChoice, LpbfJob, MotionForm, OptimiseTable, PathChoice};
+use crate::job::lpbf::{ChecksTable, LpbfJob, OptimiseTable};
 use crate::job::{Problems, Written};
 use crate::tune::choose;
 
 /// A resolved scan-head job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// The job: values that need no resolving are read there.
+    pub job: LpbfJob,
     /// The head, and the reference plate it comes with.
     pub data: HeadData,
     /// The recipes, the one to compare with first.
     pub recipes: Vec<Recipe>,
-    /// Which delays.
-    pub delays: DelayChoice,
-    /// Contour error that counts as good, mm.
-    pub contour_error: f64,
-    /// Least share of contour points within it.
-    pub contour_share: f64,
-    /// Least fill rate.
-    pub fill_rate: Option<f64>,
     /// Axes whose controller was made for another motor.
     pub foreign: Vec<char>,
-    /// What is made of the path being known ahead.
-    pub path: PathChoice,
     /// The recipe search, where the job asks for one.
     pub search: Option<Bounds>,
-    /// The form in which whole marked paths are written.
-    pub motion: Option<MotionForm>,
     /// What the heat engine is told, where the job asks for it.
     pub heat: Option<HeatSettings>,
     /// Every value with its origin.
@@ -126,17 +116,12 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         )?),
     };
     Ok(Settings {
+        job: (**job).clone(),
         heat,
         search,
         data,
         recipes,
-        delays: *job.lpbf.delays,
-        contour_error: job.checks.contour_error.0,
-        contour_share: job.checks.contour_share.0,
-        fill_rate: job.checks.fill_rate.map(|r| r.0),
         foreign,
-        path: *job.lpbf.path,
-        motion: *job.output.motion,
         provenance: r,
     })
 }

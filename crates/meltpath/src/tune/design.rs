@@ -204,7 +204,7 @@ pub(crate) fn design(
     } else {
         Choice::HInfinity
     };
-    let choice = settings.choice.unwrap_or(fallback);
+    let choice = settings.file.export.controller.unwrap_or(fallback);
     let mut result = AxisResult {
         task: task.clone(),
         tuned,
@@ -238,7 +238,7 @@ fn leave(result: &mut AxisResult, settings: &Settings) -> Result<(), TuneError> 
     };
     let limit = Some(settings.limit.unwrap_or(result.task.axis.limits.current));
     let name = format!("controller_{letter}");
-    let export = match settings.form {
+    let export = match *settings.file.export.form {
         ExportForm::Sections => {
             Exported::sections(&name, system, settings.word, limit, settings.anti_windup)
         }
@@ -324,7 +324,7 @@ fn candidate(
                 .transpose()
         },
     );
-    let draws = if settings.draws == 0 {
+    let draws = if *settings.file.compare.draws == 0 {
         Vec::new()
     } else {
         // what scatters is how the axis arrives
@@ -334,8 +334,8 @@ fn candidate(
             &samples,
             settings.data.head.period,
             &settings.scatter,
-            settings.draws,
-            settings.seed,
+            *settings.file.compare.draws,
+            *settings.file.compare.seed,
             observer,
         )
         .map_err(step(letter, "scattered motors"))?

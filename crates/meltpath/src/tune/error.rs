@@ -1,7 +1,6 @@
 //! Why an axis is not tuned.
 
 use meltpath_base::Cancelled;
-use meltpath_base::output::OutputError;
 use meltpath_control::export::ExportError;
 use meltpath_numerics::swarm::SwarmError;
 use meltpath_perception::RecordError;
@@ -12,7 +11,7 @@ use meltpath_scan_head::servo::refine::RefineError;
 use meltpath_scan_head::servo::robust::RobustError;
 use meltpath_scan_head::servo::synthesis::ServoError;
 
-use crate::job::JobError;
+use crate::cancel::{Stop, stops};
 
 /// Why an axis is not tuned.
 #[derive(Debug, thiserror::Error)]
@@ -40,16 +39,12 @@ pub enum TuneError {
         /// The head's, µs.
         wanted: f64,
     },
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The tuning file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
 }
+
+stops!(TuneError);
 
 /// Why a step of the tuning fails.
 #[derive(Debug, thiserror::Error)]
@@ -100,7 +95,7 @@ pub(crate) fn step<E: Into<StepError>>(
     move |source| {
         let source = source.into();
         match source.cancelled() {
-            Some(c) => TuneError::Cancelled(c),
+            Some(c) => c.into(),
             None => TuneError::Step { axis, step, source },
         }
     }

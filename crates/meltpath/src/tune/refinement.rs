@@ -75,9 +75,9 @@ pub(crate) fn refined(
     let loops = Bounds::Loops {
         motor: &task.axis.motor,
         targets: &task.targets,
-        loss: settings.refine_loss,
+        loss: settings.file.cascade.refine.slower.0,
     };
-    let (set_points, wanted, trials, bounds) = match settings.refine {
+    let (set_points, wanted, trials, bounds) = match *settings.file.cascade.refine.on {
         RefineOn::Nothing => return Ok(None),
         RefineOn::Record => {
             let rows = record.unwrap_or_default();
@@ -133,17 +133,17 @@ impl Outcome {
         let rms = trial(&axis, &task.signal.samples(period)?, settings)?
             .error
             .rms();
-        let draws = if settings.draws == 0 {
+        let draws = if *settings.file.compare.draws == 0 {
             Vec::new()
         } else {
             let samples = short_signal(task, settings)?;
-            let (scatter, seed) = (&settings.scatter, settings.seed);
+            let (scatter, seed) = (&settings.scatter, *settings.file.compare.seed);
             monte_carlo(
                 &axis,
                 &samples,
                 period,
                 scatter,
-                settings.draws,
+                *settings.file.compare.draws,
                 seed,
                 observer,
             )?
@@ -196,7 +196,7 @@ pub(crate) fn kept(
         );
         return Ok(*start);
     }
-    if settings.refine == RefineOn::Tracking {
+    if *settings.file.cascade.refine.on == RefineOn::Tracking {
         let outcome = |g| Outcome::of(task, settings, g, observer).map_err(step(letter, failed));
         if outcome(&refined.gains)?.is_worse_than(&outcome(start)?) {
             reporter.warn(
@@ -211,7 +211,7 @@ pub(crate) fn kept(
         .runs
         .iter()
         .filter(|r| {
-            settings.refine == RefineOn::Tracking
+            *settings.file.cascade.refine.on == RefineOn::Tracking
                 && r.after
                     .as_ref()
                     .is_none_or(|e| is_lost(e.largest(), task.signal.amplitude))

@@ -16,9 +16,7 @@ use meltpath_scan_head::servo::model::{Loop, ServoModel};
 use meltpath_scan_head::servo::robust::Spread;
 use meltpath_scan_head::servo::synthesis::{Target, Targets};
 
-use super::file::{
-    AxisName, Choice, ExportForm, RefineOn, RobustTable, TemplateTable, TuneFile, Windup, WordName,
-};
+use super::file::{AxisName, RobustTable, TemplateTable, TuneFile, Windup, WordName};
 use crate::job::{Problems, Written};
 use crate::lpbf::settings::head_data;
 
@@ -42,14 +40,12 @@ pub struct AxisTask {
 /// A resolved tuning file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// The file: values that need no resolving are read there.
+    pub file: TuneFile,
     /// The head.
     pub data: HeadData,
     /// What is asked, one entry an axis.
     pub tasks: Vec<AxisTask>,
-    /// What gains are refined for, by which swarm, on which record and mapping.
-    pub refine: RefineOn,
-    /// What feedback alone may lose in the refinement.
-    pub refine_loss: f64,
     /// The swarm of the refinement.
     pub refine_swarm: Swarm,
     /// Record and mapping.
@@ -62,14 +58,6 @@ pub struct Settings {
     pub robust_swarm: Swarm,
     /// Scatter of motors.
     pub scatter: Scatter,
-    /// Number of scattered motors.
-    pub draws: usize,
-    /// Seed.
-    pub seed: u64,
-    /// Which controller leaves.
-    pub choice: Option<Choice>,
-    /// Form, word, what is done while cut.
-    pub form: ExportForm,
     /// Word.
     pub word: Word,
     /// The cut, A.
@@ -114,9 +102,8 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
     let c = &file.compare;
     let [coefficient, signal] = *e.bits;
     Ok(Settings {
+        file: (**file).clone(),
         tasks,
-        refine: *refine.on,
-        refine_loss: refine.slower.0,
         refine_swarm: Swarm {
             particles: *refine.particles,
             iterations: *refine.iterations,
@@ -133,10 +120,6 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
             delay: c.delay.or_computed(&mut told, Time(half)).0,
             noise: c.noise.0,
         },
-        draws: *c.draws,
-        seed: *c.seed,
-        choice: *e.controller,
-        form: *e.form,
         word: match *e.word {
             WordName::Double => Word::Double,
             WordName::Single => Word::Single,

@@ -51,7 +51,12 @@ pub(crate) fn trial(
     set_points: &[f64],
     settings: &Settings,
 ) -> Result<Trial, AxisError> {
-    let record = run(axis, set_points, settings.data.head.period, settings.seed)?;
+    let record = run(
+        axis,
+        set_points,
+        settings.data.head.period,
+        *settings.file.compare.seed,
+    )?;
     Ok(Trial {
         error: TrackingError::of(set_points, &record.angle),
         peak_current: record.current.iter().fold(0.0, |m, i| f64::max(m, i.abs())),

@@ -137,7 +137,7 @@ fn judged_table(plan: &Plan, outcome: &Outcome) -> Option<Table> {
             "error of the heat (%)",
         ],
     );
-    let height = plan.settings.layer;
+    let height = plan.settings.job.ebm.layer.0;
     let cell =
         |edge: f64, height: f64| Cell::text(&format!("{:.1} x {:.1}", 1e3 * edge, 1e3 * height));
     let paths = [

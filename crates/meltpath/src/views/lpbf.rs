@@ -117,7 +117,7 @@ pub(crate) fn facts(plan: &Plan, results: &[RecipeResult<'_>]) -> Vec<Fact> {
             Measure::exact(r.duration, "s"),
             "",
         ));
-        if plan.settings.fill_rate.is_none() && r.fills() {
+        if plan.settings.job.checks.fill_rate.is_none() && r.fills() {
             facts.push(Fact::new(
                 &format!("fill-{number}"),
                 &r.fill_title(),

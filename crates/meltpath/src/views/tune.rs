@@ -167,7 +167,7 @@ fn sections(result: &AxisResult, settings: &Settings) -> Result<Vec<Section>, Tu
     if let Some(s) = &settings.spread {
         spread.plots.push(bode::sweep(result, s.modulus_margin));
     }
-    if settings.draws > 0 {
+    if *settings.file.compare.draws > 0 {
         spread.plots.push(bode::scattered(&result.candidates));
         spread.tables.push(tables::scattered(result));
     }

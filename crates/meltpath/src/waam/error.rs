@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use meltpath_base::Cancelled;
 use meltpath_base::container::ContainerError;
-use meltpath_base::output::OutputError;
 use meltpath_geometry::overhang::OverhangError;
 use meltpath_geometry::section::SliceError;
 use meltpath_geometry::workpiece::WorkpieceError;
@@ -16,22 +14,15 @@ use super::program::ProgramStageError;
 use super::simulate::SimulateError;
 use super::surface::plan::SurfacePlanError;
 use super::target::TargetError;
-use crate::cancel::cancellable;
-use crate::job::JobError;
+use crate::cancel::{Stop, cancellable, stops};
 use crate::stages::part::PartError;
 
 /// Why a wire-arc job or one of its stages could not be done. Nothing was written then.
 #[derive(Debug, thiserror::Error)]
 pub enum WaamError {
-    /// The person stopped it.
+    /// What stops any command.
     #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The job file.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+    Stop(#[from] Stop),
     /// The part.
     #[error(transparent)]
     Part(PartError),
@@ -62,6 +53,8 @@ pub enum WaamError {
         source: ContainerError,
     },
 }
+
+stops!(WaamError);
 
 cancellable!(WaamError:
     PartError => Part, PartError::Cancelled(c) => c;

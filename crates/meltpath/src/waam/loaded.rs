@@ -85,7 +85,7 @@ pub(super) fn other_process(path: &Path, text: &str) -> WaamError {
     let problem = Problem::new("this command is for wire-arc jobs")
         .at(place)
         .help("`meltpath run` takes jobs of every process");
-    WaamError::Job(JobError::in_file(path, text, problem))
+    JobError::in_file(path, text, problem).into()
 }
 
 /// A name for people: the part's, or the folder's where the job file has none of its own.

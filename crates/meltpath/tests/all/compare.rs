@@ -2,7 +2,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::warned;
+use crate::support::{warned, write};
 use meltpath::compare::quantity::Quantity;
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
@@ -17,8 +17,7 @@ fn run(folder: &Path) -> PathBuf {
     }
     std::fs::write(folder.join("path.csv"), path).unwrap();
     let job = "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 3\n";
-    let file = folder.join("job.toml");
-    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
+    let file = write(folder, "job.toml", crate::ebm::previewed(job));
     let out = folder.join("run");
     chain::run(&file, Some(&out), folder, &Silent).unwrap();
     out
@@ -42,8 +41,7 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
         .unwrap();
     }
     table += "50,0,-0.02,0.1,775\n1,0,-0.02,500,775\n";
-    let file = folder.join("sensors.csv");
-    std::fs::write(&file, &table).unwrap();
+    let file = write(folder, "sensors.csv", &table);
     let out = folder.join("first");
     let found = compare::compare(&run, Some(&file), Some(&out), folder, &Silent).unwrap();
     assert_eq!(found.parts[0].left_out, [1, 1]);
@@ -80,8 +78,7 @@ fn a_run_is_compared_with_a_table_and_with_itself() {
             }
         })
         .collect();
-    let again = folder.join("own.csv");
-    std::fs::write(&again, own).unwrap();
+    let again = write(folder, "own.csv", own);
     let same = compare::compare(
         &run,
         Some(&again),
@@ -184,8 +181,7 @@ fn every_layer_is_compared() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let job = "[process]\nkind = \"ebm\"\n[ebm]\nlayers = 3\n[charts]\nstop = \"3700 °C\"\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"1 mm\"], [\"0 mm\", \"1 mm\"]]\n[hatch]\n";
-    let file = folder.join("job.toml");
-    std::fs::write(&file, crate::ebm::previewed(job)).unwrap();
+    let file = write(folder, "job.toml", crate::ebm::previewed(job));
     let run = folder.join("run");
     chain::run(&file, Some(&run), folder, &Silent).unwrap();
     // on the surface, which is 750 °C until the beam comes
@@ -202,9 +198,7 @@ fn every_layer_is_compared() {
                 .unwrap();
             }
         }
-        let file = folder.join(name);
-        std::fs::write(&file, text).unwrap();
-        file
+        write(folder, name, text)
     };
     let out = folder.join("out");
     let found = compare::compare(
@@ -256,11 +250,7 @@ fn every_layer_is_compared() {
 fn what_cannot_be_compared_is_named() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let write = |name: &str, text: &str| {
-        let file = folder.join(name);
-        std::fs::write(&file, text).unwrap();
-        file
-    };
+    let write = |name: &str, text: &str| write(folder, name, text);
     let table = write("a.csv", "x,y,z,t,T\n0,0,0,0,900\n");
     let away = write("b.csv", "x,y,z,t,T\n5,0,0,0,900\n");
     let told = |against: &Path, table: &Path| {

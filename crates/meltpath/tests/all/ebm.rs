@@ -13,7 +13,7 @@ mod spots;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::support::{plan_of, warned};
+use crate::support::{plan_of, refusal, rows, says, warned, write};
 use meltpath::ebm::plan::planned;
 use meltpath::ebm::settings::resolve;
 use meltpath::ebm::simulate::simulate;
@@ -49,9 +49,7 @@ pub(crate) fn previewed(text: &str) -> String {
 
 fn job(folder: &Path, extra: &str, focus: f64) -> std::path::PathBuf {
     std::fs::write(folder.join("path.csv"), path(6, focus)).unwrap();
-    let file = folder.join("job.toml");
-    std::fs::write(&file, previewed(&format!("{JOB}{extra}"))).unwrap();
-    file
+    write(folder, "job.toml", previewed(&format!("{JOB}{extra}")))
 }
 
 #[test]
@@ -89,15 +87,16 @@ fn a_small_job_runs_and_learns() {
         assert!(out.join(name).is_file(), "{name}");
     }
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    for said in [
-        "Section along x through the hottest place, charts",
-        "Section along y through x 1 mm, y 0.25 mm, charts",
-        "x 50 mm, y 0 mm lies outside the voxels",
-        "as given",
-        "better path",
-    ] {
-        assert!(report.contains(said), "{said}");
-    }
+    says(
+        &report,
+        &[
+            "Section along x through the hottest place, charts",
+            "Section along y through x 1 mm, y 0.25 mm, charts",
+            "x 50 mm, y 0 mm lies outside the voxels",
+            "as given",
+            "better path",
+        ],
+    );
     // the charts it wrote serve the next run, and the path it wrote is one
     let again = dir.path().join("again.toml");
     let text = format!("{JOB}files = [\"out/charts/1.melt\"]\n")
@@ -123,8 +122,7 @@ fn a_region_is_hatched_layer_by_layer() {
     let dir = tempfile::tempdir().unwrap();
     let text = JOB.replace("path = \"path.csv\"\n", "")
         + "[ebm]\nlayers = 2\n[hatch]\nspacing = \"0.1 mm\"\n[window]\nbody = [\"2 mm\", \"2 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"2 mm\", \"2 mm\"], [\"0 mm\", \"2 mm\"]]\nholes = [[[\"0.8 mm\", \"0.8 mm\"], [\"1.2 mm\", \"0.8 mm\"], [\"1.2 mm\", \"1.2 mm\"]]]\n[checks]\nin_window = \"1 %\"\n";
-    let file = dir.path().join("job.toml");
-    std::fs::write(&file, previewed(&text)).unwrap();
+    let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
     chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
@@ -146,8 +144,7 @@ fn a_region_is_hatched_layer_by_layer() {
             format!("{extra}{text}")
         };
         std::fs::write(&file, wrong).unwrap();
-        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-        assert!(error.to_string().contains(what), "{error}");
+        says(&refusal(&file), &[what]);
     }
 }
 
@@ -158,8 +155,7 @@ fn a_path_is_found_on_the_reference_solver() {
     let plain = JOB.replace("[charts]\n", "[charts]\nmemory = \"none\"\n");
     let text = plain.replace("path = \"path.csv\"\n", "")
         + "[hatch]\nstrategy = \"one-way\"\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"2 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\norders = [\"backwards\"]\nrounds = 4\ncell = \"0.1 mm\"\n[checks]\nin_window = \"5 %\"\n";
-    let file = dir.path().join("job.toml");
-    std::fs::write(&file, previewed(&text)).unwrap();
+    let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
     let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     // one run of the solver shows no convergence
@@ -174,15 +170,16 @@ fn a_path_is_found_on_the_reference_solver() {
     let warned = |code: &str| outcome.verdict.warnings.iter().any(|w| w.code == code);
     assert!(warned("laws-extrapolated-reference"));
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    for what in [
-        "laws of",
-        "Beam current along lines",
-        "Voxels of the region on the reference solver",
-        "Orders and strategies tried",
-        "backwards",
-    ] {
-        assert!(report.contains(what), "{what}");
-    }
+    says(
+        &report,
+        &[
+            "laws of",
+            "Beam current along lines",
+            "Voxels of the region on the reference solver",
+            "Orders and strategies tried",
+            "backwards",
+        ],
+    );
     let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
     let currents: std::collections::BTreeSet<&str> = csv
         .lines()
@@ -199,11 +196,7 @@ fn a_path_is_found_on_the_reference_solver() {
     assert!(apart.fold(0.0, f64::max) < 1.0);
     let wrong = text.replace("solver = \"reference\"\n", "");
     std::fs::write(&file, wrong).unwrap();
-    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-    assert!(
-        error.to_string().contains("need the reference solver"),
-        "{error}"
-    );
+    says(&refusal(&file), &["need the reference solver"]);
 }
 
 /// Optimiser and judge read the good body's middle alike: with the same cells and steps both have the same window.
@@ -212,8 +205,7 @@ fn optimiser_and_judge_speak_of_one_window() {
     let dir = tempfile::tempdir().unwrap();
     let text = JOB.replace("path = \"path.csv\"\n", "")
         + "[hatch]\n[window]\nbody = [\"2 mm\", \"1.5 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1.2 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nrounds = 1\ncell = \"0.125 mm\"\nstep = \"10 us\"\n[judge]\nsolver = \"reference\"\nground = \"thesis-box\"\nbeyond = \"0.1 mm\"\ncell = \"0.125 mm\"\nstep = \"10 us\"\n";
-    let file = dir.path().join("job.toml");
-    std::fs::write(&file, previewed(&text)).unwrap();
+    let file = write(dir.path(), "job.toml", previewed(&text));
     let plan = plan_of(&file);
     let outcome = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     let found = outcome.found.unwrap().reference.unwrap();
@@ -245,19 +237,13 @@ fn what_cannot_be_is_refused_with_its_place() {
     assert!(refused("[ebm]\nspeed = 3\n", 4e-3).contains("there is no key `speed` in [ebm]"));
     // a step in which a voxel would melt whole
     let file = job(dir.path(), "step = \"0.5 ms\"\n", 4e-3);
-    let error = chain::run(&file, None, dir.path(), &Silent)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("loses the phase change"), "{error}");
+    says(&refusal(&file), &["loses the phase change"]);
     // charts that are cut short, and what is none
     for (bytes, said) in [(&b"MELT"[..], "cut"), (&b"no chart at all"[..], "none")] {
         std::fs::write(dir.path().join("a.melt"), bytes).unwrap();
         let text = JOB.replace("[charts]\n", "[charts]\nfiles = [\"a.melt\"]\n");
-        let file = dir.path().join("charts.toml");
-        std::fs::write(&file, previewed(&text)).unwrap();
-        let error = chain::run(&file, None, dir.path(), &Silent)
-            .unwrap_err()
-            .to_string();
+        let file = write(dir.path(), "charts.toml", previewed(&text));
+        let error = refusal(&file);
         assert!(
             error.contains("cannot use the charts") && error.contains("a.melt"),
             "{said}: {error}"
@@ -265,8 +251,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     }
     let file = job(dir.path(), "", 4e-3);
     std::fs::write(dir.path().join("path.csv"), "t_s,x_mm\n").unwrap();
-    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-    assert!(error.to_string().contains("the columns are"), "{error}");
+    says(&refusal(&file), &["the columns are"]);
 }
 
 /// Every file that is not there and every value that cannot be, at once; values alone are resolved without reading any of them.
@@ -274,14 +259,14 @@ fn what_cannot_be_is_refused_with_its_place() {
 fn all_that_is_missing_is_told_at_once() {
     let dir = tempfile::tempdir().unwrap();
     let text = "path = \"beam.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nmaterial = \"gold\"\n[charts]\nfiles = [\"one.melt\", \"two.melt\"]\n[window]\ngood = \"good.csv\"\n";
-    let file = dir.path().join("job.toml");
-    std::fs::write(&file, text).unwrap();
+    let file = write(dir.path(), "job.toml", text);
     let told = chain::doctor(&file, &Silent).unwrap();
     assert_eq!(told.problems(), 5);
     let refused = told.refused.unwrap().to_string();
-    for name in ["beam.csv", "one.melt", "two.melt", "good.csv", "gold"] {
-        assert!(refused.contains(name), "{name}: {refused}");
-    }
+    says(
+        &refused,
+        &["beam.csv", "one.melt", "two.melt", "good.csv", "gold"],
+    );
     // files that are there and do not read: both
     for name in ["beam.csv", "good.csv"] {
         std::fs::write(dir.path().join(name), "no path\n").unwrap();
@@ -408,14 +393,15 @@ fn a_small_job_is_judged() {
     assert!(told.iter().any(|f| f.id == "in-window-charts"), "{told:?}");
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(out.join("fields/voxels-reference.vti").is_file());
-    for said in [
-        "Judged on the reference solver",
-        "Section along x through the hottest place, reference solver",
-        "twice the cell",
-        "1 % more power",
-    ] {
-        assert!(report.contains(said), "{said}");
-    }
+    says(
+        &report,
+        &[
+            "Judged on the reference solver",
+            "Section along x through the hottest place, reference solver",
+            "twice the cell",
+            "1 % more power",
+        ],
+    );
 }
 
 /// The whole section is judged, what melts outside it too; a part of it, or one in which nothing melts, never passes.
@@ -448,13 +434,14 @@ fn the_whole_section_is_judged() {
     let (status, share, reason) = whole("in-window");
     assert_eq!(status, Status::Pass, "{reason}");
     assert!(share > 99.0, "{share}");
-    for variant in [
-        "twice the planes",
-        "the ground twice as deep",
-        "the ground twice as wide",
-    ] {
-        assert!(reason.contains(variant), "{variant}: {reason}");
-    }
+    says(
+        &reason,
+        &[
+            "twice the planes",
+            "the ground twice as deep",
+            "the ground twice as wide",
+        ],
+    );
     assert_eq!(whole("unmelted").0, Status::Pass);
     assert_eq!(whole("unfused").0, Status::Pass);
     let (status, share, _) = whole("molten-outside");
@@ -494,8 +481,7 @@ fn lines_overrun_the_contour() {
     let dir = tempfile::tempdir().unwrap();
     let text = JOB.replace("path = \"path.csv\"\n", "")
         + "[hatch]\nstrategy = \"one-way\"\noverrun = \"0.2 mm\"\n[window]\nbody = [\"1.5 mm\", \"1 mm\"]\n[region]\ncontour = [[\"0 mm\", \"0 mm\"], [\"1.5 mm\", \"0 mm\"], [\"0 mm\", \"1 mm\"]]\n[optimise]\nmethod = \"learning\"\nsolver = \"reference\"\nchange = \"current\"\nrounds = 3\ncell = \"0.1 mm\"\nplanes = 2\n[checks]\nin_window = \"0 %\"\n";
-    let file = dir.path().join("job.toml");
-    std::fs::write(&file, previewed(&text)).unwrap();
+    let file = write(dir.path(), "job.toml", previewed(&text));
     let out = dir.path().join("out");
     chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let csv = std::fs::read_to_string(out.join("path.csv")).unwrap();
@@ -515,20 +501,12 @@ fn lines_overrun_the_contour() {
     );
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(report.contains("hatch.overrun") && report.contains("optimise.planes"));
-    for (from, to, what) in [
-        (
-            "planes = 2",
-            "planes = 0",
-            "optimise.planes is 0: it must be 1 to 16",
-        ),
-        (
-            "[hatch]",
-            "[modulation]\n[hatch]",
-            "beyond the contour, where [modulation]",
-        ),
-    ] {
+    for [from, to, what] in &rows(
+        r"
+        planes = 2 => planes = 0 => optimise.planes is 0: it must be 1 to 16
+        [hatch] => [modulation]\n[hatch] => beyond the contour, where [modulation]",
+    ) {
         std::fs::write(&file, text.replace(from, to)).unwrap();
-        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-        assert!(error.to_string().contains(what), "{error}");
+        says(&refusal(&file), &[what]);
     }
 }

@@ -1,4 +1,5 @@
 //! `meltpath fit`: the thesis' struts, and a beam that is found again from what it would build.
+use crate::support::write;
 use std::path::Path;
 
 use meltpath::fit::{fit, measurements};
@@ -53,8 +54,7 @@ fn a_beam_is_found_again_from_walls_struts_and_pores() {
             100.0 * pores
         )
     };
-    let file = dir.path().join("m.toml");
-    std::fs::write(&file, text(1.0, 1.0, 0.0)).unwrap();
+    let file = write(dir.path(), "m.toml", text(1.0, 1.0, 0.0));
     let measured = measurements::read(&file).unwrap();
     let material = meltpath_thermal::material::file::read(
         meltpath_data::materials::TI6AL4V_EBM.text,

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::support::{check, thin_wall};
+use crate::support::{check, says, thin_wall, write};
 use meltpath::waam::simulate_program;
 use meltpath_base::{Silent, Status, Verdict};
 
@@ -41,9 +41,7 @@ fn written(folder: &Path, lines: &[&str], places: &[[f64; 2]]) -> PathBuf {
         writeln!(text, "P[{n}]{{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = 0 mm, Z = {z} mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};").unwrap();
     }
     text += "/END\n";
-    let path = folder.join("wall.ls");
-    std::fs::write(&path, text).unwrap();
-    path
+    write(folder, "wall.ls", text)
 }
 
 /// A job for it, with a cell that knows schedule 7.
@@ -208,9 +206,10 @@ fn a_folder_of_programs_is_simulated_from_its_main() {
     assert!(outcome.verdict.facts.iter().any(|f| f.id == "wire-mass"));
     // every program is among the inputs
     let provenance = std::fs::read_to_string(outcome.folder.join("provenance.json")).unwrap();
-    for file in ["MAIN.LS", "FIRST.LS", "SECOND.LS", "wall.ls"] {
-        assert!(provenance.contains(file), "{file}");
-    }
+    says(
+        &provenance,
+        &["MAIN.LS", "FIRST.LS", "SECOND.LS", "wall.ls"],
+    );
     call("OTHER", "WALL");
     let error = simulate().unwrap_err().to_string();
     assert!(error.contains("MAIN, OTHER"), "{error}");
@@ -398,8 +397,7 @@ fn coordinated_beads_are_laid_in_the_frame_of_the_part() {
         .unwrap();
     }
     text += "/END\n";
-    let program = dir.path().join("wall.ls");
-    std::fs::write(&program, text).unwrap();
+    let program = write(dir.path(), "wall.ls", text);
     let verdict = |name: &str| {
         let runs = dir.path().join(name);
         simulate_program(&program, Some(&job), None, &runs, &Silent)

@@ -1,5 +1,6 @@
 //! What a plan is expected to fail is what its run fails, and the other way round: on the templates and on shapes of other kinds.
 
+use crate::support::says;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -165,9 +166,9 @@ fn a_bead_outside_the_map_is_undecided_and_foretold() {
     }
     fs::write(&job, text).unwrap();
     let told = waam::examine(&job, &Silent).unwrap().notes.join("\n");
-    assert!(
-        told.contains("cannot say: beads laid at settings outside the process map"),
-        "{told}"
+    says(
+        &told,
+        &["cannot say: beads laid at settings outside the process map"],
     );
     let out = dir.path().join("run");
     let verdict = waam::run(&job, Some(&out), dir.path(), &Silent)

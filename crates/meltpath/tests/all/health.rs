@@ -1,4 +1,5 @@
 //! The health test from records and from the simulated bench to its history.
+use crate::support::{rows, says};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -47,14 +48,15 @@ fn drift_is_told_against_the_history_with_fault_and_action() {
         "{worst:?}"
     );
     let page = fs::read_to_string(bad.folder.join("report.html")).unwrap();
-    for words in [
-        "intervention needed",
-        "Coulomb torque",
-        "2026-03-05",
-        "lubrication",
-    ] {
-        assert!(page.contains(words), "{words}");
-    }
+    says(
+        &page,
+        &[
+            "intervention needed",
+            "Coulomb torque",
+            "2026-03-05",
+            "lubrication",
+        ],
+    );
     // the file: one line a test, readable by anyone
     let history = History::open(&folder, "demo/two-axis-150/y").unwrap();
     assert_eq!(history.entries().len(), 4);
@@ -81,10 +83,7 @@ fn drift_is_told_against_the_history_with_fault_and_action() {
         test(&subject, &bench, &folder, &when, &Reporter::new())
     };
     let error = as_new().unwrap_err().to_string();
-    assert!(
-        error.contains("line 5") && error.contains("remove the line"),
-        "{error}"
-    );
+    says(&error, &["line 5", "remove the line"]);
     assert!(
         fs::read_to_string(&file)
             .unwrap()
@@ -102,29 +101,18 @@ fn remedies_of_a_drift_are_true() {
     let folder = dir.path().join("history");
     simulated(&folder, "2026-01-05T08:00:00Z", &[]);
     let time = "2026-02-05T08:00:00Z";
-    for (change, id, named) in [
-        ("resistance=1.4", "drift-resistance", "the coil"),
-        (
-            "inductance=1.4",
-            "drift-inductance",
-            "short-circuited turns",
-        ),
-        (
-            "torque-constant=0.7",
-            "drift-torque-constant",
-            "replace the galvanometer",
-        ),
-        ("inertia=1.12", "drift-inertia", "check the mirror"),
-        ("mode=0.85", "drift-mode-1", "check the mount"),
-        (
-            "viscous=2",
-            "drift-viscous-coefficient",
-            "replace the bearings",
-        ),
-        ("coulomb=2", "drift-Coulomb-torque", "replace the bearings"),
-    ] {
+    for [change, id, named] in &rows(
+        r"
+        resistance=1.4 => drift-resistance => the coil
+        inductance=1.4 => drift-inductance => short-circuited turns
+        torque-constant=0.7 => drift-torque-constant => replace the galvanometer
+        inertia=1.12 => drift-inertia => check the mirror
+        mode=0.85 => drift-mode-1 => check the mount
+        viscous=2 => drift-viscous-coefficient => replace the bearings
+        coulomb=2 => drift-Coulomb-torque => replace the bearings",
+    ) {
         let bad = simulated(&folder, time, &[change]);
-        let failed = bad.verdict.checks.iter().find(|c| c.id == id).unwrap();
+        let failed = bad.verdict.checks.iter().find(|c| c.id == *id).unwrap();
         assert_ne!(failed.status, Status::Pass, "{failed:?}");
         let remedy = failed.remedy.as_ref().unwrap();
         assert!(
@@ -135,7 +123,7 @@ fn remedies_of_a_drift_are_true() {
         let (part, _) = change.split_once('=').unwrap();
         let coil = ["resistance", "inductance", "torque-constant"].contains(&part);
         let coil_part = part.replace('-', " ");
-        for other in bad.verdict.checks.iter().filter(|c| coil && c.id != id) {
+        for other in bad.verdict.checks.iter().filter(|c| coil && c.id != *id) {
             let first = |remedy: &String| remedy.starts_with(&format!("mend what the {coil_part}"));
             assert!(
                 other.remedy.as_ref().is_none_or(first),
@@ -264,10 +252,7 @@ fn records_give_what_the_bench_gave() {
     fs::write(dir.path().join("slow.csv"), slow.join("\n")).unwrap();
     let refused = |second: &str| tried(second, "map.toml", &folder).unwrap_err().to_string();
     let error = refused("slow.csv");
-    assert!(
-        error.contains("record at the head's sample time"),
-        "{error}"
-    );
+    says(&error, &["record at the head's sample time"]);
     // another signal in the second stage: named, and the history stays as it was
     let error = refused("one.csv");
     assert!(error.contains("second stage"), "{error}");

@@ -1,4 +1,5 @@
 //! From a bench's file to a motor.
+use crate::support::says;
 use std::fmt::Write;
 use std::fs;
 
@@ -119,21 +120,12 @@ fn bad_records_are_named_with_what_to_change() {
         kept.join("\n")
     };
     let gap = refused(&without(1001..1011), MAPPING);
-    assert!(
-        gap.contains("samples are missing") && gap.contains("rows = [1001, 2990]"),
-        "{gap}"
-    );
+    says(&gap, &["samples are missing", "rows = [1001, 2990]"]);
     let blank = text.replacen(&format!("\n{},", 50 * 2_000), "\n,", 1);
     let blank = refused(&blank, MAPPING);
-    assert!(
-        blank.contains("row 2001") && blank.contains("rows = [1, 2000]"),
-        "{blank}"
-    );
+    says(&blank, &["row 2001", "rows = [1, 2000]"]);
     let wrong_rate = refused(&text, &format!("sample_time = \"40 us\"\n{MAPPING}"));
-    assert!(
-        wrong_rate.contains("the mapping says 0.000040000 s"),
-        "{wrong_rate}"
-    );
+    says(&wrong_rate, &["the mapping says 0.000040000 s"]);
     let missing = refused(&text, &MAPPING.replace("channels.current", "channels.amps"));
     assert!(missing.contains("[channels.current]"), "{missing}");
     let short = refused(&text, MAPPING);

@@ -6,6 +6,7 @@ mod options;
 mod refused;
 mod section;
 
+use crate::support::write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,16 +27,14 @@ const JOB: &str = "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"two-axis-150\"\n
 
 /// Runs a job text in `folder`; the folder of results.
 fn run(folder: &Path, name: &str, text: &str) -> PathBuf {
-    let job = folder.join(format!("{name}.toml"));
-    fs::write(&job, text).unwrap();
+    let job = write(folder, format!("{name}.toml"), text);
     let out = folder.join(name);
     chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap();
     out
 }
 
 fn refused(folder: &Path, text: &str) -> String {
-    let job = folder.join("wrong.toml");
-    fs::write(&job, text).unwrap();
+    let job = write(folder, "wrong.toml", text);
     let out = folder.join("wrong");
     let error = chain::run(&job, Some(&out), &folder.join("runs"), &Silent).unwrap_err();
     assert!(!out.exists(), "nothing is left behind");
@@ -340,8 +339,11 @@ fn layers_that_cannot_be_run_are_named() {
     }
     // what cannot run is no news after a doctor, who tells it too
     let doctor = |more: &str| {
-        let path = dir.path().join("seen.toml");
-        fs::write(&path, format!("{JOB}layers = \"far.cli\"\n{more}")).unwrap();
+        let path = write(
+            dir.path(),
+            "seen.toml",
+            format!("{JOB}layers = \"far.cli\"\n{more}"),
+        );
         chain::doctor(&path, &Silent).unwrap()
     };
     let refused = doctor("").refused.unwrap();

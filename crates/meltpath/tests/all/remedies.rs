@@ -1,5 +1,6 @@
 //! Remedies are applied: the complaint is gone then, and no other comes in its place.
 
+use crate::support::says;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -185,9 +186,9 @@ fn files_of_ones_own_are_answered_in_their_place() {
         "{found:?}"
     );
     let told = found[0].to_string();
-    assert!(
-        told.contains("mine.toml:5:1: there is no key `standart`; did you mean"),
-        "{told}"
+    says(
+        &told,
+        &["mine.toml:5:1: there is no key `standart`; did you mean"],
     );
     let left = put(
         &mended(&bad_wire, &of("mine.toml")),

@@ -13,6 +13,40 @@ pub(crate) fn check<'a>(verdict: &'a Verdict, id: &str) -> &'a Check {
     found.unwrap_or_else(|| panic!("no check {id}: {verdict:?}"))
 }
 
+/// A text says all of this.
+#[track_caller]
+pub(crate) fn says(text: &impl ToString, words: &[&str]) {
+    let text = text.to_string();
+    for word in words {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+/// Rows of three columns with `=>` between, and `\n` where a line ends.
+pub(crate) fn rows(table: &str) -> Vec<[String; 3]> {
+    let columns = |row: &str| -> Vec<String> {
+        let row = row.replace("\\n", "\n");
+        row.split("=>").map(|c| c.trim().to_owned()).collect()
+    };
+    let rows = table.trim().lines().map(columns);
+    rows.map(|row| row.try_into().unwrap()).collect()
+}
+
+/// A file in a folder.
+pub(crate) fn write(folder: &Path, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> PathBuf {
+    let file = folder.join(name);
+    std::fs::write(&file, content).unwrap();
+    file
+}
+
+/// What a run of a job is refused with.
+#[track_caller]
+pub(crate) fn refusal(job: &Path) -> String {
+    let folder = job.parent().unwrap();
+    let error = chain::run(job, None, folder, &Silent).unwrap_err();
+    error.to_string()
+}
+
 /// Whether it warns of `code`.
 pub(crate) fn warned(verdict: &Verdict, code: &str) -> bool {
     verdict.warnings.iter().any(|w| w.code == code)
@@ -25,9 +59,7 @@ pub(crate) fn thin_wall(folder: &Path, tables: &str) -> PathBuf {
     let text = format!(
         "part = \"wall.stl\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n{tables}"
     );
-    let path = folder.join("job.toml");
-    std::fs::write(&path, text).unwrap();
-    path
+    write(folder, "job.toml", text)
 }
 
 /// The plan of an electron-beam job.

@@ -1,8 +1,10 @@
 //! Jobs that build a wall along a surface: the torus of Campocasso 2017 from its STEP file, sheets of triangles, and what is refused.
 
+use crate::support::{says, write};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
+use meltpath::cancel::Stop;
 use meltpath::waam::{WaamError, plan_to_file, read_toolpath, run};
 use meltpath_base::{Check, Fact, Reporter, Silent, Status, Verdict};
 use meltpath_geometry::Mesh;
@@ -23,9 +25,7 @@ fn job(folder: &Path, part: &str, height: &str, surface: &str) -> PathBuf {
         "part = \"{part}\"\n[process]\nkind = \"waam\"\n[waam]\nwire = \"x90-ig-1.0\"\ngas = \"m14\"\nmode = \"cmt\"\n\
          [layers]\nheight = \"{height}\"\n[surface]\n{surface}\n"
     );
-    let path = folder.join("job.toml");
-    std::fs::write(&path, text).unwrap();
-    path
+    write(folder, "job.toml", text)
 }
 
 fn sheet(folder: &Path, mesh: &Mesh) {
@@ -270,7 +270,7 @@ fn refused(folder: &Path, part: &str, height: &str, surface: &str) -> String {
     let other = plan_to_file(&job, &folder.join("a.melt"), &Silent).unwrap_err();
     assert_eq!(error.to_string(), other.to_string());
     match error {
-        WaamError::Job(e) => e.to_string(),
+        WaamError::Stop(Stop::Job(e)) => e.to_string(),
         e => e.to_string(),
     }
 }
@@ -331,10 +331,7 @@ fn what_is_no_wall_is_refused_with_place_and_remedy() {
     let low = shapes::sheet(1, 8, |_, _| false, |i, k| DVec3::new(4.0 * k, 0.0, 3.0 * i));
     sheet(dir.path(), &low);
     let said = refused(dir.path(), "sheet.stl", "5 mm", "");
-    assert!(
-        said.contains("3.000 mm from its base") && said.contains("smaller distance"),
-        "{said}"
-    );
+    says(&said, &["3.000 mm from its base", "smaller distance"]);
 }
 
 /// The source's arrangement: the torch stands, and what the controller would need to know of it is not written.

@@ -1,5 +1,6 @@
 //! The templates of `meltpath new waam`, run as they come: which plans pass their own verdict.
 
+use crate::support::says;
 use std::fs;
 use std::path::Path;
 
@@ -61,10 +62,7 @@ fn a_bar_keeps_the_distance_of_its_beads() {
     let words = "fill.spacing = \"exact\": with the default flatness was expected to fail";
     assert_eq!(chosen.reason, words);
     let record = fs::read_to_string(dir.path().join("open/provenance.json")).unwrap();
-    assert!(
-        record.contains("chosen by the plan: with the default flatness"),
-        "{record}"
-    );
+    says(&record, &["chosen by the plan: with the default flatness"]);
     let text = fs::read_to_string(&job).unwrap();
     fs::write(&job, said(&text)).unwrap();
     let said = run("said");

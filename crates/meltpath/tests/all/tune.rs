@@ -1,4 +1,5 @@
 //! From a tuning file to controllers, and from controllers to a whole job.
+use crate::support::{says, write};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -62,15 +63,16 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
     }
     let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
     // frequencies on decades
-    for words in [
-        "after the synthesis",
-        "those of the head&#39;s file",
-        "Current loop, open: phase",
-        "10000",
-        "Scattered motors",
-    ] {
-        assert!(page.contains(words), "{words}");
-    }
+    says(
+        &page,
+        &[
+            "after the synthesis",
+            "those of the head&#39;s file",
+            "Current loop, open: phase",
+            "10000",
+            "Scattered motors",
+        ],
+    );
     let text = fs::read_to_string(outcome.folder.join("controllers.json")).unwrap();
     let file: ControllerFile = serde_json::from_str(&text).unwrap();
     assert_eq!(file.axes.len(), 2);
@@ -81,8 +83,7 @@ fn a_head_is_tuned_and_a_whole_job_runs_with_what_was_exported() {
         )
     };
     let run = |controller: &str| {
-        let path = place.path().join("job.toml");
-        fs::write(&path, job(controller)).unwrap();
+        let path = write(place.path(), "job.toml", job(controller));
         chain::run(&path, None, &place.path().join("jobs"), &Silent).map_err(|e| e.to_string())
     };
     for controller in ["cascade", "h-infinity"] {
@@ -155,13 +156,14 @@ fn refined_gains_are_shown_with_their_runs_and_never_follow_worse() {
     let (page, plain) = rms("on = \"nothing\"");
     assert!(!page.contains("Refinement") && plain[0]["refined"].is_null());
     let (page, told) = rms("particles = 10\niterations = 12");
-    for words in [
-        "Refinement: the swarm",
-        "heavier, modes lower, coil warm, late, noise",
-        "as the head has it",
-    ] {
-        assert!(page.contains(words), "{words}");
-    }
+    says(
+        &page,
+        &[
+            "Refinement: the swarm",
+            "heavier, modes lower, coil warm, late, noise",
+            "as the head has it",
+        ],
+    );
     // the gains that leave are the swarm's, or those of the start with a warning
     let axis = &told[0];
     let kept = axis["cascade"] == axis["refined"]["gains"];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crate::support::check;
+use crate::support::{check, write};
 use meltpath::{chain, tune};
 use meltpath_base::{Silent, Status, Verdict};
 use meltpath_geometry::io::stl::write_stl;
@@ -13,8 +13,7 @@ use meltpath_geometry::{Mesh, shapes};
 use super::names::in_style;
 
 fn run(folder: &Path, text: &str) -> Verdict {
-    let job = folder.join("job.toml");
-    fs::write(&job, text).unwrap();
+    let job = write(folder, "job.toml", text);
     let outcome = chain::run(&job, None, &folder.join("runs"), &Silent).unwrap();
     assert!(in_style(&outcome.folder) > 3);
     outcome.verdict

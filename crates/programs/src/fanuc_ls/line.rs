@@ -208,12 +208,9 @@ fn motion(text: &str) -> Option<Motion> {
         }
     }
     Some(Motion {
-        kind,
-        target,
-        speed,
-        termination,
         arc,
         extra,
+        ..Motion::plain(kind, target, speed, termination)
     })
 }
 

@@ -7,11 +7,10 @@ use super::arc::{self, Form, WeldData};
 use super::words::KrlWords;
 use super::{COUPLED, data};
 use crate::program::{
-    ArcAction, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit, Termination,
+    ArcAction, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit, Termination,
 };
 use crate::written::{
-    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, NO_PLACE, THREE_MOVES, TextFile, UNIT, WriteError,
-    short,
+    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, THREE_MOVES, TextFile, UNIT, WriteError, short,
 };
 
 /// The two files of a program, with `\n` line ends: 1 µm and 0.0001°.
@@ -24,7 +23,7 @@ pub fn write(program: &Program, words: &KrlWords) -> Result<Vec<TextFile>, Write
         names: program
             .positions
             .iter()
-            .map(|p| (p.index, p.name()))
+            .map(|p| (p.index, format!("X{}", p.name())))
             .collect(),
         velocity: String::new(),
         joint_velocity: String::new(),
@@ -121,16 +120,6 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn name(&self, reference: &PositionRef) -> Result<String, WriteError> {
-        match reference {
-            PositionRef::Point { index, .. } => match self.names.get(index) {
-                Some(name) => Ok(format!("X{name}")),
-                None => Err(self.out.no_words(NO_PLACE)),
-            },
-            PositionRef::Unresolved(text) => Ok(text.clone()),
-        }
-    }
-
     /// A line that sets something, where it is not set already.
     fn set(&mut self, which: fn(&mut Self) -> &mut String, line: String) {
         if *which(self) != line {
@@ -140,13 +129,15 @@ impl Writer<'_> {
     }
 
     fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
-        let target = self.name(&motion.target)?;
+        let target = self.out.place(&self.names, &motion.target)?;
         self.burns = self.arc.is_some();
         let (form, set) = self.arc_form(motion)?;
         let verb = match &motion.kind {
             MotionKind::Joint => format!("PTP {target}"),
             MotionKind::Linear => format!("LIN {target}"),
-            MotionKind::Circular { via } => format!("CIRC {},{target}", self.name(via)?),
+            MotionKind::Circular { via } => {
+                format!("CIRC {},{target}", self.out.place(&self.names, via)?)
+            }
             MotionKind::CircleArc => {
                 return Err(self.out.no_words(THREE_MOVES));
             }

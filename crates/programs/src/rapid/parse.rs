@@ -426,12 +426,9 @@ impl Routine {
         }
         let arc = self.arc(stage, laid);
         self.out.push(Instruction::Motion(Motion {
-            kind,
-            target,
-            speed,
-            termination,
             arc,
             extra,
+            ..Motion::plain(kind, target, speed, termination)
         }));
         Some(())
     }

@@ -11,8 +11,7 @@ use crate::program::{
     SpeedUnit, Termination,
 };
 use crate::written::{
-    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, NO_PLACE, TextFile, UNIT, WriteError,
-    robot_places, short,
+    BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, TextFile, UNIT, WriteError, robot_places, short,
 };
 
 /// Speeds of reorientation (deg/s), of linear (mm/s) and of turning external axes (deg/s): those of ABB's predefined speeds.
@@ -158,16 +157,6 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn name(&self, reference: &PositionRef) -> Result<String, WriteError> {
-        match reference {
-            PositionRef::Point { index, .. } => match self.names.get(index) {
-                Some(name) => Ok(name.clone()),
-                None => Err(self.out.no_words(NO_PLACE)),
-            },
-            PositionRef::Unresolved(text) => Ok(text.clone()),
-        }
-    }
-
     /// Tool and work object of a move.
     fn tool(&self, motion: &Motion) -> String {
         let (frame, tool) = match &motion.target {
@@ -189,7 +178,7 @@ impl Writer<'_> {
     }
 
     fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
-        let target = self.name(&motion.target)?;
+        let target = self.out.place(&self.names, &motion.target)?;
         let zone = match &motion.termination {
             Termination::Fine => "fine".to_owned(),
             Termination::Blend(distance) => declared(&mut self.zones, "zn", short(*distance, 3)),
@@ -225,7 +214,10 @@ impl Writer<'_> {
                 return Ok(());
             }
             MotionKind::Linear => ("L", target),
-            MotionKind::Circular { via } => ("C", format!("{},{target}", self.name(via)?)),
+            MotionKind::Circular { via } => (
+                "C",
+                format!("{},{target}", self.out.place(&self.names, via)?),
+            ),
             MotionKind::Joint | MotionKind::CircleArc => {
                 return Err(self.out.no_words((
                     "this kind of move",

@@ -9,11 +9,7 @@ use crate::told::{execute, motions, program, read};
 
 /// The x of each place that a program goes to after its first: 1, 2 or 3.
 fn places(lines: &[&str]) -> Result<Vec<u32>, Refusal> {
-    let all: Vec<_> = ["L P[1] 50mm/sec FINE"]
-        .iter()
-        .chain(lines)
-        .copied()
-        .collect();
+    let all = [&[ONE], lines].concat();
     let reading = execute(&[program("P", &all)])?;
     Ok(motions(&reading).iter().map(|m| m.to.x as u32).collect())
 }
@@ -22,172 +18,80 @@ const ONE: &str = "L P[1] 50mm/sec FINE";
 const TWO: &str = "L P[2] 50mm/sec FINE";
 const THREE: &str = "L P[3] 50mm/sec FINE";
 
-/// Cases of lines and the points that they lead to; none where a condition is not known.
-fn follow(cases: &[(&[&str], &[u32])]) {
-    for (lines, expected) in cases {
-        let found = places(lines);
+/// Cases of lines, with `|` between, and the points that they lead to; none where a condition is not known. `1`, `2` and `3` go to the
+/// point of that number, `go N` to P[N].
+fn follow(cases: &[(&str, &[u32])]) {
+    for (text, expected) in cases {
+        let lines: Vec<String> = text
+            .split(" | ")
+            .map(|line| match (line, line.strip_prefix("go ")) {
+                ("1" | "2" | "3", _) => format!("L P[{line}] 50mm/sec FINE"),
+                (_, Some(place)) => format!("L P[{place}] 50mm/sec FINE"),
+                _ => line.to_owned(),
+            })
+            .collect();
+        let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+        let found = places(&lines);
         if expected.is_empty() {
-            assert!(
-                matches!(found, Err(Refusal::Condition(_))),
-                "{lines:?}: {found:?}"
-            );
+            let unknown = matches!(found, Err(Refusal::Condition(_)));
+            assert!(unknown, "{text}: {found:?}");
         } else {
-            assert_eq!(found.as_deref(), Ok(*expected), "{lines:?}");
+            assert_eq!(found.as_deref(), Ok(*expected), "{text}");
         }
     }
 }
 
 #[test]
 fn conditions_are_followed_where_their_values_are_known() {
+    let otherwise = "IF (R[1]=2) THEN | 2 | ELSE | 3 | ENDIF | 1";
     follow(&[
+        ("R[1]=3 | IF R[1]>2,JMP LBL[1] | 2 | LBL[1] | 3", &[3]),
+        ("R[1]=2 | IF (R[1]>2),JMP LBL[1] | 2 | LBL[1] | 3", &[2, 3]),
+        (&format!("R[1]=2 | {otherwise}"), &[2, 1]),
+        (&format!("R[1]=1 | {otherwise}"), &[3, 1]),
         (
-            &["R[1]=3", "IF R[1]>2,JMP LBL[1]", TWO, "LBL[1]", THREE],
-            &[3],
-        ),
-        (
-            &["R[1]=2", "IF (R[1]>2),JMP LBL[1]", TWO, "LBL[1]", THREE],
-            &[2, 3],
-        ),
-        (
-            &[
-                "R[1]=2",
-                "IF (R[1]=2) THEN",
-                TWO,
-                "ELSE",
-                THREE,
-                "ENDIF",
-                ONE,
-            ],
-            &[2, 1],
-        ),
-        (
-            &[
-                "R[1]=1",
-                "IF (R[1]=2) THEN",
-                TWO,
-                "ELSE",
-                THREE,
-                "ENDIF",
-                ONE,
-            ],
-            &[3, 1],
-        ),
-        (
-            &[
-                "R[1]=1",
-                "IF (R[1]=2) THEN",
-                "IF (DI[1]) THEN",
-                TWO,
-                "ELSE",
-                "ENDIF",
-                "ENDIF",
-                ONE,
-            ],
+            "R[1]=1 | IF (R[1]=2) THEN | IF (DI[1]) THEN | 2 | ELSE | ENDIF | ENDIF | 1",
             &[1],
         ),
-        (
-            &["DO[4]=ON", "IF DO[4]=OFF,JMP LBL[1]", TWO, "LBL[1]"],
-            &[2],
-        ),
-        (
-            &["F[1]=(ON)", "IF (F[1] AND !DO[1]) THEN", TWO, "ENDIF", ONE],
-            &[],
-        ),
+        ("DO[4]=ON | IF DO[4]=OFF,JMP LBL[1] | 2 | LBL[1]", &[2]),
+        ("F[1]=(ON) | IF (F[1] AND !DO[1]) THEN | 2 | ENDIF | 1", &[]),
     ]);
-}
-
-/// A choice among three labels by a register.
-fn chosen(value: &str) -> [&str; 10] {
-    [
-        value,
-        "SELECT R[1]=1,JMP LBL[1]",
-        "=2,JMP LBL[2]",
-        "ELSE,JMP LBL[3]",
-        "LBL[1]",
-        ONE,
-        "LBL[2]",
-        TWO,
-        "LBL[3]",
-        THREE,
-    ]
 }
 
 #[test]
 fn choices_and_registers_lead_on() {
+    let choice = "SELECT R[1]=1,JMP LBL[1] | =2,JMP LBL[2] | ELSE,JMP LBL[3] | LBL[1] | 1 | LBL[2] | 2 | LBL[3] | 3";
     follow(&[
-        (&chosen("R[1]=2"), &[2, 3]),
-        (&chosen("R[1]=7"), &[3]),
+        (&format!("R[1]=2 | {choice}"), &[2, 3]),
+        (&format!("R[1]=7 | {choice}"), &[3]),
         (
-            &["R[1]=7", "SELECT R[1]=1,JMP LBL[1]", TWO, "LBL[1]", ONE],
+            "R[1]=7 | SELECT R[1]=1,JMP LBL[1] | 2 | LBL[1] | 1",
             &[2, 1],
         ),
-        (
-            &[
-                "R[2]=3",
-                "L P[R[2]] 50mm/sec FINE",
-                "R[2]=R[2]-1",
-                "L P[R[2]:x] 50mm/sec FINE",
-            ],
-            &[3, 2],
-        ),
-        (
-            &["R[5]=2", "JMP LBL[R[5]]", "LBL[1]", ONE, "LBL[2]", TWO],
-            &[2],
-        ),
+        ("R[2]=3 | go R[2] | R[2]=R[2]-1 | go R[2]:x", &[3, 2]),
+        ("R[5]=2 | JMP LBL[R[5]] | LBL[1] | 1 | LBL[2] | 2", &[2]),
     ]);
 }
 
 #[test]
 fn loops_run_as_often_as_they_say() {
-    for (lines, expected) in [
+    follow(&[
+        ("FOR R[1]=1 TO 3 | go R[1] | ENDFOR", &[1, 2, 3]),
+        ("FOR R[1:GO TOP]=3 DOWNTO 2 | go R[1] | ENDFOR", &[3, 2]),
+        ("FOR R[1]=2 TO 1 | 2 | ENDFOR | 1", &[1]),
         (
-            &["FOR R[1]=1 TO 3", "L P[R[1]] 50mm/sec FINE", "ENDFOR"] as &[&str],
-            &[1_u32, 2, 3] as &[_],
-        ),
-        (
-            &[
-                "FOR R[1:GO TOP]=3 DOWNTO 2",
-                "L P[R[1]] 50mm/sec FINE",
-                "ENDFOR",
-            ],
-            &[3, 2],
-        ),
-        (&["FOR R[1]=2 TO 1", TWO, "ENDFOR", ONE], &[1]),
-        (
-            &[
-                "FOR R[1]=1 TO 2",
-                "FOR R[2]=1 TO R[1]",
-                "L P[R[2]] 50mm/sec FINE",
-                "ENDFOR",
-                THREE,
-                "ENDFOR",
-            ],
+            "FOR R[1]=1 TO 2 | FOR R[2]=1 TO R[1] | go R[2] | ENDFOR | 3 | ENDFOR",
             &[1, 3, 1, 2, 3],
         ),
         (
-            &[
-                "R[1]=1",
-                "LBL[1]",
-                "L P[R[1]] 50mm/sec FINE",
-                "R[1]=R[1]+1",
-                "IF R[1]<=3,JMP LBL[1]",
-            ],
+            "R[1]=1 | LBL[1] | go R[1] | R[1]=R[1]+1 | IF R[1]<=3,JMP LBL[1]",
             &[1, 2, 3],
         ),
         (
-            &[
-                "R[1]=3",
-                "WHILE (R[1]>1)",
-                "L P[R[1]] 50mm/sec FINE",
-                "R[1]=R[1]-1",
-                "ENDWHILE",
-                ONE,
-            ],
+            "R[1]=3 | WHILE (R[1]>1) | go R[1] | R[1]=R[1]-1 | ENDWHILE | 1",
             &[3, 2, 1],
         ),
-    ] {
-        assert_eq!(places(lines).as_deref(), Ok(expected), "{lines:?}");
-    }
+    ]);
 }
 
 #[test]
@@ -223,11 +127,7 @@ fn calls_are_followed_to_any_depth_with_their_arguments() {
             let next = format!("CALL P{}(AR[1]+1)", k + 1);
             program(
                 &format!("P{k}"),
-                &if k == 0 {
-                    vec!["CALL P1(0)"]
-                } else {
-                    vec![next.as_str()]
-                },
+                &[if k == 0 { "CALL P1(0)" } else { &next }],
             )
         })
         .chain([program(

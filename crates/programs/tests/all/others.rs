@@ -9,7 +9,7 @@ use meltpath_toolpath::Move;
 
 use crate::built::arcmate;
 use crate::dialects::{OTHERS, cell};
-use crate::told::motions;
+use crate::told::{Told, motions};
 
 const SEAM_SRC: &str = include_str!("../data/arctech_seam.src");
 const SEAM_DAT: &str = include_str!("../data/arctech_seam.dat");
@@ -28,6 +28,33 @@ fn line_of(text: &str, words: &str) -> u32 {
     text.lines().position(|l| l.contains(words)).unwrap() as u32 + 1
 }
 
+/// Whether metal is laid, how fast, where to, how it ends.
+fn smoothed(moves: &[Told]) -> Vec<(bool, Option<f64>, f64, Option<f64>)> {
+    let told = |m: &Told| (m.burns, m.speed, m.to.x, m.control.smoothing);
+    moves.iter().map(told).collect()
+}
+
+/// Whether metal is laid, how fast, of how much wire (mm/s, rounded), where to.
+fn laid(moves: &[Told]) -> Vec<(bool, Option<f64>, Option<f64>, f64)> {
+    let told = |m: &Told| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x);
+    moves.iter().map(told).collect()
+}
+
+/// The programs of a file with its data.
+fn programs(
+    dialect: Dialect,
+    text: &str,
+    data: Option<&str>,
+    cell: &CellProgramming,
+) -> Vec<Program> {
+    let all = dialect::read(dialect, text.as_bytes(), data.map(str::as_bytes), cell);
+    all.unwrap().into_iter().map(|p| p.program).collect()
+}
+
+fn names(programs: &[Program]) -> Vec<&str> {
+    programs.iter().map(|p| p.name.as_str()).collect()
+}
+
 fn place(gap: &Gap) -> (u32, &str) {
     (gap.line, gap.text.as_str())
 }
@@ -35,28 +62,12 @@ fn place(gap: &Gap) -> (u32, &str) {
 #[test]
 fn a_kuka_program_of_inline_forms_is_read() {
     let cell = cell(&[100.0]);
-    let all = dialect::read(
-        Dialect::Krl,
-        SEAM_SRC.as_bytes(),
-        Some(SEAM_DAT.as_bytes()),
-        &cell,
-    )
-    .unwrap();
-    assert_eq!(
-        all.iter()
-            .map(|p| p.program.name.as_str())
-            .collect::<Vec<_>>(),
-        ["SEAM", "HELP"]
-    );
-    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
+    let programs = programs(Dialect::Krl, SEAM_SRC, Some(SEAM_DAT), &cell);
+    assert_eq!(names(&programs), ["SEAM", "HELP"]);
     let reading = executed(&programs, &cell);
     let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.to.x, m.control.smoothing))
-        .collect();
     assert_eq!(
-        told,
+        smoothed(&moves),
         [
             (false, Some(25.0), 100.0, None),
             (true, Some(6.0), 150.0, Some(0.5)),
@@ -94,20 +105,12 @@ fn an_abb_module_of_another_is_read() {
     .unwrap()
     .arc_values
     .value;
-    let all = dialect::read(Dialect::Rapid, MODULE.as_bytes(), None, &cell).unwrap();
-    let programs: Vec<Program> = all.iter().map(|p| p.program.clone()).collect();
-    assert_eq!(
-        programs.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(),
-        ["main", "rSeam"]
-    );
+    let programs = programs(Dialect::Rapid, MODULE, None, &cell);
+    assert_eq!(names(&programs), ["main", "rSeam"]);
     let reading = executed(&programs, &cell);
     let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.wire_feed, m.to.x))
-        .collect();
     assert_eq!(
-        told,
+        laid(&moves),
         [
             (false, Some(100.0), None, 10.0),
             (true, Some(6.0), Some(120.0), 60.0),
@@ -115,7 +118,10 @@ fn an_abb_module_of_another_is_read() {
             (false, Some(200.0), None, 80.0),
         ]
     );
-    assert_eq!(moves[1].control.smoothing, Some(0.25));
+    assert_eq!(
+        (moves[1].wire_feed, moves[1].control.smoothing),
+        (Some(120.0), Some(0.25))
+    );
     let gaps: Vec<_> = reading.gaps.iter().map(place).collect();
     let line = |text: &str| line_of(MODULE, text);
     assert_eq!(
@@ -132,16 +138,11 @@ fn a_script_of_another_is_read() {
     let mut cell = cell(&[100.0]);
     let words = cell.script.value.as_mut().unwrap();
     words.part.value = "plane".to_owned();
-    let mut all = dialect::read(Dialect::UrScript, SCRIPT.as_bytes(), None, &cell).unwrap();
-    let program = all.remove(0).program;
+    let program = programs(Dialect::UrScript, SCRIPT, None, &cell).remove(0);
     let reading = executed(std::slice::from_ref(&program), &cell);
     let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x))
-        .collect();
     assert_eq!(
-        told,
+        laid(&moves),
         [
             (true, Some(10.0), Some(133.0), 150.0),
             (true, Some(12.0), Some(133.0), 200.0),
@@ -178,12 +179,8 @@ fn a_yaskawa_job_of_another_is_read() {
     let program = parsed.program;
     let reading = executed(std::slice::from_ref(&program), &cell);
     let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.wire_feed.map(f64::round), m.to.x))
-        .collect();
     assert_eq!(
-        told,
+        laid(&moves),
         [
             (true, Some(6.0), Some(120.0), 60.0),
             (true, Some(8.0), Some(120.0), 80.0),
@@ -211,18 +208,12 @@ fn a_yaskawa_job_of_another_is_read() {
 #[test]
 fn a_staubli_project_of_another_is_read() {
     let cell = cell(&[100.0, 120.0]);
-    let (code, data) = (PGX.as_bytes(), Some(DTX.as_bytes()));
-    let mut all = dialect::read(Dialect::Val3, code, data, &cell).unwrap();
-    let program = all.remove(0).program;
+    let program = programs(Dialect::Val3, PGX, Some(DTX), &cell).remove(0);
     assert_eq!(program.name, "bead");
     let reading = executed(std::slice::from_ref(&program), &cell);
     let moves = motions(&reading);
-    let told: Vec<_> = moves
-        .iter()
-        .map(|m| (m.burns, m.speed, m.to.x, m.control.smoothing))
-        .collect();
     assert_eq!(
-        told,
+        smoothed(&moves),
         [
             (true, Some(8.0), 60.0, Some(0.5)),
             (true, Some(8.0), 80.0, None),
@@ -243,13 +234,7 @@ fn what_no_controller_has_is_not_taken_for_it() {
     let cell = cell(&[100.0]);
     let feeds = SEAM_DAT.replace("Channel2 8.0", "Channel2 1e308");
     assert_ne!(feeds, SEAM_DAT);
-    let all = dialect::read(
-        Dialect::Krl,
-        SEAM_SRC.as_bytes(),
-        Some(feeds.as_bytes()),
-        &cell,
-    );
-    let programs: Vec<Program> = all.unwrap().into_iter().map(|p| p.program).collect();
+    let programs = programs(Dialect::Krl, SEAM_SRC, Some(&feeds), &cell);
     let reading = executed(&programs, &cell);
     let schedule = |g: &Gap| matches!(g.why, Missing::Schedule(_));
     assert!(reading.gaps.iter().any(schedule), "{:?}", reading.gaps);

@@ -3,6 +3,7 @@
 //! Source: Rasoanarivo 2020, § 2.4; the limits are ours (docs/theory/sources.md).
 
 use crate::health::analysis::Km0Stage2;
+use crate::health::bench::Km0Stage1;
 use crate::health::records::StepRecord;
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +54,25 @@ pub struct Km0Record {
     pub fit_residual: Option<f64>,
     /// The second stage.
     pub stage2: Km0Stage2,
+}
+
+impl Km0Stage1 {
+    /// The record of a test with this first stage; axis and time are the caller's to name.
+    pub fn record(&self, stage2: Km0Stage2) -> Km0Record {
+        let motor = &self.motor;
+        Km0Record {
+            axis: String::new(),
+            time: String::new(),
+            temperature: None,
+            resistance: motor.resistance,
+            inductance: motor.inductance,
+            torque_constant: motor.torque_constant,
+            inertia: motor.inertia,
+            modes: self.modes.iter().map(|m| m.frequency).collect(),
+            fit_residual: Some(self.residual),
+            stage2,
+        }
+    }
 }
 
 /// A quantity that drifted, and what it may mean.

@@ -1,6 +1,7 @@
 //! Acceptance cases of the scan head on H-infinity control of an axis in time, the four
 //! combinations of controller and pre-filter, and a controller for a mode that moved.
 
+use crate::near;
 use crate::reference_axis::{axis, feed_forward, motor, prefilter, refined, synthesised};
 use meltpath_base::Silent;
 use meltpath_control::export::{AntiWindup, Exported, Word};
@@ -68,13 +69,6 @@ fn sampled(servo: &HInfinityServo, feed_forward: FeedForward) -> Controller {
 
 fn percent_below(error: &TrackingError, degrees: f64) -> f64 {
     100.0 * error.share_below(degrees.to_radians())
-}
-
-fn near(value: f64, expected: f64, within: f64) {
-    assert!(
-        (value - expected).abs() <= within,
-        "{value} instead of {expected}"
-    );
 }
 
 #[test]
@@ -322,10 +316,7 @@ fn no_scattered_motor_is_lost() {
             .all(|(a, b)| a.modes == b.modes && a.delay == b.delay)
     );
     // the same bits on one thread
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let one = crate::threads(1);
     assert_eq!(one.install(|| draws(&robust_targets())), robust);
 }
 

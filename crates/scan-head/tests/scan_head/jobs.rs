@@ -584,10 +584,7 @@ fn the_same_bits_on_any_number_of_threads() {
     let job = job_of(&small, recipe);
     let ready = head.ready().unwrap();
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = crate::threads(threads);
         let mut blocks: Vec<HeadBlock> = Vec::new();
         pool.install(|| ready.run(&job, recipe.delays, 7, &Silent, &mut blocks))
             .unwrap();

@@ -59,15 +59,7 @@ fn both_stages(axis: &Axis) -> Km0Record {
     )
     .unwrap();
     println!("{first:?}");
-    Km0Record {
-        resistance: first.motor.resistance,
-        inductance: first.motor.inductance,
-        torque_constant: first.motor.torque_constant,
-        inertia: first.motor.inertia,
-        modes: first.modes.iter().map(|m| m.frequency).collect(),
-        fit_residual: Some(first.residual),
-        ..record(axis)
-    }
+    first.record(stage2(axis))
 }
 
 /// AC-35 (T) with the first stage identified: each change raises its own alarm, and no other quantity of the first stage does.

@@ -27,3 +27,17 @@ mod reference_axis;
 mod richer;
 mod servo;
 mod trajectory;
+
+#[track_caller]
+fn near(value: f64, expected: f64, within: f64) {
+    assert!(
+        (value - expected).abs() <= within,
+        "{value} instead of {expected}"
+    );
+}
+
+/// A pool of so many threads.
+fn threads(count: usize) -> rayon::ThreadPool {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+    pool.build().unwrap()
+}

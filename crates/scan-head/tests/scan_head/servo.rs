@@ -1,6 +1,7 @@
 //! Acceptance cases of the scan head on the conventional control of an axis.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+use crate::near;
 use std::f64::consts::TAU;
 
 use crate::reference_axis::{axis, motor, prefilter, refined, synthesised};
@@ -17,13 +18,6 @@ use meltpath_scan_head::servo::refine::{
     Bounds, Held, RefineError, Refined, Signal, Trial, refine,
 };
 use meltpath_scan_head::servo::synthesis::{Targets, tune};
-
-fn near(value: f64, expected: f64, within: f64) {
-    assert!(
-        (value - expected).abs() <= within,
-        "{value} instead of {expected}"
-    );
-}
 
 fn decibel(model: &ServoModel, actions: Actions, hertz: f64) -> f64 {
     20.0 * model
@@ -316,10 +310,7 @@ fn gains_refined_for_tracking_are_nowhere_worse_and_keep_their_feedback() {
         assert!(margin >= least - 1e-6, "{which:?} {margin}");
     }
     // the same bits on any number of threads
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
+    let one = crate::threads(1);
     let again = one.install(|| refined_for_tracking(&swarm, &start, 0.1).unwrap());
     assert_eq!(again, found);
 }

@@ -91,7 +91,7 @@ pub fn corrected(
         let material = &plan.settings.material;
         let rim = Rim {
             melting: material.liquidus,
-            beyond: plan.settings.checks.rim,
+            beyond: plan.settings.job.checks.rim.0,
             width: spot / DEVIATIONS,
         };
         let stage = Stage {
@@ -165,7 +165,7 @@ impl Stage<'_> {
         let classes = Classes { melting, window };
         let contour = &self.plan.contour;
         let tally = tally(highest, &classes, contour, 0.0, None);
-        let rim = self.plan.settings.checks.rim;
+        let rim = self.plan.settings.job.checks.rim.0;
         Round {
             cell: self.resolution.cell,
             window,
@@ -176,7 +176,7 @@ impl Stage<'_> {
 
     /// How good a round is: shape first. Of rounds that keep to it the share in the window counts, of others what melts outside.
     fn merit(&self, round: &Round) -> (bool, f64) {
-        let keeps = round.outside.share <= self.plan.settings.checks.outside;
+        let keeps = round.outside.share <= self.plan.settings.job.checks.outside.0;
         let merit = if keeps {
             of_all(&round.tally, Class::Good)
         } else {

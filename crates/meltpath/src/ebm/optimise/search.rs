@@ -79,7 +79,7 @@ impl Search<'_> {
             highest,
             self.classes,
             &plan.contour,
-            plan.settings.inside,
+            plan.settings.job.region.inside.0,
             None,
         )
         .share(Class::Good)
@@ -117,7 +117,8 @@ impl Search<'_> {
                 crossed[j * grid.cells[0] + i]
             })
         };
-        let judged = |p: [f64; 2]| plan.contour.depth(p) > 0.75 * s.inside && on_line(p);
+        let judged =
+            |p: [f64; 2]| plan.contour.depth(p) > 0.75 * s.job.region.inside.0 && on_line(p);
         let score = |f: &Field| self.share(f);
         let found = learn(
             draw,
@@ -277,8 +278,9 @@ pub fn on_reference(
             let ground = ground(&below);
             let bed = body(settings, &ground).bed(&[path], &lower, &resolution, observer);
             let bed = bed.map_err(StrategyError::from)?;
-            let drawn =
-                with_reference(&bed.solver, &bed.beam, bed.step, settings.layer)(path, observer)?;
+            let drawn = with_reference(&bed.solver, &bed.beam, bed.step, settings.job.ebm.layer.0)(
+                path, observer,
+            )?;
             // as [judge] reads it, so that both speak of one window
             let (hull, square) = middle(path);
             let centre = centre(&drawn.highest, melting, &hull, &square)?;
@@ -304,7 +306,7 @@ pub fn on_reference(
         what: how.cost(begun.elapsed()),
     };
     let observer: &dyn Observer = &told;
-    let mut draw = with_reference(&solver, &beam, step, settings.layer);
+    let mut draw = with_reference(&solver, &beam, step, settings.job.ebm.layer.0);
     let (path, profile, trials) = search.choose(&mut draw, observer)?;
     let first = if how.method == OptimiseMethod::Predictive {
         let mut engine = Reference {
@@ -325,7 +327,13 @@ pub fn on_reference(
     };
     let found = search.learned(&mut draw, &path, how.rounds, first, observer)?;
     let judged = |highest: Field| {
-        let found = tally(&highest, &classes, &plan.contour, settings.inside, None);
+        let found = tally(
+            &highest,
+            &classes,
+            &plan.contour,
+            settings.job.region.inside.0,
+            None,
+        );
         (highest, found)
     };
     Ok(Found {
@@ -355,7 +363,10 @@ fn drawn_as_given(
     draw_path(&mut solver, path, beam, step, &mut [], observer).map_err(StrategyError::from)?;
     let updates = solver.updates() - bed.updates();
     let highest = solver.highest_temperature();
-    Ok((highest.over_layer(plan.settings.layer), updates as f64))
+    Ok((
+        highest.over_layer(plan.settings.job.ebm.layer.0),
+        updates as f64,
+    ))
 }
 
 /// Adds to the name of every stage how long it will take in all.

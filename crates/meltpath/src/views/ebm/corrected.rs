@@ -65,7 +65,7 @@ fn frontier(found: &Corrected, plan: &Plan) -> Plot {
         name: name.to_owned(),
         points: rounds.map(place).collect(),
     };
-    let limit = 100.0 * plan.settings.checks.outside;
+    let limit = 100.0 * plan.settings.job.checks.outside.0;
     Plot::new(
         "Window against shape",
         Axis::new("molten beyond the rim, of the section's area", "%"),

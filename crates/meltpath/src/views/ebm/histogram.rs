@@ -79,7 +79,7 @@ pub(super) fn plot(
 ) -> Plot {
     let of = |field: &Field| {
         bars(field, plan, |p| {
-            plan.contour.depth(p) > plan.settings.inside
+            plan.contour.depth(p) > plan.settings.job.region.inside.0
         })
     };
     drawn(title, of(given), better.map(of), classes)

@@ -33,7 +33,10 @@ fn drawn(plan: &Plan) -> Option<Table> {
     let [number, of] = part.layer;
     row(
         "layer",
-        format!("{number} of {of}, {} µm each", 1e3 * plan.settings.layer),
+        format!(
+            "{number} of {of}, {} µm each",
+            1e3 * plan.settings.job.ebm.layer.0
+        ),
     );
     let [islands, island] = part.islands;
     row(

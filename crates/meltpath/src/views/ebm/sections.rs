@@ -112,10 +112,10 @@ pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
             })
             .map(|(i, j)| grid.centre(i, j, top));
         let hottest = hottest.map(|c| ("the hottest place".to_owned(), [c.x, c.y]));
-        let chosen = settings
-            .sections
-            .iter()
-            .map(|[x, y]| (format!("x {x} mm, y {y} mm"), [*x, *y]));
+        let chosen = settings.job.simulation.sections.iter();
+        let chosen = chosen
+            .map(|place| place.map(|v| v.0))
+            .map(|[x, y]| (format!("x {x} mm, y {y} mm"), [x, y]));
         for (name, place) in hottest.into_iter().chain(chosen) {
             let both = [Along::X, Along::Y].map(|along| plot(&cut, along, &name, place, settings));
             if both.iter().all(Option::is_none) {

@@ -1,6 +1,7 @@
 //! Currents corrected on the judge's solver: the section comes into the window, shape holds, and the judge says what the last
 //! rounds said.
 
+use crate::support::{refusal, says};
 use std::path::Path;
 
 use meltpath::chain;
@@ -56,9 +57,10 @@ fn currents_are_corrected_over_the_whole_section() {
     }
     let report = std::fs::read_to_string(out.join("report.html")).unwrap();
     let kept = format!("{best}, kept");
-    for said in ["Corrected currents", "Window against shape", &kept] {
-        assert!(report.contains(said), "{said}");
-    }
+    says(
+        &report,
+        &["Corrected currents", "Window against shape", &kept],
+    );
     // the written path is the corrected one: currents within the bounds, and many
     let path = std::fs::read_to_string(out.join("path.csv")).unwrap();
     let rows = path
@@ -100,8 +102,7 @@ fn corrections_that_cannot_be_are_refused_in_their_place() {
     ] {
         let shown = JOB.replace("[charts]\npreview = \"none\"\n", "");
         std::fs::write(&file, format!("{shown}{rest}")).unwrap();
-        let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-        assert!(error.to_string().contains(said), "{said}: {error}");
+        says(&refusal(&file), &[said]);
     }
     // what lies above where vapour moves the pool is told before anything runs
     let hot = JOB.replace(

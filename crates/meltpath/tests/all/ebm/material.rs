@@ -1,7 +1,7 @@
 //! Materials of an electron-beam job from files: used, kept with the run, named in its report; refused with what, where and why.
 use std::path::{Path, PathBuf};
 
-use crate::support::foretold;
+use crate::support::{foretold, says, write};
 use meltpath::{chain, compare};
 use meltpath_base::Silent;
 
@@ -14,9 +14,7 @@ fn job(folder: &Path, material: &str) -> PathBuf {
     let text = format!(
         "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nmaterial = \"{material}\"\n[charts]\nspacing = \"50 µm\"\n[simulation]\nframes = 1\n"
     );
-    let file = folder.join("job.toml");
-    std::fs::write(&file, super::previewed(&text)).unwrap();
-    file
+    write(folder, "job.toml", super::previewed(&text))
 }
 
 /// Highest temperature of the hottest voxel, °C.
@@ -101,10 +99,7 @@ fn what_is_no_material_is_named_in_its_place() {
         &TITANIUM.replace("polynomial = [7.0, 0.0125]", "polynomial = [-30.0, 0.0125]"),
     );
     let cold = refused("cold.toml");
-    assert!(
-        cold.contains("conductivity") && cold.contains("above zero"),
-        "{cold}"
-    );
+    says(&cold, &["conductivity", "above zero"]);
     write(
         "short.toml",
         &TITANIUM.replace("[750.0, 3000.0]", "[900.0, 3000.0]"),

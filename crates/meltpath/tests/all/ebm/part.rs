@@ -1,7 +1,7 @@
 //! A layer of a part drawn by the electron beam: cut, scaled, hatched, over the metal and the powder that lie below it.
 use std::path::{Path, PathBuf};
 
-use crate::support::plan_of;
+use crate::support::{plan_of, says};
 use meltpath::chain;
 use meltpath::chain::RunError;
 use meltpath::ebm::region::Below;
@@ -55,9 +55,10 @@ fn a_layer_of_a_part_is_drawn_over_metal_and_powder() {
     let out = dir.path().join("out");
     let first = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
     let report = std::fs::read_to_string(first.folder.join("report.html")).unwrap();
-    for told in ["What is built", "122 of 161", "Roughness to expect"] {
-        assert!(report.contains(told), "{told}");
-    }
+    says(
+        &report,
+        &["What is built", "122 of 161", "Roughness to expect"],
+    );
     // the run holds all that is needed to draw it again
     assert_eq!(
         std::fs::read(first.folder.join("inputs/bridge.step")).unwrap(),

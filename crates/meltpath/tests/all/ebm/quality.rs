@@ -1,4 +1,5 @@
 //! Quality cases Q9, Q10 and Q12 as jobs that a person could write, judged by the files that the runs leave.
+use crate::support::write;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,7 @@ fn table(file: &Path, wanted: &[&str]) -> Vec<Vec<f64>> {
 }
 
 fn drawn(folder: &Path, name: &str, job: &str) -> PathBuf {
-    let file = folder.join(format!("{name}.toml"));
-    std::fs::write(&file, super::previewed(job)).unwrap();
+    let file = write(folder, format!("{name}.toml"), super::previewed(job));
     let out = folder.join(name);
     chain::run(&file, Some(&out), folder, &Silent).unwrap();
     out

@@ -2,7 +2,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::support::plan_of;
+use crate::support::{plan_of, write};
 use meltpath::ebm::optimise::search::OnReference;
 use meltpath::ebm::simulate::simulate;
 use meltpath_base::{Reporter, Silent};
@@ -14,8 +14,7 @@ const JOB: &str = "[process]\nkind = \"ebm\"\n[charts]\nstop = \"3700 °C\"\nspa
 
 /// What the reference solver says of a job's path, and of the better one.
 fn looked_at(folder: &Path, text: &str) -> OnReference {
-    let file = folder.join("job.toml");
-    std::fs::write(&file, super::previewed(text)).unwrap();
+    let file = write(folder, "job.toml", super::previewed(text));
     let plan = plan_of(&file);
     let found = simulate(&plan, &Reporter::new(), &Silent).unwrap();
     found.found.unwrap().reference.unwrap()

@@ -1,7 +1,7 @@
 //! Spots through jobs: their times are learned on charts and on the reference solver; what has no spots is refused.
 use std::path::Path;
 
-use crate::support::plan_of;
+use crate::support::{plan_of, refusal, says};
 use meltpath::chain;
 use meltpath::ebm::simulate::simulate;
 use meltpath_base::{Reporter, Silent};
@@ -74,9 +74,7 @@ fn what_has_no_spots_is_refused() {
             strategy,
             &format!("method = \"learning\"\nchange = \"dwell\"\n{how}"),
         );
-        chain::run(&file, None, dir.path(), &Silent)
-            .unwrap_err()
-            .to_string()
+        refusal(&file)
     };
     assert!(refused("one-way", "").contains("draw lines"));
     assert!(refused("spots", "strategies = [\"lines\"]\n").contains("draw lines"));
@@ -87,6 +85,5 @@ fn what_has_no_spots_is_refused() {
         "path = \"line.csv\"\n{REGION}[optimise]\nmethod = \"learning\"\nchange = \"dwell\"\n"
     );
     std::fs::write(&file, super::previewed(&text)).unwrap();
-    let error = chain::run(&file, None, dir.path(), &Silent).unwrap_err();
-    assert!(error.to_string().contains("rests nowhere"), "{error}");
+    says(&refusal(&file), &["rests nowhere"]);
 }

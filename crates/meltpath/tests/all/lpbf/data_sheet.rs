@@ -1,5 +1,6 @@
 //! A head by its data sheet, by the words of the book alone.
 
+use crate::support::says;
 use std::fs;
 use std::path::Path;
 
@@ -49,9 +50,6 @@ fn a_head_by_its_data_sheet_promises_no_more_than_it_knows() {
     assert_eq!(contours(&run(dir.path(), "still", &strict)).0, "fail");
     for needs_a_motor in ["controller = \"h-infinity\"\n", "path = \"preview\"\n"] {
         let told = refused(dir.path(), &job(needs_a_motor));
-        assert!(
-            told.contains("data sheet alone") && told.contains("[x] and [y]"),
-            "{told}"
-        );
+        says(&told, &["data sheet alone", "[x] and [y]"]);
     }
 }

@@ -2,7 +2,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::warned;
+use crate::support::{rows, says, warned, write};
 use meltpath::job::{Job, parse};
 use meltpath_base::{Silent, Status};
 
@@ -26,8 +26,7 @@ const SOFT: &str = meltpath_data::recipes::INDUSTRIAL.text;
 
 fn run(place: &Path, job: &str, recipe: &str) -> Result<meltpath::outcome::Outcome, String> {
     fs::write(place.join("soft.toml"), recipe).unwrap();
-    let file = place.join("job.toml");
-    fs::write(&file, job).unwrap();
+    let file = write(place, "job.toml", job);
     let Job::Lpbf(parsed) = parse(job).map_err(|e| e[0].to_string())? else {
         return Err("this is no scan-head job".to_owned());
     };
@@ -60,14 +59,15 @@ fn slow_mirrors_leave_powder_that_the_commanded_path_melts() {
     );
     assert_eq!(worse.status, Status::Fail);
     let page = fs::read_to_string(outcome.folder.join("report.html")).unwrap();
-    for words in [
-        "What melts",
-        "as commanded",
-        "a tenth less absorbed",
-        "Boiling number",
-    ] {
-        assert!(page.contains(words), "{words}");
-    }
+    says(
+        &page,
+        &[
+            "What melts",
+            "as commanded",
+            "a tenth less absorbed",
+            "Boiling number",
+        ],
+    );
     let pools = fs::read_to_string(outcome.folder.join("series/pools-1.csv")).unwrap();
     assert!(pools.lines().count() > 100);
     assert!(outcome.folder.join("fields/melted-1.vti").is_file());
@@ -87,21 +87,14 @@ fn a_boiling_surface_is_told_and_not_judged_against() {
 #[test]
 fn mistakes_are_named() {
     let place = tempfile::tempdir().unwrap();
-    for (wrong, right, words) in [
-        (
-            "layer = \"10 µm\"",
-            "material = \"cheese\"",
-            "no material \"cheese\"",
-        ),
-        ("layer = \"10 µm\"", "absorptivity = \"140 %\"", "140 %"),
-        (
-            "layer = \"10 µm\"",
-            "preheat = \"1500 degC\"",
-            "liquid from 1347",
-        ),
-        ("layer = \"10 µm\"", "cell = \"0.1 µm\"", "larger cells"),
-        ("layer = \"10 µm\"", "layer = \"0 µm\"", "above zero"),
-    ] {
+    for [wrong, right, words] in &rows(
+        r#"
+        layer = "10 µm" => material = "cheese" => no material "cheese"
+        layer = "10 µm" => absorptivity = "140 %" => 140 %
+        layer = "10 µm" => preheat = "1500 degC" => liquid from 1347
+        layer = "10 µm" => cell = "0.1 µm" => larger cells
+        layer = "10 µm" => layer = "0 µm" => above zero"#,
+    ) {
         let text = JOB.replace(wrong, right);
         let told = run(place.path(), &text, &soft("70 W")).unwrap_err();
         assert!(told.contains(words), "{right}: {told}");

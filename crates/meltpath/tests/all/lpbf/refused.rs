@@ -1,5 +1,6 @@
 //! Scan-head jobs that cannot run, from their files on: each is refused, or told in the verdict, with what to change.
 
+use crate::support::{rows, says, write};
 use std::fs;
 use std::path::Path;
 
@@ -141,10 +142,7 @@ fn an_unstable_axis_is_named_before_anything_runs() {
     let late = with(THREE, "loop_delay", "300 us");
     assert_ne!(late, THREE);
     let error = own_head(dir.path(), &late);
-    assert!(
-        error.contains("X axis") && error.contains("unstable"),
-        "{error}"
-    );
+    says(&error, &["X axis", "unstable"]);
 }
 
 #[test]
@@ -179,14 +177,11 @@ fn delays_longer_than_marks_are_told() {
         ..Job::default()
     };
     // lines of a square of 2 mm last 2 ms at most, its contours 5 ms and their waits
-    for (key, value, words) in [
-        (
-            "laser_on_delay",
-            "3 ms",
-            "marks between jumps that stay dark",
-        ),
-        ("laser_off_delay", "5 ms", "the light stays on between"),
-    ] {
+    for [key, value, words] in &rows(
+        r"
+        laser_on_delay => 3 ms => marks between jumps that stay dark
+        laser_off_delay => 5 ms => the light stays on between",
+    ) {
         fs::write(dir.path().join("own.toml"), with(INDUSTRIAL, key, value)).unwrap();
         let verdict = job("own.toml").verdict(dir.path(), key);
         assert!(verdict.contains(words), "{verdict}");
@@ -221,9 +216,7 @@ fn tuned_delays_light_every_mark_and_others_are_foretold() {
         let text = format!(
             "[process]\nkind = \"lpbf\"\n[lpbf]\nhead = \"{head}\"\nrecipes = [\"own.toml\"]\ndelays = \"{delays}\"\n[plate]\nblock = [1, 1]\nside = \"{side}\"\n"
         );
-        let path = dir.path().join("job.toml");
-        fs::write(&path, text).unwrap();
-        path
+        write(dir.path(), "job.toml", text)
     };
     let path = job("three-axis-350", "recipe", "2 mm");
     let lines = chain::doctor(&path, &Silent).unwrap().lines;
@@ -262,9 +255,9 @@ fn delays_stay_within_what_the_head_takes() {
         ..Job::default()
     };
     let error = job("delays = \"recipe\"").refused(dir.path());
-    assert!(
-        error.contains("longer than the head's longest_laser_delay, 60 µs"),
-        "{error}"
+    says(
+        &error,
+        &["longer than the head's longest_laser_delay, 60 µs"],
     );
     let verdict = job("delays = \"tuned\"").verdict(dir.path(), "tuned");
     assert!(verdict.contains("delays-long"), "{verdict}");
@@ -291,15 +284,12 @@ fn work_beyond_the_field_is_refused_with_where_it_lies() {
         .refused(dir.path())
     };
     let plate = refused("", "[plate]\nblock = [40, 1]");
-    assert!(
-        plate.contains("the plate leaves the head's field") && plate.contains("plate.block"),
-        "{plate}"
+    says(
+        &plate,
+        &["the plate leaves the head's field", "plate.block"],
     );
     let side = refused("", "[plate]\nside = \"30 mm\"");
-    assert!(
-        side.contains("pitch of columns") && side.contains("[plate]"),
-        "{side}"
-    );
+    says(&side, &["pitch of columns", "[plate]"]);
     let cli = |end: f64| {
         format!(
             "$$HEADERSTART\n$$ASCII\n$$UNITS/1\n$$HEADEREND\n$$GEOMETRYSTART\n$$LAYER/0.03\n$$HATCHES/1,1,200,200,{end},200\n$$GEOMETRYEND\n"
@@ -307,10 +297,12 @@ fn work_beyond_the_field_is_refused_with_where_it_lies() {
     };
     fs::write(dir.path().join("far.cli"), cli(260.0)).unwrap();
     let far = refused("layers = \"far.cli\"", "");
-    assert!(
-        far.contains("\"far.cli\" leaves the head's field")
-            && far.contains("origin = [\"230.0 mm\", \"200.0 mm\"]"),
-        "{far}"
+    says(
+        &far,
+        &[
+            "\"far.cli\" leaves the head's field",
+            "origin = [\"230.0 mm\", \"200.0 mm\"]",
+        ],
     );
     fs::write(dir.path().join("wide.cli"), cli(700.0)).unwrap();
     let wide = refused("layers = \"wide.cli\"", "");
@@ -340,8 +332,5 @@ fn mirrors_that_leave_their_travel_are_told() {
         ..Job::default()
     };
     let verdict = job.verdict(dir.path(), "out");
-    assert!(
-        verdict.contains("the X mirror turns to") && verdict.contains("strikes its stop"),
-        "{verdict}"
-    );
+    says(&verdict, &["the X mirror turns to", "strikes its stop"]);
 }

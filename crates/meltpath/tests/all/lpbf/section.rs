@@ -268,8 +268,7 @@ fn an_open_mesh_is_told() {
     let mut open = shapes::extrude(&[shapes::plate(4.0, 4.0)], 2.0);
     open.triangles.pop();
     write(dir.path(), "open.stl", &open);
-    let path = dir.path().join("open.toml");
-    fs::write(&path, job("open.stl", "")).unwrap();
+    let path = crate::support::write(dir.path(), "open.toml", job("open.stl", ""));
     let found = chain::doctor(&path, &Silent).unwrap();
     let said = found.lines.join("\n");
     assert!(found.refused.is_some() || said.contains("note: "), "{said}");
