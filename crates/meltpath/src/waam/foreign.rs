@@ -15,6 +15,7 @@ use super::loaded::{SHOWN_WARNINGS, load, other_process, subtitle};
 use super::metal::against_part;
 use super::plan;
 use super::program::{self, Commands};
+use super::program_files;
 use super::reach;
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
@@ -52,8 +53,8 @@ pub fn simulate_program(
     };
     let settings = &settings;
     let cell = &settings.cell.program;
-    let main = &program::main_of(main, cell)?;
-    let (parsed, files) = program::read(main, cell, &reporter)?;
+    let main = &program_files::main_of(main, cell)?;
+    let (parsed, files) = program_files::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
     let commands = commands;
@@ -91,7 +92,8 @@ pub fn simulate_program(
     doubt::undecided(&mut checks, &doubts);
     checks.extend(job.and_then(|_| range_check(programmed(&commands, settings), settings)));
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
-    let along = reach::along(&parsed, &commands, settings, &simulation.metal);
+    let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
+    observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
