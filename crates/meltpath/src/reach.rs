@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use meltpath_base::number::significant;
-use meltpath_base::{Cancelled, Observer, Reporter};
+use meltpath_base::{Cancelled, Observer, Reporter, Silent};
 use meltpath_data::robots;
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_robot::cell::Cell;
-use meltpath_robot::posture::{Held, NotHeld, Rotation, Task, hold};
+use meltpath_robot::posture::{Axes, Held, NotHeld, Rotation, Task, hold};
 use meltpath_robot::{Command, Smoothing};
 
 use crate::cancel::cancellable;
@@ -114,14 +114,16 @@ fn held(cell: &Cell, [x, y]: [f64; 2], low: DVec3, high: DVec3) -> Result<Held, 
             .first()
             .map_or(Pose::IDENTITY.orientation, |c| c.orientation),
     };
-    hold(&Task {
+    let task = Task {
         cell: &cell,
         values: cell.at_rest(),
+        axes: Axes::Standing,
         start,
         commands: &commands,
         rotation: Rotation::Free,
         configurations: &BTreeMap::new(),
-    })
+    };
+    hold(&task, &Silent)
 }
 
 /// The least distance of a joint from its limits or of the wrist from its singularity, rad.

@@ -2,6 +2,7 @@
 
 mod bead;
 pub(crate) mod checks;
+mod columns;
 mod cover;
 mod doubt;
 pub mod error;
@@ -9,7 +10,9 @@ pub(crate) mod film;
 mod foreign;
 mod foretell;
 mod heights;
+mod hold;
 pub mod judge;
+mod lean;
 mod loaded;
 mod machine;
 mod mend;
@@ -19,6 +22,7 @@ pub mod plan;
 mod planned;
 mod process;
 pub mod program;
+pub(crate) mod program_files;
 mod program_to_folder;
 mod reach;
 pub mod record;

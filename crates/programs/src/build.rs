@@ -23,6 +23,7 @@ use meltpath_toolpath::{Channel, Move, Pass, Profile, Toolpath};
 
 use crate::assembly::{Assembly, comment};
 use crate::cell::CellProgramming;
+pub use coordination::tell;
 use coordination::{Coordination, MOST_AXES, axes_at, halfway};
 pub use error::BuildError;
 use partial::before;

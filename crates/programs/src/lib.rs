@@ -26,7 +26,7 @@ pub mod vectors;
 mod written;
 
 pub use build::{
-    BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, dry_run, laid_from,
+    BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, dry_run, laid_from, tell,
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
 pub use execute::{ExecutionSettings, Gap, Missing, ProgramError, Refusal, WeldSettings};

@@ -9,6 +9,6 @@ mod urdf;
 
 pub use build::read;
 pub use file::{ArmKind, CellFile};
-pub use layout::{Arrangement, Cell, Frames, Holder, Maker, Shapes, Source, Values};
+pub use layout::{Arrangement, Cell, External, Frames, Holder, Maker, Shapes, Source, Values};
 pub use stance::Stance;
 pub use urdf::{UrdfError, from_urdf};

@@ -5,10 +5,12 @@
 //! a body goes between them, so that a told distance is never too great.
 
 mod bodies;
+mod clear;
 mod distance;
 mod metal;
 mod sweep;
 
 pub use bodies::Body;
+pub use clear::{Clearance, Cleared, hold_clear};
 pub use metal::Metal;
 pub use sweep::{Closest, Surroundings, sweep};

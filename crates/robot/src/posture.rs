@@ -6,17 +6,24 @@
 //! every move is followed finely, the joints always the nearest continuation, so that a jump of branch is found and never taken.
 
 mod chain;
+mod choice;
+mod comfort;
 mod follow;
+mod free;
 mod ladder;
+mod narrow;
+mod search;
 mod task;
+mod wide;
 
 use meltpath_geometry::math::DVec3;
 
 pub use chain::{Chain, End};
 pub use follow::{Follower, Sample};
-pub use task::{NotHeld, Rotation, Task, Why};
+pub use search::{Search, hold, runs};
+pub use task::{Axes, Guard, NotHeld, Rotation, Task, Why};
 
-use crate::cell::Cell;
+use crate::cell::{Cell, Values};
 
 /// How the arm goes along a program.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +47,26 @@ pub struct Margins {
     pub elbow: Option<Least>,
     /// Least distance of the wrist's centre from the first axis, mm.
     pub shoulder: Option<Least>,
+    /// How the torch leans while the arc burns.
+    pub lean: Option<Lean>,
+}
+
+/// How the torch leans from straight down along the beads of a program.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lean {
+    /// The greatest lean, rad; its joint has no meaning.
+    pub greatest: Least,
+    /// The sum of lean by time, rad s.
+    sum: f64,
+    /// The time, s.
+    time: f64,
+}
+
+impl Lean {
+    /// The mean over the time of the arc, rad.
+    pub fn mean(&self) -> f64 {
+        self.sum / self.time
+    }
 }
 
 /// A worst value, and where it is.
@@ -55,49 +82,34 @@ pub struct Least {
     pub position: DVec3,
 }
 
-/// How the arm holds the torch along a program.
-///
-/// # Errors
-/// [`NotHeld`] at the first place from which no way goes on.
-pub fn hold(task: &Task<'_>) -> Result<Held, NotHeld> {
-    let mut chains = chain::chains(task);
-    let mut margins = Margins::default();
-    for chain in &mut chains {
-        (*chain, margins) = held_chain(task, chain, &margins)?;
-    }
-    Ok(Held { chains, margins })
-}
-
-/// How often a way that breaks between its key places is blocked and another one looked for.
-const ATTEMPTS: usize = 40;
-
-/// A run with a way that holds, and what it comes near to beside what is known of the runs before.
-fn held_chain(
-    task: &Task<'_>,
-    chain: &Chain,
-    known: &Margins,
-) -> Result<(Chain, Margins), NotHeld> {
-    let mut blocked = ladder::Blocked::default();
-    let mut first = None;
-    for _ in 0..ATTEMPTS {
-        let chosen = ladder::climb(task, chain, &blocked).map_err(|e| first.unwrap_or(e))?;
-        let mut margins = *known;
-        let add = |sample: &Sample| margins.add(task.cell, sample);
-        let broken = match follow::verify(task, &chosen.chain, add) {
-            Ok(()) => return Ok((chosen.chain, margins)),
-            Err(broken) => broken,
-        };
-        first.get_or_insert(broken.not_held);
-        blocked.add(&chosen, broken.rung);
-    }
-    Err(first.unwrap_or(NotHeld {
-        command: 0,
-        position: task.start.position,
-        why: Why::Change,
-    }))
-}
-
 impl Margins {
+    /// What two runs come near to, the first where both come as near.
+    fn and(&self, other: &Margins) -> Margins {
+        let least = |a: Option<Least>, b: Option<Least>| match (a, b) {
+            (Some(a), Some(b)) if b.value < a.value => Some(b),
+            (a, b) => a.or(b),
+        };
+        let greatest = |a: Least, b: Least| if b.value > a.value { b } else { a };
+        Margins {
+            limit: least(self.limit, other.limit),
+            wrist: least(self.wrist, other.wrist),
+            elbow: least(self.elbow, other.elbow),
+            shoulder: least(self.shoulder, other.shoulder),
+            speed: match (self.speed, other.speed) {
+                (Some(a), Some(b)) => Some(greatest(a, b)),
+                (a, b) => a.or(b),
+            },
+            lean: match (self.lean, other.lean) {
+                (Some(a), Some(b)) => Some(Lean {
+                    greatest: greatest(a.greatest, b.greatest),
+                    sum: a.sum + b.sum,
+                    time: a.time + b.time,
+                }),
+                (a, b) => a.or(b),
+            },
+        }
+    }
+
     /// Takes a place into account.
     fn add(&mut self, cell: &Cell, sample: &Sample) {
         let place = |value: f64, joint: usize| Least {
@@ -117,6 +129,24 @@ impl Margins {
             least(&mut self.wrist, place(near.wrist - sample.curve, 4));
             least(&mut self.elbow, place(near.elbow - sample.curve, 2));
             least(&mut self.shoulder, place(near.shoulder.abs(), 0));
+        }
+        if let Some(time) = sample.time {
+            let values = Values::of(sample.joints, sample.external);
+            let axis = cell.frames(&values).wire_tip.tool_axis();
+            let here = place(axis.angle_between(DVec3::Z), 0);
+            let known = self
+                .lean
+                .map_or((here, 0.0, 0.0), |l| (l.greatest, l.sum, l.time));
+            let greatest = if here.value > known.0.value {
+                here
+            } else {
+                known.0
+            };
+            self.lean = Some(Lean {
+                greatest,
+                sum: known.1 + here.value * time,
+                time: known.2 + time,
+            });
         }
         if let Some((share, joint)) = sample.speed
             && self.speed.is_none_or(|k| share > k.value)

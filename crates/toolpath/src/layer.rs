@@ -125,6 +125,20 @@ impl Layer {
         self.neighbours = neighbours;
     }
 
+    /// Says of every point that external axis number `axis` (from 0) stands at `value`, mm or rad.
+    pub fn stand(&mut self, axis: usize, value: f64) {
+        for point in 0..self.points.len() {
+            self.external_column(axis).set(point, value);
+        }
+    }
+
+    fn external_column(&mut self, axis: usize) -> &mut Column {
+        if self.external.len() <= axis {
+            self.external.resize_with(axis + 1, Column::default);
+        }
+        &mut self.external[axis]
+    }
+
     /// Whether any pass has this role.
     pub fn has(&self, role: Role) -> bool {
         self.entries.iter().any(|e| e.head.role == role)
@@ -221,10 +235,7 @@ impl PassWriter<'_> {
     /// Says where external axis number `axis` (from 0) stands at the last point, mm or rad.
     pub fn external(&mut self, axis: usize, value: f64) -> &mut Self {
         let point = self.last();
-        if self.layer.external.len() <= axis {
-            self.layer.external.resize_with(axis + 1, Column::default);
-        }
-        self.layer.external[axis].set(point, value);
+        self.layer.external_column(axis).set(point, value);
         self
     }
 

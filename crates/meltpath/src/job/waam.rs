@@ -163,6 +163,8 @@ table! {
         robot: String => none("reach, collisions and CONFIG are not checked");
         /// Where the origin of the part lies on the robot's table (in the flange where the robot holds the part): x, y, z.
         place: [Length; 3] => none("where the robot's file puts the part");
+        /// What track and positioner of the robot's file do while the torch moves.
+        external: ExternalChoice => default("standing", "they rest");
         /// Smoothing at via points (FANUC CNT): 0 % stops at each point.
         smoothing: Ratio where within(0.0, 1.0) => default("50 %", "CNT50, the reference of Rouchon 2022; left out, 25 % where walls are expected to fail with it");
         /// Contact tube to work distance at the first layer.
@@ -223,6 +225,14 @@ choice! {
         Auto = "auto",
         /// Always the same feed.
         Off = "off",
+    }
+
+    /// What track and positioner do while the torch moves.
+    pub enum ExternalChoice {
+        /// They rest.
+        Standing = "standing",
+        /// They move together with the arm, so that it reaches, and the part lies under a torch that points down.
+        Free = "free",
     }
 
     /// When the next layer begins.

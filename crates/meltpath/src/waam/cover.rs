@@ -96,7 +96,8 @@ fn hole_limit(settings: &Settings) -> f64 {
 }
 
 /// What layers cover: the union of their sections grown by the allowance, without the holes that are too small to keep, and
-/// as much more in corners as a bead needs to reach into them. No layer leans out farther for it than the part does.
+/// as much more in corners as a bead needs to reach into them. No corner leans out farther for it than the part does
+/// there.
 pub(super) fn covered(
     sections: &[Vec<Slice>],
     settings: &Settings,
@@ -107,9 +108,19 @@ pub(super) fn covered(
         .collect::<Result<_, _>>()?;
     let mut layers: Vec<Vec<Region>> = Vec::new();
     for (i, Wanted { grown, mut room }) in wanted.iter().cloned().enumerate() {
-        if let (false, Some(below)) = (room.is_empty(), layers.last()) {
-            let own = farthest_beyond(&grown, &wanted[i - 1].grown)?;
-            room = intersection(&room, &outset(below, own, ROUND)?)?;
+        if let Some(below) = layers.last() {
+            let leans = room.iter().map(|piece| {
+                let near = outset(
+                    std::slice::from_ref(piece),
+                    settings.bead.width.value,
+                    ROUND,
+                )?;
+                let own = intersection(&grown, &near)?;
+                let own = farthest_beyond(&own, &wanted[i - 1].grown)?;
+                let carried = outset(&intersection(below, &near)?, own, ROUND)?;
+                intersection(std::slice::from_ref(piece), &carried)
+            });
+            room = leans.collect::<Result<Vec<_>, _>>()?.concat();
         }
         layers.push(if room.is_empty() {
             grown

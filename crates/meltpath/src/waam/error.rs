@@ -34,7 +34,7 @@ pub enum WaamError {
     Surface(#[from] SurfacePlanError),
     /// The program.
     #[error(transparent)]
-    Program(#[from] ProgramStageError),
+    Program(ProgramStageError),
     /// The simulation.
     #[error(transparent)]
     Simulate(SimulateError),
@@ -63,6 +63,7 @@ cancellable!(WaamError:
         | PlanStageError::Slice(SliceError::Cancelled(c))
         | PlanStageError::Overhang(OverhangError::Cancelled(c))
         | PlanStageError::Fill(PlanError::Cancelled(c)) => c;
+    ProgramStageError => Program, ProgramStageError::Cancelled(c) => c;
     SimulateError => Simulate, SimulateError::Motion(MotionError::Cancelled(c)) => c;
     TargetError => Target, TargetError::Cancelled(c) | TargetError::Slice(SliceError::Cancelled(c)) => c;
 );

@@ -39,10 +39,7 @@ pub(super) fn steps(task: &Task<'_>, held: &Held) -> Result<Vec<Step>, NotHeld> 
         while let Some(sample) = follower.next_sample()? {
             steps.push(Step {
                 command: sample.command,
-                values: Values {
-                    arm: sample.joints,
-                    ..task.values
-                },
+                values: Values::of(sample.joints, sample.external),
             });
         }
     }

@@ -17,6 +17,7 @@ use super::metal::{self, Laid, against_part};
 use super::own::own_plan;
 use super::plan::{self, Plan, PlanStageError};
 use super::program::{self, Commands};
+use super::program_files;
 use super::reach;
 use super::run::{Shown, load_part, write_common};
 use super::settings::{Settings, resolve};
@@ -55,8 +56,8 @@ pub fn simulate_program(
     };
     let settings = &told;
     let cell = &settings.cell.program;
-    let main = &program::main_of(main, cell)?;
-    let (parsed, files) = program::read(main, cell, &reporter)?;
+    let main = &program_files::main_of(main, cell)?;
+    let (parsed, files) = program_files::read(main, cell, &reporter)?;
     let mut commands = program::commands(&parsed, &[], settings, &reporter)?;
     commands.lower(settings.plate_height.unwrap_or(0.0));
     let commands = commands;
@@ -93,7 +94,8 @@ pub fn simulate_program(
         checks.extend(range_check(programmed(&commands, settings), settings));
     }
     checks.push(doubt::lines_check(&commands.gaps, &reporter));
-    let along = reach::along(&parsed, &commands, settings, &simulation.metal);
+    let along = reach::along(&parsed, &commands, settings, &simulation.metal, observer);
+    observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));

@@ -60,6 +60,8 @@ pub struct Limits {
     pub overhang: f64,
     /// Smallest distance of a joint from its limits, rad.
     pub joint_margin: f64,
+    /// Largest angle between torch and vertical, rad, where somebody knows it.
+    pub tilt: Option<f64>,
     /// Smallest distance of torch and arm from what they may touch, mm.
     pub clearance: f64,
 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::output::OutputFolder;
 use meltpath_base::settings::Problem;
-use meltpath_base::{Check, Provenance, Reporter};
+use meltpath_base::{Check, Observer, Provenance, Reporter};
 use meltpath_programs::TextFile;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::program_check;
 use super::error::WaamError;
-use super::program::{self, Commands, Programs};
-use super::reach;
+use super::hold;
+use super::program::{Commands, Programs};
 use super::settings::{Settings, resolve};
 use super::wanted::Wanted;
 use crate::inputs;
@@ -117,8 +117,8 @@ pub(super) fn subtitle(what: &str, settings: &Settings) -> String {
 pub(super) fn written(
     loaded: &Loaded,
     toolpath: &Toolpath,
-    own: &Programs,
-    commands: &Commands,
+    (own, commands): (&Programs, &Commands),
+    observer: &dyn Observer,
 ) -> Result<(Vec<TextFile>, Check), WaamError> {
     let settings = &loaded.settings;
     let (mut files, mut further) = (Vec::new(), Vec::new());
@@ -129,14 +129,14 @@ pub(super) fn written(
         }
         // what is to be told of the plan is told by the cell's own
         let silent = Reporter::new();
-        let programs = reach::write(
+        let programs = hold::write(
             &loaded.name,
             toolpath,
             (dialect, Wanted::WHOLE),
             settings,
-            &silent,
+            (&silent, observer),
         )?;
-        let commands = program::commands(&programs.parsed, &programs.schedules, settings, &silent)?;
+        let commands = programs.commands(settings, &silent)?;
         files.extend_from_slice(&programs.files);
         further.push((programs, commands));
     }

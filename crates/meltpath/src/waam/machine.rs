@@ -6,10 +6,11 @@ use meltpath_base::settings::Problem;
 use meltpath_base::{Provenance, Reporter};
 use meltpath_data::{cells, robots};
 use meltpath_geometry::math::DVec3;
+use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 
 use crate::data::{Cell, DataText};
-use crate::job::waam::MachineTable;
+use crate::job::waam::{ExternalChoice, MachineTable};
 
 /// What moves the torch.
 pub(super) struct Machine {
@@ -74,6 +75,50 @@ fn robot_of(
         cell.carrier_from_part.position = DVec3::from_array(place.map(|l| l.0));
     }
     Ok(Some((cell, text)))
+}
+
+/// Refuses to move what is not there, or what no program could tell.
+pub(super) fn check_external(
+    machine: &MachineTable,
+    robot: Option<&robot::Cell>,
+    cell: &Cell,
+    programs: &[Dialect],
+) -> Result<(), Problem> {
+    let key = &machine.external;
+    if **key == ExternalChoice::Standing {
+        return Ok(());
+    }
+    let refused = |what: &str, help: &str| {
+        let message = format!("{} = \"free\", but {what}", key.name);
+        Err(key.problem(message).help(help))
+    };
+    let axes = |robot: &robot::Cell| robot.positioner.as_ref().map_or(0, |p| p.joints.len());
+    let no_program = "write output.programs = [], and the way is planned and checked without one";
+    match robot {
+        None => refused(
+            "the job names no robot",
+            "name one with a track or a positioner: machine.robot",
+        ),
+        Some(r) if r.track.is_none() && r.positioner.is_none() => refused(
+            "the robot's file has neither track nor positioner",
+            "write [track] or [positioner] into a robot file of your own",
+        ),
+        Some(r) if r.track.is_some() && !programs.is_empty() => refused(
+            "words for a track that moves are written in no dialect",
+            no_program,
+        ),
+        Some(r) => match &*cell.program.positioner {
+            Some(told) if told.axes.len() != axes(r) && !programs.is_empty() => refused(
+                &format!(
+                    "the robot's positioner has {} axes and the cell's program.positioner {}",
+                    axes(r),
+                    told.axes.len()
+                ),
+                "write both alike",
+            ),
+            _ => Ok(()),
+        },
+    }
 }
 
 /// The contact tube to work distance for which a cell's tool frame is set, mm.

@@ -52,7 +52,7 @@ pub(super) fn own_plan(
         if (long - laid).abs() > SAME_LENGTH * long {
             continue;
         }
-        let Ok((_, planned)) = read_back(&loaded.name, &plan, &settings, &silent) else {
+        let Ok((_, planned)) = read_back(&loaded.name, &plan, &settings, (&silent, &quiet)) else {
             continue;
         };
         if same_beads(&planned, commands) {

@@ -3,9 +3,9 @@
 use meltpath_base::{Observer, Reporter};
 
 use super::error::WaamError;
+use super::hold;
 use super::plan::{self, Plan};
-use super::program::{self, Commands, Programs};
-use super::reach;
+use super::program::{Commands, Programs};
 use super::settings::Settings;
 use super::wanted::Wanted;
 use crate::stages::part::Part;
@@ -27,7 +27,7 @@ pub(super) fn planned(
     observer: &dyn Observer,
 ) -> Result<Planned, WaamError> {
     let plan = plan::plan(part, settings, reporter, observer)?;
-    let (programs, commands) = read_back(name, &plan, settings, reporter)?;
+    let (programs, commands) = read_back(name, &plan, settings, (reporter, observer))?;
     Ok(Planned {
         plan,
         programs,
@@ -40,16 +40,16 @@ pub(super) fn read_back(
     name: &str,
     plan: &Plan,
     settings: &Settings,
-    reporter: &Reporter,
+    (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<(Programs, Commands), WaamError> {
     let own = settings.cell.program.dialect.value;
-    let programs = reach::write(
+    let programs = hold::write(
         name,
         &plan.toolpath,
         (own, Wanted::WHOLE),
         settings,
-        reporter,
+        (reporter, observer),
     )?;
-    let commands = program::commands(&programs.parsed, &programs.schedules, settings, reporter)?;
+    let commands = programs.commands(settings, reporter)?;
     Ok((programs, commands))
 }

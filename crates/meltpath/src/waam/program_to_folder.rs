@@ -8,10 +8,10 @@ use meltpath_programs::{TextFile, laid_from};
 use meltpath_toolpath::Toolpath;
 
 use super::error::WaamError;
+use super::hold;
 use super::loaded::load;
 use super::mend::settle;
 use super::program::{self, ProgramStageError, Programs};
-use super::reach;
 use super::run::{load_part, read_toolpath};
 use super::settings::Settings;
 use super::wanted::{Torch, Wanted};
@@ -46,12 +46,12 @@ pub fn program_to_folder(
     };
     let mut files = Vec::new();
     for &dialect in dialects {
-        let programs = reach::write(
+        let programs = hold::write(
             &loaded.name,
             &toolpath,
             (dialect, wanted),
             settings,
-            reporter,
+            (reporter, &Silent),
         )?;
         faithful(&programs, &toolpath, wanted, settings)?;
         for file in programs.files {

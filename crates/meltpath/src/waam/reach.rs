@@ -1,24 +1,24 @@
 //! The robot along a program: how it holds the torch, what its positions then say, and whether they can be reached.
 
-use std::collections::BTreeMap;
-
-use meltpath_base::{Check, Fact, Limit, Measure, Place, Reporter, Status};
-use meltpath_geometry::Pose;
-use meltpath_programs::program::{Coordinates, Instruction, MotionKind, PositionRef};
-use meltpath_programs::{Dialect, Program, Schedule, dry_run};
+use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
+use meltpath_programs::Program;
 use meltpath_robot::cell::{Cell, Stance};
-use meltpath_robot::collision::{Closest, Metal, Surroundings, sweep};
+use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
 use meltpath_robot::kinematics::Unreachable;
-use meltpath_robot::posture::{
-    End, Follower, Held, Least, Margins, NotHeld, Rotation, Task, Why, hold,
-};
-use meltpath_toolpath::Toolpath;
+use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
 
 use super::film::{self, Moment, Step};
-use super::program::{self, Commands, ProgramStageError, Programs, commands};
+use super::hold::{Positions, ends, metal_at, named, stance, task, written_stance};
+use super::lean::Turned;
+use super::program::{self, Commands};
 use super::record;
 use super::settings::Settings;
-use super::wanted::{Asked, Torch};
+
+/// The robot that is followed along a program; nothing where the job names none, or where others turn the part than it knows.
+fn followed<'a>(moves: &Commands, settings: &'a Settings) -> Option<&'a Cell> {
+    let known = !moves.turns || moves.external.is_some();
+    settings.robot.as_ref().filter(|_| known)
+}
 
 /// What the robot does along a program.
 #[derive(Debug)]
@@ -34,69 +34,21 @@ pub(crate) struct Along {
     steps: Vec<Step>,
 }
 
-/// The programs of a toolpath, their positions as the job's robot holds them, written and read back.
-///
-/// # Errors
-/// [`ProgramStageError`].
-pub(super) fn write(
-    name: &str,
-    toolpath: &Toolpath,
-    asked: Asked,
-    settings: &Settings,
-    reporter: &Reporter,
-) -> Result<Programs, ProgramStageError> {
-    let mut built = program::make(name, toolpath, asked, settings, reporter)?;
-    choose(&mut built.programs, &built.schedules, settings)?;
-    if asked.1.torch == Torch::Dry {
-        dry_run(&mut built.programs);
-    }
-    program::write(built, &settings.cell.program)
-}
-
-/// Chooses how the robot holds the torch along programs, and writes it into their positions. Where it cannot hold it they stay as
-/// they are: [`along`] tells why.
-fn choose(
-    programs: &mut [Program],
-    schedules: &[Schedule],
-    settings: &Settings,
-) -> Result<(), ProgramStageError> {
-    let Some(cell) = &settings.robot else {
-        return Ok(());
-    };
-    let moves = commands(programs, schedules, settings, &Reporter::new())?;
-    if moves.turns {
-        return Ok(());
-    }
-    let any = BTreeMap::new();
-    let task = task(cell, &moves, Rotation::Free, &any);
-    let Ok(held) = hold(&task) else {
-        return Ok(());
-    };
-    let positions = Positions::of(programs);
-    let dialect = program::spoken(programs);
-    for reached in ends(&task, &held).unwrap_or_default() {
-        let stance = stance(cell, dialect, reached.joints);
-        if let Some(coordinates) = positions.at(programs, &moves, &reached) {
-            hold_so(coordinates, stance, &reached);
-        }
-    }
-    Ok(())
-}
-
 /// How the robot goes along programs as they are written; nothing where the job names no robot.
 pub(super) fn along(
     programs: &[Program],
     moves: &Commands,
     settings: &Settings,
     metal: &[(u32, Metal)],
+    observer: &dyn Observer,
 ) -> Option<Result<Along, NotHeld>> {
-    let cell = settings.robot.as_ref().filter(|_| !moves.turns)?;
+    let cell = followed(moves, settings)?;
     let dialect = program::spoken(programs);
     let mut programs = programs.to_vec();
     let positions = Positions::of(&programs);
     let named = named(&positions, &mut programs, moves, cell);
     let task = task(cell, moves, Rotation::Written, &named);
-    Some(hold(&task).and_then(|held| {
+    Some(hold(&task, observer).and_then(|held| {
         let closest = swept(&task, &held, moves, settings, metal).transpose()?;
         let mut along = Along {
             margins: held.margins,
@@ -115,7 +67,7 @@ pub(super) fn along(
             }
             let written = positions
                 .at(&mut programs, moves, &reached)
-                .and_then(|c| written_stance(c, cell));
+                .and_then(|p| written_stance(p, cell));
             if written.is_some_and(|w| w != found) {
                 let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
                 along.differing.get_or_insert_with(|| (0, place())).0 += 1;
@@ -146,12 +98,8 @@ fn swept(
     metal: &[(u32, Metal)],
 ) -> Option<Result<Vec<Closest>, NotHeld>> {
     let shapes = task.cell.shapes.as_ref()?;
-    let (_, first) = metal.first()?;
-    let at = |command: u32| {
-        let layer = moves.layer_of_command.get(command as usize);
-        let until = metal.partition_point(|(l, _)| layer.is_some_and(|layer| l <= layer));
-        metal.get(until.saturating_sub(1)).map_or(first, |m| &m.1)
-    };
+    metal.first()?;
+    let at = |command| metal_at(moves, metal, command);
     let around = Surroundings {
         shapes,
         metal: &at,
@@ -160,178 +108,14 @@ fn swept(
     Some(sweep(task, held, &around))
 }
 
-fn task<'a>(
-    cell: &'a Cell,
-    moves: &'a Commands,
-    rotation: Rotation,
-    configurations: &'a BTreeMap<Option<u32>, Stance>,
-) -> Task<'a> {
-    Task {
-        cell,
-        values: cell.at_rest(),
-        start: moves.start,
-        commands: &moves.commands,
-        rotation,
-        configurations,
-    }
-}
-
-/// An end of a move.
-struct Reached {
-    /// The move; nothing for the start.
-    command: Option<u32>,
-    end: End,
-    tip: Pose,
-    joints: [f64; 6],
-}
-
-/// The ends of all moves, those of no length too.
-fn ends(task: &Task<'_>, held: &Held) -> Result<Vec<Reached>, NotHeld> {
-    let mut ends: Vec<Reached> = Vec::new();
-    for chain in &held.chains {
-        let mut follower = Follower::new(task, chain);
-        let mut first = true;
-        while let Some(sample) = follower.next_sample()? {
-            let command = if first {
-                chain.first
-            } else {
-                Some(sample.command)
-            };
-            first = false;
-            let Some(end) = sample.ends else { continue };
-            let reached = |command| Reached {
-                command,
-                end,
-                tip: sample.tip,
-                joints: sample.joints,
-            };
-            ends.push(reached(command));
-        }
-    }
-    // moves that go nowhere end as the one before
-    let mut all: Vec<Reached> = Vec::with_capacity(ends.len());
-    for reached in ends {
-        if let (Some(command), Some(before)) = (reached.command, all.last()) {
-            let (tip, joints) = (before.tip, before.joints);
-            let missed = before.command.map_or(0, |c| c + 1)..command;
-            all.extend(missed.map(|c| Reached {
-                command: Some(c),
-                end: End::Target,
-                tip,
-                joints,
-            }));
-        }
-        all.push(reached);
-    }
-    Ok(all)
-}
-
-/// How the arm stands, where the dialect has its maker's words.
-fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<Stance> {
-    let stance = cell.stance(joints)?;
-    let spoken = match stance {
-        Stance::Fanuc(_) => Dialect::FanucLs,
-        Stance::Kuka { .. } => Dialect::Krl,
-        Stance::Abb(_) => Dialect::Rapid,
-        Stance::Joints(_) => Dialect::UrScript,
-        Stance::Yaskawa(_) => Dialect::Inform,
-        Stance::Staubli(_) => Dialect::Val3,
-    };
-    (spoken == dialect).then_some(stance)
-}
-
-fn written_stance(coordinates: &Coordinates, cell: &Cell) -> Option<Stance> {
-    let Coordinates::Cartesian { config, .. } = coordinates else {
+/// How the torch leans, where track or positioner move.
+pub(super) fn turned(along: Option<&Result<Along, NotHeld>>, moves: &Commands) -> Option<Turned> {
+    let (Some(Ok(along)), Some(_)) = (along, &moves.external) else {
         return None;
     };
-    Stance::read(cell.maker, config)
-}
-
-/// Writes rotation and configuration into a position.
-fn hold_so(coordinates: &mut Coordinates, stance: Option<Stance>, reached: &Reached) {
-    let said = stance.map(|s| s.to_string());
-    if let Coordinates::Cartesian {
-        config,
-        wpr_degrees: wpr,
-        ..
-    } = coordinates
-    {
-        *wpr = reached.tip.wpr().to_array().map(f64::to_degrees);
-        *config = said.unwrap_or_else(|| std::mem::take(config));
-    }
-}
-
-/// How joint moves end, as the program says.
-fn named(
-    positions: &Positions,
-    programs: &mut [Program],
-    moves: &Commands,
-    cell: &Cell,
-) -> BTreeMap<Option<u32>, Stance> {
-    let mut named = BTreeMap::new();
-    let joint = moves
-        .commands
-        .iter()
-        .filter(|c| matches!(c.kind, meltpath_robot::Kind::Joint));
-    for command in std::iter::once(None).chain(joint.map(|c| Some(c.id))) {
-        let reached = Reached {
-            command,
-            end: End::Target,
-            tip: Pose::IDENTITY,
-            joints: [0.0; 6],
-        };
-        let written = positions.at(programs, moves, &reached);
-        if let Some(stance) = written.and_then(|c| written_stance(c, cell)) {
-            named.insert(command, stance);
-        }
-    }
-    named
-}
-
-/// Where the positions of programs stand in their tables.
-struct Positions(Vec<BTreeMap<u32, usize>>);
-
-impl Positions {
-    fn of(programs: &[Program]) -> Self {
-        let table = |p: &Program| {
-            p.positions
-                .iter()
-                .zip(0..)
-                .map(|(p, i)| (p.index, i))
-                .collect()
-        };
-        Positions(programs.iter().map(table).collect())
-    }
-
-    /// The robot's coordinates at the end of a move.
-    fn at<'a>(
-        &self,
-        programs: &'a mut [Program],
-        moves: &Commands,
-        reached: &Reached,
-    ) -> Option<&'a mut Coordinates> {
-        let (program, line) = match reached.command {
-            Some(command) => *moves.line_of_command.get(command as usize)?,
-            None => moves.start_line,
-        };
-        let table = self.0.get(program as usize)?;
-        let program = programs.get_mut(program as usize)?;
-        let instruction = program.instructions.get((line as usize).checked_sub(1)?)?;
-        let Instruction::Motion(motion) = instruction else {
-            return None;
-        };
-        let reference = match (reached.end, &motion.kind) {
-            (End::Target, _) => &motion.target,
-            (End::Via, MotionKind::Circular { via }) => via,
-            (End::Via, _) => return None,
-        };
-        let PositionRef::Point { index, .. } = reference else {
-            return None;
-        };
-        let position = program.positions.get_mut(*table.get(index)?)?;
-        let robot = position.groups.iter_mut().find(|g| g.number == 1)?;
-        Some(&mut robot.coordinates)
-    }
+    let lean = along.margins.lean?;
+    let place = moves.place(lean.greatest.command, lean.greatest.position);
+    Some(Turned::new(lean, place))
 }
 
 /// The checks of reach, joint speeds, collision and CONFIG.
@@ -341,7 +125,10 @@ pub(super) fn checks(
     settings: &Settings,
 ) -> Vec<Check> {
     let (Some(along), Some(cell)) = (along, &settings.robot) else {
-        return not_checked(if moves.turns { TURNS } else { NO_ROBOT });
+        return not_checked(match settings.robot {
+            Some(_) => TURNS,
+            None => NO_ROBOT,
+        });
     };
     match along {
         Err(not) => {
@@ -363,7 +150,7 @@ pub(super) fn checks(
 
 const NO_ROBOT: &str =
     "the job names no robot: write machine.robot, a name that ships or a file of your own";
-const TURNS: &str = "a positioner turns the part while metal is laid, and the arm is not followed beside a positioner that moves";
+const TURNS: &str = "axes turn the part while metal is laid that are not those of the robot's file: write its [positioner] with as many";
 const REACH: &str = "reach of the robot";
 const COLLISION: &str = "collision of torch, robot and part";
 const CONFIG: &str = "robot CONFIG";
@@ -391,9 +178,18 @@ fn reached(margins: &Margins, moves: &Commands, settings: &Settings) -> Check {
     match least {
         Some(l) => check
             .at(moves.place(l.command, l.position))
-            .because(&format!("joint {}", l.joint + 1))
+            .because(&axis(l.joint))
             .remedy("place the part elsewhere (machine.place, or [table] of the robot's file)"),
         None => check,
+    }
+}
+
+/// What people call an axis: joints of the arm from 0, then track and positioner.
+fn axis(number: usize) -> String {
+    match number {
+        0..6 => format!("joint {}", number + 1),
+        6 => "the track".to_owned(),
+        _ => format!("axis {} of the positioner", number - 6),
     }
 }
 
@@ -409,7 +205,7 @@ fn speed(margins: &Margins, moves: &Commands) -> Check {
             Limit::AtMost(100.0),
         )
         .at(moves.place(l.command, l.position))
-        .because(&format!("joint {}", l.joint + 1))
+        .because(&axis(l.joint))
         .remedy("a lower travel speed, or the part elsewhere: near a singularity joints turn fast"),
         None => Check::not_checked(ID, TITLE, "the robot's file tells no speeds"),
     }
@@ -433,6 +229,12 @@ fn collision(along: &Along, moves: &Commands, settings: &Settings, cell: &Cell) 
     .at(moves.place(worst.command, worst.position))
     .because(&pair(worst))
     .remedy("another machine.place, more clearance of travels, or a slimmer nozzle");
+    let check = match (moves.clearance, check.status) {
+        (Some(Clearance::InVain), Status::Fail) => {
+            check.because("other ways to hold the torch there were tried: none keeps clear")
+        }
+        _ => check,
+    };
     let check = match cell.shapes.as_ref().and_then(|s| s.table) {
         Some(_) => check,
         None => check.because("the table is not checked: shapes.table is not written"),
@@ -518,6 +320,14 @@ fn not_reached(not: &NotHeld, moves: &Commands, cell: &Cell) -> Check {
             format!("whatever the rotation about the wire, a joint is beyond its limits: at best joint {}, by {:.1} deg", joint + 1, by.to_degrees()),
             "move the part: machine.place, or [table] of the robot's file".to_owned(),
         ),
+        Why::External { axis: number, by } => (
+            format!("{} would go {} beyond its limit", axis(6 + number), match number {
+                0 => format!("{by:.1} mm"),
+                _ => format!("{:.1} deg", by.to_degrees()),
+            }),
+            "limits of the robot's file, or the part elsewhere: machine.place".to_owned(),
+        ),
+        Why::Stopped => ("the search was stopped".to_owned(), "run it again".to_owned()),
         Why::Configuration(wanted) => (
             format!("no way to hold the torch there within limits is {wanted}, as the program says"),
             "touch up the position at the controller".to_owned(),

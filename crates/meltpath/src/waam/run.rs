@@ -12,10 +12,12 @@ use meltpath_report::sheet::OperatorSheet;
 use meltpath_toolpath::{Toolpath, storage};
 
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
+use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::film::Moment;
 use super::foretell;
 use super::judge::GrowthError;
+use super::lean::Turned;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
 use super::mend::{leaves_open, mend, settle};
 use super::metal::{self, Laid};
@@ -125,14 +127,22 @@ pub fn run(
         ctwd: &simulation.ctwd,
         map: &simulation.deposit.map,
     };
+    observer.stage("robot", 0);
+    let metal = &simulation.metal;
+    let along = reach::along(&programs.parsed, &commands, settings, metal, observer);
+    observer.check()?;
+    let turned = reach::turned(along.as_ref(), &commands);
     let mut checks = metal::checks(&laid, (&part, &plan), settings, (&reporter, observer))?;
-    let (written, check) = written(&loaded, &plan.toolpath, &programs, &commands)?;
+    let leaning: Vec<Doubt> = turned.iter().filter_map(Turned::doubt).collect();
+    doubt::undecided(&mut checks, &leaning);
+    checks.extend(turned.as_ref().map(|t| t.check(settings)));
+    let (written, check) = written(&loaded, &plan.toolpath, (&programs, &commands), observer)?;
     checks.push(check);
-    let along = reach::along(&programs.parsed, &commands, settings, &simulation.metal);
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));
     let mut facts = build_facts(&simulation, settings);
     facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(turned.map(|t| t.fact()));
     facts.extend(plan_facts(&plan, settings));
     facts.push(foretell::fact(&foretold.checks));
     facts.extend(foretold.chosen);

@@ -26,8 +26,8 @@ use super::process::{self, Process};
 use super::surface;
 use crate::data::{Cell, DataText};
 use crate::job::waam::{
-    BeadTable, ChecksTable, FillOrder, FillStrategy, FillTable, LayerHeights, LayerRelease,
-    Spacing, Speeds, Starts, Stepover, WaamTable,
+    BeadTable, ChecksTable, ExternalChoice, FillOrder, FillStrategy, FillTable, LayerHeights,
+    LayerRelease, Spacing, Speeds, Starts, Stepover, WaamTable,
 };
 use crate::job::{PartUnit, Problems, WaamJob, Written};
 
@@ -82,6 +82,8 @@ pub struct Settings {
     pub cell_name: String,
     /// The robot with what stands around it, where the job names one.
     pub robot: Option<robot::Cell>,
+    /// What track and positioner do.
+    pub external: ExternalChoice,
     /// Smoothing at via points, 0 to 1.
     pub smoothing: f64,
     /// Contact tube to work distance at the first layer, mm.
@@ -175,8 +177,7 @@ pub fn resolve(
     let surface = surface::asked(job, &bead, &mut r);
     let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
-    let programs = job.output.programs.value.clone();
-    let programs = programs.unwrap_or_else(|| vec![*cell.program.dialect]);
+    let programs = programs(job, robot.as_ref(), &cell)?;
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,
@@ -206,6 +207,7 @@ pub fn resolve(
         cell,
         cell_name: machine.cell.value.clone(),
         robot,
+        external: *machine.external,
         smoothing: machine.smoothing.0,
         ctwd,
         plate: job.substrate.size.map(|s| s.map(|l| l.0)),
@@ -221,6 +223,18 @@ pub fn resolve(
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
+}
+
+/// The dialects of the programs that the job asks for, which can say what moves.
+fn programs(
+    job: &WaamJob,
+    robot: Option<&robot::Cell>,
+    cell: &Cell,
+) -> Result<Vec<Dialect>, Problem> {
+    let programs = job.output.programs.value.clone();
+    let programs = programs.unwrap_or_else(|| vec![*cell.program.dialect]);
+    machine::check_external(&job.machine, robot, cell, &programs)?;
+    Ok(programs)
 }
 
 /// Warns where flat beads lie so far apart that they may not fuse.
@@ -426,6 +440,7 @@ fn limits(c: &ChecksTable, ctwd: f64, r: &mut Provenance) -> Limits {
         accumulation: c.accumulation.0,
         overhang: c.overhang.0,
         joint_margin: c.joint_margin.0,
+        tilt: c.tilt.map(|a| a.0),
         clearance: c.clearance.0,
         stock_min: c.stock_min.0,
         height_error: c.height_error.or_computed(r, Length(slack)).0,

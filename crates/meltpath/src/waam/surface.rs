@@ -36,8 +36,6 @@ pub struct Asked {
     pub lead: f64,
     /// Largest deviation of the distance between passes, share of it.
     pub spacing_limit: f64,
-    /// Largest angle between torch and vertical, rad, where somebody knows it.
-    pub tilt_limit: Option<f64>,
 }
 
 /// What a wall stands on, as far as a job says it.
@@ -93,6 +91,5 @@ pub(super) fn asked(job: &WaamJob, bead: &Bead, r: &mut Provenance) -> Option<As
         tilt: table.tilt.map(|a| a.0),
         lead: table.lead.0,
         spacing_limit: job.checks.spacing.0,
-        tilt_limit: job.checks.tilt.map(|a| a.0),
     })
 }

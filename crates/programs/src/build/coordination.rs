@@ -1,5 +1,6 @@
 //! A positioner that moves with the arm: what the cell has to say of it, and how positions are told with it.
 
+use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Pass, Toolpath};
 
@@ -7,7 +8,7 @@ use super::error::BuildError;
 use crate::cell::CellProgramming;
 use crate::orientation::pose;
 use crate::positioner::{Line, Positioner, UserFrame, turned};
-use crate::program::Dialect;
+use crate::program::{Axis, Coordinates, Dialect, Position};
 
 /// Most axes of a positioner.
 pub(super) const MOST_AXES: usize = 3;
@@ -102,6 +103,43 @@ impl<'a> Coordination<'a> {
         let angles: Vec<f64> = axes.iter().map(|a| a.to_radians()).collect();
         let told = turned(lines, &angles, pose(position, wpr));
         (told.position, told.wpr().to_array().map(f64::to_degrees))
+    }
+}
+
+/// Tells a position of a coordinated program anew: a pose of the part where the positioner's axes stand so, rad. Orientation and axes
+/// get the digits of a file.
+pub fn tell(position: &mut Position, tip: Pose, axes: &[f64], positioner: &Positioner) {
+    let degrees: Vec<f64> = axes.iter().map(|a| stepped(a.to_degrees())).collect();
+    let told = |into: &mut [Axis]| {
+        for (axis, value) in into.iter_mut().zip(&degrees) {
+            axis.value = *value;
+        }
+    };
+    // a FANUC tells them as a group of their own
+    let mut apart = false;
+    for group in &mut position.groups {
+        if let (true, Coordinates::Joint(axes)) =
+            (group.number == *positioner.group, &mut group.coordinates)
+        {
+            told(axes);
+            apart = true;
+        }
+    }
+    let stands = *positioner.user_frame == Some(UserFrame::Base);
+    let lines = positioner.lines().filter(|_| apart && stands);
+    let angles: Vec<f64> = degrees.iter().map(|a| a.to_radians()).collect();
+    let pose = lines.map_or(tip, |lines| turned(&lines, &angles, tip));
+    let robot = position.groups.iter_mut().find(|g| g.number == 1);
+    if let Some(Coordinates::Cartesian {
+        xyz,
+        wpr_degrees,
+        external,
+        ..
+    }) = robot.map(|g| &mut g.coordinates)
+    {
+        *xyz = pose.position.to_array();
+        *wpr_degrees = pose.wpr().to_array().map(f64::to_degrees);
+        told(external);
     }
 }
 

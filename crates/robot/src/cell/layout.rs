@@ -3,7 +3,7 @@
 use meltpath_base::choice;
 use meltpath_geometry::Pose;
 
-use crate::kinematics::{Arm, Chain};
+use crate::kinematics::{Arm, Chain, Joint};
 
 choice! {
     /// Who made the robot: whose words name a configuration.
@@ -99,6 +99,37 @@ pub struct Values {
     pub positioner: [f64; 2],
 }
 
+/// Where track (mm) and positioner's axes (rad) stand; what a cell lacks stands at zero.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct External(pub [f64; 3]);
+
+impl External {
+    /// At a share of the way to another place, every axis in step.
+    #[must_use]
+    pub fn lerp(self, to: External, share: f64) -> External {
+        let between = |i: usize| self.0[i] + (to.0[i] - self.0[i]) * share;
+        External(std::array::from_fn(between))
+    }
+}
+
+impl Values {
+    /// The arm's joints with track and positioner.
+    #[must_use]
+    pub fn of(arm: [f64; 6], External([track, first, second]): External) -> Values {
+        Values {
+            arm,
+            track,
+            positioner: [first, second],
+        }
+    }
+
+    /// Track and positioner.
+    pub fn external(&self) -> External {
+        let [first, second] = self.positioner;
+        External([self.track, first, second])
+    }
+}
+
 /// Every frame of a cell in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frames {
@@ -188,6 +219,25 @@ impl Cell {
         }
     }
 
+    /// An axis of [`External`], where the cell has it.
+    pub fn external_joint(&self, axis: usize) -> Option<&Joint> {
+        let (chain, i) = match axis {
+            0 => (&self.track, 0),
+            _ => (&self.positioner, axis - 1),
+        };
+        chain.as_ref()?.joints.get(i)
+    }
+
+    /// The first axis of track and positioner that stands beyond a limit, and by how much, mm or rad.
+    pub fn beyond(&self, external: External) -> Option<(usize, f64)> {
+        // written angles have steps of a thousandth of a degree
+        const ROUNDING: f64 = 1e-4;
+        (0..3).find_map(|axis| {
+            let margin = self.external_joint(axis)?.limits.margin(external.0[axis]);
+            (margin < -ROUNDING).then_some((axis, -margin))
+        })
+    }
+
     /// Track and positioner as near to zero as their limits let them stand.
     pub fn at_rest(&self) -> Values {
         let rest = |chain: &Option<Chain>, i: usize| {
@@ -209,7 +259,11 @@ impl Cell {
 
     /// What leads from the wire's tip in the part to the flange while track and positioner stand at their values.
     pub fn holder(&self, values: &Values) -> Holder {
-        let frames = self.frames(values);
+        self.holder_of(&self.frames(values))
+    }
+
+    /// The same, of the frames at these values.
+    pub fn holder_of(&self, frames: &Frames) -> Holder {
         let base = frames.base.inverse();
         let flange = frames.flange;
         match self.arrangement {

@@ -26,7 +26,7 @@ pub struct Surroundings<'a> {
     /// Shapes of torch and arm.
     pub shapes: &'a Shapes,
     /// Plate and metal while a command is executed.
-    pub metal: &'a dyn Fn(u32) -> &'a Metal,
+    pub metal: &'a (dyn Fn(u32) -> &'a Metal + Sync),
     /// Thickness of the plate between part and table, mm.
     pub plate: f64,
 }
@@ -59,10 +59,7 @@ pub fn sweep(
         let mut rooms = Rooms::default();
         let mut follower = Follower::new(task, chain);
         while let Some(sample) = follower.next_sample()? {
-            let values = Values {
-                arm: sample.joints,
-                ..task.values
-            };
+            let values = Values::of(sample.joints, sample.external);
             let now = capsules(task.cell, around.shapes, &values);
             // a body is nowhere farther from one of two places than half of its way between them
             let ways = match &before {
@@ -96,7 +93,7 @@ pub fn sweep(
 }
 
 /// How far the points of a capsule go from one place to the next, mm, with a tenth for the bend of their ways.
-fn way(before: &Capsule, now: &Capsule) -> f64 {
+pub(super) fn way(before: &Capsule, now: &Capsule) -> f64 {
     let ends = [(before.line.a, now.line.a), (before.line.b, now.line.b)];
     1.1 * ends
         .map(|(a, b)| a.distance(b))
@@ -105,7 +102,11 @@ fn way(before: &Capsule, now: &Capsule) -> f64 {
 }
 
 /// The table in its own frame, with the part in it; nothing where it is not known.
-fn table(cell: &Cell, around: &Surroundings<'_>, values: &Values) -> Option<(Pose, Bounds)> {
+pub(super) fn table(
+    cell: &Cell,
+    around: &Surroundings<'_>,
+    values: &Values,
+) -> Option<(Pose, Bounds)> {
     let [x, y] = around.shapes.table?;
     if cell.arrangement == Arrangement::PartOnRobot {
         return None;
@@ -118,6 +119,15 @@ fn table(cell: &Cell, around: &Surroundings<'_>, values: &Values) -> Option<(Pos
         high: half + top * DVec3::Z,
     };
     Some((frames.table.inverse().then(frames.part), bounds))
+}
+
+/// The distance of a body from the table, mm.
+pub(super) fn to_table((table_from_part, bounds): &(Pose, Bounds), capsule: &Capsule) -> f64 {
+    let line = Segment {
+        a: table_from_part.point(capsule.line.a),
+        b: table_from_part.point(capsule.line.b),
+    };
+    bounds.to_segment(&line) - capsule.radius
 }
 
 /// One place of a program.
@@ -146,15 +156,11 @@ impl Scene<'_> {
                 self.keep(least, [body, Body::Metal], rooms.metal[i] - own);
             }
         }
-        if let Some((table_from_part, bounds)) = &self.table
+        if let Some(table) = &self.table
             && may(Body::Table)
             && rooms.table[i] - own < known(least, body, Body::Table)
         {
-            let line = Segment {
-                a: table_from_part.point(line.a),
-                b: table_from_part.point(line.b),
-            };
-            rooms.table[i] = bounds.to_segment(&line) - radius;
+            rooms.table[i] = to_table(table, &self.capsules[i]);
             self.keep(least, [body, Body::Table], rooms.table[i] - own);
         }
         for (other, way) in self.capsules.iter().zip(&self.ways) {

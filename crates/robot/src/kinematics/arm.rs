@@ -9,7 +9,7 @@ use super::chain::Chain;
 use super::numeric::{self, apart};
 use super::offset_wrist::OffsetWrist;
 use super::ortho_parallel::OrthoParallel;
-use super::solution::{Candidate, HELD, Solution, Unreachable};
+use super::solution::{Candidate, Candidates, HELD, Solution, Unreachable};
 
 /// Starts of the search for arms without a closed form.
 const STARTS: u64 = 200;
@@ -83,13 +83,10 @@ impl Arm {
     /// # Errors
     /// [`Unreachable`] where there is none.
     pub fn inverse(&self, base_from_flange: Pose) -> Result<Inverse, Unreachable> {
-        let rotation = DMat3::from_quat(base_from_flange.orientation);
-        let position = base_from_flange.position;
-        let candidates = match self.geometry {
-            Geometry::SphericalWrist(arm) => arm.solve(&rotation, position)?,
-            Geometry::OffsetWrist(arm) => arm.solve(&rotation, position)?,
-            Geometry::Other => return self.search(base_from_flange),
+        let Some(candidates) = self.candidates(base_from_flange) else {
+            return self.search(base_from_flange);
         };
+        let candidates = candidates?;
         let mut solutions: Vec<Solution> = Vec::with_capacity(8);
         for candidate in candidates.as_slice() {
             let solution = self.finish(*candidate);
@@ -108,6 +105,49 @@ impl Arm {
             solutions,
             all: true,
         })
+    }
+
+    /// The candidates of a closed form; nothing where there is none.
+    fn candidates(&self, base_from_flange: Pose) -> Option<Result<Candidates, Unreachable>> {
+        let rotation = DMat3::from_quat(base_from_flange.orientation);
+        let position = base_from_flange.position;
+        match self.geometry {
+            Geometry::SphericalWrist(arm) => Some(arm.solve(&rotation, position)),
+            Geometry::OffsetWrist(arm) => Some(arm.solve(&rotation, position)),
+            Geometry::Other => None,
+        }
+    }
+
+    /// The way to hold the flange that is nearest to where the joints are, limits aside: that of [`Arm::inverse`] without the others.
+    ///
+    /// # Errors
+    /// [`Unreachable`] where there is none.
+    pub fn nearest(
+        &self,
+        base_from_flange: Pose,
+        joints: &[f64; 6],
+    ) -> Result<[f64; 6], Unreachable> {
+        let beside = |angles: [f64; 6]| -> [f64; 6] {
+            std::array::from_fn(|i| angles[i] + TAU * ((joints[i] - angles[i]) / TAU).round())
+        };
+        let far = |angles: [f64; 6]| apart(&beside(angles), joints);
+        if let Some(candidates) = self.candidates(base_from_flange) {
+            let candidates = candidates?;
+            let all = candidates.as_slice().iter();
+            let best = all.min_by(|a, b| far(a.angles).total_cmp(&far(b.angles)));
+            if let Some(best) = best {
+                let solution = self.finish(*best).angles;
+                let [off, turned] = numeric::distance(self.forward(solution), base_from_flange);
+                if off < HELD[0] && turned < HELD[1] {
+                    return Ok(beside(solution));
+                }
+            }
+        }
+        let found = self.inverse(base_from_flange)?.solutions;
+        let best = found
+            .iter()
+            .min_by(|a, b| far(a.angles).total_cmp(&far(b.angles)));
+        best.map(|s| beside(s.angles)).ok_or(Unreachable::AtBorder)
     }
 
     fn search(&self, base_from_flange: Pose) -> Result<Inverse, Unreachable> {

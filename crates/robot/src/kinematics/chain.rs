@@ -103,8 +103,10 @@ impl Chain {
     /// assert!(end.position.distance(DVec3::new(0.0, 100.0, 0.0)) < 1e-12);
     /// ```
     pub fn forward(&self, values: &[f64]) -> Pose {
-        let last = self.frames(values).last().copied();
-        last.unwrap_or(Pose::IDENTITY).then(self.last_from_end)
+        let values = values.iter().copied().chain(std::iter::repeat(0.0));
+        let joints = self.joints.iter().zip(values);
+        let moved = |base: Pose, (joint, value): (&Joint, f64)| base.then(joint.moved(value));
+        joints.fold(Pose::IDENTITY, moved).then(self.last_from_end)
     }
 
     /// How the end moves with each joint: its velocity in mm, then its turning in rad, in the base, per unit of the joint.

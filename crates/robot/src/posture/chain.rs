@@ -4,7 +4,8 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::{DQuat, DVec3};
 
-use super::task::Task;
+use super::task::{Axes, Task};
+use crate::cell::External;
 use crate::command::{Command, Kind, Source};
 
 /// Moves shorter than this are none, mm.
@@ -20,6 +21,8 @@ pub struct Leg {
     from: Pose,
     to: Pose,
     arc: Option<(Arc, [f64; 2])>,
+    /// Track and positioner at both ends.
+    pub(super) external: [External; 2],
     /// Length from the chain's begin to its own, mm.
     pub begin: f64,
     /// Its length, mm; of a turn on the spot a length that stands for it.
@@ -49,6 +52,12 @@ impl Leg {
             orientation: self.from.orientation.slerp(self.to.orientation, share),
         }
     }
+
+    /// Track and positioner at a share of the way.
+    pub fn external_at(&self, share: f64) -> External {
+        let [from, to] = self.external;
+        from.lerp(to, share)
+    }
 }
 
 /// A run of moves, with the rotation about the wire at key places.
@@ -58,6 +67,8 @@ pub struct Chain {
     pub first: Option<u32>,
     /// Its first place as written.
     pub start: Pose,
+    /// Track and positioner there.
+    pub external: External,
     /// Its moves.
     pub legs: Vec<Leg>,
     /// Length and rotation about the wire (rad, not wrapped) at key places, in order; empty until it is chosen.
@@ -86,12 +97,15 @@ impl Chain {
         }
     }
 
-    /// The wire's tip in the part at a length, as written.
-    pub fn at(&self, length: f64) -> Pose {
+    /// The wire's tip in the part at a length, as written, and where track and positioner stand there.
+    pub fn at(&self, length: f64) -> (Pose, External) {
         let after = self.legs.partition_point(|l| l.begin <= length);
         match self.legs.get(after.saturating_sub(1)) {
-            Some(leg) => leg.at(((length - leg.begin) / leg.length).clamp(0.0, 1.0)),
-            None => self.start,
+            Some(leg) => {
+                let share = ((length - leg.begin) / leg.length).clamp(0.0, 1.0);
+                (leg.at(share), leg.external_at(share))
+            }
+            None => (self.start, self.external),
         }
     }
 
@@ -113,29 +127,48 @@ pub(super) fn turned(tip: Pose, turn: f64) -> Pose {
 
 /// The runs of a program between its joint moves.
 pub(super) fn chains(task: &Task<'_>) -> Vec<Chain> {
-    let mut chains = vec![begun(None, task.start)];
+    let rest = task.values.external();
+    let mut stands = match task.axes {
+        Axes::Written { start, .. } => start,
+        Axes::Standing | Axes::Free => rest,
+    };
+    let mut chains = vec![begun(None, task.start, stands)];
     let mut here = task.start;
     for command in task.commands {
+        let before = stands;
+        if let Axes::Written { ends, .. } = task.axes
+            && let Some(end) = ends.get(command.id as usize)
+        {
+            stands = *end;
+        }
+        let axes = [before, stands];
         let to = Pose {
             position: command.target,
             orientation: command.orientation,
         };
         match command.kind {
             Kind::Wait { .. } => continue,
-            Kind::Joint => chains.push(begun(Some(command.id), to)),
-            Kind::Line => add(&mut chains, command, here, to, None),
+            Kind::Joint => chains.push(begun(Some(command.id), to, stands)),
+            Kind::Line => add(&mut chains, command, (here, to), axes, None),
             Kind::Arc { via } => match Arc::through(here.position, via, to.position) {
-                None => add(&mut chains, command, here, to, None),
+                None => add(&mut chains, command, (here, to), axes, None),
                 Some(arc) => {
                     let share = share_of(&arc, via);
                     let middle = Pose {
                         position: via,
                         orientation: here.orientation.slerp(to.orientation, share),
                     };
+                    let between = before.lerp(stands, share);
                     let half = Some((arc, [0.0, share], End::Via));
-                    add(&mut chains, command, here, middle, half);
+                    add(
+                        &mut chains,
+                        command,
+                        (here, middle),
+                        [before, between],
+                        half,
+                    );
                     let half = Some((arc, [share, 1.0], End::Target));
-                    add(&mut chains, command, middle, to, half);
+                    add(&mut chains, command, (middle, to), [between, stands], half);
                 }
             },
         }
@@ -144,10 +177,11 @@ pub(super) fn chains(task: &Task<'_>) -> Vec<Chain> {
     chains
 }
 
-fn begun(first: Option<u32>, start: Pose) -> Chain {
+fn begun(first: Option<u32>, start: Pose, external: External) -> Chain {
     Chain {
         first,
         start,
+        external,
         legs: Vec::new(),
         turns: Vec::new(),
         joints: [0.0; 6],
@@ -165,8 +199,8 @@ fn share_of(arc: &Arc, point: DVec3) -> f64 {
 fn add(
     chains: &mut [Chain],
     command: &Command,
-    from: Pose,
-    to: Pose,
+    (from, to): (Pose, Pose),
+    external: [External; 2],
     arc: Option<(Arc, [f64; 2], End)>,
 ) {
     let Some(chain) = chains.last_mut() else {
@@ -188,6 +222,7 @@ fn add(
         from,
         to,
         arc: arc.map(|(arc, range, _)| (arc, range)),
+        external,
         begin: chain.length(),
         length,
         time: (burns && path > NOTHING).then(|| path / command.speed),

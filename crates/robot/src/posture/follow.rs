@@ -1,12 +1,10 @@
 //! Follows a run of moves finely: the joints are always the nearest continuation, and where there is none the run breaks.
 
-use std::f64::consts::TAU;
-
 use meltpath_geometry::Pose;
 
 use super::chain::{Chain, End, Leg, turned};
 use super::task::{NotHeld, Task, Why};
-use crate::cell::Holder;
+use crate::cell::{External, Values};
 
 /// Greatest distance between samples, mm.
 const STEP: f64 = 5.0;
@@ -17,31 +15,41 @@ const JOINT_STEP: f64 = 0.1;
 /// A share of a move below which a greater step of a joint is a jump.
 const FINEST: f64 = 1.0 / 4096.0;
 
+/// Joints of the arm: the axes of [`External`] are counted after them.
+const ARM: usize = 6;
+
 /// A place along a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// The command.
     pub command: u32,
+    /// Length from the begin of the run, mm; see [`Leg::length`].
+    pub length: f64,
     /// What ends here.
     pub ends: Option<End>,
     /// The wire's tip in the part, turned as chosen.
     pub tip: Pose,
     /// Joint angles, rad.
     pub joints: [f64; 6],
+    /// Where track and positioner stand.
+    pub external: External,
     /// How far joints may have bent away from the straight step to here, rad.
     pub curve: f64,
-    /// The fastest joint on the way here while the arc burns: its share of what it can do, and which it is.
+    /// How long the way here takes at the set speed, s; nothing where the arc does not burn.
+    pub time: Option<f64>,
+    /// The fastest axis on the way here while the arc burns: its share of what it can do, and which it is: joints of the arm from 0, then
+    /// those of [`External`].
     pub speed: Option<(f64, usize)>,
 }
 
 /// Goes along a run sample by sample.
 pub struct Follower<'a> {
     task: &'a Task<'a>,
-    holder: Holder,
     chain: &'a Chain,
     leg: usize,
     share: f64,
     joints: [f64; 6],
+    external: External,
     step: [f64; 6],
     begun: bool,
 }
@@ -51,11 +59,11 @@ impl<'a> Follower<'a> {
     pub fn new(task: &'a Task<'a>, chain: &'a Chain) -> Self {
         Follower {
             task,
-            holder: task.cell.holder(&task.values),
             chain,
             leg: 0,
             share: 0.0,
             joints: chain.joints,
+            external: chain.external,
             step: [0.0; 6],
             begun: false,
         }
@@ -70,10 +78,13 @@ impl<'a> Follower<'a> {
             self.begun = true;
             return Ok(Some(Sample {
                 command: self.chain.first.unwrap_or(0),
+                length: 0.0,
                 ends: Some(End::Target),
                 tip: turned(self.chain.start, self.chain.turn_at(0.0).0),
                 joints: self.joints,
+                external: self.external,
                 curve: 0.0,
+                time: None,
                 speed: None,
             }));
         }
@@ -90,7 +101,7 @@ impl<'a> Follower<'a> {
                 self.share + share
             };
             let tip = self.tip(leg, to);
-            match self.nearest(tip) {
+            match self.nearest(tip, leg.external_at(to)) {
                 Ok(joints) if apart(&joints, &self.joints) <= JOINT_STEP => {
                     return Ok(Some(self.reached(leg, to, tip, joints)));
                 }
@@ -116,38 +127,31 @@ impl<'a> Follower<'a> {
     }
 
     /// The way to hold a place that is nearest to where the joints are, limits aside.
-    fn nearest(&self, tip: Pose) -> Result<[f64; 6], Why> {
-        let flange = self.holder.base_from_flange(tip);
-        let found = self
-            .task
-            .cell
-            .arm
-            .inverse(flange)
-            .map_err(Why::Unreachable)?;
-        let ways = found.solutions.iter().map(|s| {
-            let near = |i: usize| {
-                let turns = ((self.joints[i] - s.angles[i]) / TAU).round();
-                s.angles[i] + TAU * turns
-            };
-            std::array::from_fn(near)
-        });
-        let best = ways.min_by(|a, b| apart(a, &self.joints).total_cmp(&apart(b, &self.joints)));
-        best.ok_or(Why::Change)
+    fn nearest(&self, tip: Pose, external: External) -> Result<[f64; 6], Why> {
+        let values = Values::of(self.task.values.arm, external);
+        let flange = self.task.cell.base_from_flange(tip, &values);
+        let arm = &self.task.cell.arm;
+        arm.nearest(flange, &self.joints).map_err(Why::Unreachable)
     }
 
     fn reached(&mut self, leg: &Leg, to: f64, tip: Pose, joints: [f64; 6]) -> Sample {
         let step: [f64; 6] = std::array::from_fn(|i| joints[i] - self.joints[i]);
+        let external = leg.external_at(to);
+        let gone: [f64; 3] = std::array::from_fn(|i| external.0[i] - self.external.0[i]);
         let time = leg.time.map(|t| t * (to - self.share));
         let sample = Sample {
             command: leg.command,
+            length: leg.begin + leg.length * to,
             ends: (to >= 1.0).then_some(leg.end),
             tip,
             joints,
+            external,
             // a parabola leaves its chord by an eighth of its second difference: twice that
             curve: 0.25 * apart(&step, &self.step),
-            speed: time.and_then(|t| self.fastest(step, t)),
+            time,
+            speed: time.and_then(|t| self.fastest(step, gone, t)),
         };
-        (self.joints, self.step) = (joints, step);
+        (self.joints, self.step, self.external) = (joints, step, external);
         self.share = to;
         if to >= 1.0 {
             self.leg += 1;
@@ -156,13 +160,16 @@ impl<'a> Follower<'a> {
         sample
     }
 
-    /// The joint whose step in a time is the greatest share of what it can do.
-    fn fastest(&self, step: [f64; 6], time: f64) -> Option<(f64, usize)> {
-        let arm = &self.task.cell.arm;
+    /// The axis whose step in a time is the greatest share of what it can do.
+    fn fastest(&self, step: [f64; 6], gone: [f64; 3], time: f64) -> Option<(f64, usize)> {
+        let cell = self.task.cell;
         // what the controller shows is linear in the joints: so are its steps
-        let shown = arm.shown(step);
-        let shares = arm.chain.joints.iter().zip(shown).enumerate();
-        shares
+        let shown = cell.arm.shown(step);
+        let joints = cell.arm.chain.joints.iter().zip(shown).enumerate();
+        let moved = (0..3).filter(|i| gone[*i] != 0.0);
+        let moved = moved.filter_map(|i| Some((ARM + i, (cell.external_joint(i)?, gone[i]))));
+        joints
+            .chain(moved)
             .filter_map(|(i, (joint, s))| Some((s.abs() / time / joint.limits.speed?, i)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }
@@ -204,12 +211,19 @@ pub(super) fn verify(
                 why: Why::Limit { joint, by },
             }));
         }
+        if let Some((axis, by)) = task.cell.beyond(sample.external) {
+            return Err(broken(NotHeld {
+                command: sample.command,
+                position: sample.tip.position,
+                why: Why::External { axis, by },
+            }));
+        }
         see(&sample);
     }
 }
 
 /// The greatest difference of two sets of angles, rad.
-fn apart(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+pub(super) fn apart(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     let differ = a.iter().zip(b).map(|(a, b)| (a - b).abs());
     differ.fold(0.0, f64::max)
 }

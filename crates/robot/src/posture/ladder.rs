@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
+use meltpath_base::Observer;
+use meltpath_geometry::Pose;
+
 use super::chain::{Chain, turned};
-use super::task::{NotHeld, Rotation, Task, Why};
-use crate::cell::Holder;
-use crate::kinematics::Joint;
+use super::comfort::{STEP, discomfort, is_wound, motion};
+use super::task::{Guard, NotHeld, Rotation, Task, Why, keep_clear};
+use crate::cell::{External, Holder, Values};
 
 /// Rotations that are tried at each key place.
 const ROTATIONS: usize = 36;
@@ -15,35 +18,52 @@ const ROTATIONS: usize = 36;
 const FAR: f64 = 30.0;
 const NEAR: f64 = 10.0;
 
-/// Greatest step of a joint between key places, rad: what is found between them is verified.
-const STEP: f64 = 1.0;
-
-/// A joint or a singularity nearer than this, rad, costs as much per length as [`MOTION`].
-const COMFORT: f64 = 0.35;
-
-/// Joint motion that is taken to keep a joint [`COMFORT`] from its limit, rad/mm.
-const MOTION: f64 = 1e-3;
-
-/// A length that weighs as much as a radian of distance from a singularity, mm.
-const REACH: f64 = 1000.0;
-
-/// A joint farther than this from the middle of its limits is wound up, rad.
-const WOUND: f64 = 0.75 * TAU;
-
 /// A way to hold a key place: a rotation, and one of the ways of the arm at it.
 type Way = (u8, u16);
 
-/// Pairs of ways that were found not to lead from one key place to the next.
-#[derive(Default)]
-pub(super) struct Blocked(BTreeSet<(usize, Way, Way)>);
+/// What a way may not do.
+pub(super) struct Blocked<'a> {
+    /// Pairs of ways that were found not to lead from one key place to the next.
+    pairs: BTreeSet<(usize, Way, Way)>,
+    /// Key places at which nothing may touch.
+    guarded: BTreeSet<usize>,
+    guard: Option<Guard<'a>>,
+}
 
-impl Blocked {
+impl<'a> Blocked<'a> {
+    pub(super) fn new(guard: Option<Guard<'a>>) -> Self {
+        Blocked {
+            pairs: BTreeSet::new(),
+            guarded: BTreeSet::new(),
+            guard,
+        }
+    }
+
+    /// Lets nothing touch at the key places between two lengths, and one beyond each; whether that is new.
+    pub(super) fn guard(&mut self, chain: &Chain, [from, to]: [f64; 2]) -> bool {
+        let rungs = rungs(chain);
+        let first = rungs.partition_point(|l| *l < from).saturating_sub(1);
+        let last = rungs.partition_point(|l| *l <= to);
+        let mut new = false;
+        for rung in first..=last.min(rungs.len().saturating_sub(1)) {
+            new |= self.guarded.insert(rung);
+        }
+        new
+    }
+
+    /// Keeps the ways at a key place that touch nothing, where it is guarded.
+    fn clear(&self, rung: usize, (command, external): (u32, External), nodes: &mut Vec<Node>) {
+        if let Some(guard) = self.guard.filter(|_| self.guarded.contains(&rung)) {
+            keep_clear(nodes, |n| guard(command, &Values::of(n.joints, external)));
+        }
+    }
+
     /// Blocks the step from a key place to the next.
     pub(super) fn add(&mut self, chosen: &Chosen, rung: usize) {
         let last = chosen.ways.len().saturating_sub(1);
         let (a, b) = (rung.min(last), (rung + 1).min(last));
         if let (Some(from), Some(to)) = (chosen.ways.get(a), chosen.ways.get(b)) {
-            self.0.insert((b, *from, *to));
+            self.pairs.insert((b, *from, *to));
         }
     }
 }
@@ -90,7 +110,6 @@ fn rungs(chain: &Chain) -> Vec<f64> {
 struct Places<'a> {
     task: &'a Task<'a>,
     chain: &'a Chain,
-    holder: Holder,
 }
 
 impl Places<'_> {
@@ -112,8 +131,9 @@ impl Places<'_> {
     fn nodes(&self, length: f64) -> Result<Vec<Node>, Why> {
         let mut nodes = Vec::new();
         let mut why: Option<Why> = None;
+        let place = self.place(length);
         for rotation in 0..self.rotations() {
-            match self.at(length, rotation) {
+            match self.at(place, rotation) {
                 Ok(found) => nodes.extend(found),
                 Err(new) => why = Some(why.map_or(new, |old| milder(old, new))),
             }
@@ -124,12 +144,19 @@ impl Places<'_> {
         }
     }
 
-    /// The ways of one rotation at a length within limits.
-    fn at(&self, length: f64, rotation: u8) -> Result<Vec<Node>, Why> {
-        let tip = turned(self.chain.at(length), self.turn(rotation));
+    /// The wire's tip at a length as written, and what leads from it to the flange.
+    fn place(&self, length: f64) -> (Pose, Holder) {
+        let (tip, external) = self.chain.at(length);
+        let values = Values::of(self.task.values.arm, external);
+        (tip, self.task.cell.holder(&values))
+    }
+
+    /// The ways of one rotation at a place within limits.
+    fn at(&self, (tip, holder): (Pose, Holder), rotation: u8) -> Result<Vec<Node>, Why> {
+        let tip = turned(tip, self.turn(rotation));
         let arm = &self.task.cell.arm;
         let found = arm
-            .inverse(self.holder.base_from_flange(tip))
+            .inverse(holder.base_from_flange(tip))
             .map_err(Why::Unreachable)?;
         let within = found.solutions.iter().filter(|s| s.margin >= 0.0);
         let ways = within.flat_map(|s| arm.turns(s.angles));
@@ -139,7 +166,7 @@ impl Places<'_> {
             .map(|(i, joints)| Node {
                 way: (rotation, i),
                 joints,
-                cost: self.discomfort(joints),
+                cost: discomfort(arm, joints),
             })
             .collect();
         if !nodes.is_empty() {
@@ -157,32 +184,15 @@ impl Places<'_> {
 
     /// Whole turns are tried where a written rotation may need them; where it is free, only those that wind nothing up.
     fn is_tried(&self, joints: &[f64; 6]) -> bool {
-        let arm = &self.task.cell.arm;
-        let wound = |(value, joint): (f64, &Joint)| {
-            let middle = 0.5 * (joint.limits.low + joint.limits.high);
-            (value - middle).abs() > WOUND
-        };
-        let mut shown = arm.shown(*joints).into_iter().zip(&arm.chain.joints);
-        self.task.rotation == Rotation::Written || !shown.any(wound)
-    }
-
-    /// What a way costs per length, rad²/mm².
-    fn discomfort(&self, joints: [f64; 6]) -> f64 {
-        let arm = &self.task.cell.arm;
-        let limit = arm.margin(joints).0;
-        let singular = arm.nearness(joints).map_or(f64::INFINITY, |n| {
-            n.wrist.min(n.elbow).min(n.shoulder.abs() / REACH)
-        });
-        let of = |distance: f64| (MOTION * COMFORT / distance.max(1e-3)).powi(2);
-        of(limit) + of(singular)
+        self.task.rotation == Rotation::Written || !is_wound(&self.task.cell.arm, joints)
     }
 }
 
 /// Of two reasons why a place cannot be held, the one that is nearer to holding it.
-fn milder(a: Why, b: Why) -> Why {
+pub(super) fn milder(a: Why, b: Why) -> Why {
     let by = |why: &Why| match why {
-        Why::Configuration(_) | Why::Change => (0, 0.0),
-        Why::Limit { by, .. } => (1, *by),
+        Why::Configuration(_) | Why::Change | Why::Stopped => (0, 0.0),
+        Why::Limit { by, .. } | Why::External { by, .. } => (1, *by),
         Why::Unreachable(u) => (2, u.by()),
     };
     let ((rank_a, by_a), (rank_b, by_b)) = (by(&a), by(&b));
@@ -197,22 +207,28 @@ fn milder(a: Why, b: Why) -> Why {
 ///
 /// # Errors
 /// [`NotHeld`] at the first key place that no way leads to.
-pub(super) fn climb(task: &Task<'_>, chain: &Chain, blocked: &Blocked) -> Result<Chosen, NotHeld> {
-    let places = Places {
-        task,
-        chain,
-        holder: task.cell.holder(&task.values),
-    };
+pub(super) fn climb(
+    task: &Task<'_>,
+    chain: &Chain,
+    blocked: &Blocked<'_>,
+    observer: &dyn Observer,
+) -> Result<Chosen, NotHeld> {
+    let places = Places { task, chain };
     let rungs = rungs(chain);
     let not_held = |length: f64, why: Why| NotHeld {
         command: chain.command_at(length),
-        position: chain.at(length).position,
+        position: chain.at(length).0.position,
         why,
     };
     let mut steps: Vec<Vec<Step>> = Vec::with_capacity(rungs.len());
     let mut before: Vec<Node> = Vec::new();
     for (rung, &length) in rungs.iter().enumerate() {
+        if observer.cancelled() {
+            return Err(not_held(length, Why::Stopped));
+        }
         let mut nodes = places.nodes(length).map_err(|why| not_held(length, why))?;
+        let at = (chain.command_at(length), chain.at(length).1);
+        blocked.clear(rung, at, &mut nodes);
         let gone = rungs.get(rung.wrapping_sub(1)).map_or(0.0, |l| length - l);
         let (nodes, step) = if rung == 0 {
             if let Some(&wanted) = task.configurations.get(&chain.first) {
@@ -233,7 +249,7 @@ pub(super) fn climb(task: &Task<'_>, chain: &Chain, blocked: &Blocked) -> Result
             (nodes, step)
         } else {
             onward(&before, nodes, gone, places.rotations(), |from, to| {
-                blocked.0.contains(&(rung, from, to))
+                blocked.pairs.contains(&(rung, from, to))
             })
         };
         if nodes.is_empty() {
@@ -276,7 +292,7 @@ fn onward(
         for rotation in neighbours(node.way.0) {
             for i in ranges[usize::from(rotation)].clone() {
                 let from = &before[i];
-                let Some(motion) = motion(&from.joints, &node.joints) else {
+                let Some(motion) = motion(&from.joints, &node.joints, STEP) else {
                     continue;
                 };
                 let cost = from.cost + motion / gone + node.cost * gone;
@@ -295,19 +311,6 @@ fn onward(
         }
     }
     (kept, steps)
-}
-
-/// The squares of a step of the joints, rad²; nothing where one of them is too great.
-fn motion(a: &[f64; 6], b: &[f64; 6]) -> Option<f64> {
-    let mut sum = 0.0;
-    for (a, b) in a.iter().zip(b) {
-        let step = b - a;
-        if step.abs() > STEP {
-            return None;
-        }
-        sum += step * step;
-    }
-    Some(sum)
 }
 
 /// The ways that lead to the last one.
@@ -333,7 +336,7 @@ impl Places<'_> {
             turns.push((length, turn + TAU * ((last - turn) / TAU).round()));
         }
         let first = ways.first().and_then(|&(rotation, way)| {
-            let found = self.at(0.0, rotation).ok()?;
+            let found = self.at(self.place(0.0), rotation).ok()?;
             found.get(usize::from(way)).map(|n| n.joints)
         });
         Chain {
@@ -371,7 +374,7 @@ mod tests {
                 let node = &nodes[index % nodes.len()];
                 index /= nodes.len();
                 if let Some(before) = before {
-                    let step = motion(&before.joints, &node.joints).unwrap_or(f64::INFINITY);
+                    let step = motion(&before.joints, &node.joints, STEP).unwrap_or(f64::INFINITY);
                     cost += step / 20.0 + node.cost * 20.0;
                 } else {
                     cost += node.cost;

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
+use rayon::prelude::*;
 
-use crate::cell::{Cell, Stance, Values};
+use crate::cell::{Cell, External, Stance, Values};
 use crate::command::Command;
 use crate::kinematics::Unreachable;
 
@@ -14,8 +15,10 @@ use crate::kinematics::Unreachable;
 pub struct Task<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// Track and positioner, which stand still; the arm's values are not read.
+    /// Where track and positioner rest; the arm's values are not read.
     pub values: Values,
+    /// What track and positioner do.
+    pub axes: Axes<'a>,
     /// Where the wire's tip starts, in the part.
     pub start: Pose,
     /// The moves of the wire's tip in the part, numbered by their position.
@@ -25,6 +28,40 @@ pub struct Task<'a> {
     /// How the arm stands where joint moves end, as the program says, by their commands; `None` for the start. Where nothing is said
     /// any way will do.
     pub configurations: &'a BTreeMap<Option<u32>, Stance>,
+}
+
+/// What track and positioner do along a program. On the way of a move they go in step with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axes<'a> {
+    /// They rest.
+    Standing,
+    /// Anything that helps the arm and keeps the torch upright.
+    Free,
+    /// What is written.
+    Written {
+        /// Where the program starts.
+        start: External,
+        /// At the end of each command, by its number; those beyond the last stay where they are.
+        ends: &'a [External],
+    },
+}
+
+/// How much room is left beyond what is asked for while a command is executed and the cell stands so, mm; below zero where that is less.
+pub type Guard<'a> = &'a (dyn Fn(u32, &Values) -> f64 + Sync);
+
+/// Ways that come nearer than they may, where none keeps away, are those within this of the best, mm.
+const ALIKE: f64 = 1.0;
+
+/// Keeps the ways that have room; where none has, those that have most.
+pub(super) fn keep_clear<T>(ways: &mut Vec<T>, room: impl Fn(&T) -> f64 + Send + Sync)
+where
+    T: Sync,
+{
+    let rooms: Vec<f64> = ways.par_iter().map(room).collect();
+    let most = rooms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = (most - ALIKE).min(0.0);
+    let mut rooms = rooms.into_iter();
+    ways.retain(|_| rooms.next().is_some_and(|room| room >= least));
 }
 
 /// What may be chosen about the rotation of the torch about its wire.
@@ -59,8 +96,17 @@ pub enum Why {
         /// By how much, rad.
         by: f64,
     },
+    /// Track or positioner would go beyond a limit.
+    External {
+        /// The axis, from 0: the track, then those of the positioner.
+        axis: usize,
+        /// By how much, mm or rad.
+        by: f64,
+    },
     /// It can be held, but not as its position says.
     Configuration(Stance),
+    /// The person stopped the search.
+    Stopped,
     /// It can be held, but no way to hold it leads there from the places before without a change of configuration.
     Change,
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use meltpath_base::Silent;
 use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_robot::cell::{self, Cell, Values};
-use meltpath_robot::collision::{Body, Closest, Metal, Surroundings, sweep};
-use meltpath_robot::posture::{Rotation, Task, hold};
+use meltpath_robot::collision::{Body, Clearance, Closest, Metal, Surroundings, hold_clear, sweep};
+use meltpath_robot::posture::{Axes, Rotation, Task, hold};
 use meltpath_robot::{Command, Smoothing, Source};
 
 /// The ABB with a straight torch of 330 mm, nozzle 80 mm by 12 mm, body 20 mm.
@@ -49,12 +50,13 @@ fn closest(cell: &Cell, metal: &Metal, z: f64) -> Vec<Closest> {
     let task = Task {
         cell,
         values: Values::default(),
+        axes: Axes::Standing,
         start,
         commands: &commands,
         rotation: Rotation::Free,
         configurations: &configurations,
     };
-    let held = hold(&task).unwrap();
+    let held = hold(&task, &Silent).unwrap();
     let around = Surroundings {
         shapes: cell.shapes.as_ref().unwrap(),
         metal: &|_| metal,
@@ -122,4 +124,81 @@ fn multiaxis_ma9_a_collision_is_told_with_the_bodies_and_the_place() {
     assert!((worst.position.y - 20.0).abs() < 15.0, "{worst:?}");
     // high over the post nothing touches
     assert!(closest(&abb(), &metal, 100.0)[0].distance > 0.0);
+}
+
+/// A plate of 600 mm with metal of 260 mm wherever `stands` says so.
+fn walls(stands: impl Fn(DVec2) -> bool) -> Metal {
+    let corner = DVec2::splat(300.0);
+    let mut map = HeightMap::new(-corner, corner, 2.0, 0.0).unwrap();
+    for iy in 0..map.ny {
+        for ix in 0..map.nx {
+            if stands(map.centre(ix, iy)) {
+                let i = map.index(ix, iy);
+                map.z[i] = 260.0;
+            }
+        }
+    }
+    Metal::of(&map, 2.0)
+}
+
+/// A post where the torch leans over in the best way: another way is found that keeps clear of it. Between walls all around there is none.
+#[test]
+fn multiaxis_ma9_a_way_that_hits_is_changed_where_there_is_another() {
+    let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
+    let cell = cell::read(text).unwrap();
+    let start = Pose::from_wpr(DVec3::new(0.0, -50.0, 0.0), DVec3::new(PI, 0.0, 0.0));
+    let commands = [Command {
+        source: Source::On { wire_feed: 100.0 },
+        ..Command::line(0, DVec3::new(0.0, 50.0, 0.0), 10.0, Smoothing::Fine)
+    }];
+    let configurations = BTreeMap::new();
+    let task = Task {
+        cell: &cell,
+        values: Values::default(),
+        axes: Axes::Standing,
+        start,
+        commands: &commands,
+        rotation: Rotation::Free,
+        configurations: &configurations,
+    };
+    let best = hold(&task, &Silent).unwrap();
+    let values = Values {
+        arm: best.chains[0].joints,
+        ..Values::default()
+    };
+    let frames = cell.frames(&values);
+    let flange = frames.part.inverse().then(frames.flange).position;
+    let over = (flange - start.position).truncate().normalize();
+    let one = walls(|p| p.distance(110.0 * over) < 40.0);
+    let ring = walls(|p| p.x.abs() > 60.0 || p.y.abs() > 110.0);
+    for (metal, found) in [(one, Clearance::Kept), (ring, Clearance::InVain)] {
+        let around = Surroundings {
+            shapes: cell.shapes.as_ref().unwrap(),
+            metal: &|_| &metal,
+            plate: 20.0,
+        };
+        let first = sweep(&task, &best, &around).unwrap()[0];
+        assert!(first.distance < 0.0, "{first:?}");
+        let cleared = hold_clear(&task, &around, 3.0, &Silent).unwrap();
+        assert_eq!(cleared.found, found);
+        let now = sweep(&task, &cleared.held, &around).unwrap()[0];
+        println!(
+            "{found:?}: {:.1} mm, {:.1} mm before",
+            now.distance, first.distance
+        );
+        assert_eq!(now.distance > 0.0, found == Clearance::Kept, "{now:?}");
+        // only the way is another: the wire goes where it went
+        assert_eq!(cleared.held.chains[0].legs, best.chains[0].legs);
+    }
+    // where any room will do the way is that of the search without it
+    let clear = walls(|_| false);
+    let around = Surroundings {
+        shapes: cell.shapes.as_ref().unwrap(),
+        metal: &|_| &clear,
+        plate: 20.0,
+    };
+    assert_eq!(
+        hold_clear(&task, &around, -1e3, &Silent).unwrap().held,
+        best
+    );
 }

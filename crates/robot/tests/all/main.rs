@@ -7,6 +7,7 @@
 )]
 
 mod collision;
+mod external;
 mod kinematics;
 mod motion;
 mod posture;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
+use meltpath_base::Silent;
 use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DMat3, DQuat, DVec3};
@@ -11,7 +12,7 @@ use meltpath_numerics::dense::solve;
 use meltpath_robot::cell::{self, Cell, Stance, Values};
 use meltpath_robot::kinematics::numeric::distance;
 use meltpath_robot::kinematics::{Configuration, Unreachable};
-use meltpath_robot::posture::{Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold};
+use meltpath_robot::posture::{Axes, Follower, Held, NotHeld, Rotation, Sample, Task, Why, hold};
 use meltpath_robot::{Command, Kind, Smoothing, Source};
 
 static ANY: BTreeMap<Option<u32>, Stance> = BTreeMap::new();
@@ -53,7 +54,7 @@ fn held(
     (start, commands): &(Pose, Vec<Command>),
     rotation: Rotation,
 ) -> Result<Held, NotHeld> {
-    hold(&task(cell, (start, commands), rotation))
+    hold(&task(cell, (start, commands), rotation), &Silent)
 }
 
 fn task<'a>(
@@ -64,6 +65,7 @@ fn task<'a>(
     Task {
         cell,
         values: Values::default(),
+        axes: Axes::Standing,
         start: *start,
         commands,
         rotation,
@@ -344,7 +346,7 @@ fn a_written_configuration_is_kept_or_refused() {
     let cell = shipped("fanuc-arcmate-120ic");
     let program = beads(&[DVec3::new(-40.0, 0.0, 0.0), DVec3::new(40.0, 0.0, 0.0)]);
     let any = task(&cell, (&program.0, &program.1), Rotation::Free);
-    let first = hold(&any).unwrap().chains[0].joints;
+    let first = hold(&any, &Silent).unwrap().chains[0].joints;
     let chosen = cell.arm.configuration(first).unwrap();
     let flipped: Configuration = match chosen.to_string().split_at(1) {
         ("N", rest) => format!("F{rest}").parse().unwrap(),
@@ -356,7 +358,7 @@ fn a_written_configuration_is_kept_or_refused() {
             configurations: &named,
             ..any
         };
-        let joints = hold(&task).unwrap().chains[0].joints;
+        let joints = hold(&task, &Silent).unwrap().chains[0].joints;
         assert_eq!(cell.arm.configuration(joints), Some(wanted));
     }
     let wound = Configuration {
@@ -364,10 +366,10 @@ fn a_written_configuration_is_kept_or_refused() {
         ..chosen
     };
     let named = [(None, Stance::Fanuc(wound))].into();
-    let not = hold(&Task {
+    let named = Task {
         configurations: &named,
         ..any
-    })
-    .unwrap_err();
+    };
+    let not = hold(&named, &Silent).unwrap_err();
     assert_eq!(not.why, Why::Configuration(Stance::Fanuc(wound)));
 }

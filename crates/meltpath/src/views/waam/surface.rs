@@ -247,7 +247,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
             by_pass(&|p| tilt_of(p, wall)[2]),
         )
         .line("mean of the pass", by_pass(&|p| tilt_of(p, wall)[1]));
-    if let Some(limit) = asked.tilt_limit {
+    if let Some(limit) = settings.limits.tilt {
         tilt = tilt.limit("limit", limit.to_degrees());
     }
     let speeds: Vec<f64> = wall

@@ -9,6 +9,7 @@ use meltpath_robot::cell::Arrangement;
 
 use super::Asked;
 use super::plan::SurfacePlan;
+use crate::waam::lean::{self, Turned};
 use crate::waam::settings::Settings;
 
 fn place(at: &Extreme) -> Place {
@@ -19,13 +20,18 @@ fn place(at: &Extreme) -> Place {
 }
 
 /// The checks of the plan.
-pub(super) fn checks(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> Vec<Check> {
+pub(super) fn checks(
+    plan: &SurfacePlan,
+    asked: &Asked,
+    settings: &Settings,
+    turned: Option<&Turned>,
+) -> Vec<Check> {
     let mut checks = vec![spacing(plan, asked)];
     if let Some(free) = hanging(&plan.passes) {
         checks.push(free);
     }
     checks.push(unreached(plan));
-    checks.push(tilt(plan, asked, settings));
+    checks.push(tilt(plan, settings, turned));
     checks
 }
 
@@ -101,35 +107,16 @@ fn unreached(plan: &SurfacePlan) -> Check {
 }
 
 /// How far the pool lies from horizontal, as far as the torch shows it.
-fn tilt(plan: &SurfacePlan, asked: &Asked, settings: &Settings) -> Check {
-    const ID: &str = "tilt";
-    const TITLE: &str = "torch against the vertical, at most";
-    let (angle, at) = match leaning(plan, settings) {
-        Leaning::Standing(angle) => (angle, None),
-        Leaning::Along(d) => (d.greatest.value, Some(place(&d.greatest))),
-        Leaning::Nothing => return Check::not_checked(ID, TITLE, "there is no pass"),
+fn tilt(plan: &SurfacePlan, settings: &Settings, turned: Option<&Turned>) -> Check {
+    let (angle, at) = match (turned, leaning(plan, settings)) {
+        (Some(turned), _) => return turned.check(settings),
+        (None, Leaning::Standing(angle)) => (angle, None),
+        (None, Leaning::Along(d)) => (d.greatest.value, Some(place(&d.greatest))),
+        (None, Leaning::Nothing) => {
+            return Check::not_checked(lean::ID, lean::TITLE, "there is no pass");
+        }
     };
-    let measure = Measure::exact(angle.to_degrees(), "deg");
-    let check = if let Some(limit) = asked.tilt_limit {
-        Check::judge(ID, TITLE, measure, Limit::AtMost(limit.to_degrees()))
-            .remedy("a smaller surface.tilt, or a positioner that turns the part")
-    } else {
-        let check = Check {
-            status: Status::CannotSay,
-            value: Some(measure),
-            ..Check::not_checked(ID, TITLE, "")
-        };
-        check
-            .because(&format!(
-                "how far a pool of {} in mode {} may lean was not measured",
-                *settings.wire.name, settings.mode
-            ))
-            .remedy("lay a leaning bead, and write the angle up to which it stays: checks.tilt")
-    };
-    match at {
-        Some(place) => check.at(place),
-        None => check,
-    }
+    lean::check(angle, at, settings)
 }
 
 /// How the torch leans in the world.
@@ -159,6 +146,7 @@ pub(super) fn facts(
     asked: &Asked,
     settings: &Settings,
     summary: &Summary,
+    turned: Option<&Turned>,
 ) -> Vec<Fact> {
     let exact = |id, title, value, unit| Fact::new(id, title, Measure::exact(value, unit), "");
     let minutes = |id, title, seconds: f64| exact(id, title, seconds / 60.0, "min");
@@ -219,7 +207,9 @@ pub(super) fn facts(
         );
         facts.push(ratio.at(place(&even.ratio)));
     }
-    if let Leaning::Along(d) = leaning(plan, settings) {
+    if let Some(turned) = turned {
+        facts.push(turned.fact());
+    } else if let Leaning::Along(d) = leaning(plan, settings) {
         let [_, middle, high] = d.quantiles.map(f64::to_degrees);
         let words = format!("half of the length below {middle:.1} deg, 95 % below {high:.1} deg");
         let mean = Measure::exact(d.mean.to_degrees(), "deg");

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use meltpath_base::Silent;
 use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_planning::surface::{Torch, TorchRule, layers};
 use meltpath_robot::cell::{self, Cell, Frames, Values};
-use meltpath_robot::posture::{Follower, Rotation, Task, hold};
+use meltpath_robot::posture::{Axes, Follower, Rotation, Task, hold};
 use meltpath_robot::{Command, Kind, Smoothing, Source};
 
 use super::*;
@@ -60,12 +61,13 @@ fn multiaxis_ma8_the_part_turns_under_a_torch_that_stands_upright() {
     let task = Task {
         cell: &cell,
         values: Values::default(),
+        axes: Axes::Standing,
         start,
         commands: &commands,
         rotation: Rotation::Free,
         configurations: &BTreeMap::new(),
     };
-    let held = hold(&task).unwrap();
+    let held = hold(&task, &Silent).unwrap();
     let frames = |arm: [f64; 6]| -> Frames {
         let values = Values {
             arm,

@@ -1,0 +1,287 @@
+//! A run with everything free: chosen wide, drawn narrow, followed, and chosen again where it does not hold.
+
+use std::collections::BTreeSet;
+
+use meltpath_base::Observer;
+
+use super::chain::{Chain, End};
+use super::choice::{self, Carried, Choice, Held};
+use super::follow::verify;
+use super::narrow::Narrow;
+use super::task::{Guard, NotHeld, Task, Why};
+use super::wide::{Wide, is_same};
+
+/// Least distance of key places, mm, and of those where ways are chosen wide.
+const NEAR: f64 = 10.0;
+const FAR: f64 = 40.0;
+
+/// How often another way is looked for.
+const ATTEMPTS: usize = 40;
+
+/// A search along one run.
+pub(super) struct Free<'a> {
+    task: &'a Task<'a>,
+    chain: &'a Chain,
+    /// Lengths of the key places: ends of moves, so that what lies between goes in step with each move.
+    places: Vec<f64>,
+    wide: Wide<'a>,
+    followed: BTreeSet<usize>,
+    guarded: Vec<[f64; 2]>,
+    guard: Option<Guard<'a>>,
+}
+
+/// Ends of moves at least so far apart, the first and the last among them.
+fn spaced(ends: impl Iterator<Item = f64>, least: f64, whole: f64) -> Vec<f64> {
+    let mut spaced = vec![0.0];
+    for end in ends {
+        if end - spaced.last().copied().unwrap_or(0.0) >= least {
+            spaced.push(end);
+        }
+    }
+    if spaced.last().is_some_and(|last| *last < whole) {
+        spaced.push(whole);
+    }
+    spaced
+}
+
+impl<'a> Free<'a> {
+    pub(super) fn new(task: &'a Task<'a>, chain: &'a Chain, guard: Option<Guard<'a>>) -> Self {
+        let whole = chain.length();
+        let ends = chain.legs.iter().filter(|l| l.end == End::Target);
+        let places = spaced(ends.map(|l| l.begin + l.length), NEAR, whole);
+        let far = spaced(places.iter().skip(1).copied(), FAR, whole);
+        Free {
+            task,
+            chain,
+            wide: Wide::new(task, chain, far, guard),
+            places,
+            followed: BTreeSet::new(),
+            guarded: Vec::new(),
+            guard,
+        }
+    }
+
+    /// Lets nothing touch between two lengths from now on; whether that is new.
+    pub(super) fn guard(&mut self, from: f64, to: f64) -> bool {
+        self.guarded.push([from, to]);
+        self.wide.guard(from, to)
+    }
+
+    /// The best way.
+    ///
+    /// # Errors
+    /// [`NotHeld`] at the first place from which no way goes on.
+    pub(super) fn best(&mut self, observer: &dyn Observer) -> Result<Chain, NotHeld> {
+        let mut first = None;
+        for _ in 0..ATTEMPTS {
+            let ways = self.wide.climb(observer).map_err(|e| first.unwrap_or(e))?;
+            let held = match self.followed(&ways) {
+                Ok(held) => held,
+                Err(broken) => {
+                    let new = broken.iter().filter(|place| self.wide.follow(**place));
+                    if new.count() == 0 {
+                        break;
+                    }
+                    continue;
+                }
+            };
+            let narrow = Narrow {
+                task: self.task,
+                chain: self.chain,
+                followed: &self.followed,
+                guarded: &self.guarded,
+                guard: self.guard,
+            };
+            let chain = self.chosen(&narrow.draw(held, observer));
+            let Err(broken) = verify(self.task, &chain, |_| ()) else {
+                return Ok(chain);
+            };
+            first.get_or_insert(broken.not_held);
+            if !self.followed.insert(broken.rung + 1) {
+                break;
+            }
+        }
+        Err(first.unwrap_or(NotHeld {
+            command: self.chain.first.unwrap_or(0),
+            position: self.chain.start.position,
+            why: Why::Change,
+        }))
+    }
+
+    /// The way at every key place; where it cannot be followed, the wide key places that are not come to.
+    fn followed(&self, ways: &[Held]) -> Result<Vec<Held>, Vec<usize>> {
+        let mut held: Vec<Held> = ways.first().copied().into_iter().collect();
+        let mut broken = Vec::new();
+        let mut places = self.places.iter().copied().skip(1).peekable();
+        for (i, pair) in ways.windows(2).enumerate() {
+            let (from, to) = (pair[0], pair[1]);
+            let mut stops = Vec::new();
+            while let Some(stop) = places.next_if(|p| *p < to.length) {
+                stops.push(stop);
+            }
+            places.next_if(|p| *p <= to.length);
+            let found = choice::go(self.task, self.chain, &from, (to.length, to.choice), &stops);
+            let found = found.filter(|f| f.last().is_some_and(|f| is_same(&f.joints, &to.joints)));
+            match found {
+                Some(found) => held.extend(found),
+                None => broken.push(i + 1),
+            }
+        }
+        if broken.is_empty() {
+            Ok(held)
+        } else {
+            Err(broken)
+        }
+    }
+
+    /// The run with a way: rotations at its key places, track and positioner at the ends of its moves.
+    fn chosen(&self, ways: &[Held]) -> Chain {
+        let mut turns: Vec<(f64, f64)> = Vec::with_capacity(ways.len());
+        for way in ways {
+            let carried = Carried::at(self.task, way.choice.external);
+            let turn = carried.turn(self.chain.at(way.length).0, way.choice.heading);
+            let last = turns.last().map_or(turn, |t| t.1);
+            turns.push((way.length, choice::unwound(turn, last)));
+        }
+        let first = ways.first();
+        let mut chain = Chain {
+            turns,
+            joints: first.map_or([0.0; 6], |w| w.joints),
+            external: first.map_or(self.chain.external, |w| w.choice.external),
+            ..self.chain.clone()
+        };
+        let mut stands = chain.external;
+        let mut after = 0;
+        for leg in &mut chain.legs {
+            let end = leg.begin + leg.length;
+            while ways.get(after).is_some_and(|w| w.length < end) {
+                after += 1;
+            }
+            let to = match (
+                after.checked_sub(1).and_then(|i| ways.get(i)),
+                ways.get(after),
+            ) {
+                (Some(a), Some(b)) => between(a, b, end).external,
+                (_, Some(way)) | (Some(way), None) => way.choice.external,
+                (None, None) => stands,
+            };
+            leg.external = [stands, to];
+            stands = to;
+        }
+        chain
+    }
+}
+
+/// What is chosen at a length between two key places.
+fn between(a: &Held, b: &Held, length: f64) -> Choice {
+    a.choice
+        .lerp(b.choice, (length - a.length) / (b.length - a.length))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::f64::consts::TAU;
+
+    use meltpath_base::Silent;
+    use meltpath_data::{find, robots};
+    use meltpath_geometry::Pose;
+    use meltpath_geometry::math::DVec3;
+
+    use super::super::chain::chains;
+    use super::super::choice::{cost, lean};
+    use super::super::comfort::motion;
+    use super::super::task::{Axes, Rotation};
+    use super::*;
+    use crate::cell::{self, External};
+    use crate::command::{Command, Smoothing, Source};
+
+    /// The least cost over all headings in steps of 3 deg and all angles of the roller in steps of 1 deg, nothing left out.
+    fn exhaustive(task: &Task<'_>, chain: &Chain, lengths: &[f64]) -> f64 {
+        let mut before: Vec<(Held, f64)> = Vec::new();
+        for &length in lengths {
+            let (tip, _) = chain.at(length);
+            let mut now = Vec::new();
+            for angle in -20..=20 {
+                let external = External([0.0, f64::from(angle).to_radians(), 0.0]);
+                let carried = Carried::at(task, external);
+                let lean = lean(task, &carried, tip);
+                for heading in (0..120).map(|h| TAU * f64::from(h) / 120.0) {
+                    let found = task.cell.arm.inverse(carried.flange(tip, heading)).unwrap();
+                    for solution in found.solutions.iter().filter(|s| s.margin >= 0.0) {
+                        let choice = Choice { heading, external };
+                        let joints = solution.angles;
+                        let held = Held {
+                            length,
+                            choice,
+                            joints,
+                        };
+                        now.push((held, cost(task.cell, joints, lean, 0.0)));
+                    }
+                }
+            }
+            for (held, total) in &mut now {
+                let led = before.iter().filter_map(|(from, sum)| {
+                    let gone = held.length - from.length;
+                    let moved = choice::travel(from.choice.external, held.choice.external);
+                    let motion = motion(&from.joints, &held.joints, 1.0)?;
+                    Some(sum + (motion + moved) / gone + *total * gone)
+                });
+                if !before.is_empty() {
+                    *total = led.fold(f64::INFINITY, f64::min);
+                } else {
+                    *total = 0.0;
+                }
+            }
+            before = now;
+        }
+        before.iter().map(|b| b.1).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn multiaxis_ma7_the_cost_is_within_two_percent_of_trying_everything() {
+        let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
+        let (arm, _) = text.split_once("\n[table]").unwrap();
+        let cell = cell::read(&format!(
+            "{arm}\n[positioner]\nsource = \"test\"\naxes = [{{ position = [\"1200 mm\", \"0 mm\", \"700 mm\"], axis = [1, 0, 0] }}]\nlow = [\"-20 deg\"]\nhigh = [\"20 deg\"]\n"
+        ))
+        .unwrap();
+        let pose = |i: u32| {
+            let (s, c) = (0.1 * f64::from(i) - 0.1).sin_cos();
+            let out = DVec3::new(0.0, s, c);
+            Pose::of_tool(60.0 * out + 12.0 * f64::from(i) * DVec3::X, out, 0.0)
+        };
+        let commands: Vec<Command> = (1..4)
+            .map(|i| Command {
+                source: Source::On { wire_feed: 100.0 },
+                orientation: pose(i).orientation,
+                ..Command::line(i - 1, pose(i).position, 10.0, Smoothing::Fine)
+            })
+            .collect();
+        let configurations = BTreeMap::new();
+        let task = Task {
+            cell: &cell,
+            values: cell.at_rest(),
+            axes: Axes::Free,
+            start: pose(0),
+            commands: &commands,
+            rotation: Rotation::Free,
+            configurations: &configurations,
+        };
+        let chain = &chains(&task)[0];
+        let mut free = Free::new(&task, chain, None);
+        let ways = free.wide.climb(&Silent).unwrap();
+        let held = free.followed(&ways).unwrap();
+        let narrow = Narrow {
+            task: &task,
+            chain,
+            followed: &free.followed,
+            guarded: &[],
+            guard: None,
+        };
+        let found = narrow.total(&narrow.draw(held, &Silent), 0.0);
+        let best = exhaustive(&task, chain, &free.places);
+        assert_eq!(free.places.len(), 4);
+        assert!(found <= 1.02 * best, "{found:e} {best:e}");
+    }
+}

@@ -1,0 +1,304 @@
+//! A way of the whole cell along a run, drawn narrow: at every key place it may go a step aside in each of what is free, the joints the
+//! nearest continuation; the best of all such ways is taken, again and again with smaller steps.
+
+use std::collections::BTreeSet;
+
+use meltpath_base::Observer;
+use rayon::prelude::*;
+
+use super::chain::Chain;
+use super::choice::{self, Carried, Choice, Held, cost, lean};
+use super::comfort::{MOTION, STEP, motion, step_over};
+use super::follow::apart;
+use super::task::{Guard, Task, keep_clear};
+use super::wide::{HEADINGS, SLACK, STEPS};
+use crate::cell::{External, Values};
+use crate::kinematics::Limits;
+
+/// Shares of the wide steps, one after the other.
+const SHARES: [f64; 6] = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015_625];
+/// Steps of one size are taken until they gain less than this, and no more often.
+const GAIN: f64 = 1e-2;
+const ROUNDS: usize = 8;
+/// An axis may take this share of its speed along a bead; this much more costs as much per length as [`MOTION`].
+const FAST: f64 = 0.7;
+const HASTE: f64 = 0.003;
+/// Key places that are drawn together. Their ends stand; the next time they lie between the ends.
+const WINDOW: usize = 256;
+
+/// What is drawn along.
+pub(super) struct Narrow<'a> {
+    pub(super) task: &'a Task<'a>,
+    pub(super) chain: &'a Chain,
+    /// Key places to which every step is followed before it is taken.
+    pub(super) followed: &'a BTreeSet<usize>,
+    /// Lengths between which nothing may touch.
+    pub(super) guarded: &'a [[f64; 2]],
+    pub(super) guard: Option<Guard<'a>>,
+}
+
+/// A way beside the one that is.
+struct Node {
+    held: Held,
+    cost: f64,
+    /// See [`Narrow::rate`].
+    rate: f64,
+}
+
+/// How far aside, and how much leaning costs nothing there.
+#[derive(Clone, Copy)]
+struct Aside {
+    share: f64,
+    slack: f64,
+}
+
+impl Narrow<'_> {
+    /// The best way near `ways`, which hold the path at its key places.
+    pub(super) fn draw(&self, mut ways: Vec<Held>, observer: &dyn Observer) -> Vec<Held> {
+        for share in SHARES {
+            let slack = if share > SHARES[5] {
+                SLACK * share
+            } else {
+                0.0
+            };
+            let mut before = self.total(&ways, slack);
+            for round in 0..ROUNDS {
+                if observer.cancelled() {
+                    return ways;
+                }
+                ways = self.round(&ways, Aside { share, slack }, round % 2 == 1);
+                let total = self.total(&ways, slack);
+                // both halves of the windows have had their turn
+                if round % 2 == 1 && total > (1.0 - GAIN) * before {
+                    break;
+                }
+                if round % 2 == 1 {
+                    before = total;
+                }
+            }
+        }
+        ways
+    }
+
+    /// What a way costs, rad²/mm.
+    pub(super) fn total(&self, ways: &[Held], slack: f64) -> f64 {
+        let pieces = ways.par_iter().enumerate().map(|(i, way)| {
+            let Some(before) = i.checked_sub(1).map(|i| &ways[i]) else {
+                return 0.0;
+            };
+            let gone = way.length - before.length;
+            let steps = (0..6).map(|j| (way.joints[j] - before.joints[j]).powi(2));
+            let moved =
+                steps.sum::<f64>() + choice::travel(before.choice.external, way.choice.external);
+            let haste = self.haste(before, way, self.rate(before.length, way.length));
+            moved / gone + (self.cost(way, slack) + haste) * gone
+        });
+        let pieces: Vec<f64> = pieces.collect();
+        pieces.iter().sum()
+    }
+
+    /// The greatest way along the run per second at the set speed between two lengths, mm/s; nothing where the arc does not burn.
+    fn rate(&self, from: f64, to: f64) -> f64 {
+        let legs = &self.chain.legs;
+        let first = legs.partition_point(|l| l.begin + l.length <= from);
+        let between = legs.iter().skip(first).take_while(|l| l.begin < to);
+        let rates = between.filter_map(|l| Some(l.length / l.time?));
+        rates.fold(0.0, f64::max)
+    }
+
+    /// What it costs per length to drive an axis faster than it shall, rad²/mm².
+    fn haste(&self, from: &Held, to: &Held, rate: f64) -> f64 {
+        let per_second = rate / (to.length - from.length);
+        let share = |(a, b): (&f64, &f64), limits: &Limits| {
+            limits.speed.map_or(0.0, |s| (b - a).abs() * per_second / s)
+        };
+        let cell = self.task.cell;
+        let arm = from
+            .joints
+            .iter()
+            .zip(&to.joints)
+            .zip(&cell.arm.chain.joints);
+        let arm = arm.map(|(step, joint)| share(step, &joint.limits));
+        let (a, b) = (&from.choice.external.0, &to.choice.external.0);
+        let beside = (0..3).filter_map(|i| {
+            let joint = cell.external_joint(i)?;
+            Some(share((&a[i], &b[i]), &joint.limits))
+        });
+        let greatest = arm.chain(beside).fold(0.0, f64::max);
+        (MOTION * (greatest - FAST).max(0.0) / HASTE).powi(2)
+    }
+
+    fn cost(&self, way: &Held, slack: f64) -> f64 {
+        let carried = Carried::at(self.task, way.choice.external);
+        let (tip, _) = self.chain.at(way.length);
+        let leaning = lean(self.task, &carried, tip);
+        cost(self.task.cell, way.joints, leaning, slack)
+    }
+
+    /// The best way a step beside; windows begin half of one later where `shifted`.
+    fn round(&self, ways: &[Held], aside: Aside, shifted: bool) -> Vec<Held> {
+        let last = ways.len().saturating_sub(1);
+        let first = if shifted { WINDOW / 2 } else { 0 };
+        let mut ends: Vec<usize> = (first..last).step_by(WINDOW).collect();
+        if ends.first() != Some(&0) {
+            ends.insert(0, 0);
+        }
+        ends.push(last);
+        let drawn: Vec<Vec<Held>> = ends
+            .par_windows(2)
+            .map(|ends| self.window(ways, [ends[0], ends[1]], aside))
+            .collect();
+        // a window's first place is the last one of the window before
+        let mut all: Vec<Held> = Vec::with_capacity(ways.len());
+        for window in drawn {
+            all.pop();
+            all.extend(window);
+        }
+        all
+    }
+
+    /// The best way between two key places, which stand but at the ends of the run.
+    fn window(&self, ways: &[Held], [from, to]: [usize; 2], aside: Aside) -> Vec<Held> {
+        let nodes: Vec<Vec<Node>> = (from..=to)
+            .map(|i| {
+                let stands = (i == from && from > 0) || (i == to && i + 1 < ways.len());
+                let rate = match i.checked_sub(1) {
+                    Some(before) => self.rate(ways[before].length, ways[i].length),
+                    None => 0.0,
+                };
+                self.nodes(&ways[i], rate, aside, stands)
+            })
+            .collect();
+        let mut totals: Vec<f64> = vec![0.0; nodes[0].len()];
+        let mut steps: Vec<Vec<u8>> = vec![vec![0; nodes[0].len()]];
+        for (k, pair) in nodes.windows(2).enumerate() {
+            let followed = self.followed.contains(&(from + k + 1));
+            let (total, step): (Vec<f64>, Vec<u8>) = pair[1]
+                .iter()
+                .map(|node| self.led(&pair[0], &totals, node, followed))
+                .unzip();
+            totals = total;
+            steps.push(step);
+        }
+        let best = totals.iter().enumerate();
+        let mut at = best.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
+        let mut found = Vec::with_capacity(nodes.len());
+        for (nodes, step) in nodes.iter().zip(&steps).rev() {
+            found.push(nodes[at].held);
+            at = usize::from(step[at]);
+        }
+        found.reverse();
+        found
+    }
+
+    /// The least cost of a way that comes from one of those before, and which.
+    fn led(&self, before: &[Node], totals: &[f64], node: &Node, followed: bool) -> (f64, u8) {
+        let cost = |i: usize| {
+            let from = &before[i].held;
+            let gone = node.held.length - from.length;
+            let motion = motion(&from.joints, &node.held.joints, step_over(gone))?;
+            let moved = choice::travel(from.choice.external, node.held.choice.external);
+            let haste = self.haste(from, &node.held, node.rate);
+            Some((
+                totals[i] + (motion + moved) / gone + (node.cost + haste) * gone,
+                i as u8,
+            ))
+        };
+        let found = (0..before.len()).filter_map(cost);
+        let cheaper = |a: &(f64, u8), b: &(f64, u8)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let best = if followed {
+            let mut found: Vec<_> = found.collect();
+            found.sort_by(cheaper);
+            let mut found = found.into_iter();
+            found.find(|(_, i)| self.leads(&before[usize::from(*i)].held, &node.held))
+        } else {
+            found.min_by(cheaper)
+        };
+        best.unwrap_or((f64::INFINITY, 0))
+    }
+
+    fn leads(&self, from: &Held, to: &Held) -> bool {
+        let end = (to.length, to.choice);
+        let found = choice::go(self.task, self.chain, from, end, &[]);
+        let found = found.and_then(|f| f.last().copied());
+        found.is_some_and(|f| apart(&f.joints, &to.joints) < 1e-6)
+    }
+
+    /// What may be chosen at a key place, what is chosen first.
+    fn nodes(&self, way: &Held, rate: f64, aside: Aside, stands: bool) -> Vec<Node> {
+        let (tip, _) = self.chain.at(way.length);
+        let mut nodes = vec![Node {
+            held: *way,
+            cost: self.cost(way, aside.slack),
+            rate,
+        }];
+        if stands {
+            return nodes;
+        }
+        let turn = aside.share * std::f64::consts::TAU / f64::from(HEADINGS);
+        for external in self.beside(way.choice.external, aside.share) {
+            let carried = Carried::at(self.task, external);
+            let leaning = lean(self.task, &carried, tip);
+            for heading in [-turn, 0.0, turn].map(|t| way.choice.heading + t) {
+                let choice = Choice { heading, external };
+                if choice == way.choice {
+                    continue;
+                }
+                let flange = carried.flange(tip, heading);
+                let Ok(joints) = self.task.cell.arm.nearest(flange, &way.joints) else {
+                    continue;
+                };
+                let far = motion(&joints, &way.joints, STEP).is_none();
+                if far || self.task.cell.arm.margin(joints).0 < 0.0 {
+                    continue;
+                }
+                let held = Held {
+                    choice,
+                    joints,
+                    ..*way
+                };
+                nodes.push(Node {
+                    held,
+                    cost: cost(self.task.cell, joints, leaning, aside.slack),
+                    rate,
+                });
+            }
+        }
+        let inside = |[from, to]: &[f64; 2]| (*from..=*to).contains(&way.length);
+        if let Some(guard) = self.guard.filter(|_| self.guarded.iter().any(inside)) {
+            let command = self.chain.command_at(way.length);
+            keep_clear(&mut nodes, |n| {
+                guard(command, &Values::of(n.held.joints, n.held.choice.external))
+            });
+        }
+        nodes
+    }
+
+    /// Places of track and positioner a step aside, within limits.
+    fn beside(&self, External(at): External, share: f64) -> Vec<External> {
+        let mut all = vec![at];
+        for i in 0..3 {
+            let Some(joint) = self.task.cell.external_joint(i) else {
+                continue;
+            };
+            let limits = joint.limits;
+            let step = share * STEPS[i];
+            all = all
+                .into_iter()
+                .flat_map(|at| {
+                    let mut values = vec![at[i]];
+                    values.extend(
+                        [at[i] - step, at[i] + step].map(|v| v.clamp(limits.low, limits.high)),
+                    );
+                    values.dedup();
+                    values.into_iter().map(move |v| {
+                        let mut moved = at;
+                        moved[i] = v;
+                        moved
+                    })
+                })
+                .collect();
+        }
+        all.into_iter().map(External).collect()
+    }
+}

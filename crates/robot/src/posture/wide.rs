@@ -1,0 +1,531 @@
+//! A way of the whole cell along a run, chosen wide: coarse values of the torch's heading, track and positioner, and all ways of the arm
+//! to hold them, at key places far apart. Dynamic programming over the best of them (a beam), which is cut by cost and by place.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+use meltpath_base::Observer;
+use meltpath_geometry::Pose;
+use rayon::prelude::*;
+
+use super::chain::Chain;
+use super::choice::{self, Carried, Choice, Held, cost, lean};
+use super::comfort::{is_wound, motion, step_over};
+use super::ladder::milder;
+use super::task::{Guard, NotHeld, Task, Why, keep_clear};
+use crate::cell::{Cell, External, Values};
+
+/// Headings about the wire.
+pub(super) const HEADINGS: u8 = 12;
+/// Steps of track (mm) and positioner (rad).
+pub(super) const STEPS: [f64; 3] = [250.0, TAU / 18.0, TAU / 12.0];
+/// Leaning within the steps costs nothing, rad.
+pub(super) const SLACK: f64 = 0.7 * TAU / 18.0;
+/// Places that lean so much more than the best are not tried, rad.
+const LEANING: f64 = 0.35;
+/// Between key places so far apart the axes may go two steps, mm.
+const LONG: f64 = 80.0;
+/// Starts far from rest cost this much per square: only where nothing else decides.
+const REST: f64 = 1e-9;
+
+/// How many ways are kept at a key place: at one place of the axes, and in all.
+#[derive(Clone, Copy)]
+struct Beam {
+    at_cell: usize,
+    all: usize,
+}
+
+const BEAM: Beam = Beam {
+    at_cell: 4,
+    all: 400,
+};
+const WIDER: Beam = Beam {
+    at_cell: 32,
+    all: 8000,
+};
+
+/// Steps of track and positioner from where they rest.
+type Cube = [i16; 3];
+
+/// A way that is kept at a key place.
+#[derive(Clone, Copy)]
+struct Kept {
+    cube: Cube,
+    heading: u8,
+    /// Seven digits are enough to go on from.
+    joints: [f32; 6],
+    /// Cost of all before it and itself.
+    total: f64,
+    before: u16,
+}
+
+impl Kept {
+    fn joints(&self) -> [f64; 6] {
+        self.joints.map(f64::from)
+    }
+}
+
+/// A way at a key place, not yet led to.
+struct Node {
+    cube: Cube,
+    heading: u8,
+    joints: [f64; 6],
+    cost: f64,
+}
+
+/// One of the ways before, and how track and positioner move from it, rad².
+struct From {
+    i: usize,
+    joints: [f64; 6],
+    moved: f64,
+}
+
+/// The values that are tried.
+struct Grid {
+    rest: External,
+    low: Cube,
+    high: Cube,
+}
+
+impl Grid {
+    fn of(cell: &Cell, rest: External) -> Self {
+        let ends = |up: bool| -> Cube {
+            std::array::from_fn(|i| {
+                let Some(joint) = cell.external_joint(i) else {
+                    return 0;
+                };
+                let [low, high] = [joint.limits.low, joint.limits.high]
+                    .map(|limit| (limit - rest.0[i]) / STEPS[i]);
+                // what is far beyond is come to by stepping on, not by beginning there
+                let step = if up {
+                    (high + 1e-9).floor()
+                } else {
+                    (low - 1e-9).ceil()
+                };
+                step.clamp(-1000.0, 1000.0) as i16
+            })
+        };
+        Grid {
+            rest,
+            low: ends(false),
+            high: ends(true),
+        }
+    }
+
+    fn value(&self, cube: Cube) -> External {
+        External(std::array::from_fn(|i| {
+            self.rest.0[i] + STEPS[i] * f64::from(cube[i])
+        }))
+    }
+
+    /// Where a run may begin: within half a turn of rest.
+    fn all(&self) -> Vec<Cube> {
+        let range = |i: usize| {
+            let most = match i {
+                0 => i16::MAX,
+                _ => (0.5 * TAU / STEPS[i]).round() as i16,
+            };
+            self.low[i].max(-most)..=self.high[i].min(most)
+        };
+        range(0)
+            .flat_map(|a| range(1).flat_map(move |b| range(2).map(move |c| [a, b, c])))
+            .collect()
+    }
+
+    /// A step or none along each axis; more where the way between is long.
+    fn beside(&self, cube: Cube, gone: f64) -> impl Iterator<Item = Cube> + '_ {
+        let turned = if gone < LONG { 1 } else { 2 };
+        let most = [1 + (gone / STEPS[0]) as i16, turned, turned];
+        let range = move |i: usize| {
+            let [low, high] = [cube[i] - most[i], cube[i] + most[i]];
+            low.max(self.low[i])..=high.min(self.high[i])
+        };
+        range(0).flat_map(move |a| range(1).flat_map(move |b| range(2).map(move |c| [a, b, c])))
+    }
+}
+
+/// A heading and those beside it; more where the way between is long.
+fn headings_beside(heading: u8, gone: f64) -> impl Iterator<Item = u8> {
+    let most = if gone < LONG { 1 } else { 2 };
+    (HEADINGS - most..=HEADINGS + most).map(move |d| (heading + d) % HEADINGS)
+}
+
+fn angle(heading: u8) -> f64 {
+    TAU * f64::from(heading) / f64::from(HEADINGS)
+}
+
+/// A search along a run, which is taken up again where places have become narrower.
+pub(super) struct Wide<'a> {
+    task: &'a Task<'a>,
+    chain: &'a Chain,
+    /// Lengths of the key places.
+    lengths: Vec<f64>,
+    grid: Grid,
+    beam: Beam,
+    layers: Vec<Vec<Kept>>,
+    /// Key places to which every step is followed before it is taken.
+    followed: BTreeSet<usize>,
+    /// Key places at which nothing may touch.
+    guarded: BTreeSet<usize>,
+    guard: Option<Guard<'a>>,
+}
+
+impl<'a> Wide<'a> {
+    pub(super) fn new(
+        task: &'a Task<'a>,
+        chain: &'a Chain,
+        lengths: Vec<f64>,
+        guard: Option<Guard<'a>>,
+    ) -> Self {
+        Wide {
+            task,
+            chain,
+            lengths,
+            grid: Grid::of(task.cell, task.values.external()),
+            beam: BEAM,
+            layers: Vec::new(),
+            followed: BTreeSet::new(),
+            guarded: BTreeSet::new(),
+            guard,
+        }
+    }
+
+    /// Follows every step to a key place from now on; whether that is new.
+    pub(super) fn follow(&mut self, place: usize) -> bool {
+        self.layers.truncate(place);
+        self.followed.insert(place)
+    }
+
+    /// Lets nothing touch at the key places between two lengths, and one beyond each; whether that is new.
+    pub(super) fn guard(&mut self, from: f64, to: f64) -> bool {
+        let first = self.lengths.partition_point(|l| *l < from);
+        let last = self.lengths.partition_point(|l| *l <= to);
+        let mut new = false;
+        for place in first.saturating_sub(1)..=last.min(self.lengths.len().saturating_sub(1)) {
+            if self.guarded.insert(place) {
+                self.layers.truncate(place);
+                new = true;
+            }
+        }
+        new
+    }
+
+    /// The best way at every key place.
+    ///
+    /// # Errors
+    /// [`NotHeld`] at the first key place that no way leads to.
+    pub(super) fn climb(&mut self, observer: &dyn Observer) -> Result<Vec<Held>, NotHeld> {
+        loop {
+            match self.climbed(observer) {
+                Err(not) if self.beam.all == BEAM.all && not.why != Why::Stopped => {
+                    // what was cut may have led on
+                    self.beam = WIDER;
+                    self.layers.clear();
+                }
+                done => return done,
+            }
+        }
+    }
+
+    fn climbed(&mut self, observer: &dyn Observer) -> Result<Vec<Held>, NotHeld> {
+        for place in self.layers.len()..self.lengths.len() {
+            let not_held = |why| NotHeld {
+                command: self.chain.command_at(self.lengths[place]),
+                position: self.chain.at(self.lengths[place]).0.position,
+                why,
+            };
+            if observer.cancelled() {
+                return Err(not_held(Why::Stopped));
+            }
+            let layer = self.layer(place).map_err(not_held)?;
+            self.layers.push(layer);
+        }
+        Ok(self.back())
+    }
+
+    /// The ways that lead to the best one at the end.
+    fn back(&self) -> Vec<Held> {
+        let last = self.layers.last().map_or(&[][..], |l| &l[..]);
+        let best = last.iter().enumerate();
+        let best = best.min_by(|a, b| a.1.total.total_cmp(&b.1.total));
+        let mut at = best.map_or(0, |(i, _)| i);
+        let mut ways = Vec::with_capacity(self.layers.len());
+        for (layer, length) in self.layers.iter().zip(&self.lengths).rev() {
+            let Some(kept) = layer.get(at) else { break };
+            ways.push(self.held(kept, *length));
+            at = usize::from(kept.before);
+        }
+        ways.reverse();
+        for i in 1..ways.len() {
+            let before = ways[i - 1].choice.heading;
+            ways[i].choice.heading = choice::unwound(ways[i].choice.heading, before);
+        }
+        ways
+    }
+
+    fn held(&self, kept: &Kept, length: f64) -> Held {
+        Held {
+            length,
+            choice: Choice {
+                heading: angle(kept.heading),
+                external: self.grid.value(kept.cube),
+            },
+            joints: kept.joints(),
+        }
+    }
+
+    /// The best ways at a key place with what leads to them.
+    fn layer(&self, place: usize) -> Result<Vec<Kept>, Why> {
+        let length = self.lengths[place];
+        let (tip, _) = self.chain.at(length);
+        let before = place.checked_sub(1).map(|i| &self.layers[i][..]);
+        let gone = length - place.checked_sub(1).map_or(0.0, |i| self.lengths[i]);
+        let nodes = self.nodes(place, tip, self.tried(before, gone))?;
+        let Some(before) = before else {
+            let begun = nodes.iter().map(|n| self.begun(n)).collect();
+            return Ok(self.cut(begun));
+        };
+        let of_cubes: Vec<&[Node]> = nodes.chunk_by(|a, b| a.cube == b.cube).collect();
+        let led: Vec<Vec<Kept>> = of_cubes
+            .par_iter()
+            .map(|nodes| {
+                let from = self.beside(nodes[0].cube, before, gone);
+                let led = nodes
+                    .iter()
+                    .map(|n| self.led(n, before, &from, (place, gone)));
+                led.flatten().collect()
+            })
+            .collect();
+        let kept = self.cut(led.into_iter().flatten().collect());
+        if kept.is_empty() {
+            return Err(Why::Change);
+        }
+        Ok(kept)
+    }
+
+    /// Headings to try at places of the axes: everything at the begin, then what lies beside the ways before.
+    fn tried(
+        &self,
+        before: Option<&[Kept]>,
+        gone: f64,
+    ) -> BTreeMap<Cube, [bool; HEADINGS as usize]> {
+        let Some(before) = before else {
+            let all = self.grid.all().into_iter();
+            return all.map(|c| (c, [true; HEADINGS as usize])).collect();
+        };
+        let mut tried = BTreeMap::new();
+        for of_cube in before.chunk_by(|a, b| a.cube == b.cube) {
+            let mut headings = [false; HEADINGS as usize];
+            for kept in of_cube {
+                for h in headings_beside(kept.heading, gone) {
+                    headings[usize::from(h)] = true;
+                }
+            }
+            let first = of_cube.first().map(|k| k.cube);
+            for cube in first.into_iter().flat_map(|c| self.grid.beside(c, gone)) {
+                let known = tried.entry(cube).or_insert([false; HEADINGS as usize]);
+                known.iter_mut().zip(headings).for_each(|(k, h)| *k |= h);
+            }
+        }
+        tried
+    }
+
+    /// The ways at a key place, in order of their cubes.
+    fn nodes(
+        &self,
+        place: usize,
+        tip: Pose,
+        tried: BTreeMap<Cube, [bool; HEADINGS as usize]>,
+    ) -> Result<Vec<Node>, Why> {
+        let carried: Vec<_> = tried
+            .into_par_iter()
+            .map(|(cube, headings)| {
+                let carried = Carried::at(self.task, self.grid.value(cube));
+                (cube, headings, carried, lean(self.task, &carried, tip))
+            })
+            .collect();
+        let least = carried.iter().map(|c| c.3).fold(f64::INFINITY, f64::min);
+        let most = if self.beam.all == BEAM.all {
+            least + LEANING
+        } else {
+            f64::INFINITY
+        };
+        let found: Vec<Result<Vec<Node>, Why>> = carried
+            .into_par_iter()
+            .filter(|c| c.3 <= most)
+            .map(|(cube, headings, carried, lean)| {
+                let headings = (0..HEADINGS).filter(|h| headings[usize::from(*h)]);
+                self.at_cube(tip, (cube, &carried, lean), headings)
+            })
+            .collect();
+        let mut nodes = Vec::new();
+        let mut why: Option<Why> = None;
+        for found in found {
+            match found {
+                Ok(found) => nodes.extend(found),
+                Err(new) => why = Some(why.map_or(new, |old| milder(old, new))),
+            }
+        }
+        if nodes.is_empty() {
+            return Err(why.unwrap_or(Why::Change));
+        }
+        if let Some(guard) = self.guard.filter(|_| self.guarded.contains(&place)) {
+            let command = self.chain.command_at(self.lengths[place]);
+            keep_clear(&mut nodes, |n| {
+                guard(command, &Values::of(n.joints, self.grid.value(n.cube)))
+            });
+        }
+        Ok(nodes)
+    }
+
+    /// The ways at a place of the axes; where there is none, why.
+    fn at_cube(
+        &self,
+        tip: Pose,
+        (cube, carried, lean): (Cube, &Carried, f64),
+        headings: impl Iterator<Item = u8>,
+    ) -> Result<Vec<Node>, Why> {
+        let cell = self.task.cell;
+        let mut nodes = Vec::new();
+        let mut why = Why::Change;
+        let mut milder_of = |new: Why| {
+            why = if why == Why::Change {
+                new
+            } else {
+                milder(why, new)
+            }
+        };
+        for heading in headings {
+            let found = match cell.arm.inverse(carried.flange(tip, angle(heading))) {
+                Ok(found) => found.solutions,
+                Err(no) => {
+                    milder_of(Why::Unreachable(no));
+                    continue;
+                }
+            };
+            for solution in found {
+                if solution.margin < 0.0 {
+                    milder_of(Why::Limit {
+                        joint: solution.tightest,
+                        by: -solution.margin,
+                    });
+                    continue;
+                }
+                for joints in cell.arm.turns(solution.angles) {
+                    if is_wound(&cell.arm, &joints) {
+                        continue;
+                    }
+                    nodes.push(Node {
+                        cube,
+                        heading,
+                        joints,
+                        cost: cost(cell, joints, lean, SLACK),
+                    });
+                }
+            }
+        }
+        if nodes.is_empty() {
+            Err(why)
+        } else {
+            Ok(nodes)
+        }
+    }
+
+    fn begun(&self, node: &Node) -> Kept {
+        let rest = choice::travel(self.grid.rest, self.grid.value(node.cube));
+        Kept {
+            cube: node.cube,
+            heading: node.heading,
+            joints: node.joints.map(|j| j as f32),
+            total: node.cost + REST * rest,
+            before: 0,
+        }
+    }
+
+    /// The ways before that a step of track and positioner leads to a place of theirs.
+    fn beside(&self, cube: Cube, before: &[Kept], gone: f64) -> Vec<From> {
+        let external = self.grid.value(cube);
+        let mut found = Vec::new();
+        for beside in self.grid.beside(cube, gone) {
+            let first = before.partition_point(|k| k.cube < beside);
+            let moved = choice::travel(self.grid.value(beside), external);
+            let of_cube = before[first..].iter().take_while(|k| k.cube == beside);
+            found.extend(of_cube.zip(first..).map(|(kept, i)| From {
+                i,
+                joints: kept.joints(),
+                moved,
+            }));
+        }
+        found
+    }
+
+    /// A way with the best of those before that lead to it.
+    fn led(
+        &self,
+        node: &Node,
+        before: &[Kept],
+        from: &[From],
+        (place, gone): (usize, f64),
+    ) -> Option<Kept> {
+        let mut headings = [false; HEADINGS as usize];
+        for h in headings_beside(node.heading, gone) {
+            headings[usize::from(h)] = true;
+        }
+        let turned = from
+            .iter()
+            .filter(|f| headings[usize::from(before[f.i].heading)]);
+        let found = turned.filter_map(|f| {
+            let motion = motion(&f.joints, &node.joints, step_over(gone))?;
+            let total = before[f.i].total + (motion + f.moved) / gone + node.cost * gone;
+            Some((total, f.i))
+        });
+        let cheaper = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let best = if self.followed.contains(&place) {
+            let mut found: Vec<_> = found.collect();
+            found.sort_by(cheaper);
+            found
+                .into_iter()
+                .find(|(_, i)| self.leads(&before[*i], node, place))
+        } else {
+            found.min_by(cheaper)
+        };
+        best.map(|(total, i)| Kept {
+            total,
+            before: i as u16,
+            ..self.begun(node)
+        })
+    }
+
+    /// Whether joints that follow the path go from a way to the next.
+    fn leads(&self, from: &Kept, to: &Node, place: usize) -> bool {
+        let from = self.held(from, self.lengths[place - 1]);
+        let choice = Choice {
+            heading: choice::unwound(angle(to.heading), from.choice.heading),
+            external: self.grid.value(to.cube),
+        };
+        let end = (self.lengths[place], choice);
+        let found = choice::go(self.task, self.chain, &from, end, &[]);
+        let found = found.and_then(|f| f.last().copied());
+        found.is_some_and(|f| is_same(&f.joints, &to.joints))
+    }
+
+    /// The best ways, in order of their cubes: some at each place of the axes, so many in all.
+    fn cut(&self, mut ways: Vec<Kept>) -> Vec<Kept> {
+        let order = |k: &Kept| (k.cube, k.heading);
+        ways.sort_by(|a, b| a.total.total_cmp(&b.total).then(order(a).cmp(&order(b))));
+        let mut count = BTreeMap::<Cube, usize>::new();
+        ways.retain(|k| {
+            let at_cube = count.entry(k.cube).or_insert(0);
+            *at_cube += 1;
+            *at_cube <= self.beam.at_cell
+        });
+        ways.truncate(self.beam.all);
+        ways.sort_by(|a, b| order(a).cmp(&order(b)).then(a.total.total_cmp(&b.total)));
+        ways
+    }
+}
+
+/// Whether joints that were followed are those of a way, which has seven digits.
+pub(super) fn is_same(a: &[f64; 6], b: &[f64; 6]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-2)
+}
