@@ -303,6 +303,7 @@ mod tests {
         overhang: 0.25,
         joint_margin: 0.0,
         clearance: 0.0,
+        tilt: None,
     };
 
     fn growth(share: f64) -> GrowthError {

@@ -148,7 +148,7 @@ fn margins_are_those_of_the_worst_places() {
     let cell = shipped("abb-irb2600-12-185");
     let (start, commands) = tower(DVec3::ZERO);
     let task = task(&cell, (&start, &commands), Rotation::Free);
-    let held = hold(&task).unwrap();
+    let held = hold(&task, &Silent).unwrap();
     let (samples, margins) = (samples(&task, &held), held.margins);
     let least =
         |value: &dyn Fn(&Sample) -> f64| samples.iter().map(value).fold(f64::INFINITY, f64::min);
