@@ -171,8 +171,8 @@ fn times_that_do_not_hold_are_told_with_place_and_size() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.csv");
     let write = |times: &[f64]| {
-        let rows: String = times.iter().map(|t| format!("{t},1\n")).collect();
-        fs::write(&path, format!("t,u\n{rows}")).unwrap();
+        let rows: Vec<String> = times.iter().map(|t| format!("{t},1\n")).collect();
+        fs::write(&path, format!("t,u\n{}", rows.concat())).unwrap();
     };
     let map = |stated: &str| {
         let text = format!(

@@ -1,6 +1,7 @@
 //! Linear systems, synthesis and export: acceptance cases of the scan head, stored plants, exported controllers.
 #![allow(
     clippy::unwrap_used,
+    clippy::panic,
     clippy::print_stdout,
     reason = "a test that fails stops here, and says what it found"
 )]

@@ -227,11 +227,11 @@ mod tests {
                     let motion = motion(&from.joints, &held.joints, 1.0)?;
                     Some(sum + (motion + moved) / gone + *total * gone)
                 });
-                if !before.is_empty() {
-                    *total = led.fold(f64::INFINITY, f64::min);
+                *total = if before.is_empty() {
+                    0.0
                 } else {
-                    *total = 0.0;
-                }
+                    led.fold(f64::INFINITY, f64::min)
+                };
             }
             before = now;
         }
