@@ -23,7 +23,7 @@ const ARM: usize = 6;
 pub struct Sample {
     /// The command.
     pub command: u32,
-    /// Length from the begin of the run, mm; see [`Leg::length`].
+    /// Length from the begin of the run, mm.
     pub length: f64,
     /// What ends here.
     pub ends: Option<End>,
