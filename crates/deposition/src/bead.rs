@@ -52,8 +52,7 @@ pub struct PoolModel {
 pub enum PursuitLength {
     /// One length, mm.
     Fixed(f64),
-    /// [`crate::pursuit::pursuit_length`] of the turn from one stamp to the next. Stamps lie far closer than a corner is long, so
-    /// this is the length of a straight line, 4 mm, but on kinks sharper than the motion of a controller draws.
+    /// [`crate::pursuit::pursuit_length`] of the corner that the bead goes round.
     ByCorner,
 }
 

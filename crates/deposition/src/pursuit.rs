@@ -1,6 +1,7 @@
 //! The pursuit curve (tractrix): the bead's centre line follows the torch at a constant distance.
 //! Source: Rouchon 2022, §3.3.2, eq. 3.4.
 
+use crate::bead::PursuitLength;
 use meltpath_geometry::math::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -34,26 +35,51 @@ pub fn pursuit_length(corner: f64) -> f64 {
     knots[2].1
 }
 
+/// Cosine of the turn (10°) below which the bead is taken to run along the torch's way again: a corner is past there. Ours.
+const PAST: f64 = 0.985;
+
+/// Change of the length per millimetre of way: the length follows the corner without dragging the bead. Ours.
+const CHANGE: f64 = 0.5;
+
 /// A follower drawn by a leader, updated sample by sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pursuit {
-    /// Distance to the leader, mm.
-    pub length: f64,
-    /// How the follower is drawn.
-    pub mode: PursuitMode,
+    law: PursuitLength,
+    length: f64,
+    mode: PursuitMode,
+    leader: DVec3,
     follower: DVec3,
     heading: DVec3,
+    corner: f64,
+    /// Directions of the leader half a length back, and up to as much before that.
+    before: [DVec3; 2],
+    /// Way since the first of them, mm.
+    since: f64,
 }
 
 impl Pursuit {
-    /// A follower `length` mm behind `leader`, which is about to move along the unit vector `heading`.
-    pub fn new(leader: DVec3, heading: DVec3, length: f64, mode: PursuitMode) -> Self {
+    /// A follower behind `leader`, which is about to move along the unit vector `heading`.
+    pub fn new(leader: DVec3, heading: DVec3, law: PursuitLength, mode: PursuitMode) -> Self {
+        let length = match law {
+            PursuitLength::Fixed(length) => length,
+            PursuitLength::ByCorner => pursuit_length(0.0),
+        };
         Pursuit {
+            law,
             length,
             mode,
+            leader,
             follower: leader - length * heading,
             heading,
+            corner: 0.0,
+            before: [heading; 2],
+            since: 0.0,
         }
+    }
+
+    /// Distance to the leader now, mm.
+    pub fn length(&self) -> f64 {
+        self.length
     }
 
     /// Where the follower is, mm.
@@ -68,6 +94,9 @@ impl Pursuit {
 
     /// Moves the leader (by a small part of the length: 0.05 mm or less for a smooth curve) and the follower after it.
     pub fn follow(&mut self, leader: DVec3) {
+        if self.law == PursuitLength::ByCorner {
+            self.take_length_of_the_corner(leader);
+        }
         let gap = leader - self.follower;
         let distance = gap.length();
         if distance <= 1e-12 * self.length {
@@ -87,6 +116,36 @@ impl Pursuit {
             }
         }
     }
+
+    /// The corner is the widest turn of the torch's way within a length (half a length at least), since the bead last ran
+    /// along it: a controller rounds corners, the bead comes round slowly, and the source gives one length for all of a
+    /// corner.
+    fn take_length_of_the_corner(&mut self, leader: DVec3) {
+        let motion = leader - self.leader;
+        let way = motion.length();
+        // shorter ways are gathered: their direction may be that of rounding
+        if way < 1e-3 * self.length {
+            return;
+        }
+        self.leader = leader;
+        let direction = motion / way;
+        self.since += way;
+        if self.since > 0.5 * self.length {
+            self.before = [direction, self.before[0]];
+            self.since = 0.0;
+        }
+        // up to 60° the length is that of a straight line, and no angle is needed
+        let cosine = self.before[1].dot(direction);
+        let turn = if cosine < 0.5 {
+            cosine.max(-1.0).acos()
+        } else {
+            0.0
+        };
+        let past = self.heading.dot(direction) > PAST;
+        self.corner = if past { turn } else { self.corner.max(turn) };
+        let most = CHANGE * way;
+        self.length += (pursuit_length(self.corner) - self.length).clamp(-most, most);
+    }
 }
 
 #[cfg(test)]
@@ -105,7 +164,8 @@ mod tests {
             return Vec::new();
         };
         let step = step.max(1e-3 * length).max(f64::MIN_POSITIVE);
-        let mut pursuit = Pursuit::new(leader[0].extend(0.0), heading.extend(0.0), length, mode);
+        let law = PursuitLength::Fixed(length);
+        let mut pursuit = Pursuit::new(leader[0].extend(0.0), heading.extend(0.0), law, mode);
         let mut curve = vec![pursuit.follower().truncate()];
         for w in leader.windows(2) {
             let pieces = (w[0].distance(w[1]) / step).ceil().max(1.0) as u32;
@@ -118,9 +178,9 @@ mod tests {
         curve
     }
 
-    fn corner(angle: f64) -> Vec<DVec2> {
+    fn corner(angle: f64) -> [DVec2; 3] {
         let turn = DVec2::from_angle(angle.to_radians());
-        vec![DVec2::new(-40.0, 0.0), DVec2::ZERO, turn * 40.0]
+        [DVec2::new(-40.0, 0.0), DVec2::ZERO, turn * 40.0]
     }
 
     #[test]
@@ -163,7 +223,12 @@ mod tests {
             assert!(late > 2.0 * before, "{late} {before}");
         }
         // the tangent points to the leader
-        let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, 4.0, PursuitMode::Rigid);
+        let mut pursuit = Pursuit::new(
+            DVec3::ZERO,
+            DVec3::X,
+            PursuitLength::Fixed(4.0),
+            PursuitMode::Rigid,
+        );
         let mut leader = DVec3::ZERO;
         for _ in 0..2000 {
             leader += DVec2::from_angle(0.7).extend(0.0) * 1e-3;
@@ -205,7 +270,7 @@ mod tests {
         // the follower pushed away from the leader: the cusp of eq. 3.4 beyond 90 degrees
         let pushed = |mode| {
             let turn = DVec2::from_angle(150f64.to_radians()).extend(0.0);
-            let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, 5.0, mode);
+            let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, PursuitLength::Fixed(5.0), mode);
             (1..2000).any(|i| {
                 let from = pursuit.follower();
                 pursuit.follow(turn * 0.01 * f64::from(i));
@@ -214,6 +279,68 @@ mod tests {
         };
         assert!(pushed(PursuitMode::Rigid));
         assert!(!pushed(PursuitMode::Rope));
+    }
+
+    /// Longest distance of the follower at a corner of `angle` degrees, and the distance 30 mm beyond.
+    fn lengths_at(angle: f64, step: f64) -> (f64, f64) {
+        let law = PursuitLength::ByCorner;
+        let path = corner(angle).map(|p| p.extend(0.0));
+        let mut pursuit = Pursuit::new(path[0], DVec3::X, law, PursuitMode::Rope);
+        let mut longest = 0.0f64;
+        for w in path.windows(2) {
+            let pieces = (w[0].distance(w[1]) / step).round() as u32;
+            for k in 1..=pieces {
+                pursuit.follow(w[0].lerp(w[1], f64::from(k) / f64::from(pieces)));
+                longest = longest.max(pursuit.length());
+            }
+        }
+        (longest, pursuit.length())
+    }
+
+    #[test]
+    fn the_length_is_that_of_the_corner_until_the_bead_has_come_round() {
+        for (angle, length) in [
+            (45.0, 4.0),
+            (75.0, 4.0),
+            (90.0, 5.0),
+            (-90.0, 5.0),
+            (135.0, 6.0),
+        ] {
+            for step in [0.01, 0.1] {
+                let (longest, after) = lengths_at(angle, step);
+                assert!((longest - length).abs() < 0.02, "{angle} {step}: {longest}");
+                assert!((after - 4.0).abs() < 1e-9, "{angle} {step}: {after}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_corner_that_a_controller_rounds_is_still_a_corner() {
+        // a right angle drawn as an arc of half a millimetre
+        let law = PursuitLength::ByCorner;
+        let mut pursuit = Pursuit::new(DVec3::X * -40.0, DVec3::X, law, PursuitMode::Rope);
+        let mut at = DVec3::X * -40.0;
+        let mut longest = 0.0f64;
+        for k in 0..8000 {
+            let angle = (0.02 * f64::from(k - 4000)).clamp(0.0, std::f64::consts::FRAC_PI_2);
+            at += DVec2::from_angle(angle).extend(0.0) * 0.01;
+            pursuit.follow(at);
+            longest = longest.max(pursuit.length());
+        }
+        assert!((longest - 5.0).abs() < 0.02, "{longest}");
+        assert!((pursuit.length() - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_wide_bend_is_no_corner() {
+        let law = PursuitLength::ByCorner;
+        let mut pursuit = Pursuit::new(DVec3::ZERO, DVec3::X, law, PursuitMode::Rope);
+        let mut at = DVec3::ZERO;
+        for k in 0..6000 {
+            at += DVec2::from_angle(0.01 / 8.0 * f64::from(k)).extend(0.0) * 0.01;
+            pursuit.follow(at);
+            assert_eq!(pursuit.length(), 4.0);
+        }
     }
 
     #[test]

@@ -14,8 +14,8 @@ use super::feeding::{Feeding, check_sizes};
 use super::levelling::MoltenZone;
 use super::record::{ArcStart, LayerRecord, Moment};
 use super::{DepositError, Mode, Settings, Station};
-use crate::bead::{BeadModel, PoolModel, PursuitLength};
-use crate::pursuit::{Pursuit, pursuit_length};
+use crate::bead::{BeadModel, PoolModel};
+use crate::pursuit::Pursuit;
 
 type OnLayer<'a> = Box<dyn FnMut(&LayerRecord, &HeightMap) + 'a>;
 
@@ -332,15 +332,11 @@ impl<'a> Deposition<'a> {
     }
 
     fn start_pursuit(&mut self, run: &mut Bead, heading: DVec2) {
-        let length = match self.pool.pursuit {
-            PursuitLength::Fixed(length) => length,
-            PursuitLength::ByCorner => pursuit_length(0.0),
-        };
         let start = run.start.truncate();
         run.pursuit = Some(Pursuit::new(
             start.extend(0.0),
             heading.extend(0.0),
-            length,
+            self.pool.pursuit,
             self.settings.pursuit,
         ));
         run.station = Some(Station {

@@ -11,10 +11,10 @@ use meltpath_toolpath::motion::{MotionBlock, MotionSink};
 
 use super::patch::Patch;
 use super::record::{Laid, LaidPoint, Loose, Support};
-use crate::bead::{BeadModel, PoolModel, PursuitLength};
+use crate::bead::{BeadModel, PoolModel};
 use crate::deposit::feeding::{Feeding, check_sizes};
 use crate::deposit::{DepositError, Settings};
-use crate::pursuit::{Pursuit, pursuit_length};
+use crate::pursuit::Pursuit;
 
 /// Lays metal along motion, along the torch axis at each place, on whatever is in the voxels.
 ///
@@ -198,14 +198,10 @@ impl<'a> Laying<'a> {
     }
 
     fn start_pursuit(&mut self, run: &mut Bead, heading: DVec3) {
-        let length = match self.pool.pursuit {
-            PursuitLength::Fixed(length) => length,
-            PursuitLength::ByCorner => pursuit_length(0.0),
-        };
         run.pursuit = Some(Pursuit::new(
             run.start,
             heading,
-            length,
+            self.pool.pursuit,
             self.settings.pursuit,
         ));
         let centre = run.start - self.pool.offset * heading;

@@ -120,6 +120,8 @@ table! {
         angle: Angle => computed("raster: the direction with the fewest lines; else 0 deg");
         /// Turn of that direction from layer to layer.
         turn: Angle => computed("90 deg, so that gaps and reversals do not stack; raster: none");
+        /// Distance from a contour at which a zigzag inside it turns back, over the stepover.
+        reversal: Ratio where within(0.0, 2.0) => computed("28 % with adapted speeds, which take metal from the turns; else 100 %, where metal is in balance; left out, another where the plan is expected to fail with it");
         /// Order of contours or lines.
         order: FillOrder => computed("contours inside-out; lines alternate-layers");
         /// Start points of closed beads.

@@ -25,6 +25,8 @@ struct Change {
     strategy: Option<FillStrategy>,
     order: Option<FillOrder>,
     spacing: Option<Spacing>,
+    /// Over the stepover.
+    reversal: Option<f64>,
     smoothing: Option<f64>,
     /// At least so much beside the part, mm.
     allowance: Option<f64>,
@@ -34,13 +36,26 @@ const KEEP: Change = Change {
     strategy: None,
     order: None,
     spacing: None,
+    reversal: None,
     smoothing: None,
     allowance: None,
 };
-const ZIGZAG: Change = strategy(FillStrategy::Zigzag);
+const ZIGZAG: Change = Change {
+    strategy: Some(FillStrategy::Zigzag),
+    ..FARTHER_TURNS
+};
 const RASTER: Change = strategy(FillStrategy::Raster);
 const EXACT: Change = Change {
     spacing: Some(Spacing::Exact),
+    ..KEEP
+};
+/// A pile at a turn is often one place: turns a little farther or nearer leave it.
+const FARTHER_TURNS: Change = Change {
+    reversal: Some(0.5),
+    ..KEEP
+};
+const NEARER_TURNS: Change = Change {
+    reversal: Some(0.2),
     ..KEEP
 };
 const SHARPER: Change = Change {
@@ -57,12 +72,13 @@ const MORE: Change = Change {
 };
 /// Beads whose distance is kept leave up to one of them out at a flank.
 const EXACT_AND_MORE: Change = Change {
+    spacing: Some(Spacing::Exact),
     allowance: Some(3.0),
-    ..EXACT
+    ..FARTHER_TURNS
 };
 
 /// What `doctor` tries, the gentlest first: other ways to fill, then corners that are cut less, which takes longer, then more metal.
-const ALL: [Change; 10] = [
+const ALL: [Change; 12] = [
     Change {
         order: Some(FillOrder::OutsideIn),
         ..KEEP
@@ -72,6 +88,8 @@ const ALL: [Change; 10] = [
     strategy(FillStrategy::Contour),
     RASTER,
     EXACT,
+    FARTHER_TURNS,
+    NEARER_TURNS,
     SHARPER,
     SHARPEST,
     MORE,
@@ -79,7 +97,14 @@ const ALL: [Change; 10] = [
 ];
 /// What a plan tries by itself, two at a time: where most beads have neighbours, how they are laid beside one another; where most stand alone,
 /// how corners are cut.
-const OF_FILLED: [Change; 4] = [ZIGZAG, EXACT, EXACT_AND_MORE, RASTER];
+const OF_FILLED: [Change; 6] = [
+    ZIGZAG,
+    EXACT,
+    FARTHER_TURNS,
+    NEARER_TURNS,
+    EXACT_AND_MORE,
+    RASTER,
+];
 const OF_WALLS: [Change; 2] = [SHARPER, MORE];
 
 /// More checks than these are many.
@@ -136,6 +161,9 @@ impl Change {
             writer.put(&mut fill.order, Some(order), order.json());
         }
         writer.put_plain(&mut fill.spacing, self.spacing);
+        if let Some(reversal) = self.reversal.map(Ratio) {
+            writer.put(&mut fill.reversal, Some(reversal), reversal.json());
+        }
         let smoothing = self.smoothing.map(Ratio);
         writer.put_plain(&mut tables.machine.value.smoothing, smoothing);
         let allowance = &mut tables.target.value.allowance;
@@ -245,7 +273,7 @@ fn choose(
     observer.stage("choose settings", candidates.len() as u64);
     let why = format!("chosen by the plan: {}", reason(checks));
     // two at a time, however many threads there are; of a plan that fails in many ways one setting seldom mends all
-    let pairs = if checks.len() > MANY { 1 } else { 2 };
+    let pairs = if checks.len() > MANY { 1 } else { 3 };
     for pair in candidates.chunks(2).take(pairs) {
         let tried: Vec<Tried> = pair
             .par_iter()

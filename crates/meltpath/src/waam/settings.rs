@@ -169,6 +169,11 @@ pub fn resolve(
         bead.travel_speed,
         map.validity.travel_speed,
     );
+    let usual = match fill.paces {
+        Some(_) => FillSettings::NEAR_REVERSAL,
+        None => FillSettings::BALANCED_REVERSAL,
+    };
+    fill.reversal = job.fill.reversal.or_computed(&mut r, Ratio(usual)).0;
     let fill = fill_settings(&mut r, &job.fill, fill);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
     let nominal = Length(nominal_distance(&cell));

@@ -151,7 +151,8 @@ fn templates_pass_their_own_verdict_as_foretold() {
 
 /// Settings that a plan may choose, written as they are by default.
 fn said(text: &str) -> String {
-    let keys = ["strategy", "spacing", "smoothing", "allowance"].map(|k| format!("# {k} = "));
+    let keys =
+        ["strategy", "spacing", "reversal", "smoothing", "allowance"].map(|k| format!("# {k} = "));
     let line = |l: &str| {
         let open = keys.iter().any(|k| l.starts_with(k));
         let rest = if open { &l[2..] } else { l };
@@ -167,8 +168,8 @@ fn said(text: &str) -> String {
 fn a_plan_takes_what_doctor_says_mends_it() {
     let dir = tempfile::tempdir().unwrap();
     let (zigzag, kept) = (
-        "fill.strategy = \"zigzag\"",
-        "fill.spacing = \"exact\" and target.allowance = \"3 mm\"",
+        "fill.strategy = \"zigzag\" and fill.reversal = \"50 %\"",
+        "fill.spacing = \"exact\" and fill.reversal = \"50 %\" and target.allowance = \"3 mm\"",
     );
     for (shape, taken, told) in [
         ("tee", zigzag, zigzag),

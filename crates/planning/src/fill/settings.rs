@@ -187,6 +187,8 @@ pub struct FillSettings {
     pub longest_link: f64,
     /// Largest distance between the plan's exact curve and its lines and arcs, mm.
     pub tolerance: f64,
+    /// Distance between a contour and the turning points of the zigzag inside it, stepovers.
+    pub reversal: f64,
     /// Speeds that beads may take where they have more or less room than a stepover; `None` keeps one speed.
     pub paces: Option<Paces>,
 }
@@ -198,6 +200,26 @@ pub(super) const CORNER: f64 = 0.349;
 impl FillSettings {
     /// Least and greatest stepover, in bead widths: nearer beads pile up, farther ones leave gaps.
     pub const STEPOVERS: [f64; 2] = [0.2, 1.5];
+
+    /// Reversal of a zigzag at one speed, stepovers: the overlap of beads equals what is missing to a flat surface (Nguyen).
+    ///
+    /// Over two lines of a zigzag, between the contour (x = 0) and a far x = X, the metal is half the contour's section A over 2
+    /// stepovers d, two lines of length X − e and one link of length d: `d·A + 2(X − e)·A + d·A`; a surface of the mean height
+    /// A/d takes `2·X·A`. Hence e = d, whatever the shape of the section, because deposited metal equals fed metal.
+    pub const BALANCED_REVERSAL: f64 = 1.0;
+
+    /// Reversal of a zigzag whose speeds are adapted, stepovers. The balance holds on the mean: between the links it leaves
+    /// notches with little metal, which stack from layer to layer. Nearer turning points leave none, and speed takes away part of
+    /// what is laid twice. A choice by simulation, not a measured value: piles are single places, and come and go with it.
+    ///
+    /// | thickest place of a layer above its mean, % | 1 | 0.8 | 0.65 | 0.5 | 0.42 | 0.35 | 0.28 | 0.2 |
+    /// |---|---|---|---|---|---|---|---|---|
+    /// | plate | 107 | 92 | 76 | 82 | 80 | 112 | 95 | 103 |
+    /// | impeller blank | 489 | 164 | 181 | 154 | 162 | 163 | 95 | 93 |
+    /// | flange | | | | 164 | 107 | 100 | 96 | 110 |
+    /// | cone | | | | 61 | 61 | 105 | 90 | 88 |
+    /// | gear | | | | 137 | 125 | 92 | 108 | 104 |
+    pub const NEAR_REVERSAL: f64 = 0.28;
 
     /// Hybrid filling with the defaults for beads of `width` at `stepover`.
     pub fn new(width: f64, stepover: f64) -> Self {
@@ -216,6 +238,7 @@ impl FillSettings {
             narrowest: 0.6,
             longest_link: 2.0 * stepover,
             tolerance: 0.02,
+            reversal: Self::BALANCED_REVERSAL,
             paces: None,
         }
     }
@@ -249,6 +272,7 @@ impl FillSettings {
         within("narrowest section", self.narrowest, 0.2, 1.0)?;
         within("longest link", self.longest_link, 0.0, 1e3 * self.width)?;
         within("tolerance", self.tolerance, 1e-4, 0.2 * self.width)?;
+        within("reversal", self.reversal, 0.0, 2.0)?;
         if let Some(paces) = self.paces {
             within("travel speed", paces.nominal, 1e-3, 1e5)?;
             within("slowest share of the travel speed", paces.slowest, 0.1, 1.0)?;
@@ -286,11 +310,7 @@ impl FillSettings {
 
     /// Distance between a contour and the turning points of the zigzag inside it, mm.
     pub(crate) fn reversal_distance(&self) -> f64 {
-        if self.paces.is_some() {
-            NEAR_REVERSAL * self.stepover
-        } else {
-            reversal_distance(self.stepover)
-        }
+        self.reversal * self.stepover
     }
 
     /// Chords this near to an arc, mm, are taken as its facets: a hundredth of a bead width, below what a robot
@@ -311,25 +331,6 @@ impl FillSettings {
     pub(crate) fn widest_spacing(&self) -> f64 {
         (0.8 * self.width).max(1.02 * self.stepover)
     }
-}
-
-/// Distance between a contour and the turning points of a zigzag whose speeds are adapted, stepovers. The balance of
-/// [`reversal_distance`] holds on the mean: between the links it leaves notches with little metal, which stack from layer
-/// to layer. Nearer turning points leave none, and speed takes away part of what is laid twice.
-///
-/// Chosen on the flange of the examples, nothing else changed: the thickest place of a layer is predicted 182, 167, 282,
-/// 119, 75 and 79 % above the mean at 1, 0.8, 0.65, 0.5, 0.35 and 0.2 stepovers. On parts not used for the choice: impeller
-/// blank 1005, 100 and 104 % at 1, 0.5 and 0.35; bracket 492, 469 and 428 %. A choice by simulation, not a measured value.
-const NEAR_REVERSAL: f64 = 0.35;
-
-/// Distance between a contour and the turning points of the zigzag inside it, mm.
-///
-/// The overlap of beads must equal what is missing to a flat surface (Nguyen). Over two lines of a zigzag, between the
-/// contour (x = 0) and a far x = X, the metal is half the contour's section A over 2 stepovers d, two lines of length
-/// X − e and one link of length d: `d·A + 2(X − e)·A + d·A`; a surface of the mean height A/d takes `2·X·A`. Hence
-/// e = d, whatever the shape of the section, parabola included, because deposited metal equals fed metal.
-pub(super) fn reversal_distance(stepover: f64) -> f64 {
-    stepover
 }
 
 /// Distance between a contour and the free ends of lines that stop at it, mm: the same balance without the link gives

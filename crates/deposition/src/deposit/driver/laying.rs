@@ -4,12 +4,10 @@
 use meltpath_geometry::math::{DVec2, DVec3};
 
 use super::{Bead, Deposition, Overhang};
-use crate::bead::PursuitLength;
 use crate::deposit::feeding::LocalFeed;
 use crate::deposit::levelling::{Levelling, LocalBead};
 use crate::deposit::record::{Moment, PathPoint, TubeDistance};
 use crate::deposit::{Mode, Station, plain};
-use crate::pursuit::pursuit_length;
 
 /// Direction of the deposit in plan, once the torch has moved.
 fn heading(run: &Bead) -> Option<DVec2> {
@@ -76,13 +74,6 @@ impl Deposition<'_> {
         let Some(pursuit) = &mut run.pursuit else {
             return;
         };
-        if self.pool.pursuit == PursuitLength::ByCorner && travel > 0.0 {
-            let ahead = run.torch - pursuit.follower().truncate();
-            let corner = pursuit.heading().truncate().angle_to(ahead);
-            // half a millimetre per millimetre: the length follows the corner without dragging the bead
-            let wanted = pursuit_length(corner);
-            pursuit.length += (wanted - pursuit.length).clamp(-0.5 * travel, 0.5 * travel);
-        }
         pursuit.follow(run.torch.extend(0.0));
         let laws = (&self.bead, &self.pool);
         run.feeding.pass(laws, travel, (asked, volume));

@@ -3,11 +3,9 @@
 use meltpath_geometry::math::{DVec2, DVec3};
 
 use super::{Bead, Laying, Sample, Spot};
-use crate::bead::PursuitLength;
 use crate::deposit::feeding::LocalFeed;
 use crate::deposit::levelling::{Frozen, Levelling, LocalBead};
 use crate::deposit::{Mode, Station, plain};
-use crate::pursuit::pursuit_length;
 use crate::workpiece::BEND;
 use crate::workpiece::patch::{Patch, Window};
 use crate::workpiece::record::{LaidPoint, Loose, Support};
@@ -59,13 +57,6 @@ impl Laying<'_> {
         let Some(pursuit) = &mut run.pursuit else {
             return;
         };
-        if self.pool.pursuit == PursuitLength::ByCorner && travel > 0.0 {
-            let corner = pursuit
-                .heading()
-                .angle_between(at.tool - pursuit.follower());
-            let wanted = pursuit_length(corner);
-            pursuit.length += (wanted - pursuit.length).clamp(-0.5 * travel, 0.5 * travel);
-        }
         pursuit.follow(at.tool);
         let laws = (&self.bead, &self.pool);
         run.feeding.pass(laws, travel, (asked, volume));
