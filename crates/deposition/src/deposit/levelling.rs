@@ -82,6 +82,24 @@ struct EdgeCell {
     foot: f64,
 }
 
+/// What pulls the surface of a column: its four neighbours' slots and their weights; the weight of the level; the sum of all
+/// weights. Weights are over that sum, times the over-relaxation.
+#[derive(Debug, Clone, Copy)]
+struct Pull {
+    near: [u32; 4],
+    weight: [f64; 4],
+    level: f64,
+    sum: f64,
+}
+
+impl Pull {
+    /// Sum of the neighbours' φ by their weights.
+    fn of(&self, phi: &[f64]) -> f64 {
+        let term = |k: usize| self.weight[k] * phi[self.near[k] as usize];
+        (term(0) + term(1)) + (term(2) + term(3))
+    }
+}
+
 const NONE: u32 = u32::MAX;
 /// Least share of a cell that is kept as wall.
 const LEAST_COVER: f64 = 0.02;
@@ -123,7 +141,11 @@ pub(crate) struct MoltenZone {
     top: Vec<f64>,
     cover: Vec<f64>,
     foot: Vec<f64>,
-    near: Vec<[u32; 4]>,
+    /// While it relaxes: φ of the surface and of the solid below, what pulls, and the columns without melt.
+    phi: Vec<f64>,
+    bed: Vec<f64>,
+    pulls: Vec<Pull>,
+    dry: Vec<u32>,
     /// Columns with metal that froze since the last step began.
     pub(crate) frozen: Vec<Frozen>,
     /// φ of the pool, mm: equals the height of its crest on a plate.
@@ -277,41 +299,50 @@ impl MoltenZone {
                 self.psi[s] = k * distance * distance - lift;
             }
         }
-        self.meet(map);
     }
 
-    /// Finds the neighbours of each slot: cells come and go at every step.
+    /// Finds the neighbours of each slot, and how strongly they pull: cells come and go at every step.
     ///
     /// A cell that froze and melts again by a later stretch of the bead measures its distance from there; the distances
     /// of neighbours then jump, and φ is not one field across them: they do not pull each other.
-    fn meet(&mut self, map: &HeightMap) {
+    fn meet(&mut self, map: &HeightMap, coupling: f64) {
         let jump = 1.5 * map.cell;
+        let columns = map.nx as u32;
+        let cells = self.slot_of.len();
+        self.pulls.clear();
         for s in 0..self.cell.len() {
             let i = self.cell[s] as usize;
-            let (ix, iy) = (i % map.nx, i / map.nx);
-            let near = [
-                if ix > 0 { self.slot_of[i - 1] } else { NONE },
-                if ix + 1 < map.nx {
-                    self.slot_of[i + 1]
-                } else {
-                    NONE
-                },
-                if iy > 0 {
-                    self.slot_of[i - map.nx]
-                } else {
-                    NONE
-                },
-                if iy + 1 < map.ny {
-                    self.slot_of[i + map.nx]
-                } else {
-                    NONE
-                },
-            ];
-            let own = self.distance[s];
-            self.near[s] = near.map(|t| {
-                let joined = t != NONE && (self.distance[t as usize] - own).abs() <= jump;
-                if joined { t } else { NONE }
-            });
+            let ix = self.cell[s] % columns;
+            let (own, distance) = (self.cover[s], self.distance[s]);
+            // without a neighbour a slot stands beside itself, and pulls nothing
+            let mut pull = Pull {
+                near: [s as u32; 4],
+                weight: [0.0; 4],
+                level: 0.0,
+                sum: 0.0,
+            };
+            let mut look = |side: usize, there: bool, i: usize| {
+                let slot = if there { self.slot_of[i] } else { NONE };
+                if slot == NONE {
+                    return;
+                }
+                let t = slot as usize;
+                if (self.distance[t] - distance).abs() <= jump {
+                    pull.near[side] = slot;
+                    pull.weight[side] = coupling * own.min(self.cover[t]);
+                }
+            };
+            look(0, ix > 0, i.wrapping_sub(1));
+            look(1, ix + 1 < columns, i + 1);
+            look(2, i >= map.nx, i.wrapping_sub(map.nx));
+            look(3, i + map.nx < cells, i + map.nx);
+            pull.sum = own + pull.weight.iter().sum::<f64>();
+            let share = OMEGA / pull.sum;
+            for weight in &mut pull.weight {
+                *weight *= share;
+            }
+            pull.level = share * own;
+            self.pulls.push(pull);
         }
     }
 
@@ -339,7 +370,6 @@ impl MoltenZone {
         self.top.push(standing);
         self.cover.push(cover);
         self.foot.push(foot);
-        self.near.push([NONE; 4]);
         s
     }
 
@@ -402,7 +432,6 @@ impl MoltenZone {
         self.top.truncate(kept);
         self.cover.truncate(kept);
         self.foot.truncate(kept);
-        self.near.truncate(kept);
     }
 
     fn freeze(&mut self, s: usize, i: usize) {
@@ -438,38 +467,88 @@ impl MoltenZone {
     /// Adds `volume` and relaxes: projected over-relaxation on φ at the level that balances the melt; then the
     /// volume is closed exactly.
     fn relax(&mut self, map: &mut HeightMap, model: &Levelling, volume: f64) {
-        let n = self.cell.len();
         let coupling = (model.wetting_length / map.cell).powi(2);
         let before = self.held();
         let target = before + volume / (map.cell * map.cell);
         if before == 0.0 {
             self.pour(target);
         }
+        self.meet(map, coupling);
+        self.phi.clear();
+        self.phi
+            .extend(self.top.iter().zip(&self.psi).map(|(t, p)| t + p));
+        self.bed.clear();
+        self.bed
+            .extend(self.floor.iter().zip(&self.psi).map(|(f, p)| f + p));
         let finer = (model.wetting_length / (2.5 * map.cell)).max(1.0);
         let sweeps = (f64::from(model.sweeps) * finer).ceil() as u32;
         for _ in 0..sweeps {
-            self.close(target);
-            self.level = self.balance(coupling);
+            self.lift(target);
             self.backwards = !self.backwards;
-            for j in 0..n {
-                let s = if self.backwards { n - 1 - j } else { j };
-                let own = self.cover[s];
-                let (mut pull, mut weight) = (own * self.level, own);
-                for near in self.near[s] {
-                    if near != NONE {
-                        let t = near as usize;
-                        let w = coupling * own.min(self.cover[t]);
-                        pull += w * (self.top[t] + self.psi[t]);
-                        weight += w;
-                    }
-                }
-                let old = self.top[s];
-                let z = pull / weight - self.psi[s];
-                self.top[s] = (old + OMEGA * (z - old)).max(self.floor[s]);
-            }
+            self.sweep();
+        }
+        for s in 0..self.cell.len() {
+            self.top[s] = if self.phi[s] > self.bed[s] {
+                (self.phi[s] - self.psi[s]).max(self.floor[s])
+            } else {
+                self.floor[s]
+            };
         }
         self.close(target);
         self.show(map);
+    }
+
+    /// Shifts the wet surface towards holding `target` (where that dries columns it holds a little more), and sets the level
+    /// at which it is in balance as a whole: φ summed over the wet cells, plus what the dry ones beside them pull. (What wet
+    /// ones pull among themselves sums to nothing.)
+    fn lift(&mut self, target: f64) {
+        let (mut have, mut wet) = (0.0, 0.0);
+        for ((phi, bed), cover) in self.phi.iter().zip(&self.bed).zip(&self.cover) {
+            let thick = phi - bed;
+            have += cover * thick;
+            wet += if thick > 0.0 { *cover } else { 0.0 };
+        }
+        if wet == 0.0 {
+            return;
+        }
+        let shift = (target - have) / wet;
+        let (mut sum, mut wet) = (0.0, 0.0);
+        self.dry.clear();
+        for s in 0..self.cell.len() {
+            let (phi, bed, cover) = (self.phi[s], self.bed[s], self.cover[s]);
+            let lifted = phi + shift;
+            if phi > bed && lifted > bed {
+                self.phi[s] = lifted;
+                wet += cover;
+                sum += cover * lifted;
+            } else {
+                self.phi[s] = bed;
+                self.dry.push(s as u32);
+            }
+        }
+        for s in &self.dry {
+            let pull = &self.pulls[*s as usize];
+            for (weight, t) in pull.weight.iter().zip(pull.near) {
+                let t = t as usize;
+                if self.phi[t] > self.bed[t] {
+                    sum += weight / OMEGA * pull.sum * (self.phi[t] - self.phi[*s as usize]);
+                }
+            }
+        }
+        if wet > 0.0 {
+            self.level = sum / wet;
+        }
+    }
+
+    /// One pass over all columns, each to where its neighbours and the level pull it, and beyond by the over-relaxation.
+    fn sweep(&mut self) {
+        let n = self.cell.len();
+        for j in 0..n {
+            let s = if self.backwards { n - 1 - j } else { j };
+            let pull = &self.pulls[s];
+            let own = (1.0 - OMEGA) * self.phi[s] + pull.level * self.level;
+            self.phi[s] = (own + pull.of(&self.phi)).max(self.bed[s]);
+        }
     }
 
     /// Writes the surface of the melt into the map.
@@ -485,28 +564,6 @@ impl MoltenZone {
         (0..self.cell.len())
             .map(|s| self.cover[s] * (self.top[s] - self.floor[s]))
             .sum()
-    }
-
-    /// The level at which the melt as it stands is in balance as a whole: φ summed over the wet cells, plus what the
-    /// dry ones beside them pull.
-    fn balance(&self, coupling: f64) -> f64 {
-        let (mut pull, mut wet) = (0.0, 0.0);
-        let is_wet = |s: usize| self.top[s] > self.floor[s];
-        for s in 0..self.cell.len() {
-            if !is_wet(s) {
-                continue;
-            }
-            let (own, phi) = (self.cover[s], self.top[s] + self.psi[s]);
-            wet += own;
-            pull += own * phi;
-            for near in self.near[s] {
-                if near != NONE && !is_wet(near as usize) {
-                    let t = near as usize;
-                    pull += coupling * own.min(self.cover[t]) * (phi - self.top[t] - self.psi[t]);
-                }
-            }
-        }
-        if wet > 0.0 { pull / wet } else { self.level }
     }
 
     /// First melt of a pool: level φ over the ground, no wetting.

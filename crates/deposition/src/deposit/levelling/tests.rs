@@ -110,7 +110,7 @@ fn level_and_neighbours_are_in_balance_beside_a_bead() {
     let (mut wet, mut dry, mut climbed) = (0, 0, 0);
     for s in 0..zone.cell.len() {
         let mut pull = zone.cover[s] * (zone.level - phi(s));
-        for near in zone.near[s].into_iter().filter(|near| *near != NONE) {
+        for near in zone.pulls[s].near {
             let t = near as usize;
             pull += coupling * zone.cover[s].min(zone.cover[t]) * (phi(t) - phi(s));
         }
