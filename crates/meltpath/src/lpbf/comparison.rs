@@ -88,6 +88,11 @@ impl<'a> Comparison<'a> {
         self.add("focus error, 99 % of lit points, mm", &|r| {
             Cell::Fixed(r.errors.focus.quantile(0.99), 3)
         });
+        let beam = self.plan.settings.data.head.beam;
+        self.add("spot at that focus error, over the waist, %", &|r| {
+            let radius = beam.radius_at(r.errors.focus.quantile(0.99));
+            Cell::Fixed(100.0 * radius / beam.waist, 2)
+        });
     }
 
     fn fills(&mut self) {

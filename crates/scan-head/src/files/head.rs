@@ -125,7 +125,7 @@ table! {
         /// Wavelength.
         wavelength: Sourced<Length> where positive => required;
         /// Beam quality M².
-        quality: Sourced<Pure> where positive => required;
+        quality: Sourced<Pure> where within(1.0, 1000.0) => required;
     }
 
     /// The plate of squares on which recipes are compared.
