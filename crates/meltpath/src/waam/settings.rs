@@ -163,17 +163,9 @@ pub fn resolve(
     warn_of_feet(&bead, step.value / width, reporter);
     let controller = controller(&cell);
     let mut fill = FillSettings::new(width, step.value);
-    fill.paces = paces(
-        &mut r,
-        &job.fill,
-        bead.travel_speed,
-        map.validity.travel_speed,
-    );
-    let usual = match fill.paces {
-        Some(_) => FillSettings::NEAR_REVERSAL,
-        None => FillSettings::BALANCED_REVERSAL,
-    };
-    fill.reversal = job.fill.reversal.or_computed(&mut r, Ratio(usual)).0;
+    let known = map.validity.travel_speed;
+    fill.paces = paces(&mut r, &job.fill, bead.travel_speed, known);
+    fill.reversal = reversal(&mut r, &job.fill, fill.paces);
     let fill = fill_settings(&mut r, &job.fill, fill);
     fill.check().map_err(|e| Problem::new(e.to_string()))?;
     let nominal = Length(nominal_distance(&cell));
@@ -433,6 +425,15 @@ fn paces(r: &mut Provenance, table: &FillTable, nominal: f64, known: (f64, f64))
         Speeds::Adapted => Some(Paces::about(nominal, known)),
         Speeds::Constant => None,
     }
+}
+
+/// Distance from a contour at which a zigzag turns back, stepovers.
+fn reversal(r: &mut Provenance, table: &FillTable, paces: Option<Paces>) -> f64 {
+    let usual = match paces {
+        Some(_) => FillSettings::NEAR_REVERSAL,
+        None => FillSettings::BALANCED_REVERSAL,
+    };
+    table.reversal.or_computed(r, Ratio(usual)).0
 }
 
 fn limits(c: &ChecksTable, ctwd: f64, r: &mut Provenance) -> Limits {
