@@ -2,18 +2,22 @@
 //! one is looked for.
 
 use meltpath_base::Observer;
+use meltpath_geometry::math::DVec3;
 
 use super::Body;
 use super::bodies::{Capsule, capsules, may_touch};
 use super::distance::between;
-use super::sweep::{Surroundings, table, to_table, way};
+use super::passage::{Look, pass};
+use super::surroundings::{Surroundings, table, to_table};
 use crate::cell::{Cell, Values};
-use crate::posture::{Follower, Held, NotHeld, Search, Task, Why, runs};
+use crate::posture::{Held, NotHeld, Search, Task, Why, runs};
 
 /// How often a way is looked for at most.
 const ROUNDS: u32 = 6;
 /// How far beside a place that is too near all ways are looked at, mm; twice as far each time.
 const BESIDE: f64 = 40.0;
+/// Pairs that may come this much nearer than wanted between two places count as too near, mm.
+const EXACT: f64 = 0.1;
 /// Room beyond this is of no interest, mm.
 const AHEAD: f64 = 100.0;
 
@@ -48,15 +52,18 @@ pub fn hold_clear(
     let chains = runs(task);
     let guard = |command: u32, values: &Values| {
         let bodies = capsules(task.cell, around.shapes, values);
-        room(task.cell, around, (command, values), &bodies) - wanted
+        room(task.cell, around, command, &bodies) - wanted
     };
     let mut search = Search::new(task, &chains, Some(&guard));
     let mut held = search.held(observer)?;
-    for round in 0..ROUNDS {
+    for round in 0..=ROUNDS {
         let near = nearing(task, &held, around, wanted)?;
         if near.is_empty() {
             let found = Clearance::Kept;
             return Ok(Cleared { held, found });
+        }
+        if round == ROUNDS {
+            break;
         }
         let beside = BESIDE * f64::from(1_u32 << round);
         let new = near
@@ -82,45 +89,57 @@ fn nearing(
     around: &Surroundings<'_>,
     wanted: f64,
 ) -> Result<Vec<(usize, [f64; 2])>, NotHeld> {
-    let mut near: Vec<(usize, [f64; 2])> = Vec::new();
-    for (run, chain) in held.chains.iter().enumerate() {
-        let mut before: Option<Vec<Capsule>> = None;
-        let (mut left, mut last, mut metal) = (0.0, 0.0, None);
-        let mut follower = Follower::new(task, chain);
-        while let Some(sample) = follower.next_sample()? {
-            let values = Values::of(sample.joints, sample.external);
-            let now = capsules(task.cell, around.shapes, &values);
-            let gone = before.iter().flatten().zip(&now).map(|(b, n)| way(b, n));
-            let gone = gone.fold(0.0, f64::max);
-            // two bodies go towards each other by twice the way of the faster at most
-            left -= 2.0 * gone;
-            let here = (around.metal)(sample.command);
-            let other = metal.replace(here).is_none_or(|m| !std::ptr::eq(m, here));
-            if other || left < wanted {
-                left = room(task.cell, around, (sample.command, &values), &now);
-                // on the way here it may have been less
-                if left - gone < wanted {
-                    match near.last_mut().filter(|(of, b)| *of == run && b[1] >= last) {
-                        Some((_, between)) => between[1] = sample.length,
-                        None => near.push((run, [last, sample.length])),
-                    }
-                }
-            }
-            (before, last) = (Some(now), sample.length);
+    let mut near = Near {
+        wanted,
+        here: (0, [0.0; 2]),
+        told: false,
+        found: Vec::new(),
+    };
+    pass(task, held, around, &mut near)?;
+    Ok(near.found)
+}
+
+/// Stretches that come too near.
+struct Near {
+    wanted: f64,
+    here: (usize, [f64; 2]),
+    /// Whether this one is among them.
+    told: bool,
+    found: Vec<(usize, [f64; 2])>,
+}
+
+impl Look for Near {
+    fn next(&mut self, run: usize, lengths: [f64; 2], _: u32, _: DVec3) {
+        (self.here, self.told) = ((run, lengths), false);
+    }
+
+    fn below(&self, _: [Body; 2]) -> f64 {
+        if self.told {
+            f64::NEG_INFINITY
+        } else {
+            self.wanted
         }
     }
-    Ok(near)
+
+    fn settled(&self, _: [Body; 2], [least, most]: [f64; 2]) -> bool {
+        most < self.wanted || most - least <= EXACT
+    }
+
+    fn tell(&mut self, _: [Body; 2], _: f64) {
+        self.told = true;
+        let (run, [from, to]) = self.here;
+        let last = self.found.last_mut();
+        match last.filter(|(of, b)| *of == run && b[1] >= from) {
+            Some((_, between)) => between[1] = to,
+            None => self.found.push((run, [from, to])),
+        }
+    }
 }
 
 /// The least distance of any pair of bodies, mm, where it is less than [`AHEAD`].
-fn room(
-    cell: &Cell,
-    around: &Surroundings<'_>,
-    (command, values): (u32, &Values),
-    bodies: &[Capsule],
-) -> f64 {
+fn room(cell: &Cell, around: &Surroundings<'_>, command: u32, bodies: &[Capsule]) -> f64 {
     let metal = (around.metal)(command);
-    let table = table(cell, around, values);
+    let table = table(cell, around);
     let mut least = AHEAD;
     for capsule in bodies {
         let may = |other: Body| may_touch(capsule.body, other, cell.arrangement);

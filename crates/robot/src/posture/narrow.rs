@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{MOTION, STEP, motion, step_over};
-use super::follow::apart;
+use super::stretch::apart;
 use super::task::{Guard, Task, keep_clear};
 use super::wide::{HEADINGS, SLACK, STEPS};
 use crate::cell::{External, Values};
