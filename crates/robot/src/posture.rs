@@ -23,7 +23,7 @@ pub use chain::{Chain, End};
 pub use follow::{Follower, Sample};
 pub use search::{Search, hold, runs};
 pub use stretch::{Place, Stretch};
-pub use task::{Axes, Guard, NotHeld, Rotation, Task, Why};
+pub use task::{Axes, Guard, Near, NotHeld, Rotation, Task, Why};
 
 use crate::cell::{Cell, Values};
 

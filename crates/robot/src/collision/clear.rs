@@ -10,7 +10,7 @@ use super::distance::between;
 use super::passage::{Look, pass};
 use super::surroundings::{Surroundings, table, to_table};
 use crate::cell::{Cell, Values};
-use crate::posture::{Held, NotHeld, Search, Task, Why, runs};
+use crate::posture::{Held, Near, NotHeld, Search, Task, Why, runs};
 
 /// How often a way is looked for at most.
 const ROUNDS: u32 = 6;
@@ -18,6 +18,10 @@ const ROUNDS: u32 = 6;
 const BESIDE: f64 = 40.0;
 /// Pairs that may come this much nearer than wanted between two places count as too near, mm.
 const EXACT: f64 = 0.1;
+/// What lacks more than this share of what it lacked before is given up.
+const LESS: f64 = 0.9;
+/// How exactly it is found how much room others lack, mm.
+const ROUGH: f64 = 2.0;
 /// Room beyond this is of no interest, mm.
 const AHEAD: f64 = 100.0;
 
@@ -56,82 +60,110 @@ pub fn hold_clear(
     };
     let mut search = Search::new(task, &chains, Some(&guard));
     let mut held = search.held(observer)?;
+    let mut best: Option<(f64, Held)> = None;
+    let mut before = Vec::new();
     for round in 0..=ROUNDS {
-        let near = nearing(task, &held, around, wanted)?;
+        let beside = BESIDE * f64::from(1_u32 << round);
+        let near = nearing(task, &held, around, (wanted, beside))?;
         if near.is_empty() {
             let found = Clearance::Kept;
             return Ok(Cleared { held, found });
         }
+        let lack = near.iter().map(|(_, near)| near.lack).sum();
+        if best.as_ref().is_none_or(|(least, _)| lack < *least) {
+            best = Some((lack, held.clone()));
+        }
         if round == ROUNDS {
             break;
         }
-        let beside = BESIDE * f64::from(1_u32 << round);
-        let new = near
-            .iter()
-            .filter(|(run, [from, to])| search.guard(*run, [from - beside, to + beside]));
+        let hopeful = near.iter().filter(|n| round < 2 || !in_vain(n, &before));
+        let new = hopeful.filter(|(run, near)| search.guard(*run, *near));
         if new.count() == 0 {
             break;
         }
+        before = near;
         held = match search.held(observer) {
             Ok(other) => other,
             Err(not) if not.why == Why::Stopped => return Err(not),
             Err(_) => break,
         };
     }
+    let held = best.map_or(held, |(_, held)| held);
     let found = Clearance::InVain;
     Ok(Cleared { held, found })
 }
 
-/// Stretches of a way, by run and length, where it comes nearer than wanted.
+/// Whether more room was asked for on a stretch, and it lacks as much as before.
+fn in_vain((run, near): &(usize, Near), before: &[(usize, Near)]) -> bool {
+    let [from, to] = near.between;
+    let same = before
+        .iter()
+        .filter(|(of, b)| of == run && b.between[0] <= to && from <= b.between[1]);
+    same.map(|(_, b)| b.lack)
+        .reduce(f64::min)
+        .is_some_and(|lack| near.lack > LESS * lack)
+}
+
+/// Stretches of a way, with their runs, where it comes nearer than wanted.
 fn nearing(
     task: &Task<'_>,
     held: &Held,
     around: &Surroundings<'_>,
-    wanted: f64,
-) -> Result<Vec<(usize, [f64; 2])>, NotHeld> {
-    let mut near = Near {
+    (wanted, beside): (f64, f64),
+) -> Result<Vec<(usize, Near)>, NotHeld> {
+    let mut places = Nearing {
         wanted,
+        beside,
         here: (0, [0.0; 2]),
-        told: false,
+        least: wanted,
         found: Vec::new(),
     };
-    pass(task, held, around, &mut near)?;
-    Ok(near.found)
+    pass(task, held, around, &mut places)?;
+    Ok(places.found)
 }
 
 /// Stretches that come too near.
-struct Near {
+struct Nearing {
     wanted: f64,
+    beside: f64,
     here: (usize, [f64; 2]),
-    /// Whether this one is among them.
-    told: bool,
-    found: Vec<(usize, [f64; 2])>,
+    /// The least distance on this one.
+    least: f64,
+    found: Vec<(usize, Near)>,
 }
 
-impl Look for Near {
+impl Look for Nearing {
     fn next(&mut self, run: usize, lengths: [f64; 2], _: u32, _: DVec3) {
-        (self.here, self.told) = ((run, lengths), false);
+        (self.here, self.least) = ((run, lengths), self.wanted);
     }
 
     fn below(&self, _: [Body; 2]) -> f64 {
-        if self.told {
-            f64::NEG_INFINITY
-        } else {
-            self.wanted
-        }
+        self.least
     }
 
     fn settled(&self, _: [Body; 2], [least, most]: [f64; 2]) -> bool {
-        most < self.wanted || most - least <= EXACT
+        let exact = if most < self.wanted { ROUGH } else { EXACT };
+        most - least <= exact
     }
 
-    fn tell(&mut self, _: [Body; 2], _: f64) {
-        self.told = true;
+    fn tell(&mut self, _: [Body; 2], distance: f64) {
+        self.least = distance;
         let (run, [from, to]) = self.here;
+        let lack = self.wanted - distance;
         let last = self.found.last_mut();
-        match last.filter(|(of, b)| *of == run && b[1] >= from) {
-            Some((_, between)) => between[1] = to,
-            None => self.found.push((run, [from, to])),
+        match last.filter(|(of, near)| *of == run && near.between[1] >= from) {
+            Some((_, near)) => {
+                near.between[1] = to;
+                near.lack = near.lack.max(lack);
+            }
+            None => self.found.push((
+                run,
+                Near {
+                    between: [from, to],
+                    beside: self.beside,
+                    lack,
+                },
+            )),
         }
     }
 }
