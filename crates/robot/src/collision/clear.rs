@@ -8,7 +8,7 @@ use super::Body;
 use super::bodies::{Capsule, capsules, may_touch};
 use super::distance::between;
 use super::passage::{Look, pass};
-use super::surroundings::{Surroundings, table, to_table};
+use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Values};
 use crate::posture::{Held, Near, NotHeld, Search, Task, Why, runs};
 
@@ -171,13 +171,13 @@ impl Look for Nearing {
 /// The least distance of any pair of bodies, mm, where it is less than [`AHEAD`].
 fn room(cell: &Cell, around: &Surroundings<'_>, command: u32, bodies: &[Capsule]) -> f64 {
     let metal = (around.metal)(command);
-    let table = table(cell, around);
+    let (table, foot) = (table(cell, around), foot(cell, around));
     let mut least = AHEAD;
     for capsule in bodies {
         let may = |other: Body| may_touch(capsule.body, other, cell.arrangement);
         if may(Body::Metal) {
             let most = least + capsule.radius;
-            least = least.min(metal.distance(&capsule.line, most) - capsule.radius);
+            least = least.min(metal.distance(&capsule.line, most, foot) - capsule.radius);
         }
         if let Some(table) = table.as_ref().filter(|_| may(Body::Table)) {
             least = least.min(to_table(table, capsule));

@@ -11,7 +11,7 @@ use super::distance::{Bounds, between};
 use super::metal::Metal;
 use super::motion::{Gone, Motion, Reach};
 use super::rooms::Rooms;
-use super::surroundings::{Surroundings, table, to_table};
+use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Shapes, Values};
 use crate::posture::{Follower, Held, NotHeld, Place, Stretch, Task};
 
@@ -63,6 +63,8 @@ struct Scene<'a> {
     shapes: &'a Shapes,
     reach: Reach,
     table: Option<(Pose, Bounds)>,
+    /// How far down metal goes, mm.
+    foot: f64,
 }
 
 /// Shows all pairs of bodies to `look`, along all of a program.
@@ -80,6 +82,7 @@ pub(super) fn pass(
         shapes: around.shapes,
         reach: Reach::of(task.cell, around.shapes.nozzle[1]),
         table: table(task.cell, around),
+        foot: foot(task.cell, around),
     };
     let mut rooms = Rooms::default();
     let mut before: Option<At> = None;
@@ -172,7 +175,7 @@ impl Scene<'_> {
             if may(Body::Metal) {
                 let below = look.below([b[i].body, Body::Metal]);
                 let to = |at: &[Capsule], most: f64| {
-                    metal.distance(&at[i].line, most + at[i].radius) - at[i].radius
+                    metal.distance(&at[i].line, most + at[i].radius, self.foot) - at[i].radius
                 };
                 let found = rooms.metal[i]
                     .looked(gone, below, |now, most| to(if now { b } else { a }, most));
@@ -243,7 +246,7 @@ impl Scene<'_> {
     fn distance(&self, pair: &Pair, at: &At, metal: &Metal) -> f64 {
         let one = &at.capsules[pair.one];
         match (pair.other, &self.table) {
-            (Other::Metal, _) => metal.distance(&one.line, f64::MAX) - one.radius,
+            (Other::Metal, _) => metal.distance(&one.line, f64::MAX, self.foot) - one.radius,
             (Other::Table, Some(table)) => to_table(table, one),
             (Other::Table, None) => f64::INFINITY,
             (Other::Capsule(j), _) => apart(&at.capsules, pair.one, j),

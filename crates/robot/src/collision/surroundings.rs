@@ -22,6 +22,14 @@ pub struct Surroundings<'a> {
     pub plate: f64,
 }
 
+/// How far down metal goes, mm: a plate on a table has nothing below it that could come near; one on the flange has the arm there.
+pub(super) fn foot(cell: &Cell, around: &Surroundings<'_>) -> f64 {
+    match cell.arrangement {
+        Arrangement::TorchOnRobot => f64::NEG_INFINITY,
+        Arrangement::PartOnRobot => -around.plate,
+    }
+}
+
 /// The table in its own frame, with the part in it, which lies still on it; nothing where it is not known.
 pub(super) fn table(cell: &Cell, around: &Surroundings<'_>) -> Option<(Pose, Bounds)> {
     let [x, y] = around.shapes.table?;

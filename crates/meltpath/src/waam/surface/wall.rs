@@ -73,6 +73,7 @@ pub(super) fn wall(
         &plan.toolpath,
         (own, Wanted::WHOLE),
         settings,
+        None,
         (reporter, observer),
     )?;
     let commands = programs.commands(settings, reporter)?;
