@@ -182,11 +182,18 @@ fn expected(moves: &Commands, settings: &Settings) -> Vec<(u32, Metal)> {
             continue;
         }
         if matches!(command.source, Source::On { .. }) {
+            let wire = command.orientation * DVec3::Z;
+            let mut bead = |from: DVec3, to: DVec3| {
+                // a bead that is laid aslant reaches over its middle by half of its width
+                let across = (to - from).cross(wire).normalize_or_zero();
+                let up = half * across.z.abs() * DVec3::Z;
+                beads.push((*layer, [from + up, to + up]));
+            };
             if let Kind::Arc { via } = command.kind {
-                beads.push((*layer, [here, via]));
+                bead(here, via);
                 here = via;
             }
-            beads.push((*layer, [here, command.target]));
+            bead(here, command.target);
         }
         here = command.target;
     }
