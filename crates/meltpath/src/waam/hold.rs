@@ -95,16 +95,16 @@ fn choose(
         axes,
         ..task(cell, &moves, Rotation::Free, &any)
     };
-    let way = match known.filter(|way| way.is_along((moves.start, &moves.commands))) {
-        Some(way) => Arc::clone(way),
-        None => {
-            let cleared = held(&task, &moves, settings, observer);
-            observer.check()?;
-            let Ok(cleared) = cleared else {
-                return Ok(Chosen::default());
-            };
-            Arc::new(ArmWay::along((moves.start, &moves.commands), cleared))
-        }
+    let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
+    let way = if let Some(way) = known {
+        Arc::clone(way)
+    } else {
+        let cleared = held(&task, &moves, settings, observer);
+        observer.check()?;
+        let Ok(cleared) = cleared else {
+            return Ok(Chosen::default());
+        };
+        Arc::new(ArmWay::along((moves.start, &moves.commands), cleared))
     };
     let Cleared { held, found } = &way.cleared;
     let positions = Positions::of(programs);
