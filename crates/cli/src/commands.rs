@@ -9,7 +9,7 @@ use meltpath::start::{self, StartError};
 use meltpath::waam;
 use meltpath::waam::wanted::{Restart, Torch, Wanted};
 use meltpath::{chain, compare, fit, health, identify, inspect, reach, tune};
-use meltpath_base::{Length, Reporter};
+use meltpath_base::{Length, Observer, Reporter};
 use serde_json::json;
 
 use crate::arguments::{Arguments, Command, HealthArguments, NewProcess};
@@ -172,8 +172,12 @@ fn program(job: &Path, toolpath: &Path, out: Option<&Path>, wanted: Wanted) -> R
         variant => format!("-program-{}", variant.to_ascii_lowercase()),
     };
     let path = out.map_or_else(|| beside(job, &suffix), Path::to_path_buf);
+    let progress = Progress::new();
     let reporter = Reporter::new();
-    for file in waam::program_to_folder(job, toolpath, &path, wanted, &reporter)? {
+    let watched = (&reporter, &progress as &dyn Observer);
+    let files = waam::program_to_folder(job, toolpath, &path, wanted, watched)?;
+    progress.finish();
+    for file in files {
         line(&path.join(file).display().to_string());
     }
     show_notes(&reporter);

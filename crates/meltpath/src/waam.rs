@@ -1,5 +1,6 @@
 //! The wire-arc pipeline: part, plan, program, machine, metal, verdict.
 
+mod arm_way;
 mod bead;
 pub(crate) mod checks;
 mod columns;

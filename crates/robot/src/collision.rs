@@ -1,16 +1,22 @@
 //! Whether torch and arm stay clear of the metal as it has grown, of the table and of the arm itself along a held program.
 //!
 //! Bodies are capsules: a link from its joint to the next, the torch from the flange to its contact tube, the nozzle as rods around the
-//! tube. Metal is columns from below up to their heights. Distances are exact; what may happen between two places is bounded by how far
-//! a body goes between them, so that a told distance is never too great.
+//! tube. Metal is columns from below up to their heights. Distances at a place are exact. Between two places they are bounded by how far
+//! bodies go, and where that bound is less than wanted the way is looked at more finely: a told distance is never too great, and one that
+//! is too little is so.
 
 mod bodies;
 mod clear;
 mod distance;
 mod metal;
+mod motion;
+mod passage;
+mod rooms;
+mod surroundings;
 mod sweep;
 
 pub use bodies::Body;
 pub use clear::{Clearance, Cleared, hold_clear};
 pub use metal::Metal;
-pub use sweep::{Closest, Surroundings, sweep};
+pub use surroundings::Surroundings;
+pub use sweep::{Closest, sweep};

@@ -13,6 +13,7 @@ mod free;
 mod ladder;
 mod narrow;
 mod search;
+mod stretch;
 mod task;
 mod wide;
 
@@ -21,7 +22,8 @@ use meltpath_geometry::math::DVec3;
 pub use chain::{Chain, End};
 pub use follow::{Follower, Sample};
 pub use search::{Search, hold, runs};
-pub use task::{Axes, Guard, NotHeld, Rotation, Task, Why};
+pub use stretch::{Place, Stretch};
+pub use task::{Axes, Guard, Near, NotHeld, Rotation, Task, Why};
 
 use crate::cell::{Cell, Values};
 

@@ -1,6 +1,7 @@
 //! How the job's robot holds the torch along programs, and what their positions then say.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::Pose;
@@ -13,6 +14,7 @@ use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::{self, End, Follower, Held, NotHeld, Rotation, Task, hold};
 use meltpath_toolpath::Toolpath;
 
+use super::arm_way::ArmWay;
 use super::columns as metal;
 use super::program::{self, Axes, Chosen, Commands, ProgramStageError, Programs, commands};
 use super::settings::Settings;
@@ -22,7 +24,8 @@ use crate::job::waam::ExternalChoice;
 /// Room that the way keeps beyond what the verdict asks for, mm.
 const SPARE: f64 = 1.0;
 
-/// The programs of a toolpath, their positions as the job's robot holds them, written and read back.
+/// The programs of a toolpath, their positions as the job's robot holds them, written and read back. A way that is `known` of programs of
+/// the same moves is not looked for again.
 ///
 /// # Errors
 /// [`ProgramStageError`].
@@ -31,12 +34,18 @@ pub(super) fn write(
     toolpath: &Toolpath,
     asked: Asked,
     settings: &Settings,
+    known: Option<&Arc<ArmWay>>,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<Programs, ProgramStageError> {
     let turned = turned(toolpath, settings);
     let toolpath = turned.as_ref().unwrap_or(toolpath);
     let mut built = program::make(name, toolpath, asked, settings, reporter)?;
-    let chosen = choose(&mut built.programs, &built.schedules, settings, observer)?;
+    let chosen = choose(
+        (&mut built.programs, &built.schedules),
+        settings,
+        known,
+        observer,
+    )?;
     if asked.1.torch == Torch::Dry {
         dry_run(&mut built.programs);
     }
@@ -65,9 +74,9 @@ fn turned(toolpath: &Toolpath, settings: &Settings) -> Option<Toolpath> {
 /// Chooses how the robot holds the torch along programs, and writes it into their positions. Where it cannot hold it they stay as
 /// they are: [`along`] tells why.
 fn choose(
-    programs: &mut [Program],
-    schedules: &[Schedule],
+    (programs, schedules): (&mut [Program], &[Schedule]),
     settings: &Settings,
+    known: Option<&Arc<ArmWay>>,
     observer: &dyn Observer,
 ) -> Result<Chosen, ProgramStageError> {
     let Some(cell) = &settings.robot else {
@@ -86,14 +95,21 @@ fn choose(
         axes,
         ..task(cell, &moves, Rotation::Free, &any)
     };
-    let held = held(&task, &moves, settings, observer);
-    observer.check()?;
-    let Ok(Cleared { held, found }) = held else {
-        return Ok(Chosen::default());
+    let known = known.filter(|way| way.is_along((moves.start, &moves.commands)));
+    let way = if let Some(way) = known {
+        Arc::clone(way)
+    } else {
+        let cleared = held(&task, &moves, settings, observer);
+        observer.check()?;
+        let Ok(cleared) = cleared else {
+            return Ok(Chosen::default());
+        };
+        Arc::new(ArmWay::along((moves.start, &moves.commands), cleared))
     };
+    let Cleared { held, found } = &way.cleared;
     let positions = Positions::of(programs);
     let dialect = program::spoken(programs);
-    let reached = ends(&task, &held).unwrap_or_default();
+    let reached = ends(&task, held).unwrap_or_default();
     let joints = cell.positioner.as_ref().map_or(0, |p| p.joints.len());
     let positioner = settings.cell.program.positioner.as_ref();
     let positioner = positioner.filter(|_| settings.external == ExternalChoice::Free);
@@ -113,7 +129,8 @@ fn choose(
     let free = settings.external == ExternalChoice::Free;
     Ok(Chosen {
         external: free.then(|| axes_of(&reached, &moves)),
-        clearance: Some(found),
+        clearance: Some(*found),
+        way: Some(way),
     })
 }
 
@@ -124,6 +141,7 @@ fn held(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Cleared, NotHeld> {
+    observer.stage("way of the robot", 0);
     let metal = expected(moves, settings);
     match (&task.cell.shapes, metal.first()) {
         (Some(shapes), Some(_)) => {
@@ -164,11 +182,18 @@ fn expected(moves: &Commands, settings: &Settings) -> Vec<(u32, Metal)> {
             continue;
         }
         if matches!(command.source, Source::On { .. }) {
+            let wire = command.orientation * DVec3::Z;
+            let mut bead = |from: DVec3, to: DVec3| {
+                // a bead that is laid aslant reaches over its middle by half of its width
+                let across = (to - from).cross(wire).normalize_or_zero();
+                let up = half * across.z.abs() * DVec3::Z;
+                beads.push((*layer, [from + up, to + up]));
+            };
             if let Kind::Arc { via } = command.kind {
-                beads.push((*layer, [here, via]));
+                bead(here, via);
                 here = via;
             }
-            beads.push((*layer, [here, command.target]));
+            bead(here, command.target);
         }
         here = command.target;
     }

@@ -134,6 +134,7 @@ pub(super) fn written(
             toolpath,
             (dialect, Wanted::WHOLE),
             settings,
+            own.chosen.way.as_ref(),
             (&silent, observer),
         )?;
         let commands = programs.commands(settings, &silent)?;

@@ -48,6 +48,7 @@ pub(super) fn read_back(
         &plan.toolpath,
         (own, Wanted::WHOLE),
         settings,
+        None,
         (reporter, observer),
     )?;
     let commands = programs.commands(settings, reporter)?;

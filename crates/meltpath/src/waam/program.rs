@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use meltpath_base::{Cancelled, Place, Ratio, Reporter};
 use meltpath_geometry::Pose;
@@ -19,6 +20,7 @@ use meltpath_robot::collision::Clearance;
 use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
+use super::arm_way::ArmWay;
 use super::settings::Settings;
 use super::wanted::{Asked, Torch};
 use crate::job::waam::LayerRelease;
@@ -108,6 +110,8 @@ pub struct Chosen {
     pub external: Option<Axes>,
     /// Whether the way keeps clear of what stands around; nothing where none was chosen.
     pub clearance: Option<Clearance>,
+    /// The way, for programs of the same moves in other words.
+    pub way: Option<Arc<ArmWay>>,
 }
 
 impl Programs {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use meltpath_base::output::OutputFolder;
-use meltpath_base::{Reporter, Silent};
+use meltpath_base::{Observer, Reporter};
 use meltpath_programs::{TextFile, laid_from};
 use meltpath_toolpath::Toolpath;
 
@@ -29,14 +29,14 @@ pub fn program_to_folder(
     toolpath: &Path,
     out: &Path,
     wanted: Wanted,
-    reporter: &Reporter,
+    (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<Vec<String>, WaamError> {
     let mut loaded = load(job, reporter)?;
     let toolpath = read_toolpath(toolpath)?;
     // the plan may have chosen how corners are smoothed
     if loaded.settings.surface.is_none() && !loaded.job.machine.smoothing.is_written() {
-        let part = load_part(&loaded, reporter, &Silent)?;
-        settle(&mut loaded, &part, &Reporter::new(), &Silent)?;
+        let part = load_part(&loaded, reporter, observer)?;
+        settle(&mut loaded, &part, &Reporter::new(), observer)?;
     }
     let settings = &loaded.settings;
     let own = settings.cell.program.dialect.value;
@@ -45,14 +45,18 @@ pub fn program_to_folder(
         asked => asked,
     };
     let mut files = Vec::new();
+    let mut way = None;
     for &dialect in dialects {
         let programs = hold::write(
             &loaded.name,
             &toolpath,
             (dialect, wanted),
             settings,
-            (reporter, &Silent),
+            way.as_ref(),
+            (reporter, observer),
         )?;
+        way = way.or_else(|| programs.chosen.way.clone());
+        observer.check()?;
         faithful(&programs, &toolpath, wanted, settings)?;
         for file in programs.files {
             if !files.iter().any(|f: &TextFile| f.name == file.name) {

@@ -105,7 +105,7 @@ fn swept(
         metal: &at,
         plate: settings.plate_thickness,
     };
-    Some(sweep(task, held, &around))
+    Some(sweep(task, held, &around, settings.limits.clearance))
 }
 
 /// How the torch leans, where track or positioner move.

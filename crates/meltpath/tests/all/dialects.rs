@@ -184,7 +184,7 @@ fn the_rest_of_a_plan_and_its_dry_run_are_written() {
         let written = |from, torch, name: &str| {
             let out = home.join(name);
             let wanted = Wanted { from, torch };
-            let files = program_to_folder(&job, &plan, &out, wanted, &Reporter::new());
+            let files = program_to_folder(&job, &plan, &out, wanted, (&Reporter::new(), &Silent));
             files.map(|files| {
                 (
                     files.clone(),

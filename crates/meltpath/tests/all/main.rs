@@ -12,6 +12,7 @@ mod ebm;
 mod fit;
 mod foreign;
 mod foretold;
+mod free_axes;
 mod health;
 mod identify;
 mod lpbf;

@@ -203,8 +203,14 @@ fn a_plan_takes_what_doctor_says_mends_it() {
         let kept = fs::read(out.join("toolpath.melt")).unwrap();
         assert!(fs::read(&plan).unwrap() == kept, "{shape}");
         let programs = dir.path().join(format!("{shape}-program"));
-        for name in waam::program_to_folder(&job, &plan, &programs, Wanted::WHOLE, &Reporter::new())
-            .unwrap()
+        for name in waam::program_to_folder(
+            &job,
+            &plan,
+            &programs,
+            Wanted::WHOLE,
+            (&Reporter::new(), &Silent),
+        )
+        .unwrap()
         {
             let [stage, run] = [&programs, &out.join("program")].map(|f| f.join(&name));
             assert!(fs::read(stage).unwrap() == fs::read(run).unwrap(), "{name}");

@@ -38,28 +38,40 @@ impl fmt::Display for Body {
     }
 }
 
-/// A line with a radius around it, mm, in the part.
+/// A line with a radius around it, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Capsule {
     pub(super) body: Body,
+    /// In the part.
     pub(super) line: Segment,
+    /// In the arm's base.
+    pub(super) in_base: Segment,
     pub(super) radius: f64,
 }
 
-/// The capsules of torch and arm in the part, in an order that does not depend on the joints.
+/// The capsules of torch and arm, in an order that does not depend on the joints.
 pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Capsule> {
     let frames = cell.frames(values);
-    let part_from_world = frames.part.inverse();
+    let part_from_base = frames.part.inverse().then(frames.base);
+    let base_from_world = frames.base.inverse();
     let mut capsules = Vec::with_capacity(7 + RODS as usize);
     let mut add = |body, frame: Pose, [a, b]: [DVec3; 2], radius| {
-        let line = Segment {
+        let in_base = Segment {
             a: frame.point(a),
             b: frame.point(b),
         };
-        capsules.push(Capsule { body, line, radius });
+        capsules.push(Capsule {
+            body,
+            line: Segment {
+                a: part_from_base.point(in_base.a),
+                b: part_from_base.point(in_base.b),
+            },
+            in_base,
+            radius,
+        });
     };
     let [length, radius] = shapes.nozzle;
-    let torch = part_from_world.then(frames.torch);
+    let torch = base_from_world.then(frames.torch);
     let rod = rod_radius(radius);
     for i in 0..RODS {
         let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(RODS)).sin_cos();
@@ -77,7 +89,6 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
         Arrangement::PartOnRobot => 2.0 * back,
     };
     add(Body::Torch, torch, [back, flange], shapes.torch);
-    let base = part_from_world.then(frames.base);
     let joints = &cell.arm.chain.joints;
     let of_joints = cell.arm.chain.frames(&values.arm);
     let ends = joints.iter().skip(1).map(|j| j.parent_from_joint.position);
@@ -86,7 +97,7 @@ pub(super) fn capsules(cell: &Cell, shapes: &Shapes, values: &Values) -> Vec<Cap
     {
         add(
             Body::Link(number),
-            base.then(*frame),
+            *frame,
             [DVec3::ZERO, ended(number, end, radius)],
             radius,
         );

@@ -2,18 +2,26 @@
 //! one is looked for.
 
 use meltpath_base::Observer;
+use meltpath_geometry::math::DVec3;
 
 use super::Body;
 use super::bodies::{Capsule, capsules, may_touch};
 use super::distance::between;
-use super::sweep::{Surroundings, table, to_table, way};
+use super::passage::{Look, pass};
+use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Values};
-use crate::posture::{Follower, Held, NotHeld, Search, Task, Why, runs};
+use crate::posture::{Held, Near, NotHeld, Search, Task, Why, runs};
 
 /// How often a way is looked for at most.
 const ROUNDS: u32 = 6;
 /// How far beside a place that is too near all ways are looked at, mm; twice as far each time.
 const BESIDE: f64 = 40.0;
+/// Pairs that may come this much nearer than wanted between two places count as too near, mm.
+const EXACT: f64 = 0.1;
+/// What lacks more than this share of what it lacked before is given up.
+const LESS: f64 = 0.9;
+/// How exactly it is found how much room others lack, mm.
+const ROUGH: f64 = 2.0;
 /// Room beyond this is of no interest, mm.
 const AHEAD: f64 = 100.0;
 
@@ -48,85 +56,128 @@ pub fn hold_clear(
     let chains = runs(task);
     let guard = |command: u32, values: &Values| {
         let bodies = capsules(task.cell, around.shapes, values);
-        room(task.cell, around, (command, values), &bodies) - wanted
+        room(task.cell, around, command, &bodies) - wanted
     };
     let mut search = Search::new(task, &chains, Some(&guard));
     let mut held = search.held(observer)?;
-    for round in 0..ROUNDS {
-        let near = nearing(task, &held, around, wanted)?;
+    let mut best: Option<(f64, Held)> = None;
+    let mut before = Vec::new();
+    for round in 0..=ROUNDS {
+        let beside = BESIDE * f64::from(1_u32 << round);
+        let near = nearing(task, &held, around, (wanted, beside))?;
         if near.is_empty() {
             let found = Clearance::Kept;
             return Ok(Cleared { held, found });
         }
-        let beside = BESIDE * f64::from(1_u32 << round);
-        let new = near
-            .iter()
-            .filter(|(run, [from, to])| search.guard(*run, [from - beside, to + beside]));
+        let lack = near.iter().map(|(_, near)| near.lack).sum();
+        if best.as_ref().is_none_or(|(least, _)| lack < *least) {
+            best = Some((lack, held.clone()));
+        }
+        if round == ROUNDS {
+            break;
+        }
+        let hopeful = near.iter().filter(|n| round < 2 || !in_vain(n, &before));
+        let new = hopeful.filter(|(run, near)| search.guard(*run, *near));
         if new.count() == 0 {
             break;
         }
+        before = near;
         held = match search.held(observer) {
             Ok(other) => other,
             Err(not) if not.why == Why::Stopped => return Err(not),
             Err(_) => break,
         };
     }
+    let held = best.map_or(held, |(_, held)| held);
     let found = Clearance::InVain;
     Ok(Cleared { held, found })
 }
 
-/// Stretches of a way, by run and length, where it comes nearer than wanted.
+/// Whether more room was asked for on a stretch, and it lacks as much as before.
+fn in_vain((run, near): &(usize, Near), before: &[(usize, Near)]) -> bool {
+    let [from, to] = near.between;
+    let same = before
+        .iter()
+        .filter(|(of, b)| of == run && b.between[0] <= to && from <= b.between[1]);
+    same.map(|(_, b)| b.lack)
+        .reduce(f64::min)
+        .is_some_and(|lack| near.lack > LESS * lack)
+}
+
+/// Stretches of a way, with their runs, where it comes nearer than wanted.
 fn nearing(
     task: &Task<'_>,
     held: &Held,
     around: &Surroundings<'_>,
+    (wanted, beside): (f64, f64),
+) -> Result<Vec<(usize, Near)>, NotHeld> {
+    let mut places = Nearing {
+        wanted,
+        beside,
+        here: (0, [0.0; 2]),
+        least: wanted,
+        found: Vec::new(),
+    };
+    pass(task, held, around, &mut places)?;
+    Ok(places.found)
+}
+
+/// Stretches that come too near.
+struct Nearing {
     wanted: f64,
-) -> Result<Vec<(usize, [f64; 2])>, NotHeld> {
-    let mut near: Vec<(usize, [f64; 2])> = Vec::new();
-    for (run, chain) in held.chains.iter().enumerate() {
-        let mut before: Option<Vec<Capsule>> = None;
-        let (mut left, mut last, mut metal) = (0.0, 0.0, None);
-        let mut follower = Follower::new(task, chain);
-        while let Some(sample) = follower.next_sample()? {
-            let values = Values::of(sample.joints, sample.external);
-            let now = capsules(task.cell, around.shapes, &values);
-            let gone = before.iter().flatten().zip(&now).map(|(b, n)| way(b, n));
-            let gone = gone.fold(0.0, f64::max);
-            // two bodies go towards each other by twice the way of the faster at most
-            left -= 2.0 * gone;
-            let here = (around.metal)(sample.command);
-            let other = metal.replace(here).is_none_or(|m| !std::ptr::eq(m, here));
-            if other || left < wanted {
-                left = room(task.cell, around, (sample.command, &values), &now);
-                // on the way here it may have been less
-                if left - gone < wanted {
-                    match near.last_mut().filter(|(of, b)| *of == run && b[1] >= last) {
-                        Some((_, between)) => between[1] = sample.length,
-                        None => near.push((run, [last, sample.length])),
-                    }
-                }
+    beside: f64,
+    here: (usize, [f64; 2]),
+    /// The least distance on this one.
+    least: f64,
+    found: Vec<(usize, Near)>,
+}
+
+impl Look for Nearing {
+    fn next(&mut self, run: usize, lengths: [f64; 2], _: u32, _: DVec3) {
+        (self.here, self.least) = ((run, lengths), self.wanted);
+    }
+
+    fn below(&self, _: [Body; 2]) -> f64 {
+        self.least
+    }
+
+    fn settled(&self, _: [Body; 2], [least, most]: [f64; 2]) -> bool {
+        let exact = if most < self.wanted { ROUGH } else { EXACT };
+        most - least <= exact
+    }
+
+    fn tell(&mut self, _: [Body; 2], distance: f64) {
+        self.least = distance;
+        let (run, [from, to]) = self.here;
+        let lack = self.wanted - distance;
+        let last = self.found.last_mut();
+        match last.filter(|(of, near)| *of == run && near.between[1] >= from) {
+            Some((_, near)) => {
+                near.between[1] = to;
+                near.lack = near.lack.max(lack);
             }
-            (before, last) = (Some(now), sample.length);
+            None => self.found.push((
+                run,
+                Near {
+                    between: [from, to],
+                    beside: self.beside,
+                    lack,
+                },
+            )),
         }
     }
-    Ok(near)
 }
 
 /// The least distance of any pair of bodies, mm, where it is less than [`AHEAD`].
-fn room(
-    cell: &Cell,
-    around: &Surroundings<'_>,
-    (command, values): (u32, &Values),
-    bodies: &[Capsule],
-) -> f64 {
+fn room(cell: &Cell, around: &Surroundings<'_>, command: u32, bodies: &[Capsule]) -> f64 {
     let metal = (around.metal)(command);
-    let table = table(cell, around, values);
+    let (table, foot) = (table(cell, around), foot(cell, around));
     let mut least = AHEAD;
     for capsule in bodies {
         let may = |other: Body| may_touch(capsule.body, other, cell.arrangement);
         if may(Body::Metal) {
             let most = least + capsule.radius;
-            least = least.min(metal.distance(&capsule.line, most) - capsule.radius);
+            least = least.min(metal.distance(&capsule.line, most, foot) - capsule.radius);
         }
         if let Some(table) = table.as_ref().filter(|_| may(Body::Table)) {
             least = least.min(to_table(table, capsule));

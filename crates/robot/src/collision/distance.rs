@@ -9,6 +9,13 @@ pub(super) struct Segment {
     pub(super) b: DVec3,
 }
 
+impl Segment {
+    /// How far its points go at most from one place to another, straight, mm.
+    pub(super) fn gone(&self, to: &Segment) -> f64 {
+        self.a.distance(to.a).max(self.b.distance(to.b))
+    }
+}
+
 /// A box along the axes; its sides may lie at infinity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {

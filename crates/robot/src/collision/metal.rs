@@ -63,19 +63,21 @@ impl Metal {
         }
     }
 
-    /// The distance of a segment from the metal, mm, where it is less than `most`; else no less than `most`.
-    pub(super) fn distance(&self, segment: &Segment, most: f64) -> f64 {
+    /// The distance of a segment from the metal down to `foot`, mm, where it is less than `most`; else no less than `most`.
+    pub(super) fn distance(&self, segment: &Segment, most: f64, foot: f64) -> f64 {
         match self.levels.len().checked_sub(1) {
-            Some(top) => match self.column(top, 0, 0) {
-                Some(all) => self.below(segment, most, top, (0, 0), all.to_segment(segment)),
+            Some(top) => match self.column(top, (0, 0), foot) {
+                Some(all) => {
+                    self.below((segment, foot), most, top, (0, 0), all.to_segment(segment))
+                }
                 None => most,
             },
             None => most,
         }
     }
 
-    /// The column of a level at a place; nothing beyond the plate.
-    fn column(&self, level: usize, ix: usize, iy: usize) -> Option<Bounds> {
+    /// The column of a level at a place down to `foot`; nothing beyond the plate.
+    fn column(&self, level: usize, (ix, iy): (usize, usize), foot: f64) -> Option<Bounds> {
         let of = &self.levels[level];
         if ix >= of.nx || iy >= of.ny {
             return None;
@@ -84,15 +86,15 @@ impl Metal {
         let corner = self.origin + side * DVec2::new(ix as f64, iy as f64);
         let top = f64::from(of.z[iy * of.nx + ix]);
         Some(Bounds {
-            low: corner.extend(f64::NEG_INFINITY),
-            high: DVec3::new(corner.x + side, corner.y + side, top),
+            low: corner.extend(foot),
+            high: DVec3::new(corner.x + side, corner.y + side, top.max(foot)),
         })
     }
 
     /// The distance from what stands within a column, whose own is `least`.
     fn below(
         &self,
-        segment: &Segment,
+        (segment, foot): (&Segment, f64),
         most: f64,
         level: usize,
         (ix, iy): (usize, usize),
@@ -104,7 +106,7 @@ impl Metal {
         // the nearest first: the others are then often too far
         let mut children = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
             let place = (2 * ix + x, 2 * iy + y);
-            let column = self.column(level - 1, place.0, place.1);
+            let column = self.column(level - 1, place, foot);
             let least = column.map_or(f64::INFINITY, |bounds| match bounds.at_least_to(segment) {
                 far if far >= most => far,
                 _ => bounds.to_segment(segment),
@@ -113,7 +115,7 @@ impl Metal {
         });
         children.sort_by(|a, b| a.1.total_cmp(&b.1));
         children.into_iter().fold(most, |most, (place, least)| {
-            self.below(segment, most, level - 1, place, least)
+            self.below((segment, foot), most, level - 1, place, least)
         })
     }
 }
@@ -143,8 +145,8 @@ mod tests {
                 )
             };
             let segment = Segment {
-                a: point(-3.0),
-                b: point(-3.0),
+                a: point(-9.0),
+                b: point(-9.0),
             };
             let mut wanted = f64::INFINITY;
             for iy in 0..map.ny {
@@ -157,9 +159,15 @@ mod tests {
                     wanted = wanted.min(bounds.to_segment(&segment));
                 }
             }
-            let found = metal.distance(&segment, 1e9);
+            let found = metal.distance(&segment, 1e9, f64::NEG_INFINITY);
             assert!((found - wanted).abs() < 1e-5, "{found} {wanted}");
-            assert!(metal.distance(&segment, 0.5 * wanted) >= 0.5 * wanted);
+            let half = metal.distance(&segment, 0.5 * wanted, f64::NEG_INFINITY);
+            assert!(half >= 0.5 * wanted);
+            // a line that is wholly under the foot is as far from it as it lies under it, or farther
+            let under = segment.a.z.max(segment.b.z) + 1.5;
+            if under < 0.0 {
+                assert!(metal.distance(&segment, 1e9, under) >= 1.5 - 1e-9);
+            }
         }
     }
 }

@@ -3,8 +3,9 @@
 use meltpath_geometry::Pose;
 
 use super::chain::{Chain, End, Leg, turned};
+use super::stretch::{Place, Stretch, apart, place_on, tip_on};
 use super::task::{NotHeld, Task, Why};
-use crate::cell::{External, Values};
+use crate::cell::External;
 
 /// Greatest distance between samples, mm.
 const STEP: f64 = 5.0;
@@ -52,6 +53,8 @@ pub struct Follower<'a> {
     external: External,
     step: [f64; 6],
     begun: bool,
+    /// The way to the last place.
+    gone: Option<Stretch<'a>>,
 }
 
 impl<'a> Follower<'a> {
@@ -66,7 +69,13 @@ impl<'a> Follower<'a> {
             external: chain.external,
             step: [0.0; 6],
             begun: false,
+            gone: None,
         }
+    }
+
+    /// The way from the place before to the last one; nothing at the begin.
+    pub fn gone(&self) -> Option<Stretch<'a>> {
+        self.gone
     }
 
     /// The next place, or nothing at the end.
@@ -88,7 +97,8 @@ impl<'a> Follower<'a> {
                 speed: None,
             }));
         }
-        let Some(leg) = self.chain.legs.get(self.leg) else {
+        let chain = self.chain;
+        let Some(leg) = chain.legs.get(self.leg) else {
             return Ok(None);
         };
         let wanted = 1.0 / (leg.length / STEP).ceil().max(1.0);
@@ -100,13 +110,13 @@ impl<'a> Follower<'a> {
             } else {
                 self.share + share
             };
-            let tip = self.tip(leg, to);
-            match self.nearest(tip, leg.external_at(to)) {
-                Ok(joints) if apart(&joints, &self.joints) <= JOINT_STEP => {
-                    return Ok(Some(self.reached(leg, to, tip, joints)));
+            let broken = |why| broken(leg, tip_on(chain, leg, to), why);
+            match place_on(self.task, (chain, leg), to, &self.joints) {
+                Ok(place) if apart(&place.joints, &self.joints) <= JOINT_STEP => {
+                    return Ok(Some(self.reached(leg, to, place)));
                 }
-                Ok(_) if share < FINEST => return Err(broken(leg, tip, Why::Change)),
-                Err(why) if share < FINEST => return Err(broken(leg, tip, why)),
+                Ok(_) if share < FINEST => return Err(broken(Why::Change)),
+                Err(why) if share < FINEST => return Err(broken(why)),
                 Ok(_) | Err(_) => share *= 0.5,
             }
         }
@@ -121,22 +131,13 @@ impl<'a> Follower<'a> {
         self.chain.turn_at(length).1
     }
 
-    fn tip(&self, leg: &Leg, share: f64) -> Pose {
-        let (turn, _) = self.chain.turn_at(leg.begin + leg.length * share);
-        turned(leg.at(share), turn)
-    }
-
-    /// The way to hold a place that is nearest to where the joints are, limits aside.
-    fn nearest(&self, tip: Pose, external: External) -> Result<[f64; 6], Why> {
-        let values = Values::of(self.task.values.arm, external);
-        let flange = self.task.cell.base_from_flange(tip, &values);
-        let arm = &self.task.cell.arm;
-        arm.nearest(flange, &self.joints).map_err(Why::Unreachable)
-    }
-
-    fn reached(&mut self, leg: &Leg, to: f64, tip: Pose, joints: [f64; 6]) -> Sample {
+    fn reached(&mut self, leg: &'a Leg, to: f64, place: Place) -> Sample {
+        let Place {
+            tip,
+            joints,
+            external,
+        } = place;
         let step: [f64; 6] = std::array::from_fn(|i| joints[i] - self.joints[i]);
-        let external = leg.external_at(to);
         let gone: [f64; 3] = std::array::from_fn(|i| external.0[i] - self.external.0[i]);
         let time = leg.time.map(|t| t * (to - self.share));
         let sample = Sample {
@@ -151,6 +152,18 @@ impl<'a> Follower<'a> {
             time,
             speed: time.and_then(|t| self.fastest(step, gone, t)),
         };
+        let before = Place {
+            tip: tip_on(self.chain, leg, self.share),
+            joints: self.joints,
+            external: self.external,
+        };
+        let course = (self.chain, leg, [self.share, to]);
+        self.gone = Some(Stretch::of_move(
+            self.task,
+            course,
+            [before, place],
+            sample.curve,
+        ));
         (self.joints, self.step, self.external) = (joints, step, external);
         self.share = to;
         if to >= 1.0 {
@@ -220,10 +233,4 @@ pub(super) fn verify(
         }
         see(&sample);
     }
-}
-
-/// The greatest difference of two sets of angles, rad.
-pub(super) fn apart(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    let differ = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-    differ.fold(0.0, f64::max)
 }

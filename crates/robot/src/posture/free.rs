@@ -1,6 +1,6 @@
 //! A run with everything free: chosen wide, drawn narrow, followed, and chosen again where it does not hold.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::Observer;
 
@@ -8,7 +8,7 @@ use super::chain::{Chain, End};
 use super::choice::{self, Carried, Choice, Held};
 use super::follow::verify;
 use super::narrow::Narrow;
-use super::task::{Guard, NotHeld, Task, Why};
+use super::task::{Guard, Near, NotHeld, Task, Why, guard_places};
 use super::wide::{Wide, is_same};
 
 /// Least distance of key places, mm, and of those where ways are chosen wide.
@@ -26,7 +26,8 @@ pub(super) struct Free<'a> {
     places: Vec<f64>,
     wide: Wide<'a>,
     followed: BTreeSet<usize>,
-    guarded: Vec<[f64; 2]>,
+    /// Key places at which nothing may touch, and how much more room is asked for there, mm.
+    guarded: BTreeMap<usize, f64>,
     guard: Option<Guard<'a>>,
 }
 
@@ -56,15 +57,15 @@ impl<'a> Free<'a> {
             wide: Wide::new(task, chain, far, guard),
             places,
             followed: BTreeSet::new(),
-            guarded: Vec::new(),
+            guarded: BTreeMap::new(),
             guard,
         }
     }
 
-    /// Lets nothing touch between two lengths from now on; whether that is new.
-    pub(super) fn guard(&mut self, from: f64, to: f64) -> bool {
-        self.guarded.push([from, to]);
-        self.wide.guard(from, to)
+    /// Lets nothing touch at key places: see [`guard_places`].
+    pub(super) fn guard(&mut self, near: Near) -> bool {
+        let narrow = guard_places(&mut self.guarded, &self.places, near);
+        self.wide.guard(near) || narrow.is_some()
     }
 
     /// The best way.
@@ -180,7 +181,6 @@ fn between(a: &Held, b: &Held, length: f64) -> Choice {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
     use std::f64::consts::TAU;
 
     use meltpath_base::Silent;
@@ -276,7 +276,7 @@ mod tests {
             task: &task,
             chain,
             followed: &free.followed,
-            guarded: &[],
+            guarded: &BTreeMap::new(),
             guard: None,
         };
         let found = narrow.total(&narrow.draw(held, &Silent), 0.0);

@@ -1,6 +1,6 @@
 //! Chooses the rotation about the wire and the way of the arm at key places of a run: dynamic programming over all of them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
 use meltpath_base::Observer;
@@ -8,7 +8,7 @@ use meltpath_geometry::Pose;
 
 use super::chain::{Chain, turned};
 use super::comfort::{STEP, discomfort, is_wound, motion};
-use super::task::{Guard, NotHeld, Rotation, Task, Why, keep_clear};
+use super::task::{Guard, Near, NotHeld, Rotation, Task, Why, guard_places, keep_clear};
 use crate::cell::{External, Holder, Values};
 
 /// Rotations that are tried at each key place.
@@ -25,8 +25,8 @@ type Way = (u8, u16);
 pub(super) struct Blocked<'a> {
     /// Pairs of ways that were found not to lead from one key place to the next.
     pairs: BTreeSet<(usize, Way, Way)>,
-    /// Key places at which nothing may touch.
-    guarded: BTreeSet<usize>,
+    /// Key places at which nothing may touch, and how much more room is asked for there, mm.
+    guarded: BTreeMap<usize, f64>,
     guard: Option<Guard<'a>>,
 }
 
@@ -34,27 +34,22 @@ impl<'a> Blocked<'a> {
     pub(super) fn new(guard: Option<Guard<'a>>) -> Self {
         Blocked {
             pairs: BTreeSet::new(),
-            guarded: BTreeSet::new(),
+            guarded: BTreeMap::new(),
             guard,
         }
     }
 
-    /// Lets nothing touch at the key places between two lengths, and one beyond each; whether that is new.
-    pub(super) fn guard(&mut self, chain: &Chain, [from, to]: [f64; 2]) -> bool {
-        let rungs = rungs(chain);
-        let first = rungs.partition_point(|l| *l < from).saturating_sub(1);
-        let last = rungs.partition_point(|l| *l <= to);
-        let mut new = false;
-        for rung in first..=last.min(rungs.len().saturating_sub(1)) {
-            new |= self.guarded.insert(rung);
-        }
-        new
+    /// Lets nothing touch at key places: see [`guard_places`].
+    pub(super) fn guard(&mut self, chain: &Chain, near: Near) -> bool {
+        guard_places(&mut self.guarded, &rungs(chain), near).is_some()
     }
 
     /// Keeps the ways at a key place that touch nothing, where it is guarded.
     fn clear(&self, rung: usize, (command, external): (u32, External), nodes: &mut Vec<Node>) {
-        if let Some(guard) = self.guard.filter(|_| self.guarded.contains(&rung)) {
-            keep_clear(nodes, |n| guard(command, &Values::of(n.joints, external)));
+        if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&rung)) {
+            keep_clear(nodes, |n| {
+                guard(command, &Values::of(n.joints, external)) - more
+            });
         }
     }
 

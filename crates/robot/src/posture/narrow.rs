@@ -1,7 +1,7 @@
 //! A way of the whole cell along a run, drawn narrow: at every key place it may go a step aside in each of what is free, the joints the
 //! nearest continuation; the best of all such ways is taken, again and again with smaller steps.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use meltpath_base::Observer;
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{MOTION, STEP, motion, step_over};
-use super::follow::apart;
+use super::stretch::apart;
 use super::task::{Guard, Task, keep_clear};
 use super::wide::{HEADINGS, SLACK, STEPS};
 use crate::cell::{External, Values};
@@ -23,6 +23,8 @@ const ROUNDS: usize = 8;
 /// An axis may take this share of its speed along a bead; this much more costs as much per length as [`MOTION`].
 const FAST: f64 = 0.7;
 const HASTE: f64 = 0.003;
+/// Beyond this share it cannot follow: that costs ten times as much again.
+const FULL: f64 = 0.95;
 /// Key places that are drawn together. Their ends stand; the next time they lie between the ends.
 const WINDOW: usize = 256;
 
@@ -32,8 +34,8 @@ pub(super) struct Narrow<'a> {
     pub(super) chain: &'a Chain,
     /// Key places to which every step is followed before it is taken.
     pub(super) followed: &'a BTreeSet<usize>,
-    /// Lengths between which nothing may touch.
-    pub(super) guarded: &'a [[f64; 2]],
+    /// Key places at which nothing may touch, by their number, and how much more room is asked for there, mm.
+    pub(super) guarded: &'a BTreeMap<usize, f64>,
     pub(super) guard: Option<Guard<'a>>,
 }
 
@@ -125,7 +127,8 @@ impl Narrow<'_> {
             Some(share((&a[i], &b[i]), &joint.limits))
         });
         let greatest = arm.chain(beside).fold(0.0, f64::max);
-        (MOTION * (greatest - FAST).max(0.0) / HASTE).powi(2)
+        let haste = (greatest - FAST).max(0.0) + 10.0 * (greatest - FULL).max(0.0);
+        (MOTION * haste / HASTE).powi(2)
     }
 
     fn cost(&self, way: &Held, slack: f64) -> f64 {
@@ -166,7 +169,7 @@ impl Narrow<'_> {
                     Some(before) => self.rate(ways[before].length, ways[i].length),
                     None => 0.0,
                 };
-                self.nodes(&ways[i], rate, aside, stands)
+                self.nodes((i, &ways[i]), rate, aside, stands)
             })
             .collect();
         let mut totals: Vec<f64> = vec![0.0; nodes[0].len()];
@@ -225,7 +228,13 @@ impl Narrow<'_> {
     }
 
     /// What may be chosen at a key place, what is chosen first.
-    fn nodes(&self, way: &Held, rate: f64, aside: Aside, stands: bool) -> Vec<Node> {
+    fn nodes(
+        &self,
+        (place, way): (usize, &Held),
+        rate: f64,
+        aside: Aside,
+        stands: bool,
+    ) -> Vec<Node> {
         let (tip, _) = self.chain.at(way.length);
         let mut nodes = vec![Node {
             held: *way,
@@ -264,11 +273,10 @@ impl Narrow<'_> {
                 });
             }
         }
-        let inside = |[from, to]: &[f64; 2]| (*from..=*to).contains(&way.length);
-        if let Some(guard) = self.guard.filter(|_| self.guarded.iter().any(inside)) {
+        if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&place)) {
             let command = self.chain.command_at(way.length);
             keep_clear(&mut nodes, |n| {
-                guard(command, &Values::of(n.held.joints, n.held.choice.external))
+                guard(command, &Values::of(n.held.joints, n.held.choice.external)) - more
             });
         }
         nodes

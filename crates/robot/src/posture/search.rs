@@ -6,7 +6,7 @@ use super::chain::{Chain, chains};
 use super::follow::{Sample, verify};
 use super::free::Free;
 use super::ladder::{self, Blocked};
-use super::task::{Axes, Guard, NotHeld, Task, Why};
+use super::task::{Axes, Guard, Near, NotHeld, Task, Why};
 use super::{Held, Margins};
 
 /// How often a way that breaks between its key places is blocked and another one looked for.
@@ -85,14 +85,14 @@ impl<'a> Search<'a> {
         Ok(held)
     }
 
-    /// Lets nothing touch between two lengths of a run from now on; whether that is new.
-    pub fn guard(&mut self, run: usize, [from, to]: [f64; 2]) -> bool {
+    /// Lets nothing touch on a piece of a run from now on; whether that is new.
+    pub fn guard(&mut self, run: usize, near: Near) -> bool {
         let Some(run) = self.runs.get_mut(run) else {
             return false;
         };
         let new = match &mut run.way {
-            Way::Arm(blocked) => blocked.guard(run.chain, [from, to]),
-            Way::All(free) => free.guard(from, to),
+            Way::Arm(blocked) => blocked.guard(run.chain, near),
+            Way::All(free) => free.guard(near),
         };
         if new {
             run.found = None;

@@ -1,6 +1,7 @@
 //! What is held along what, and why it may not be possible.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
@@ -62,6 +63,46 @@ where
     let least = (most - ALIKE).min(0.0);
     let mut rooms = rooms.into_iter();
     ways.retain(|_| rooms.next().is_some_and(|room| room >= least));
+}
+
+/// A piece of a run on which bodies come nearer than they may.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Near {
+    /// Lengths between which they do, mm.
+    pub between: [f64; 2],
+    /// How far beside it they are to be kept apart too, mm.
+    pub beside: f64,
+    /// How much room they lack at most, mm.
+    pub lack: f64,
+}
+
+/// Guards the key places of `lengths` beside which a way is too near, and one beyond each end. Where they are guarded already they are
+/// clear, and the way is too near between them: they are to keep so much more room. The first one that is new; nothing where none is.
+pub(super) fn guard_places(
+    guarded: &mut BTreeMap<usize, f64>,
+    lengths: &[f64],
+    near: Near,
+) -> Option<usize> {
+    let places = |from: f64, to: f64| {
+        let first = lengths.partition_point(|l| *l < from).saturating_sub(1);
+        let last = lengths.partition_point(|l| *l <= to);
+        first..=last.min(lengths.len().saturating_sub(1))
+    };
+    let [from, to] = near.between;
+    let mut new: Option<usize> = None;
+    for place in places(from, to) {
+        if let Some(more) = guarded.get_mut(&place) {
+            *more += near.lack;
+            new = Some(new.map_or(place, |n| n.min(place)));
+        }
+    }
+    for place in places(from - near.beside, to + near.beside) {
+        if let Entry::Vacant(vacant) = guarded.entry(place) {
+            vacant.insert(0.0);
+            new = Some(new.map_or(place, |n| n.min(place)));
+        }
+    }
+    new
 }
 
 /// What may be chosen about the rotation of the torch about its wire.

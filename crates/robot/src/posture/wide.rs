@@ -12,7 +12,7 @@ use super::chain::Chain;
 use super::choice::{self, Carried, Choice, Held, cost, lean};
 use super::comfort::{is_wound, motion, step_over};
 use super::ladder::milder;
-use super::task::{Guard, NotHeld, Task, Why, keep_clear};
+use super::task::{Guard, Near, NotHeld, Task, Why, guard_places, keep_clear};
 use crate::cell::{Cell, External, Values};
 
 /// Headings about the wire.
@@ -165,8 +165,8 @@ pub(super) struct Wide<'a> {
     layers: Vec<Vec<Kept>>,
     /// Key places to which every step is followed before it is taken.
     followed: BTreeSet<usize>,
-    /// Key places at which nothing may touch.
-    guarded: BTreeSet<usize>,
+    /// Key places at which nothing may touch, and how much more room is asked for there, mm.
+    guarded: BTreeMap<usize, f64>,
     guard: Option<Guard<'a>>,
 }
 
@@ -185,7 +185,7 @@ impl<'a> Wide<'a> {
             beam: BEAM,
             layers: Vec::new(),
             followed: BTreeSet::new(),
-            guarded: BTreeSet::new(),
+            guarded: BTreeMap::new(),
             guard,
         }
     }
@@ -196,18 +196,13 @@ impl<'a> Wide<'a> {
         self.followed.insert(place)
     }
 
-    /// Lets nothing touch at the key places between two lengths, and one beyond each; whether that is new.
-    pub(super) fn guard(&mut self, from: f64, to: f64) -> bool {
-        let first = self.lengths.partition_point(|l| *l < from);
-        let last = self.lengths.partition_point(|l| *l <= to);
-        let mut new = false;
-        for place in first.saturating_sub(1)..=last.min(self.lengths.len().saturating_sub(1)) {
-            if self.guarded.insert(place) {
-                self.layers.truncate(place);
-                new = true;
-            }
+    /// Lets nothing touch at key places: see [`guard_places`].
+    pub(super) fn guard(&mut self, near: Near) -> bool {
+        let first = guard_places(&mut self.guarded, &self.lengths, near);
+        if let Some(first) = first {
+            self.layers.truncate(first);
         }
-        new
+        first.is_some()
     }
 
     /// The best way at every key place.
@@ -369,10 +364,10 @@ impl<'a> Wide<'a> {
         if nodes.is_empty() {
             return Err(why.unwrap_or(Why::Change));
         }
-        if let Some(guard) = self.guard.filter(|_| self.guarded.contains(&place)) {
+        if let (Some(guard), Some(more)) = (self.guard, self.guarded.get(&place)) {
             let command = self.chain.command_at(self.lengths[place]);
             keep_clear(&mut nodes, |n| {
-                guard(command, &Values::of(n.joints, self.grid.value(n.cube)))
+                guard(command, &Values::of(n.joints, self.grid.value(n.cube))) - more
             });
         }
         Ok(nodes)

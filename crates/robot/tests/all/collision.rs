@@ -1,5 +1,7 @@
 //! Torch and arm beside metal: distances that follow from the drawing, and bodies that touch.
 
+mod between;
+
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -8,9 +10,9 @@ use meltpath_data::{find, robots};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::workpiece::HeightMap;
-use meltpath_robot::cell::{self, Cell, Values};
+use meltpath_robot::cell::{self, Cell, Stance, Values};
 use meltpath_robot::collision::{Body, Clearance, Closest, Metal, Surroundings, hold_clear, sweep};
-use meltpath_robot::posture::{Axes, Rotation, Task, hold};
+use meltpath_robot::posture::{Axes, Follower, Held, Rotation, Task, hold};
 use meltpath_robot::{Command, Smoothing, Source};
 
 /// The ABB with a straight torch of 330 mm, nozzle 80 mm by 12 mm, body 20 mm.
@@ -22,6 +24,11 @@ fn abb() -> Cell {
         1,
     );
     cell::read(&text).unwrap()
+}
+
+/// The ABB as it ships, its torch at 35 deg.
+fn leaning() -> Cell {
+    cell::read(find(robots::ALL, "abb-irb2600-12-185").unwrap().text).unwrap()
 }
 
 /// A plate of 400 mm with a wall of `height` mm from x = `from` on.
@@ -39,31 +46,60 @@ fn plate(from: f64, height: f64) -> Metal {
     Metal::of(&map, 1.0)
 }
 
-/// A bead of 100 mm along y at x = 0, the wire's tip at `z`.
-fn closest(cell: &Cell, metal: &Metal, z: f64) -> Vec<Closest> {
-    let start = Pose::from_wpr(DVec3::new(0.0, -50.0, z), DVec3::new(PI, 0.0, 0.0));
-    let commands = [Command {
-        source: Source::On { wire_feed: 100.0 },
-        ..Command::line(0, DVec3::new(0.0, 50.0, z), 10.0, Smoothing::Fine)
-    }];
-    let configurations = BTreeMap::new();
-    let task = Task {
-        cell,
-        values: Values::default(),
-        axes: Axes::Standing,
-        start,
-        commands: &commands,
-        rotation: Rotation::Free,
-        configurations: &configurations,
-    };
-    let held = hold(&task, &Silent).unwrap();
-    let around = Surroundings {
-        shapes: cell.shapes.as_ref().unwrap(),
-        metal: &|_| metal,
-        plate: 20.0,
-    };
-    sweep(&task, &held, &around).unwrap()
+/// What a task looks at.
+struct Job {
+    cell: Cell,
+    start: Pose,
+    commands: Vec<Command>,
+    configurations: BTreeMap<Option<u32>, Stance>,
 }
+
+impl Job {
+    /// A bead of 100 mm along y at x = 0, the wire's tip at `z`.
+    fn bead(cell: Cell, z: f64) -> Self {
+        let bead = Command {
+            source: Source::On { wire_feed: 100.0 },
+            ..Command::line(0, DVec3::new(0.0, 50.0, z), 10.0, Smoothing::Fine)
+        };
+        Job {
+            cell,
+            start: Pose::from_wpr(DVec3::new(0.0, -50.0, z), DVec3::new(PI, 0.0, 0.0)),
+            commands: vec![bead],
+            configurations: BTreeMap::new(),
+        }
+    }
+
+    fn task(&self, rotation: Rotation) -> Task<'_> {
+        Task {
+            cell: &self.cell,
+            values: Values::default(),
+            axes: Axes::Standing,
+            start: self.start,
+            commands: &self.commands,
+            rotation,
+            configurations: &self.configurations,
+        }
+    }
+
+    fn around<'a>(&'a self, metal: &'a (dyn Fn(u32) -> &'a Metal + Sync)) -> Surroundings<'a> {
+        Surroundings {
+            shapes: self.cell.shapes.as_ref().unwrap(),
+            metal,
+            plate: 20.0,
+        }
+    }
+}
+
+/// How near bodies come along the bead at `z`, to 0.1 mm.
+fn closest(cell: &Cell, metal: &Metal, z: f64) -> Vec<Closest> {
+    let job = Job::bead(cell.clone(), z);
+    let task = job.task(Rotation::Free);
+    let held = hold(&task, &Silent).unwrap();
+    sweep(&task, &held, &job.around(&|_| metal), EVERYTHING).unwrap()
+}
+
+/// Distances below this are found exactly, mm: all that are told.
+const EVERYTHING: f64 = 1e4;
 
 fn of(found: &[Closest], bodies: [Body; 2]) -> f64 {
     let pair = found.iter().find(|c| c.bodies == bodies);
@@ -71,8 +107,8 @@ fn of(found: &[Closest], bodies: [Body; 2]) -> f64 {
         .distance
 }
 
-/// What is reserved for the ways between places 5 mm apart, mm.
-const RESERVED: f64 = 0.5 * 1.1 * 5.0;
+/// What exact distances may be less than they are, mm.
+const RESERVED: f64 = 0.1;
 
 #[test]
 fn the_nozzle_stands_its_wire_over_the_plate() {
@@ -144,23 +180,9 @@ fn walls(stands: impl Fn(DVec2) -> bool) -> Metal {
 /// A post where the torch leans over in the best way: another way is found that keeps clear of it. Between walls all around there is none.
 #[test]
 fn multiaxis_ma9_a_way_that_hits_is_changed_where_there_is_another() {
-    let text = find(robots::ALL, "abb-irb2600-12-185").unwrap().text;
-    let cell = cell::read(text).unwrap();
-    let start = Pose::from_wpr(DVec3::new(0.0, -50.0, 0.0), DVec3::new(PI, 0.0, 0.0));
-    let commands = [Command {
-        source: Source::On { wire_feed: 100.0 },
-        ..Command::line(0, DVec3::new(0.0, 50.0, 0.0), 10.0, Smoothing::Fine)
-    }];
-    let configurations = BTreeMap::new();
-    let task = Task {
-        cell: &cell,
-        values: Values::default(),
-        axes: Axes::Standing,
-        start,
-        commands: &commands,
-        rotation: Rotation::Free,
-        configurations: &configurations,
-    };
+    let job = Job::bead(leaning(), 0.0);
+    let (cell, start) = (&job.cell, job.start);
+    let task = job.task(Rotation::Free);
     let best = hold(&task, &Silent).unwrap();
     let values = Values {
         arm: best.chains[0].joints,
@@ -172,33 +194,23 @@ fn multiaxis_ma9_a_way_that_hits_is_changed_where_there_is_another() {
     let one = walls(|p| p.distance(110.0 * over) < 40.0);
     let ring = walls(|p| p.x.abs() > 60.0 || p.y.abs() > 110.0);
     for (metal, found) in [(one, Clearance::Kept), (ring, Clearance::InVain)] {
-        let around = Surroundings {
-            shapes: cell.shapes.as_ref().unwrap(),
-            metal: &|_| &metal,
-            plate: 20.0,
-        };
-        let first = sweep(&task, &best, &around).unwrap()[0];
+        let at = |_| &metal;
+        let around = job.around(&at);
+        let first = sweep(&task, &best, &around, 3.0).unwrap()[0];
         assert!(first.distance < 0.0, "{first:?}");
         let cleared = hold_clear(&task, &around, 3.0, &Silent).unwrap();
         assert_eq!(cleared.found, found);
-        let now = sweep(&task, &cleared.held, &around).unwrap()[0];
+        let now = sweep(&task, &cleared.held, &around, 3.0).unwrap()[0];
         println!(
             "{found:?}: {:.1} mm, {:.1} mm before",
             now.distance, first.distance
         );
-        assert_eq!(now.distance > 0.0, found == Clearance::Kept, "{now:?}");
+        assert_eq!(now.distance >= 3.0, found == Clearance::Kept, "{now:?}");
         // only the way is another: the wire goes where it went
         assert_eq!(cleared.held.chains[0].legs, best.chains[0].legs);
     }
     // where any room will do the way is that of the search without it
     let clear = walls(|_| false);
-    let around = Surroundings {
-        shapes: cell.shapes.as_ref().unwrap(),
-        metal: &|_| &clear,
-        plate: 20.0,
-    };
-    assert_eq!(
-        hold_clear(&task, &around, -1e3, &Silent).unwrap().held,
-        best
-    );
+    let cleared = hold_clear(&task, &job.around(&|_| &clear), -1e3, &Silent);
+    assert_eq!(cleared.unwrap().held, best);
 }

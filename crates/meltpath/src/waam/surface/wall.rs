@@ -1,7 +1,9 @@
 //! A wall on a surface, planned, written, driven, laid and judged.
 
 use meltpath_base::{Check, Fact, Observer, Reporter};
+use meltpath_geometry::math::DVec3;
 use meltpath_geometry::workpiece::VoxelsError;
+use meltpath_planning::surface::SurfacePoint;
 use meltpath_programs::TextFile;
 use meltpath_robot::Summary;
 use meltpath_robot::collision::Metal;
@@ -73,6 +75,7 @@ pub(super) fn wall(
         &plan.toolpath,
         (own, Wanted::WHOLE),
         settings,
+        None,
         (reporter, observer),
     )?;
     let commands = programs.commands(settings, reporter)?;
@@ -121,9 +124,11 @@ fn columns(plan: &SurfacePlan, settings: &Settings) -> Result<Vec<(u32, Metal)>,
         return Ok(Vec::new());
     }
     let half = 0.5 * settings.bead.width.value;
+    // a wall that leans reaches over its middle by half of its thickness
+    let top = |p: &SurfacePoint| p.position + half * p.normal.z.abs() * DVec3::Z;
     let pairs = plan.passes.iter().flat_map(|p| {
         let pairs = p.points.windows(2);
-        pairs.map(|pair| (p.number, [pair[0].position, pair[1].position]))
+        pairs.map(|pair| (p.number, [top(&pair[0]), top(&pair[1])]))
     });
     Ok(columns::columns(&pairs.collect::<Vec<_>>(), (half, 0.0))?)
 }

@@ -1,0 +1,151 @@
+//! Jobs whose table moves with the arm: `machine.external = "free"`, from job to programs of two controllers and back.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use crate::dialects::cell;
+use crate::support::{check, thin_wall, write};
+use meltpath::waam::wanted::Wanted;
+use meltpath::waam::{plan_to_file, program_to_folder, run, simulate_program};
+use meltpath_base::{Observer, Reporter, Silent, Status};
+use meltpath_data::{find, robots};
+
+/// A KUKA before a table that lies 10 deg out of level while its axes stand at zero: the first tilts it, the second turns it.
+fn robot(folder: &Path) -> PathBuf {
+    let text = find(robots::ALL, "kuka-kr16-r2010-2").unwrap().text;
+    let (arm, after) = text.split_once("\n[table]").unwrap();
+    let (_, shapes) = after.split_once("\n[shapes]").unwrap();
+    let text = format!(
+        "{arm}\n[table]\nposition = [\"0 mm\", \"0 mm\", \"0 mm\"]\nangles = [\"10 deg\", \"0 deg\", \"0 deg\"]\n\
+         [positioner]\nsource = \"test\"\n\
+         axes = [{{ position = [\"1200 mm\", \"0 mm\", \"600 mm\"], axis = [1, 0, 0] }}, {{ position = [\"0 mm\", \"0 mm\", \"0 mm\"], axis = [0, 0, 1] }}]\n\
+         low = [\"-60 deg\", \"-360 deg\"]\nhigh = [\"60 deg\", \"360 deg\"]\nspeed = [\"120 deg/s\", \"180 deg/s\"]\n\
+         [shapes]{shapes}"
+    );
+    write(folder, "robot.toml", text)
+}
+
+/// Two layers of the thin wall on that table, for KUKA and ABB.
+fn job(folder: &Path) -> PathBuf {
+    robot(folder);
+    let words = "[program.positioner]\nsource = \"test\"\nuser_frame = \"part\"\nmachine = 2\nunit = \"STN1\"\n\
+        [[program.positioner.axis]]\n[[program.positioner.axis]]\n";
+    write(folder, "cell.toml", cell("kuka-krl") + words);
+    thin_wall(
+        folder,
+        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 2\n\
+         [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\nexternal = \"free\"\nsmoothing = \"50 %\"\n\
+         [simulation]\ncell = \"1 mm\"\n[output]\nprograms = [\"kuka-krl\", \"abb-rapid\"]\n",
+    )
+}
+
+/// Hears which stages begin, and stops at one.
+#[derive(Default)]
+struct Stages {
+    heard: Mutex<Vec<String>>,
+    stop_at: Option<&'static str>,
+}
+
+impl Stages {
+    fn count(&self, name: &str) -> usize {
+        let heard = self.heard.lock().unwrap();
+        heard.iter().filter(|n| *n == name).count()
+    }
+}
+
+impl Observer for Stages {
+    fn stage(&self, name: &str, _: u64) {
+        self.heard.lock().unwrap().push(name.to_owned());
+    }
+    fn advance(&self, _: u64) {}
+    fn cancelled(&self) -> bool {
+        self.stop_at.is_some_and(|name| self.count(name) > 0)
+    }
+}
+
+const SEARCH: &str = "way of the robot";
+
+/// The first angles of the table in a program, deg, between words.
+fn angles(text: &str, before: &str, after: char) -> Vec<f64> {
+    let all = text.split(before).skip(1);
+    all.filter_map(|rest| rest.split(after).next()?.trim().parse().ok())
+        .collect()
+}
+
+#[test]
+fn the_table_of_a_kuka_and_an_abb_is_levelled_and_read_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let job = job(&home);
+    let stages = Stages::default();
+    let outcome = run(&job, None, &home.join("runs"), &stages).unwrap();
+    let verdict = &outcome.verdict;
+    for id in ["program", "tilt"] {
+        let check = check(verdict, id);
+        println!("{}", check.line());
+        assert_eq!(check.status, Status::Pass, "{check:?}");
+    }
+    assert_eq!(check(verdict, "reach").status, Status::CannotSay);
+    let programs = outcome.folder.join("program");
+    let text = |name: &str| std::fs::read_to_string(programs.join(name)).unwrap();
+    // the way is looked for once, and both controllers are told of the same table
+    assert_eq!(stages.count(SEARCH), 1);
+    let kuka = angles(&text("JOB.dat"), "E1 ", ',');
+    println!("{} positions, E1 {:?}", kuka.len(), kuka.first());
+    assert!(kuka.len() > 4);
+    // turned by half a turn about its own axis it is levelled the other way
+    assert!(
+        kuka.iter().all(|a| (a.abs() - 10.0).abs() < 1.0),
+        "{kuka:?}"
+    );
+    let rapid = text("JOB.mod");
+    let told = |angle: f64| {
+        rapid.contains(&format!("[{angle},")) || rapid.contains(&format!("[{angle:.3},"))
+    };
+    assert!(kuka.iter().all(|a| told(*a)), "{kuka:?} {rapid}");
+    // read back they turn the part as it was planned
+    for name in ["JOB.src", "JOB.mod"] {
+        let again = simulate_program(
+            &programs.join(name),
+            Some(&job),
+            None,
+            &home.join(name),
+            &Silent,
+        )
+        .unwrap();
+        let again = &again.verdict;
+        assert_eq!(check(again, "lines").status, Status::Pass, "{name}");
+        // the arm is where it was chosen to be only if the table is, too
+        for id in ["reach", "collision"] {
+            let value = |v| check(v, id).value.as_ref().unwrap().value;
+            let off: f64 = value(again) - value(verdict);
+            assert!(off.abs() < 0.2, "{name}: {id} {off}");
+        }
+    }
+}
+
+/// The programs of a plan show what they do, look for the way once, and stop when asked to.
+#[test]
+fn programs_of_a_plan_show_their_progress_and_stop() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = job(dir.path());
+    let plan = dir.path().join("plan.melt");
+    plan_to_file(&job, &plan, &Silent).unwrap();
+    let reporter = Reporter::new();
+    let write = |stages: &Stages, name: &str| {
+        let out = dir.path().join(name);
+        program_to_folder(&job, &plan, &out, Wanted::WHOLE, (&reporter, stages))
+    };
+    let all = Stages::default();
+    let files = write(&all, "whole").unwrap();
+    assert_eq!(all.count(SEARCH), 1, "{:?}", all.heard);
+    assert_eq!(files.len(), 3, "{files:?}");
+    let stopped = Stages {
+        stop_at: Some(SEARCH),
+        ..Stages::default()
+    };
+    let told = write(&stopped, "stopped");
+    assert!(told.is_err_and(|e| e.to_string() == "cancelled"));
+    assert!(!dir.path().join("stopped").exists());
+}

@@ -1,0 +1,298 @@
+//! Goes along a held program and finds how near each pair of bodies comes, between the places too.
+//!
+//! At places distances are exact; between two of them they are bounded ([`Gone::least`]). Where that bound leaves open whether a pair comes
+//! nearer than is of interest the stretch is halved, at the place where the controller passes, until it does not.
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
+use super::bodies::{Body, Capsule, capsules, may_touch};
+use super::distance::{Bounds, between};
+use super::metal::Metal;
+use super::motion::{Gone, Motion, Reach};
+use super::rooms::Rooms;
+use super::surroundings::{Surroundings, foot, table, to_table};
+use crate::cell::{Cell, Shapes, Values};
+use crate::posture::{Follower, Held, NotHeld, Place, Stretch, Task};
+
+/// How often a stretch is halved at most: a step of 40 mm becomes one of a thousandth of a millimetre.
+const HALVINGS: u32 = 16;
+
+/// Greatest step of a joint between places of a joint move, rad, and of the track, mm.
+const JOINT_STEP: f64 = 0.1;
+const TRACK_STEP: f64 = 20.0;
+
+/// What is wanted of a way.
+pub(super) trait Look {
+    /// Goes on to the stretch between two lengths of a run, while a command is executed, the wire's tip at a place of the part.
+    fn next(&mut self, run: usize, lengths: [f64; 2], command: u32, tip: DVec3);
+    /// Distances of a pair that are no less are of no interest, mm.
+    fn below(&self, bodies: [Body; 2]) -> f64;
+    /// Whether a pair between whose bounds its least distance lies need not be looked at more finely.
+    fn settled(&self, bodies: [Body; 2], between: [f64; 2]) -> bool;
+    /// A pair is no nearer than this on the stretch, mm, which is below what is of interest.
+    fn tell(&mut self, bodies: [Body; 2], distance: f64);
+}
+
+/// What a capsule may come near to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Other {
+    Metal,
+    Table,
+    /// Another capsule, by its number.
+    Capsule(usize),
+}
+
+/// Two that come near each other on a stretch, and how near they are at its ends, mm.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    one: usize,
+    other: Other,
+    distances: [f64; 2],
+}
+
+/// Where everything is.
+struct At {
+    place: Place,
+    capsules: Vec<Capsule>,
+}
+
+/// What does not change on the way.
+struct Scene<'a> {
+    cell: &'a Cell,
+    shapes: &'a Shapes,
+    reach: Reach,
+    table: Option<(Pose, Bounds)>,
+    /// How far down metal goes, mm.
+    foot: f64,
+}
+
+/// Shows all pairs of bodies to `look`, along all of a program.
+///
+/// # Errors
+/// [`NotHeld`], where the program is not held after all.
+pub(super) fn pass(
+    task: &Task<'_>,
+    held: &Held,
+    around: &Surroundings<'_>,
+    look: &mut impl Look,
+) -> Result<(), NotHeld> {
+    let scene = Scene {
+        cell: task.cell,
+        shapes: around.shapes,
+        reach: Reach::of(task.cell, around.shapes.nozzle[1]),
+        table: table(task.cell, around),
+        foot: foot(task.cell, around),
+    };
+    let mut rooms = Rooms::default();
+    let mut before: Option<At> = None;
+    for (run, chain) in held.chains.iter().enumerate() {
+        let mut follower = Follower::new(task, chain);
+        let mut last = 0.0;
+        while let Some(sample) = follower.next_sample()? {
+            let place = Place {
+                tip: sample.tip,
+                joints: sample.joints,
+                external: sample.external,
+            };
+            let metal = (around.metal)(sample.command);
+            let lengths = [last, sample.length];
+            let mut go = |stretch: &Stretch<'_>, before: &mut Option<At>| {
+                let tip = stretch.ends[1].tip.position;
+                look.next(run, lengths, sample.command, tip);
+                let now = scene.at(stretch.ends[1]);
+                let from = before.take().unwrap_or_else(|| scene.at(stretch.ends[0]));
+                scene.stretch(stretch, [&from, &now], metal, &mut rooms, look);
+                *before = Some(now);
+            };
+            match (follower.gone(), before.as_ref().map(|at| at.place)) {
+                (Some(stretch), _) => go(&stretch, &mut before),
+                (None, Some(from)) => {
+                    for stretch in joint_move(task, from, place) {
+                        go(&stretch, &mut before);
+                    }
+                }
+                // a stretch of no length: what is near at the start
+                (None, None) => go(&Stretch::of_joints(task, [place; 2]), &mut before),
+            }
+            last = sample.length;
+        }
+    }
+    Ok(())
+}
+
+/// A move in the joints, in pieces.
+fn joint_move<'a>(task: &'a Task<'a>, from: Place, to: Place) -> Vec<Stretch<'a>> {
+    let turned = (0..6).map(|i| (to.joints[i] - from.joints[i]).abs() / JOINT_STEP);
+    let carried = (0..3).map(|i| {
+        let step = if i == 0 { TRACK_STEP } else { JOINT_STEP };
+        (to.external.0[i] - from.external.0[i]).abs() / step
+    });
+    let steps = turned.chain(carried).fold(0.0, f64::max);
+    let mut pieces = vec![Stretch::of_joints(task, [from, to])];
+    while (pieces.len() as f64) < steps {
+        let halves = pieces
+            .iter()
+            .map(|p| p.halves().map_or(vec![*p], Vec::from));
+        pieces = halves.flatten().collect();
+    }
+    pieces
+}
+
+impl Scene<'_> {
+    fn at(&self, place: Place) -> At {
+        let values = Values::of(place.joints, place.external);
+        At {
+            place,
+            capsules: capsules(self.cell, self.shapes, &values),
+        }
+    }
+
+    /// One step of the way: what may be near on it is looked at more finely.
+    fn stretch<'m>(
+        &self,
+        stretch: &Stretch<'_>,
+        [before, now]: [&At; 2],
+        metal: &'m Metal,
+        rooms: &mut Rooms<'m>,
+        look: &mut impl Look,
+    ) {
+        let motion = self.reach.motion(stretch, &before.capsules, &now.capsules);
+        rooms.of(metal, now.capsules.len());
+        let mut near = Vec::new();
+        let (a, b) = (&before.capsules, &now.capsules);
+        let mut add = |one: usize, other: Other, distances: [f64; 2], look: &mut _| {
+            let pair = Pair {
+                one,
+                other,
+                distances,
+            };
+            near.extend(open(&pair, a, &motion, look).then_some(pair));
+        };
+        for i in 0..b.len() {
+            let may = |other: Body| may_touch(b[i].body, other, self.cell.arrangement);
+            let gone = motion.in_part[i];
+            if may(Body::Metal) {
+                let below = look.below([b[i].body, Body::Metal]);
+                let to = |at: &[Capsule], most: f64| {
+                    metal.distance(&at[i].line, most + at[i].radius, self.foot) - at[i].radius
+                };
+                let found = rooms.metal[i]
+                    .looked(gone, below, |now, most| to(if now { b } else { a }, most));
+                if let Some(distances) = found {
+                    add(i, Other::Metal, distances, look);
+                }
+            }
+            if let Some(table) = self.table.as_ref().filter(|_| may(Body::Table)) {
+                let below = look.below([b[i].body, Body::Table]);
+                let found = rooms.table[i].looked(gone, below, |now, _| {
+                    to_table(table, if now { &b[i] } else { &a[i] })
+                });
+                if let Some(distances) = found {
+                    add(i, Other::Table, distances, look);
+                }
+            }
+            for j in 0..b.len() {
+                if b[j].body > b[i].body && may(b[j].body) {
+                    let distances = [apart(a, i, j), apart(b, i, j)];
+                    add(i, Other::Capsule(j), distances, look);
+                }
+            }
+        }
+        if !near.is_empty() {
+            self.halve(stretch, ([before, now], metal), &near, HALVINGS, look);
+        }
+    }
+
+    /// Looks at both halves of a stretch on which pairs may be near.
+    fn halve(
+        &self,
+        stretch: &Stretch<'_>,
+        (ends, metal): ([&At; 2], &Metal),
+        near: &[Pair],
+        left: u32,
+        look: &mut impl Look,
+    ) {
+        // where it cannot be held between its ends nothing is known but the bound
+        let (Ok(halves), true) = (stretch.halves(), left > 0) else {
+            let [a, b] = ends.map(|at| &at.capsules);
+            let motion = self.reach.motion(stretch, a, b);
+            for pair in near {
+                look.tell(pair.bodies(a), pair.least(&motion));
+            }
+            return;
+        };
+        let middle = self.at(halves[0].ends[1]);
+        let distances: Vec<f64> = near
+            .iter()
+            .map(|pair| self.distance(pair, &middle, metal))
+            .collect();
+        let pieces = [[ends[0], &middle], [&middle, ends[1]]];
+        for (half, (piece, ends)) in halves.iter().zip(pieces).enumerate() {
+            let [a, b] = ends.map(|at| &at.capsules);
+            let motion = self.reach.motion(piece, a, b);
+            let mut still = Vec::new();
+            for (pair, middle) in near.iter().zip(&distances) {
+                let mut pair = *pair;
+                pair.distances[1 - half] = *middle;
+                still.extend(open(&pair, a, &motion, look).then_some(pair));
+            }
+            if !still.is_empty() {
+                self.halve(piece, (ends, metal), &still, left - 1, look);
+            }
+        }
+    }
+
+    fn distance(&self, pair: &Pair, at: &At, metal: &Metal) -> f64 {
+        let one = &at.capsules[pair.one];
+        match (pair.other, &self.table) {
+            (Other::Metal, _) => metal.distance(&one.line, f64::MAX, self.foot) - one.radius,
+            (Other::Table, Some(table)) => to_table(table, one),
+            (Other::Table, None) => f64::INFINITY,
+            (Other::Capsule(j), _) => apart(&at.capsules, pair.one, j),
+        }
+    }
+}
+
+/// The distance of two capsules, mm.
+fn apart(capsules: &[Capsule], i: usize, j: usize) -> f64 {
+    let (a, b) = (&capsules[i], &capsules[j]);
+    between(&a.in_base, &b.in_base) - a.radius - b.radius
+}
+
+/// Whether a pair must be looked at more finely on a stretch; else what is of interest was told.
+fn open(pair: &Pair, capsules: &[Capsule], motion: &Motion, look: &mut impl Look) -> bool {
+    let bodies = pair.bodies(capsules);
+    let least = pair.least(motion);
+    if least >= look.below(bodies) {
+        return false;
+    }
+    let [a, b] = pair.distances;
+    if look.settled(bodies, [least, a.min(b)]) {
+        look.tell(bodies, least);
+        return false;
+    }
+    true
+}
+
+impl Pair {
+    fn bodies(&self, capsules: &[Capsule]) -> [Body; 2] {
+        let other = match self.other {
+            Other::Metal => Body::Metal,
+            Other::Table => Body::Table,
+            Other::Capsule(j) => capsules[j].body,
+        };
+        [capsules[self.one].body, other]
+    }
+
+    /// No more than its least distance on a stretch, mm.
+    fn least(&self, motion: &Motion) -> f64 {
+        match self.other {
+            Other::Metal | Other::Table => Gone::least(self.distances, &[motion.in_part[self.one]]),
+            Other::Capsule(j) => {
+                let gone = [motion.in_base[self.one], motion.in_base[j]];
+                Gone::least(self.distances, &gone)
+            }
+        }
+    }
+}

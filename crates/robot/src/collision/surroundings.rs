@@ -1,0 +1,55 @@
+//! What stands around torch and arm: plate, metal and table.
+
+use meltpath_geometry::Pose;
+use meltpath_geometry::math::DVec3;
+
+use super::bodies::Capsule;
+use super::distance::{Bounds, Segment};
+use super::metal::Metal;
+use crate::cell::{Arrangement, Cell, Shapes};
+
+/// How deep a table is taken to be, mm.
+const DEEP: f64 = 2000.0;
+
+/// What stands around a program while it is executed.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// Shapes of torch and arm.
+    pub shapes: &'a Shapes,
+    /// Plate and metal while a command is executed.
+    pub metal: &'a (dyn Fn(u32) -> &'a Metal + Sync),
+    /// Thickness of the plate between part and table, mm.
+    pub plate: f64,
+}
+
+/// How far down metal goes, mm: a plate on a table has nothing below it that could come near; one on the flange has the arm there.
+pub(super) fn foot(cell: &Cell, around: &Surroundings<'_>) -> f64 {
+    match cell.arrangement {
+        Arrangement::TorchOnRobot => f64::NEG_INFINITY,
+        Arrangement::PartOnRobot => -around.plate,
+    }
+}
+
+/// The table in its own frame, with the part in it, which lies still on it; nothing where it is not known.
+pub(super) fn table(cell: &Cell, around: &Surroundings<'_>) -> Option<(Pose, Bounds)> {
+    let [x, y] = around.shapes.table?;
+    if cell.arrangement == Arrangement::PartOnRobot {
+        return None;
+    }
+    let half = DVec3::new(0.5 * x, 0.5 * y, 0.0);
+    let top = -around.plate;
+    let bounds = Bounds {
+        low: -half + (top - DEEP) * DVec3::Z,
+        high: half + top * DVec3::Z,
+    };
+    Some((cell.carrier_from_part, bounds))
+}
+
+/// The distance of a body from the table, mm.
+pub(super) fn to_table((table_from_part, bounds): &(Pose, Bounds), capsule: &Capsule) -> f64 {
+    let line = Segment {
+        a: table_from_part.point(capsule.line.a),
+        b: table_from_part.point(capsule.line.b),
+    };
+    bounds.to_segment(&line) - capsule.radius
+}
