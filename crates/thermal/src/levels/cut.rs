@@ -46,7 +46,7 @@ impl Levels {
     }
 
     /// What a new tile shows; its densities tell how hot its powder was.
-    fn shown(&self, tile: &mut Tile) -> Shown {
+    pub(super) fn shown(&self, tile: &mut Tile) -> Shown {
         for (settled, r) in tile.settled.iter_mut().zip(&tile.density) {
             *settled = self.offsets.highest(*r);
         }
@@ -135,7 +135,7 @@ impl Levels {
     }
 
     /// The tiles of another tree.
-    fn rebuild(&mut self, tree: Tree) {
+    pub(super) fn rebuild(&mut self, tree: Tree) {
         let mut pool: Pool = Vec::new();
         for level in &mut self.levels {
             let tiles = level.tiles.drain(..).zip(level.shown.drain(..));
