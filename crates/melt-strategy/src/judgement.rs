@@ -24,6 +24,9 @@ pub const POWER: f64 = 0.05;
 pub const LESS: f64 = 0.01;
 /// Most levels of coarser cells.
 const COARSER: usize = 4;
+/// Where layers cool on each other the coarsest cells, on which they do, are no larger than this, mm: two fifths of what heat spreads
+/// before.
+const COOLING: f64 = 1.0;
 /// How far beside the path highest temperatures are kept, mm.
 const KEPT: f64 = 0.5;
 
@@ -362,7 +365,10 @@ fn setup(
     let height = body.layer / f64::from(resolution.planes.max(1));
     let depth = ((below / body.layer - 1e-6).ceil() * body.layer).max(body.layer);
     // the coarsest tiles are no wider than what lies beside twice over: the ground ends where it is asked to, or little further
-    let wide = |levels: &usize| 16.0 * resolution.cell * f64::from(1_u32 << levels) > 4.0 * beside;
+    let wide = |levels: &usize| {
+        let coarsest = resolution.cell * f64::from(1_u32 << levels);
+        16.0 * coarsest > 4.0 * beside || (body.between.is_some() && coarsest > COOLING)
+    };
     Setup {
         covered: [covered.low, covered.high],
         cell: resolution.cell,

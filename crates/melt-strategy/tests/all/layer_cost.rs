@@ -175,10 +175,10 @@ fn a_layer_of_twenty_five_metres_of_path() {
 
 /// What a layer finds warm hardly depends on the cells that those below were drawn on.
 #[test]
-#[ignore = "half an hour of computing"]
+#[ignore = "minutes of computing"]
 fn a_cube_of_fifty_layers_keeps_its_heat() {
-    let fine = cube(5, 0.06);
-    let coarse = cube(50, 0.12);
+    let fine = cube(5, 0.12);
+    let coarse = cube(50, 0.24);
     let start = titanium().start - CELSIUS;
     assert!(coarse[1][0] > start && coarse[49][0] > coarse[9][0]);
     for (a, b) in coarse.iter().zip(&fine) {
@@ -190,8 +190,8 @@ fn a_cube_of_fifty_layers_keeps_its_heat() {
 #[test]
 #[ignore = "half a minute of computing"]
 fn three_layers_of_a_cube() {
-    cube(1, 0.12);
-    let tops = cube(3, 0.12);
+    cube(1, 0.24);
+    let tops = cube(3, 0.24);
     let start = titanium().start - CELSIUS;
     assert!(tops[0] == [start; 2] && tops[1][0] > start && tops[2][0] > tops[1][0]);
 }

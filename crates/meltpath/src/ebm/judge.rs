@@ -59,6 +59,8 @@ pub struct JudgedPath {
     pub runs: Vec<Run>,
     /// Highest temperatures of the run as asked, K.
     pub highest: Field,
+    /// The same where the layer meets the one below, K, in the top plane.
+    pub foot: Field,
     /// What else the run as asked showed.
     pub watched: Watched,
     /// The heat of its layers, the lowest first.
@@ -417,6 +419,7 @@ impl Court<'_> {
             ),
             molten: molten_area(&first.highest, self.plan.settings.material.liquidus),
             highest: first.highest,
+            foot: first.foot,
             watched: first.watched,
             layers: first.layers,
         })
