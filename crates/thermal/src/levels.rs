@@ -40,7 +40,7 @@ pub use matter::{Frame, Matter};
 /// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
 /// four that bend less than an eighth become one.
 pub const BEND: f64 = 300.0;
-/// Tiles this close to the start temperature sleep where their neighbours do, K.
+/// Tiles no warmer than this above the start temperature sleep where their neighbours do, K.
 const COLD: f64 = 2.0;
 
 /// What a layer is drawn on.
