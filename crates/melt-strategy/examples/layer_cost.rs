@@ -35,7 +35,7 @@ fn main() {
 }
 
 /// Ti6Al4V of the thesis.
-pub fn titanium() -> Material {
+pub(crate) fn titanium() -> Material {
     let text = meltpath_data::materials::TI6AL4V_EBM.text;
     read(text, Readings::default()).unwrap()
 }
@@ -186,7 +186,7 @@ fn drawn(
 }
 
 /// The lines of a square on cells of 30 µm: what they cost.
-pub fn cost_of(side: f64) {
+pub(crate) fn cost_of(side: f64) {
     let path = square(side, false);
     let (length, reach) = (SPEED * path.end(), reach(path.end()));
     let begun = computed();
@@ -212,7 +212,7 @@ pub fn cost_of(side: f64) {
 }
 
 /// A cube of 10 mm, `layers` of it 10 s apart, lines crossing; temperatures of the top before each layer, °C.
-pub fn cube(layers: usize, cell: f64) -> Vec<[f64; 2]> {
+pub(crate) fn cube(layers: usize, cell: f64) -> Vec<[f64; 2]> {
     let between = Between {
         time: 10.0,
         powder: titanium().start,

@@ -7,7 +7,7 @@
 
 use meltpath_base::Observer;
 
-use crate::bed::{Between, Body, Domain, EVEN, Reading, Resolution, extent, planes};
+use crate::bed::{Body, Domain, EVEN, Reading, Resolution, extent, planes};
 use crate::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Field;
@@ -311,15 +311,12 @@ impl Pile<'_> {
             every: f64::INFINITY,
         };
         levels.draw(path, self.beam, &nothing, observer)?;
-        let ((ledger, stored), ground) = match self.body.between {
-            Some(Between { time, .. }) => {
-                let (left, cooled) = levels.leave(time, observer)?;
-                ((cooled.ledger, cooled.stored), left)
-            }
-            None => {
-                let drawn = (*levels.ledger(), levels.stored());
-                (drawn, Ground::from(levels.into_matter()))
-            }
+        let ((ledger, stored), ground) = if let Some(between) = self.body.between {
+            let (left, cooled) = levels.leave(between.time, observer)?;
+            ((cooled.ledger, cooled.stored), left)
+        } else {
+            let drawn = (*levels.ledger(), levels.stored());
+            (drawn, Ground::from(levels.into_matter()))
         };
         self.layers.push(LayerHeat {
             before,

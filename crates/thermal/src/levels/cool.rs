@@ -280,9 +280,9 @@ impl Line {
     fn solve(&mut self, stage: usize) {
         let k = &mut self.stages[stage];
         let mut before = 0.0;
-        for i in 0..k.len() {
-            before = (k[i] - self.lower[i] * before) * self.inverse[i];
-            k[i] = before;
+        for ((k, lower), inverse) in k.iter_mut().zip(&self.lower).zip(&self.inverse) {
+            before = (*k - lower * before) * inverse;
+            *k = before;
         }
         for i in (0..k.len().saturating_sub(1)).rev() {
             k[i] -= self.upper[i] * k[i + 1];
@@ -386,7 +386,6 @@ mod tests {
     fn waves_decay_as_the_closed_form_says() {
         for held in [true, false] {
             let [ratio, lost] = wave(held, 0.05, 0.2);
-            println!("held {held}: {ratio:.5} of the closed form, lost {lost:.1e}");
             assert!((ratio - 1.0).abs() < 4e-3, "{held}: {ratio}");
             assert!(lost.abs() < 1e-10, "{held}: {lost}");
         }

@@ -49,8 +49,10 @@ pub(super) fn table(outcome: &Outcome) -> Option<Table> {
             Cell::Fixed(100.0 * layer.residual, 4),
         ]);
     }
-    table.note = "Run as set. What a layer is laid on: temperatures of the top within the extent of the paths before its powder lies there. Heat from the beginning of a layer's path to the beginning of the next one's, of the last layer to the end of its path; radiated above what the bed does at the start temperature.".to_owned();
-    Some(table)
+    Some(Table {
+        note: "Run as set. What a layer is laid on: temperatures of the top within the extent of the paths before its powder lies there. Heat from the beginning of a layer's path to the beginning of the next one's, of the last layer to the end of its path. Where layers keep their heat a place radiates what it does above the start temperature.".to_owned(),
+        ..table
+    })
 }
 
 /// Writes them.
