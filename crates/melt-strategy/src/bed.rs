@@ -76,6 +76,17 @@ pub struct Body<'a> {
     pub surface: Surface,
     /// What the ground does where it ends, below and beside.
     pub beyond: Face,
+    /// What happens from one layer to the next on the solver for whole layers; each starts at the start temperature where absent.
+    pub between: Option<Between>,
+}
+
+/// From the end of a layer's path to the beginning of the next one's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Between {
+    /// How long the layer cools, s.
+    pub time: f64,
+    /// Temperature of the next layer of powder when its path begins, K.
+    pub powder: f64,
 }
 
 /// Lowest and highest corner of where the beam is on along paths, mm.

@@ -11,7 +11,8 @@ use crate::bed::{Body, Domain, EVEN, Reading, Resolution, extent, planes};
 use crate::part::Rectangle;
 use meltpath_thermal::beam::{Beam, BeamPath};
 use meltpath_thermal::grid::Field;
-use meltpath_thermal::levels::{BEND, Levels, LevelsError, Setup};
+use meltpath_thermal::levels::{BEND, Ground, Levels, LevelsError, Setup};
+use meltpath_thermal::solver::Face;
 use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
 
@@ -23,6 +24,9 @@ pub const POWER: f64 = 0.05;
 pub const LESS: f64 = 0.01;
 /// Most levels of coarser cells.
 const COARSER: usize = 4;
+/// Where layers cool on each other the coarsest cells, on which they do, are no larger than this, mm: two fifths of what heat spreads
+/// before.
+const COOLING: f64 = 1.0;
 /// How far beside the path highest temperatures are kept, mm.
 const KEPT: f64 = 0.5;
 
@@ -160,9 +164,23 @@ pub struct Drawn {
     pub updates: u64,
     /// What was seen besides.
     pub watched: Watched,
+    /// Every layer, the lowest first; the last one until its path ends.
+    pub layers: Vec<LayerHeat>,
 }
 
-/// Draws `lower` layers and then `path` on `body`, each on a fresh layer, from the start temperature.
+/// The heat of one layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayerHeat {
+    /// Mean and highest temperature of what it is laid on, within the extent of the paths, before its powder lies there, K.
+    pub before: [f64; 2],
+    /// Where its heat went until the next one is laid.
+    pub ledger: Ledger,
+    /// What the solver lost of the heat, as a share of what the beam brought.
+    pub residual: f64,
+}
+
+/// Draws `lower` layers and then `path` on `body`, each on a fresh layer: from the start temperature, or on what those before left
+/// warm ([`Body::between`]).
 ///
 /// # Errors
 /// [`LevelsError`].
@@ -194,20 +212,20 @@ pub fn watched(
 ) -> Result<Drawn, LevelsError> {
     let [low, high] = extent(lower.iter().chain([path]));
     let hull = Rectangle { low, high };
-    let setup = setup(body, &hull, resolution, focus);
+    let last = setup(body, &hull, resolution, focus);
     let beam = Beam {
         efficiency: body.beam.efficiency * resolution.power,
         ..*body.beam
     };
-    let mut matter = setup.ground(body.material, body.ground);
-    let nothing = Watch {
-        places: Vec::new(),
-        every: f64::INFINITY,
+    let mut pile = Pile {
+        body,
+        hull: &hull,
+        beam: &beam,
+        ground: Ground::from(last.ground(body.material, body.ground)),
+        layers: Vec::new(),
     };
-    for path in lower {
-        let mut levels = Levels::new(setup.clone(), body.material.clone(), matter)?;
-        levels.draw(path, &beam, &nothing, observer)?;
-        matter = levels.into_matter();
+    for (path, above) in lower.iter().zip((1..=lower.len()).rev()) {
+        pile = pile.with(below(&last, body, above), path, observer)?;
     }
     // the levels count heights from the build plane, the job from that of the first layer
     let top = lower.len() as f64 * body.layer;
@@ -216,7 +234,11 @@ pub fn watched(
         places: watch.places.iter().map(|p| shifted(*p, -top)).collect(),
         every: watch.every,
     };
-    let mut levels = Levels::new(setup, body.material.clone(), matter)?;
+    let before = pile.top();
+    let Pile {
+        ground, mut layers, ..
+    } = pile;
+    let mut levels = Levels::on(last, body.material.clone(), ground, body.powder())?;
     let outside = levels.draw(path, &beam, &watch, observer)?;
     let kept = hull.grown(KEPT);
     let kept = [kept.low, kept.high];
@@ -235,8 +257,15 @@ pub fn watched(
         sample.place = shifted(sample.place, top);
     }
     let ledger = *levels.ledger();
+    let residual = ledger.residual(levels.stored());
+    layers.push(LayerHeat {
+        before,
+        ledger,
+        residual,
+    });
     Ok(Drawn {
-        residual: ledger.residual(levels.stored()),
+        layers,
+        residual,
         ledger,
         surface: highest.clone().at_depth(0.0),
         foot: highest.clone().at_depth(body.layer),
@@ -248,6 +277,77 @@ pub fn watched(
         updates: levels.updates(),
         watched: seen,
     })
+}
+
+/// Layers that are drawn one on the other.
+struct Pile<'a> {
+    body: &'a Body<'a>,
+    hull: &'a Rectangle,
+    beam: &'a Beam,
+    ground: Ground,
+    layers: Vec<LayerHeat>,
+}
+
+impl Pile<'_> {
+    /// Mean and highest temperature of the top within the extent of the paths, K.
+    fn top(&self) -> [f64; 2] {
+        let middle = [0, 1].map(|a| 0.5 * (self.hull.low[a] + self.hull.high[a]));
+        let inside = |point: [f64; 2]| self.hull.depth(point) >= 0.0;
+        self.ground.top(self.body.material.start, middle, &inside)
+    }
+
+    /// Draws the next layer and lets it cool.
+    fn with(
+        mut self,
+        setup: Setup,
+        path: &BeamPath,
+        observer: &dyn Observer,
+    ) -> Result<Self, LevelsError> {
+        let before = self.top();
+        let material = self.body.material.clone();
+        let mut levels = Levels::on(setup, material, self.ground, self.body.powder())?;
+        let nothing = Watch {
+            places: Vec::new(),
+            every: f64::INFINITY,
+        };
+        levels.draw(path, self.beam, &nothing, observer)?;
+        let ((ledger, stored), ground) = if let Some(between) = self.body.between {
+            let (left, cooled) = levels.leave(between.time, observer)?;
+            ((cooled.ledger, cooled.stored), left)
+        } else {
+            let drawn = (*levels.ledger(), levels.stored());
+            (drawn, Ground::from(levels.into_matter()))
+        };
+        self.layers.push(LayerHeat {
+            before,
+            ledger,
+            residual: ledger.residual(stored),
+        });
+        Ok(Pile { ground, ..self })
+    }
+}
+
+impl Body<'_> {
+    /// Temperature of fresh powder, K.
+    fn powder(&self) -> f64 {
+        self.between
+            .map_or(self.material.start, |between| between.powder)
+    }
+}
+
+/// Cells for a layer with `above` more to come on it: a plate from which nothing flows is thinner by these.
+fn below(last: &Setup, body: &Body<'_>, above: usize) -> Setup {
+    if body.between.is_none() || body.beyond != Face::Insulated {
+        return last.clone();
+    }
+    let depth: f64 = last.heights.iter().sum();
+    let height = last.heights.last().copied().unwrap_or(body.layer);
+    let depth = (depth - above as f64 * body.layer).max(body.layer);
+    Setup {
+        heights: planes(body.layer, height, depth),
+        tracked: last.tracked.min(depth),
+        ..last.clone()
+    }
 }
 
 /// Cells for paths in `hull`.
@@ -262,7 +362,10 @@ fn setup(
     let height = body.layer / f64::from(resolution.planes.max(1));
     let depth = ((below / body.layer - 1e-6).ceil() * body.layer).max(body.layer);
     // the coarsest tiles are no wider than what lies beside twice over: the ground ends where it is asked to, or little further
-    let wide = |levels: &usize| 16.0 * resolution.cell * f64::from(1_u32 << levels) > 4.0 * beside;
+    let wide = |levels: &usize| {
+        let coarsest = resolution.cell * f64::from(1_u32 << levels);
+        16.0 * coarsest > 4.0 * beside || (body.between.is_some() && coarsest > COOLING)
+    };
     Setup {
         covered: [covered.low, covered.high],
         cell: resolution.cell,

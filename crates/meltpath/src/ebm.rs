@@ -20,6 +20,7 @@ pub mod region;
 pub mod run;
 pub mod settings;
 pub mod simulate;
+mod under;
 mod verdict;
 
 pub use error::EbmError;

@@ -146,6 +146,26 @@ fn each(field: &Field, mut see: impl FnMut([usize; 3], f64)) {
 /// front passes with the speed `1/|∇fell|`, so the gradient is `rate · |∇fell|`. NaN where a voxel or all its neighbours
 /// along an axis did not freeze.
 pub fn gradient(fell: &Field, rate: &Field) -> Field {
+    let slow = slowness(fell);
+    let values = slow.iter().zip(&rate.values);
+    Field {
+        grid: fell.grid.clone(),
+        values: values.map(|(s, r)| (f64::from(*r) * s) as f32).collect(),
+    }
+}
+
+/// Speed of the front at solidification, mm/s: `1/|∇fell|`, along its normal. Not a number where [`gradient`] is none, and where a
+/// voxel froze at the same time as those around it.
+pub fn front_speed(fell: &Field) -> Field {
+    let speed = |slow: f64| if slow > 0.0 { 1.0 / slow } else { f64::NAN };
+    Field {
+        grid: fell.grid.clone(),
+        values: slowness(fell).iter().map(|s| speed(*s) as f32).collect(),
+    }
+}
+
+/// `|∇fell|`, s/mm.
+fn slowness(fell: &Field) -> Vec<f64> {
     let grid = &fell.grid;
     let [nx, ny] = grid.cells;
     let nz = grid.planes();
@@ -160,7 +180,7 @@ pub fn gradient(fell: &Field, rate: &Field) -> Field {
             (None, None) => f64::NAN,
         }
     };
-    let values = (0..fell.values.len())
+    (0..fell.values.len())
         .map(|n| {
             let (i, j, k) = (n % nx, n / nx % ny, n / (nx * ny));
             let here = at(i, j, k);
@@ -184,13 +204,9 @@ pub fn gradient(fell: &Field, rate: &Field) -> Field {
             );
             // a single molten plane has no neighbour along z: the front then runs in the plane
             let z = if z.is_nan() { 0.0 } else { z };
-            (rate.at(i, j, k) * (x * x + y * y + z * z).sqrt()) as f32
+            (x * x + y * y + z * z).sqrt()
         })
-        .collect();
-    Field {
-        grid: grid.clone(),
-        values,
-    }
+        .collect()
 }
 
 #[cfg(test)]
@@ -246,5 +262,11 @@ mod tests {
         for value in gradient(&fell, &rate).values {
             assert!((value - 500.0).abs() < 1e-1, "{value}");
         }
+        for value in front_speed(&fell).values {
+            assert!((value - 200.0).abs() < 1e-1, "{value}");
+        }
+        // what freezes all at once has no front
+        let still = front_speed(&field(|_, _, _| 0.5));
+        assert!(still.values.iter().all(|v| v.is_nan()));
     }
 }

@@ -8,8 +8,10 @@
 
 mod bell;
 mod conduct;
+mod cool;
 mod cut;
 mod draw;
+mod ground;
 mod matter;
 mod offsets;
 mod pace;
@@ -32,12 +34,13 @@ use conduct::PlaneStep;
 use tile::{FOLLOWED, Liquidus, N, PLANE, Shown, Tile};
 use tree::Tree;
 
+pub use ground::{Cooled, Ground};
 pub use matter::{Frame, Matter};
 
 /// How `θ` may bend from cell to cell, as kelvins of the solid's conductivity at the solidus: a tile that bends more is divided,
 /// four that bend less than an eighth become one.
 pub const BEND: f64 = 300.0;
-/// Tiles this close to the start temperature sleep where their neighbours do, K.
+/// Tiles no warmer than this above the start temperature sleep where their neighbours do, K.
 const COLD: f64 = 2.0;
 
 /// What a layer is drawn on.
@@ -121,6 +124,11 @@ pub enum LevelsError {
         /// Share of the power outside, %.
         share: f64,
     },
+    /// Layers that do not lie on each other.
+    #[error(
+        "the layer does not lie on the coarsest cells of the one below: both need the same corners, cells, levels and thickness of a layer"
+    )]
+    Moved,
     /// Stopped from outside.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -224,7 +232,7 @@ impl Levels {
         Ok(solver)
     }
 
-    /// The state of matter under the next layer.
+    /// The state of matter under the next layer, which starts at the start temperature; [`Levels::leave`] keeps heat too.
     pub fn into_matter(mut self) -> Matter {
         self.write_down();
         self.matter

@@ -23,6 +23,7 @@ pub(crate) fn on_metal<'a>(material: &'a Material, beam: &'a Beam) -> Body<'a> {
         ground: &|_| State::Dense,
         surface: faces(material).top,
         beyond: faces(material).bottom,
+        between: None,
     }
 }
 

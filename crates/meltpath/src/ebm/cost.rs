@@ -8,7 +8,7 @@ use meltpath_thermal::charts::simulation::Memory;
 use super::charts::{Source, sources};
 use super::correct::Correct;
 use super::error::EbmError;
-use super::plan::Plan;
+use super::plan::{Plan, Window};
 use super::settings::{Judge, Settings};
 use crate::job::ebm::ChartPreview;
 
@@ -33,6 +33,9 @@ const CHARTS: f64 = 3.0;
 const JUDGED: f64 = 112.0;
 /// See `JUDGED`.
 const JUDGED_CELL: f64 = 0.031_25;
+/// Time of computing of all runs of the judge for what lies between two layers, s of one core, on cells of `JUDGED_CELL` mm. An
+/// estimate.
+const RESTED: f64 = 15.0;
 /// What all other runs of the judge take beside the finest one: nine, on cells twice as large. An estimate.
 const OTHERS: f64 = 1.5;
 
@@ -232,5 +235,18 @@ fn judged(plan: &Plan, judge: &Judge) -> f64 {
     } else {
         0.0
     };
-    JUDGED * finer * (drawn * (1.0 + OTHERS) + given)
+    JUDGED * finer * (drawn * (1.0 + OTHERS) + given) + rested(plan, judge)
+}
+
+/// Seconds of one core that layers take to cool on each other, those of a good body too.
+fn rested(plan: &Plan, judge: &Judge) -> f64 {
+    if judge.between.is_none() {
+        return 0.0;
+    }
+    let paths = match plan.window {
+        Window::Fixed(_) => 1,
+        Window::Good { .. } => 2,
+    };
+    let cells = (JUDGED_CELL / judge.resolution.cell).powi(2);
+    RESTED * cells * (paths * plan.lower.len()) as f64
 }

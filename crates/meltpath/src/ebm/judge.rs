@@ -1,23 +1,22 @@
 //! The paths of a job on the solver for whole layers: what becomes of every point of the section, with what moves the figures.
 
 use meltpath_base::{Observer, Quiet};
-use meltpath_melt_strategy::bed::{Body, Domain, Reading, Resolution};
+use meltpath_melt_strategy::bed::Resolution;
 use meltpath_melt_strategy::error::StrategyError;
-use meltpath_melt_strategy::judgement::{Drawn as Reference, Share, Variant, watched};
+use meltpath_melt_strategy::judgement::{Drawn as Reference, LayerHeat, Share, Variant, watched};
 use meltpath_melt_strategy::part::{Rectangle, within};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Class, Classes, Tally};
 use meltpath_thermal::grid::Field;
 use meltpath_thermal::solver::ledger::Ledger;
 use meltpath_thermal::solver::watch::{Watch, Watched};
-use meltpath_thermal::solver::{Face, State};
 
 use super::ends::{Ends, ends};
 use super::error::EbmError;
 use super::plan::{Plan, Window};
-use super::region::{Below, Contour};
-use super::settings::{Judge, Settings};
-use crate::job::ebm::JudgeGround;
+use super::region::Contour;
+use super::settings::Judge;
+use super::under::{body, domain, ground};
 use rayon::prelude::*;
 
 /// One run of the judge.
@@ -60,8 +59,12 @@ pub struct JudgedPath {
     pub runs: Vec<Run>,
     /// Highest temperatures of the run as asked, K.
     pub highest: Field,
+    /// The same where the layer meets the one below, K, in the top plane.
+    pub foot: Field,
     /// What else the run as asked showed.
     pub watched: Watched,
+    /// The heat of its layers, the lowest first.
+    pub layers: Vec<LayerHeat>,
     /// Where a pool of conduction ends.
     pub ends: Ends,
     /// Area of whatever melts, mm².
@@ -120,9 +123,6 @@ pub struct Judged {
 const MIDDLE: f64 = 0.6;
 /// How long after the beam has left it the middle of a good body may grow hotter, s.
 const FROZEN: f64 = 5e-3;
-/// A half space ends so many times `√(αt)` below and beside: what its end sends back is some 4e-4 of what arrives there.
-const REACH: f64 = 2.5;
-
 /// The hull of a good body's path, and the square in its middle.
 pub(super) fn middle(path: &BeamPath) -> (Contour, Rectangle) {
     let points: Vec<[f64; 2]> = path.points().iter().map(|p| [p.x, p.y]).collect();
@@ -211,59 +211,6 @@ pub(super) fn outside(
     Outside {
         share: cells as f64 / section.voxels as f64,
         farthest,
-    }
-}
-
-/// What the region is drawn on, with `ground` from [`ground`].
-pub(super) fn body<'a>(
-    settings: &'a Settings,
-    ground: &'a (dyn Fn([f64; 2]) -> State + Sync),
-) -> Body<'a> {
-    let start = settings.material.start;
-    let judging = settings.judge.as_ref();
-    Body {
-        material: &settings.material,
-        beam: &settings.beam,
-        layer: settings.job.ebm.layer.0,
-        reading: judging.map_or(Reading::LayerMean, |j| Reading::Depth(j.depth)),
-        ground,
-        surface: settings.surface,
-        beyond: match judging.map(|j| j.ground) {
-            Some(JudgeGround::Plate) => Face::Insulated,
-            _ => Face::Imposed(start),
-        },
-    }
-}
-
-/// How far the ground reaches that is drawn on, for the longest of the paths that are judged.
-pub(super) fn domain(plan: &Plan, judging: &Judge) -> Domain {
-    let material = &plan.settings.material;
-    let longest = plan.drawn().into_iter().map(|p| p.end() - p.begin());
-    let longest = longest.fold(0.0, f64::max);
-    let diffusivity =
-        material.conductivity(material.solidus) / material.heat_capacity(material.solidus - 1.0);
-    let reach = (REACH * (diffusivity * longest).sqrt()).max(Domain::THESIS.below);
-    match judging.ground {
-        JudgeGround::HalfSpace => Domain {
-            below: reach,
-            beside: reach,
-        },
-        JudgeGround::Plate => Domain {
-            below: judging.plate + plan.lower.len() as f64 * plan.settings.job.ebm.layer.0,
-            beside: reach,
-        },
-        JudgeGround::ThesisBox => Domain::THESIS,
-    }
-}
-
-/// What lies under the first layer at a place of the region.
-pub(super) fn ground(below: &Below) -> impl Fn([f64; 2]) -> State + Sync {
-    move |point| {
-        if below.is_metal(point) {
-            State::Dense
-        } else {
-            State::Powder
-        }
     }
 }
 
@@ -472,7 +419,9 @@ impl Court<'_> {
             ),
             molten: molten_area(&first.highest, self.plan.settings.material.liquidus),
             highest: first.highest,
+            foot: first.foot,
             watched: first.watched,
+            layers: first.layers,
         })
     }
 }

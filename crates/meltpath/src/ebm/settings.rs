@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::settings::{File, Problem, Setting};
-use meltpath_base::{Length, Provenance, Ratio, Reporter, Warning};
+use meltpath_base::{Length, Provenance, Ratio, Reporter, Temperature, Warning};
 use meltpath_geometry::math::DVec3;
 use meltpath_gun::Machine;
 use meltpath_gun::focus::FocusCalibration;
-use meltpath_melt_strategy::bed::{Domain, Resolution};
+use meltpath_melt_strategy::bed::{Between, Domain, Resolution};
 use meltpath_melt_strategy::part::Rectangle;
 use meltpath_thermal::beam::Beam;
 use meltpath_thermal::charts::simulation;
 use meltpath_thermal::material::Material;
+use meltpath_thermal::material::enthalpy::BELOW;
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::Body;
 use meltpath_thermal::solver::source::Depth;
@@ -24,8 +25,8 @@ use super::hatch::{Hatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
-    ChartMemory, EbmJob, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable, Point, Ring,
-    Vapour,
+    ChartMemory, EbmJob, EbmTable, Ground, HatchStrategy, JudgeGround, JudgeSolver, JudgeTable,
+    LayerMemory, Point, Ring, Vapour,
 };
 use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
@@ -134,6 +135,8 @@ pub struct Judge {
     pub ground: JudgeGround,
     /// Thickness of the start plate, mm.
     pub plate: f64,
+    /// From one layer to the next; each starts at the start temperature where absent.
+    pub between: Option<Between>,
     /// How deep below the build plane temperatures are read, mm.
     pub depth: f64,
     /// Places whose temperature is kept in time, mm; without z on the build plane.
@@ -227,7 +230,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
             ..simulation::Settings::of(&material)
         },
         window,
-        judge: judge(&job.judge, job.ebm.layer.0, &mut r),
+        judge: judge(&job.judge, &job.ebm, &material, &mut r)?,
         surface: surface(job),
         material,
         material_file: loaded.file,
@@ -373,13 +376,18 @@ fn surface(job: &EbmJob) -> Surface {
     }
 }
 
-fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Option<Judge> {
+fn judge(
+    table: &JudgeTable,
+    ebm: &EbmTable,
+    material: &Material,
+    r: &mut Provenance,
+) -> Result<Option<Judge>, Problem> {
     match *table.solver {
-        JudgeSolver::None => return None,
+        JudgeSolver::None => return Ok(None),
         JudgeSolver::Reference => {}
     }
     let place = |p: &Point| ([p[0].0, p[1].0], p.get(2).map(|z| z.0));
-    Some(Judge {
+    Ok(Some(Judge {
         places: table.places.iter().map(place).collect(),
         every: table.every.0,
         part: table.part.map(|corners| {
@@ -387,7 +395,7 @@ fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Option<Judge> {
             Rectangle { low, high }
         }),
         beyond: table.beyond.0,
-        depth: table.depth.or_computed(r, Length(0.5 * layer)).0,
+        depth: table.depth.or_computed(r, Length(0.5 * ebm.layer.0)).0,
         resolution: Resolution {
             cell: table.cell.0,
             planes: *table.planes,
@@ -397,7 +405,43 @@ fn judge(table: &JudgeTable, layer: f64, r: &mut Provenance) -> Option<Judge> {
         },
         ground: *table.ground,
         plate: table.plate.0,
-    })
+        between: between(table, *ebm.layers, material, r)?,
+    }))
+}
+
+/// What happens from layer to layer; what does not is not recorded.
+fn between(
+    table: &JudgeTable,
+    layers: u32,
+    material: &Material,
+    r: &mut Provenance,
+) -> Result<Option<Between>, Problem> {
+    if layers == 1 || *table.memory == LayerMemory::Metal {
+        for name in [&table.between.name, &table.powder.name] {
+            r.parameters.remove(name);
+        }
+        if layers == 1 {
+            r.parameters.remove(&table.memory.name);
+        }
+        return Ok(None);
+    }
+    let powder = table.powder.or_computed(r, Temperature(material.start)).0;
+    let lowest = material.start - BELOW;
+    if !(lowest..material.solidus).contains(&powder) {
+        let message = format!(
+            "judge.powder is {}: the solver knows {} from {} to below its solidus, {}",
+            Temperature(powder),
+            material.name,
+            Temperature(lowest),
+            Temperature(material.solidus)
+        );
+        let help = "leave it out: powder is preheated to the start temperature before it melts";
+        return Err(table.powder.problem(message).help(help));
+    }
+    Ok(Some(Between {
+        time: table.between.0,
+        powder,
+    }))
 }
 
 /// The material.

@@ -489,6 +489,25 @@ fn vapour(settings: &Settings, path: &JudgedPath) -> Vec<Fact> {
     facts
 }
 
+/// What the judged layer is laid on, and what is assumed of it.
+fn ground(judging: &Judge, path: &JudgedPath) -> Option<Fact> {
+    let last = path.layers.last()?;
+    let [mean, highest] = last.before.map(|k| k - CELSIUS);
+    let words = match (path.layers.len() - 1, judging.between) {
+        (0, _) => "assumed: all of it is at the start temperature; with ebm.layers the layers below it are drawn, and keep their heat".to_owned(),
+        (below, None) => format!(
+            "assumed: each of the {below} layers drawn below it starts at the start temperature (judge.memory = \"metal\")"
+        ),
+        (below, Some(between)) => format!(
+            "at most {highest:.0} °C, left by the {below} layers drawn below it, {} s after each; what lies below these was at the start temperature",
+            between.time
+        ),
+    };
+    let title = "mean temperature of what the last layer is laid on";
+    let value = Measure::exact(mean, "°C");
+    Some(Fact::new("ground-before", title, value, &words))
+}
+
 /// What is told beside the checks.
 pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     let path = outcome.path(plan);
@@ -511,6 +530,8 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
         facts.extend(vapour(&plan.settings, path));
+        let judging = plan.settings.judge.as_ref();
+        facts.extend(judging.and_then(|judging| ground(judging, path)));
         for (id, title, class) in [
             (
                 "below-window",

@@ -266,6 +266,12 @@ table! {
         ground: JudgeGround => default("half-space", "metal or powder as far as heat goes while the layer is drawn");
         /// Thickness of the start plate, where the ground is one.
         plate: Length where positive => default("10 mm", "a usual start plate");
+        /// What a layer keeps of those before it, where `ebm.layers` draws several.
+        memory: LayerMemory => default("heat", "what the layers before left warm is warm");
+        /// Time from the end of a layer's path to the beginning of the next one's, the beam off.
+        between: Time where within(0.0, DAY) => default("10 s", "a rake and a preheating: an estimate, read yours from the machine's log");
+        /// Temperature of a fresh layer of powder when its path begins; at most 100 K below the material's start temperature.
+        powder: Temperature => computed("the material's start temperature: every layer is preheated");
         /// Places whose temperature is kept in time: x, y, and z where it is not the build plane.
         places: Vec<Point> => default([], "the charts' hottest");
         /// Time between two of these temperatures.
@@ -306,7 +312,15 @@ choice! {
         None = "none",
     }
 
-    /// What the ground is that the solver draws on; it is at the start temperature before the layer.
+    /// What a layer keeps of those before it.
+    pub enum LayerMemory {
+        /// Their heat, and what of them is metal.
+        Heat = "heat",
+        /// What of them is metal: every layer starts at the start temperature.
+        Metal = "metal",
+    }
+
+    /// What the ground is that the solver draws on; it is at the start temperature before the first layer.
     pub enum JudgeGround {
         /// So deep and wide that nothing is felt of its end.
         HalfSpace = "half-space",

@@ -2,7 +2,9 @@
 
 mod corrected;
 mod found;
+mod front;
 mod histogram;
+mod layers;
 mod part;
 mod sections;
 mod shares;
@@ -235,7 +237,9 @@ pub fn report(
                 .iter()
                 .map(|j| histogram::judged(j, plan))
                 .collect(),
-            vec![table],
+            std::iter::once(table)
+                .chain(layers::table(outcome))
+                .collect(),
         ));
     }
     sections.extend(outcome.found.iter().map(|f| found::section(f, plan)));
@@ -318,6 +322,8 @@ pub fn write_files(
         corrected::write(folder, found)?;
     }
     sections::write_volumes(folder, outcome)?;
+    front::write(folder, outcome)?;
+    layers::write(folder, outcome)?;
     voxels::write(folder, plan, outcome)
 }
 

@@ -46,7 +46,7 @@ impl Levels {
     }
 
     /// What a new tile shows; its densities tell how hot its powder was.
-    fn shown(&self, tile: &mut Tile) -> Shown {
+    pub(super) fn shown(&self, tile: &mut Tile) -> Shown {
         for (settled, r) in tile.settled.iter_mut().zip(&tile.density) {
             *settled = self.offsets.highest(*r);
         }
@@ -135,7 +135,7 @@ impl Levels {
     }
 
     /// The tiles of another tree.
-    fn rebuild(&mut self, tree: Tree) {
+    pub(super) fn rebuild(&mut self, tree: Tree) {
         let mut pool: Pool = Vec::new();
         for level in &mut self.levels {
             let tiles = level.tiles.drain(..).zip(level.shown.drain(..));
@@ -276,7 +276,8 @@ impl Levels {
         })
     }
 
-    /// Cold tiles among cold ones, away from the beam, sleep.
+    /// Cold tiles among cold ones, away from the beam, sleep: those that no heat has reached. What radiates alone makes is left out
+    /// there: a bed that cools as a whole would wake for nothing.
     fn fall_asleep(&mut self, spots: &[Spot]) {
         let cold = self.curve.of(self.material.start + COLD) as f32;
         let origin = self.matter.frame.origin;
@@ -304,7 +305,7 @@ impl Levels {
         }
     }
 
-    /// Largest difference from the start in what lies beside a tile, J/mm³; of finer tiles there nothing is asked: they are warm.
+    /// Largest enthalpy above the start in what lies beside a tile, J/mm³; of finer tiles there nothing is asked: they are warm.
     fn warmth_beside(&self, level: usize, at: [usize; 2], way: [isize; 2]) -> f32 {
         let Some(there) = self.tree.beside(level, at, way) else {
             return 0.0;

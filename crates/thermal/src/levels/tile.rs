@@ -46,7 +46,7 @@ pub(crate) struct Tile {
     pub(crate) froze: Froze,
     /// Heat given to coarser cells beside during their step, J/mm³ of these cells; empty where none lie there.
     pub(crate) out: [Vec<f32>; 4],
-    /// Largest difference from the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm; of the last look.
+    /// Largest enthalpy above the start, J/mm³, and how strongly `θ` bends from cell to cell, W/mm; of the last look.
     pub(crate) warmth: f32,
     pub(crate) bend: f32,
     /// What was radiated, evaporated and conducted out since the last count.
@@ -219,7 +219,7 @@ impl CellLoop for Refresh<'_> {
     }
 }
 
-/// Looks at how far a tile differs from the start and how strongly `θ` bends between its cells.
+/// Looks at how much warmer a tile is than the start and how strongly `θ` bends between its cells.
 pub(crate) struct Look<'a> {
     pub(crate) tile: &'a mut Tile,
     pub(crate) shown: &'a Shown,
@@ -231,7 +231,7 @@ impl CellLoop for Look<'_> {
         let (mut warmth, mut bends) = ([0.0_f32; N], [0.0_f32; N]);
         for row in self.tile.enthalpy.chunks_exact(N) {
             for i in 0..N {
-                let w = row[i].abs();
+                let w = row[i];
                 warmth[i] = if w > warmth[i] { w } else { warmth[i] };
             }
         }

@@ -15,7 +15,7 @@ const MELTING_PIECES: usize = 8;
 /// Where the tables end, K: above the boiling points of the metals in use; beyond, laws go on in straight lines.
 const CEILING: f64 = 4500.0;
 /// How far below the start temperature they begin, K.
-const BELOW: f64 = 100.0;
+pub const BELOW: f64 = 100.0;
 
 /// Why no enthalpy curve can be made of a material.
 #[derive(Debug, thiserror::Error)]

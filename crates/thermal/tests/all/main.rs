@@ -11,6 +11,7 @@ mod chart_simulation;
 mod charts;
 mod closed_form;
 mod laser_tracks;
+mod layers;
 mod levels;
 mod moving_source;
 mod raster;

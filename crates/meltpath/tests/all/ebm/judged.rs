@@ -117,3 +117,63 @@ fn the_solver_judges_without_charts() {
         says(&refusal(&file), &[said]);
     }
 }
+
+/// Two layers: the second one stands on what the first one left warm, which the verdict, the report and a table tell; with
+/// `memory = "metal"` it starts at the start temperature, as a layer alone does. Maps tell how the metal froze.
+#[test]
+fn a_layer_stands_on_what_the_one_below_left() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("path.csv"), path(4, 4e-3)).unwrap();
+    let file = dir.path().join("job.toml");
+    let run = |layers: u32, judge: &str| {
+        let text = format!(
+            "path = \"path.csv\"\n[process]\nkind = \"ebm\"\n[ebm]\nlayers = {layers}\nefficiency = \"50 %\"\n[charts]\npreview = \"none\"\n[window]\nlow = \"1700 °C\"\nhigh = \"9000 °C\"\n[judge]\ncell = \"0.125 mm\"\nstep = \"10 us\"\n{judge}"
+        );
+        std::fs::write(&file, text).unwrap();
+        let out = dir.path().join("out");
+        let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
+        let table = std::fs::read_to_string(out.join("series/layers-reference.csv")).ok();
+        let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+        let map = std::fs::read(out.join("fields/front-reference.vti")).unwrap();
+        std::fs::remove_dir_all(&out).unwrap();
+        let facts = &outcome.verdict.facts;
+        let fact = facts.iter().find(|f| f.id == "ground-before").unwrap();
+        let before = fact.value.as_ref().unwrap().value;
+        (before, fact.reason.clone(), table, report, map)
+    };
+    let (before, told, table, report, map) = run(2, "between = \"0.5 s\"\n");
+    println!("{before:.2} °C, {told}");
+    assert!((751.0..900.0).contains(&before), "{before}");
+    says(&told, &["1 layers drawn below", "0.5 s after each"]);
+    says(&report, &["Layer after layer"]);
+    let table = table.unwrap();
+    println!("{table}");
+    let of_last: Vec<f64> = table
+        .lines()
+        .last()
+        .unwrap()
+        .split(',')
+        .map(|v| v.parse().unwrap())
+        .collect();
+    assert!((of_last[1] - before).abs() < 1e-3 && of_last[2] >= of_last[1]);
+    assert!(of_last[8].abs() < 1e-3, "{of_last:?}");
+    let map = String::from_utf8_lossy(&map);
+    for name in ["gradient", "front_speed", "cooling_rate", "time_molten"] {
+        assert!(map.contains(&format!("Name=\"{name}_")), "{name}");
+    }
+    // the longer it cools the less stays
+    let (later, ..) = run(2, "between = \"5 s\"\n");
+    assert!((750.0..before).contains(&later), "{later}");
+    let (metal, told, ..) = run(2, "memory = \"metal\"\n");
+    assert!((metal - 750.0).abs() < 1e-9, "{metal}");
+    says(&told, &["assumed", "judge.memory"]);
+    let (alone, told, table, report, _) = run(1, "");
+    assert!((alone - 750.0).abs() < 1e-9 && table.is_none());
+    assert!(!report.contains("Layer after layer"));
+    says(&told, &["assumed", "ebm.layers"]);
+    // powder that the laws do not know
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replace("layers = 1", "layers = 2") + "powder = \"20 °C\"\n";
+    std::fs::write(&file, text).unwrap();
+    says(&refusal(&file), &["judge.powder is 20 °C", "leave it out"]);
+}
