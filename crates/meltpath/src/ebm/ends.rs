@@ -1,6 +1,6 @@
 //! Where a pool of conduction ends: the laws of the material, and what its surface tension holds against the recoil of vapour.
 
-use meltpath_base::Reporter;
+use meltpath_base::{Fact, Measure, Reporter};
 use meltpath_thermal::beam::BeamPath;
 use meltpath_thermal::criteria::{Classes, Tally};
 use meltpath_thermal::grid::Field;
@@ -93,10 +93,7 @@ impl Passed {
     pub fn words(&self, material: &str) -> String {
         let what = match self.end {
             End::Laws => format!("the laws of {material} end"),
-            End::Surface { radius, pressure } => format!(
-                "the recoil of vapour passes the {:.1} kPa that surface tension holds over the beam's radius of {radius:.2} mm, so that heat is no longer conducted through a still pool",
-                1e-3 * pressure
-            ),
+            End::Surface { .. } => "a still pool ends".to_owned(),
         };
         format!(
             "the surface reaches {:.0} °C, {:.0} K above {:.0} °C, where {what}; {:.1} % of the section are hotter than that",
@@ -105,6 +102,20 @@ impl Passed {
             self.kelvin - CELSIUS,
             100.0 * self.share
         )
+    }
+
+    /// Where a still pool ends, and why.
+    pub fn fact(&self) -> Option<Fact> {
+        let End::Surface { radius, pressure } = self.end else {
+            return None;
+        };
+        let words = format!(
+            "the recoil of vapour passes there the {:.1} kPa that surface tension holds over the beam's radius of {radius:.2} mm, and heat is no longer conducted through a still pool",
+            1e-3 * pressure
+        );
+        let place = Measure::exact(self.kelvin - CELSIUS, "°C");
+        let title = "temperature of the surface at which a still pool ends";
+        Some(Fact::new("pool-end", title, place, &words))
     }
 }
 

@@ -8,7 +8,7 @@ use meltpath_thermal::grid::Field;
 use meltpath_thermal::material::{CELSIUS, Material};
 
 use super::advice::{MORE, Needs};
-use super::ends::Ends;
+use super::ends::{Ends, Passed};
 use super::gun::drawn as at_gun;
 use super::judge::{JudgedPath, Run, of_all};
 use super::plan::Plan;
@@ -529,6 +529,7 @@ pub(super) fn facts(plan: &Plan, outcome: &Outcome) -> Vec<Fact> {
     facts.push(Fact::new("hottest", title, celsius, shown.words).at(place));
     if let Some(judged) = &outcome.judged {
         let path = judged.better.as_ref().unwrap_or(&judged.given);
+        facts.extend(path.ends.passed.iter().filter_map(Passed::fact));
         facts.extend(vapour(&plan.settings, path));
         let judging = plan.settings.judge.as_ref();
         facts.extend(judging.and_then(|judging| ground(judging, path)));
