@@ -214,7 +214,7 @@ fn plans_foretell_what_their_runs_fail() {
 #[test]
 #[ignore = "a minute of computing"]
 fn plain_shapes_happen_as_foretold() {
-    // comes near its limit in the run
-    let near = [("no allowance", "+flatness")];
+    // near its limit: the stock is undecided in the run, and the plan's coarser look passes it
+    let near = [("wedge", "-stock")];
     assert_eq!(plain_misses(|_| true), known(&near));
 }
