@@ -117,7 +117,9 @@ def build(room, mutants):
         found, built = messages(room)
         bad = unbuildable(found) if built.returncode else set()
         if built.returncode == 0:
-            return [m["executable"] for m in found if m.get("executable")], mutants
+            # an example of the room is built beside its tests, and is none
+            tests = [m for m in found if m.get("executable") and m["profile"]["test"]]
+            return [m["executable"] for m in tests], mutants
         put_back(room)
         if not bad & mutants.keys():
             sys.exit(f"the mutants of {room} do not build:\n{built.stderr[-3000:]}")
