@@ -50,22 +50,10 @@ const EXACT: Change = Change {
     ..KEEP
 };
 /// A pile at a turn is often one place: turns a little farther or nearer leave it.
-const FARTHER_TURNS: Change = Change {
-    reversal: Some(0.5),
-    ..KEEP
-};
-const NEARER_TURNS: Change = Change {
-    reversal: Some(0.2),
-    ..KEEP
-};
-const SHARPER: Change = Change {
-    smoothing: Some(0.25),
-    ..KEEP
-};
-const SHARPEST: Change = Change {
-    smoothing: Some(0.0),
-    ..KEEP
-};
+const FARTHER_TURNS: Change = reversal(0.5);
+const NEARER_TURNS: Change = reversal(0.2);
+const SHARPER: Change = smoothing(0.25);
+const SHARPEST: Change = smoothing(0.0);
 const MORE: Change = Change {
     allowance: Some(3.0),
     ..KEEP
@@ -109,6 +97,20 @@ const OF_WALLS: [Change; 2] = [SHARPER, MORE];
 
 /// More checks than these are many.
 const MANY: usize = 2;
+
+const fn reversal(reversal: f64) -> Change {
+    Change {
+        reversal: Some(reversal),
+        ..KEEP
+    }
+}
+
+const fn smoothing(smoothing: f64) -> Change {
+    Change {
+        smoothing: Some(smoothing),
+        ..KEEP
+    }
+}
 
 const fn strategy(strategy: FillStrategy) -> Change {
     Change {
