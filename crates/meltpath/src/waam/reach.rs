@@ -273,10 +273,11 @@ fn config(along: &Along, cell: &Cell) -> Check {
             "config",
             CONFIG,
             &format!(
-                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa, Stäubli); {} has none that are known here",
+                "how an arm stands is said in its maker's words (FANUC, KUKA, ABB, Yaskawa, Stäubli): the program has none for {}",
                 cell.name
             ),
-        );
+        )
+        .remedy("programs for the robot's own controller: program.dialect of the cell's file");
     }
     let words: Vec<String> = along
         .configurations
