@@ -97,10 +97,13 @@ fn at_some_chord(
     observer: &dyn Observer,
 ) -> Result<Mesh, TessellateError> {
     let asked = tessellate_solid(solid, name, tolerance, reporter, observer);
-    let Err(TessellateError::Face { .. }) = &asked else {
-        return asked;
+    // what has too many points has more of them at a finer chord
+    let finest = match &asked {
+        Err(TessellateError::Face { .. }) => 0.0,
+        Err(TessellateError::TooFine { .. }) => 1.0,
+        _ => return asked,
     };
-    for part in OTHER_CHORDS {
+    for part in OTHER_CHORDS.into_iter().filter(|part| *part > finest) {
         let other = Tolerance {
             chord: part * tolerance.chord,
             ..*tolerance
@@ -178,11 +181,12 @@ fn triangulate(
         .par_iter()
         .map(|edge| edges::discretise(solid, edge, &tolerance))
         .collect();
+    let too_fine = || TessellateError::TooFine {
+        solid: name.to_owned(),
+        chord: tolerance.chord,
+    };
     if samples.iter().any(|s| s.t.len() > edges::MOST_CHORDS) {
-        return Err(TessellateError::TooFine {
-            solid: name.to_owned(),
-            chord: tolerance.chord,
-        });
+        return Err(too_fine());
     }
     let charts: Vec<Chart<'_>> = solid
         .faces
@@ -227,6 +231,7 @@ fn triangulate(
                         "its edges cross each other or come too close".to_owned(),
                     ));
                 }
+                Err(FaceIssue::TooFine) => return Err(too_fine()),
                 Err(FaceIssue::Failed(reason)) => return Err(failed(f, reason)),
             }
         }

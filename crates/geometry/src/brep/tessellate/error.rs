@@ -28,7 +28,7 @@ pub enum TessellateError {
         /// What is wrong.
         reason: String,
     },
-    /// More than a million chords on one edge, or four thousand million vertices.
+    /// More than a million chords on one edge or points in one face, or four thousand million vertices.
     #[error(
         "the mesh of `{solid}` at a chord error of {chord} mm has too many vertices; allow a larger chord error, or check the part's size and unit"
     )]
@@ -48,6 +48,8 @@ pub enum TessellateError {
 pub(super) enum FaceIssue {
     /// More samples on edges: (edge, parameter).
     Split(Vec<(u32, f64)>),
+    /// More points than a face may have.
+    TooFine,
     /// The reason, for people.
     Failed(String),
 }

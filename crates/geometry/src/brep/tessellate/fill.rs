@@ -21,7 +21,7 @@ use crate::brep::{Sense, Solid};
 use crate::math::{DVec2, DVec3};
 
 /// Points that one face may take.
-const MOST_POINTS: usize = 5_000_000;
+const MOST_POINTS: usize = 1_000_000;
 
 /// A triangulated face. Triangles are counter-clockwise in the parameter plane.
 #[derive(Debug, Clone)]
@@ -89,9 +89,13 @@ pub(super) fn fill(
             "its boundary has no place on its surface".to_owned(),
         ));
     }
+    let warp = Warp::new(chart, lo, hi, tolerance);
+    if warp.is_too_fine() {
+        return Err(FaceIssue::TooFine);
+    }
     let mut filler = Filler {
         chart,
-        warp: Warp::new(chart, lo, hi, tolerance),
+        warp,
         cdt: Cdt::new(),
         handles: Vec::new(),
         nodes: Vec::new(),
@@ -186,9 +190,7 @@ impl Filler<'_> {
     fn insert(&mut self, w: DVec2, uv: DVec2, node: Node, point: DVec3) -> Result<u32, FaceIssue> {
         let local = self.nodes.len() as u32;
         if self.nodes.len() >= MOST_POINTS {
-            return Err(FaceIssue::Failed(format!(
-                "it needs more than {MOST_POINTS} points at this chord error"
-            )));
+            return Err(FaceIssue::TooFine);
         }
         let handle = self
             .cdt

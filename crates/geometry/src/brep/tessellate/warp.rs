@@ -75,6 +75,13 @@ impl Warp {
         Self { axes, bent }
     }
 
+    /// Whether one direction would take more steps than a face may.
+    pub(super) fn is_too_fine(&self) -> bool {
+        // the sum of the cells is rounded
+        let capped = |axis: &Axis| axis.values.last() >= Some(&(0.999 * MOST_STEPS));
+        self.axes.iter().any(capped)
+    }
+
     /// From parameters to chord units.
     pub(super) fn warp(&self, uv: DVec2) -> DVec2 {
         let [a, b] = &self.axes;

@@ -27,9 +27,7 @@ impl Filler<'_> {
             .fold([self.uv[0]; 2], |[lo, hi], &uv| [lo.min(uv), hi.max(uv)]);
         let size = self.warp.warp(hi) - self.warp.warp(lo);
         if size.x * size.y > MOST_POINTS as f64 {
-            return Err(FaceIssue::Failed(format!(
-                "it needs more than {MOST_POINTS} points at this chord error"
-            )));
+            return Err(FaceIssue::TooFine);
         }
         let mut seeds = Vec::new();
         for triangle in self.bounded(rule)? {
