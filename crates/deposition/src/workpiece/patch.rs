@@ -162,6 +162,18 @@ impl Patch {
         self.zone.ground_at(&self.map, p)
     }
 
+    /// How far `p` is over the surface that the bead finds, along a direction `axis` that leans from the columns, mm.
+    pub(super) fn over(&self, p: DVec3, axis: DVec3) -> f64 {
+        let (p, axis) = (self.local(p), self.local(self.columns.origin + axis));
+        let mut over = 0.0;
+        // the ground is nearly flat within what the lean shifts: each round leaves a small share of the error
+        for _ in 0..4 {
+            let at = p - over * axis;
+            over += at.z - self.ground(at.truncate());
+        }
+        over
+    }
+
     /// Surface as it is now on the axis through `p`.
     pub(super) fn surface(&self, p: DVec3) -> DVec3 {
         let at = self.local(p).truncate();

@@ -1,4 +1,5 @@
 //! Metal in space: the flat walls of the height map, the same walls in any direction, a pipe and a torus.
+mod fronts;
 mod leaning;
 
 use crate::support::*;

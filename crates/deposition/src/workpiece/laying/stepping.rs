@@ -27,25 +27,20 @@ impl Laying<'_> {
     /// none within reach, and that is told.
     fn distance(&mut self, run: &mut Bead, at: Sample) -> f64 {
         self.follow(run, at);
+        let nominal = self.settings.nominal_ctwd;
         let Some(patch) = &mut run.patch else {
-            return self.settings.nominal_ctwd;
+            return nominal;
         };
-        let tool = patch.local(at.tool);
-        let window = window(
-            &self.bead,
-            &self.settings,
-            tool.z,
-            patch.ground(tool.truncate()),
-        );
+        let (tool, window) = window_at(&self.bead, &self.settings, patch, at.tool);
         let margin = DVec2::splat(2.0 * patch.columns.side);
         let (lo, hi) = (tool.truncate() - margin, tool.truncate() + margin);
         patch.read(&self.voxels, (lo, hi), &window);
         let over = if patch.is_void(tool.truncate()) {
-            self.settings.nominal_ctwd
+            nominal
         } else {
-            tool.z - patch.ground(tool.truncate())
+            patch.over(at.tool, at.axis)
         };
-        self.settings.nominal_ctwd + over.min(self.settings.nominal_ctwd)
+        nominal + over.min(nominal)
     }
 
     pub(super) fn substep(&mut self, run: &mut Bead, at: Sample, (travel, asked): (f64, f64)) {
@@ -87,18 +82,22 @@ impl Laying<'_> {
         (run.pending, run.pending_travel) = (0.0, 0.0);
     }
 
-    /// Takes a new patch where the old one is left.
+    /// Takes a new patch where the old one is left. Its columns lie along the axis of the metal that freezes next, so that metal
+    /// stands on what it was laid on: along the axis at the torch, a pool that turns would slide off the wall sidewards.
     fn follow(&mut self, run: &mut Bead, at: Sample) {
+        let rear = run.trail.back().map_or(0.0, |s| s.travelled) - self.pool.rear;
+        let molten = |s: &&Spot| s.travelled >= rear && s.axis.dot(at.axis) >= BEND.cos();
+        let axis = run.trail.iter().find(molten).map_or(at.axis, |s| s.axis);
         let reach = self.pool.front + self.pool.rear;
         let margin = self.pool.half_width + 4.0 * self.voxels.cell();
         if let Some(patch) = &run.patch
-            && !patch.is_left(at.tool, at.axis, 2.0 * margin)
+            && !patch.is_left(at.tool, axis, 2.0 * margin)
         {
             return;
         }
         let ahead = run.trail.back().map_or(DVec3::X, |s| s.heading);
         let half = 2.0 * reach + 2.0 * margin;
-        let Some(mut next) = Patch::new(&self.voxels, (at.tool, at.axis, ahead), half) else {
+        let Some(mut next) = Patch::new(&self.voxels, (at.tool, axis, ahead), half) else {
             return;
         };
         let Some(mut earlier) = run.patch.take() else {
@@ -159,7 +158,7 @@ impl Laying<'_> {
             patch.hang(at.truncate(), 0.5 * self.bead.width * local.wide, at.z);
         }
         // the path's plane: what the path moves along the axis and the metal does not is drift
-        let over = at.z - patch.ground(at.truncate());
+        let over = patch.over(centre, axis);
         let moved = (centre - from.centre).dot(axis);
         let step = centre.distance(from.centre);
         if run.over.is_nan() {
@@ -295,8 +294,7 @@ impl Laying<'_> {
         let (Some(patch), Some(spot)) = (&run.patch, run.trail.back()) else {
             return;
         };
-        let p = patch.local(spot.centre).truncate();
-        let ground = patch.columns.point(p.extend(patch.ground(p)));
+        let ground = spot.centre - patch.over(spot.centre, spot.axis) * spot.axis;
         run.open
             .push_back((spot.travelled, self.laid.path.len(), ground));
         self.laid.path.push(LaidPoint {
