@@ -1,6 +1,6 @@
 """Runs every job of examples/ as a user would and compares verdict and key figures with examples/expected/NAME.toml.
 
-    python3 ci/run_examples.py OUT              runs all into the new folder OUT and compares
+    python3 ci/run_examples.py OUT              runs all into the new folder OUT, two at a time, and compares
     python3 ci/run_examples.py OUT --record     the same, then writes what was found; look at the difference before committing it
     python3 ci/run_examples.py OUT --no-run     compares (or records) what OUT already holds
     options: --only NAME,NAME    --binary PATH (target/release/meltpath)
@@ -9,6 +9,7 @@ Expected are the exit code, each check with its outcome, each value with its unc
 program that a run writes how many rows or numbers it has and the sums of their magnitudes. Tolerances with their reasons: examples/expected/tolerances.toml.
 """
 import argparse
+import concurrent.futures
 import csv
 import fnmatch
 import json
@@ -22,6 +23,10 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EXPECTED = ROOT / "examples" / "expected"
+# minutes each: started last they would run alone
+LONGEST = ("ebm-triangle", "ebm-bridge", "torus-on-positioner")
+# at a time: most use one core for much of their time, and none more than 2 GB
+RUNS = 2
 TABLES = ("program/*", "series/*.csv", "*.csv", "controllers.json")
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 NUMBER = re.compile(rb"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
@@ -115,6 +120,22 @@ def run_job(binary, expected, folder):
         return subprocess.run([binary, expected["command"], job, "--out", folder], stdout=log, stderr=subprocess.STDOUT).returncode
 
 
+def compare(arguments, name, expected, groups):
+    """Runs one job; whether it differs from what is recorded, and the lines that say so."""
+    folder, begun = arguments.out.resolve() / name, time.monotonic()
+    code = expected["exit"] if arguments.no_run else run_job(arguments.binary.resolve(), expected, folder)
+    found = {"job": expected["job"], "command": expected["command"], **found_in(folder, code)}
+    said = list(differences(expected, found, groups))
+    took = f"{time.monotonic() - begun:.0f} s"
+    lines = [f"{name:24} exit {code}, {len(found['checks'])} checks, {took}: {'as recorded' if not said else 'DIFFERS'}"]
+    lines += [f"    {line}" for line in said]
+    if said and code not in (0, expected["exit"]):
+        lines.append(folder.with_suffix(".log").read_text(encoding="utf-8", errors="replace")[-2000:])
+    if arguments.record:
+        write(EXPECTED / f"{name}.toml", found)
+    return bool(said), lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
@@ -132,19 +153,13 @@ def main():
         wrong = True
         print(f"{job}: in examples/ or in examples/expected/, not in both")
     arguments.out.mkdir(parents=True, exist_ok=arguments.no_run)
-    for name in [n for n in names if n in (arguments.only.split(",") if arguments.only else names)]:
-        expected, folder, begun = told[name], arguments.out.resolve() / name, time.monotonic()
-        code = expected["exit"] if arguments.no_run else run_job(arguments.binary.resolve(), expected, folder)
-        found = {"job": expected["job"], "command": expected["command"], **found_in(folder, code)}
-        said = list(differences(expected, found, groups))
-        print(f"{name:24} exit {code}, {len(found['checks'])} checks, {time.monotonic() - begun:.0f} s: {'as recorded' if not said else 'DIFFERS'}")
-        for line in said:
-            print(f"    {line}")
-        if said and code not in (0, expected["exit"]):
-            print(folder.with_suffix(".log").read_text(encoding="utf-8", errors="replace")[-2000:])
-        if arguments.record:
-            write(EXPECTED / f"{name}.toml", found)
-        wrong |= bool(said) and not arguments.record
+    chosen = arguments.only.split(",") if arguments.only else sorted(names, key=lambda n: (n not in LONGEST, n))
+    with concurrent.futures.ThreadPoolExecutor(RUNS) as pool:
+        runs = [pool.submit(compare, arguments, name, told[name], groups) for name in chosen if name in told]
+        for run in concurrent.futures.as_completed(runs):
+            differs, lines = run.result()
+            print(*lines, sep="\n", flush=True)
+            wrong |= differs and not arguments.record
     sys.exit(wrong)
 
 

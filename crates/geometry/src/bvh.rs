@@ -193,3 +193,32 @@ impl Bvh {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Small triangles far apart, in no order: those of a leaf lie together.
+    #[test]
+    fn a_leaf_is_small() {
+        let mut mesh = Mesh::default();
+        for n in 0..4096_u32 {
+            // 1723 is odd: every number up to 4096 once
+            let n = n.wrapping_mul(1723) % 4096;
+            let places = [n % 16, n / 16 % 16, n / 256].map(|k| 0.01 * f64::from(k));
+            let corner = DVec3::from(places);
+            let first = mesh.vertices.len() as u32;
+            let small = [DVec3::ZERO, 1e-3 * DVec3::X, 1e-3 * DVec3::Y];
+            mesh.vertices.extend(small.map(|d| corner + d));
+            mesh.triangles.push([first, first + 1, first + 2]);
+        }
+        let tree = Bvh::new(&mesh);
+        // eight of a leaf are a cube of two by two by two
+        for node in &tree.nodes[tree.leaves..] {
+            for k in 0..3 {
+                let width = node.hi[k] - node.lo[k];
+                assert!(width < 0.012, "{node:?}");
+            }
+        }
+    }
+}

@@ -175,6 +175,33 @@ mod tests {
         assert!(mask.cells().all(|(ix, iy)| mask.contains(ix, iy)));
     }
 
+    /// A triangle of three long slanted edges, against the side of each edge on which a point lies.
+    #[test]
+    fn a_cell_is_in_where_its_point_is() {
+        let corners = [(1.3, 0.7), (37.1, 11.9), (8.2, 29.4)].map(DVec2::from);
+        let grid = Grid {
+            origin: DVec2::splat(-3.0),
+            cell: 0.5,
+            nx: 90,
+            ny: 70,
+        };
+        let mask = rasterise(
+            &[Region {
+                outer: corners.to_vec(),
+                holes: vec![],
+            }],
+            &grid,
+        );
+        for (ix, iy) in (0..grid.nx).flat_map(|ix| (0..grid.ny).map(move |iy| (ix, iy))) {
+            let p = grid.origin + grid.cell * DVec2::new(ix as f64, iy as f64);
+            let inside = (0..3).all(|k| {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                (b - a).perp_dot(p - a) > 0.0
+            });
+            assert_eq!(mask.contains(ix, iy), inside, "{p}");
+        }
+    }
+
     #[test]
     fn regions_off_the_grid_are_cut() {
         let square = Region {

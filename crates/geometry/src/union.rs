@@ -182,4 +182,17 @@ mod tests {
         );
         assert!(found.sigma < 1e-3 * cone.volume());
     }
+
+    /// A step between two groups of four columns scatters within neither.
+    #[test]
+    fn a_group_of_columns_is_four_neighbours() {
+        let low = (shapes::thin_wall(64.0, 8.0, 10.0), DVec3::ZERO);
+        let high = (
+            shapes::thin_wall(64.0, 8.0, 20.0),
+            DVec3::new(64.0, 0.0, 0.0),
+        );
+        let found = union_volume(&joined(&[low, high]));
+        assert!((found.volume - 15_360.0).abs() < 1e-6, "{found:?}");
+        assert!(found.sigma < 1e-6, "{found:?}");
+    }
 }

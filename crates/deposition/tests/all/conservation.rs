@@ -405,13 +405,13 @@ fn a_million_stamps(mode: Mode) {
 }
 
 #[test]
-#[ignore = "size: run by itself and look at the time"]
+#[ignore = "size: ten seconds"]
 fn a_million_stamps_plain() {
     a_million_stamps(Mode::Plain);
 }
 
 #[test]
-#[ignore = "size: run by itself and look at the time"]
+#[ignore = "size: ten seconds"]
 fn a_million_stamps_levelling() {
     a_million_stamps(Settings::default().mode);
 }

@@ -530,4 +530,19 @@ pub(crate) mod tests {
         assert!(mended.x.dot(DVec3::Z).abs() < 1e-15);
         assert!((mended.x.cross(mended.y) - mended.z).length() < 1e-15);
     }
+
+    /// Where the second derivative of half the square is zero the step is Gauss' and Newton's: it does not end there.
+    #[test]
+    fn newton_goes_on_where_the_square_does_not_bend() {
+        let f = |t: f64| {
+            [
+                DVec3::X * (1.0 + t - 0.5 * t * t),
+                DVec3::X * (1.0 - t),
+                -DVec3::X,
+            ]
+        };
+        let (t, square) = newton(f, 0.0, [-2.0, 2.0]);
+        assert!((t - (1.0 - f64::sqrt(3.0))).abs() < 1e-9, "{t}");
+        assert!(square < 1e-18, "{square}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Programs held with track and positioner free: every axis in step, within limits, the torch down where a table can turn it so.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::time::Instant;
 
 use meltpath_base::Silent;
@@ -227,21 +227,4 @@ fn a_long_wall_is_laid_from_a_track() {
         free(&short, &program).unwrap_err().why,
         Why::Unreachable(_)
     ));
-}
-
-/// A hundred thousand points: how long it takes is told, not judged.
-#[test]
-#[ignore = "takes half a minute"]
-fn a_hundred_thousand_points() {
-    let cell = with("fanuc-arcmate-120ic", "");
-    let round = tube(80.0, 0.5 * PI, 200, 500);
-    let program = beads(&round);
-    println!("{} points, {:.0} m", round.len(), 1e-3 * TAU * 80.0 * 200.0);
-    for (what, axes) in [("standing", Axes::Standing), ("free", Axes::Free)] {
-        let since = Instant::now();
-        match hold(&task(&cell, &program, axes), &Silent) {
-            Ok(held) => told(what, &cell, &held, since),
-            Err(not) => println!("{what}: {:.2} s, {not:?}", since.elapsed().as_secs_f64()),
-        }
-    }
 }

@@ -192,9 +192,9 @@ fn multiaxis_ma7_inverse_gives_random_poses_back() {
 }
 
 #[test]
-#[ignore = "long validation: a million poses a robot"]
-fn inverse_gives_a_million_poses_back() {
-    finds_random(1_000_000);
+#[ignore = "long validation: a hundred thousand poses a robot"]
+fn inverse_gives_a_hundred_thousand_poses_back() {
+    finds_random(100_000);
 }
 
 /// The fifth joint tells the wrist's distance from its singularity, on either side and after half a turn.
@@ -249,7 +249,9 @@ fn search_finds_nothing_else(poses: u32) {
             let pose = arm.forward(anywhere(&mut random));
             let solutions = check(name, &arm, pose);
             for angles in search(&arm.chain, pose, 40) {
-                let near = solutions.iter().any(|s| apart(&s.angles, &angles) < 1e-5);
+                // a search ends at 1e-6 mm, 1e-9 rad: beside a singularity that is far off in the joints
+                let off = 1e-5 + adversarial::lost(&arm, &angles, 1e-9);
+                let near = solutions.iter().any(|s| apart(&s.angles, &angles) < off);
                 assert!(near, "{name}: {angles:?} is not among {solutions:?}");
                 found += 1;
             }
@@ -264,9 +266,9 @@ fn a_search_finds_nothing_that_the_closed_form_lacks() {
 }
 
 #[test]
-#[ignore = "long validation: two thousand poses a robot"]
+#[ignore = "long validation: five hundred poses a robot"]
 fn a_long_search_finds_nothing_that_the_closed_form_lacks() {
-    search_finds_nothing_else(2_000);
+    search_finds_nothing_else(500);
 }
 
 /// Every whole turn within limits, each joint by itself.

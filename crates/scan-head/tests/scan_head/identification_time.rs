@@ -347,6 +347,9 @@ fn own(seed: u64, law: Law) -> (Bench, Random) {
     (bench, random)
 }
 
+/// Length of the records with friction, noise and delays, s.
+const SECONDS: f64 = 0.5;
+
 const NAMES: [&str; 12] = [
     "R",
     "L",
@@ -365,7 +368,7 @@ const NAMES: [&str; 12] = [
 /// Errors over stated deviations, and stated deviations over the values.
 fn trial(seed: u64) -> [[f64; 2]; 12] {
     let (bench, mut random) = own(seed, Law::Coulomb);
-    let (columns, _) = bench.record(voltage(bench.period, 0.8, 1.7), &mut random);
+    let (columns, _) = bench.record(voltage(bench.period, 0.8, SECONDS), &mut random);
     let start = Instant::now();
     let joint = found(&columns, bench.period);
     println!(
@@ -426,7 +429,7 @@ fn records_of_another_simulator_give_their_motors_within_the_stated_deviations()
 fn under_another_law_the_torque_of_an_unused_record_is_predicted() {
     for seed in 10..11 {
         let (bench, mut random) = own(seed, Law::Bristles);
-        let (columns, _) = bench.record(voltage(bench.period, 0.8, 1.7), &mut random);
+        let (columns, _) = bench.record(voltage(bench.period, 0.8, SECONDS), &mut random);
         let joint = found(&columns, bench.period);
         let [coulomb, bias] = [joint.coulomb.unwrap()[0], joint.bias[0]];
         let backwards = voltage(bench.period, -0.6, 0.5);

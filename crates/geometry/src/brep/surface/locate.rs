@@ -285,3 +285,38 @@ fn seek(
     }
     nearest_parameter(f, &seeds, range)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brep::nurbs::NurbsSurface;
+
+    /// Every span is cut into equal parts, and no line lies outside.
+    #[test]
+    fn lines_of_a_spline_run_through_its_spans() {
+        let rows = (0..4).map(|i| {
+            let point = |j: u32| DVec3::new(f64::from(i), f64::from(j), f64::from(i * j));
+            (0..4).map(point).collect()
+        });
+        let patch = NurbsSurface::new(
+            [2, 3],
+            [
+                vec![1.0, 1.0, 1.0, 1.6, 3.0, 3.0, 3.0],
+                vec![-2.0, -2.0, -2.0, -2.0, 2.0, 2.0, 2.0, 2.0],
+            ],
+            rows.collect(),
+            vec![1.0; 16],
+        );
+        let lines = Surface::Nurbs(patch.unwrap()).grid_lines();
+        let wanted = [
+            vec![1.0, 1.2, 1.4, 1.6, 1.6 + 1.4 / 3.0, 1.6 + 2.8 / 3.0, 3.0],
+            vec![-2.0, -1.0, 0.0, 1.0, 2.0],
+        ];
+        for (lines, wanted) in lines.iter().zip(&wanted) {
+            assert_eq!(lines.len(), wanted.len(), "{lines:?}");
+            for (a, b) in lines.iter().zip(wanted) {
+                assert!((a - b).abs() < 1e-12, "{lines:?}");
+            }
+        }
+    }
+}

@@ -95,12 +95,12 @@ fn same_way(arm: &Arm, solution: &Solution, joints: &[f64; 6]) -> bool {
         [1, 3, 4, 5].into_iter().for_each(&mut free);
     }
     let tolerance = if singular.any() { 1e-4 } else { 1e-6 };
-    apart(&a, &b) < tolerance + digits_lost(arm, joints)
+    apart(&a, &b) < tolerance + lost(arm, joints, 1e-15)
 }
 
-/// How far joint values may be off because the pose has sixteen digits only: those digits over the least singular value of how the
-/// flange moves with the joints, lengths in metres, an arm's size.
-fn digits_lost(arm: &Arm, joints: &[f64; 6]) -> f64 {
+/// How far joint values may be off because the pose is known to `digits` only: these over the least singular value of how the flange
+/// moves with the joints, lengths in metres, an arm's size.
+pub(super) fn lost(arm: &Arm, joints: &[f64; 6], digits: f64) -> f64 {
     let columns = arm.chain.jacobian(joints);
     let entry = |row: usize, joint: usize| {
         let (moved, turned) = columns[joint];
@@ -114,7 +114,7 @@ fn digits_lost(arm: &Arm, joints: &[f64; 6]) -> f64 {
         .unwrap()
         .last()
         .unwrap();
-    1e-15 / least
+    digits / least
 }
 
 fn holds(poses: u32) {
