@@ -1,7 +1,7 @@
 //! Programs held with track and positioner free: every axis in step, within limits, the torch down where a table can turn it so.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::time::Instant;
 
 use meltpath_base::Silent;
@@ -227,4 +227,21 @@ fn a_long_wall_is_laid_from_a_track() {
         free(&short, &program).unwrap_err().why,
         Why::Unreachable(_)
     ));
+}
+
+/// A hundred thousand points round a bend: table and arm keep within their speeds; how long it takes is printed.
+#[test]
+#[ignore = "takes half a minute"]
+fn a_hundred_thousand_points() {
+    let cell = with("fanuc-arcmate-120ic", "");
+    let round = tube(80.0, 0.5 * PI, 200, 500);
+    let program = beads(&round);
+    // the arm alone does not reach round the bend
+    let standing = hold(&task(&cell, &program, Axes::Standing), &Silent);
+    assert!(standing.is_err(), "{:?}", standing.map(|h| h.margins));
+    let since = Instant::now();
+    let held = hold(&task(&cell, &program, Axes::Free), &Silent).unwrap();
+    told("free", &cell, &held, since);
+    let fastest = held.margins.speed.unwrap().value;
+    assert!(fastest <= 1.0, "{fastest}");
 }
