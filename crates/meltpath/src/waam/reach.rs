@@ -67,8 +67,8 @@ pub(super) fn along(
             }
             let written = positions
                 .at(&mut programs, moves, &reached)
-                .and_then(|p| written_stance(p, cell));
-            if written.is_some_and(|w| w != found) {
+                .and_then(|p| written_stance(p, cell, (reached.tip, reached.external)));
+            if written.is_some_and(|w| !cell.stands(reached.joints, &w)) {
                 let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
                 along.differing.get_or_insert_with(|| (0, place())).0 += 1;
             }
