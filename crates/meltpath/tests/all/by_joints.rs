@@ -353,3 +353,175 @@ fn joints_that_lead_nowhere_are_told_with_what_to_do() {
     assert_eq!(reach.status, Status::Fail);
     says(&reach.reason, &["joint 4"]);
 }
+
+/// The columns of a table and its rows, NaN where nothing stands.
+fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut lines = text.lines().map(|l| l.split(','));
+    let heads = lines.next().unwrap().map(str::to_owned).collect();
+    let value = |text: &str| text.parse().unwrap_or(f64::NAN);
+    (heads, lines.map(|l| l.map(value).collect()).collect())
+}
+
+/// The table of joints says what the positions say, keeps the limits of the robot's file, and ends when the program does. A table that
+/// turns slowly makes travels longer.
+#[test]
+fn the_joints_of_a_program_are_a_table_and_slow_axes_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = robots::FANUC_ARCMATE_120IC.text;
+    let slow = "speed = [\"120 deg/s\", \"180 deg/s\"]";
+    let words = "[program.positioner]\nsource = \"test\"\nuser_frame = \"part\"\n[[program.positioner.axis]]\n[[program.positioner.axis]]\n";
+    let turned = [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 30.0], [0.0, 30.0]];
+    let places = PLACES.iter().zip(turned);
+    let places: Vec<At> = places.map(|(at, t)| At(at.0, None, Some(t))).collect();
+    let job = job(dir.path(), "robot = \"robot.toml\"", words, PLATE);
+    let mut facts = Vec::new();
+    for speed in [slow, "speed = [\"2 deg/s\", \"2 deg/s\"]"] {
+        assert!(text.contains(slow));
+        write(dir.path(), "robot.toml", text.replace(slow, speed));
+        let cell = robot(dir.path());
+        let positions: Vec<String> = (1..)
+            .zip(&places)
+            .map(|(n, at)| position(n, By::Joints, *at, &cell, 412.0))
+            .collect();
+        let file = program(dir.path(), "wall.ls", &WALL, &positions);
+        let runs = dir.path().join("runs");
+        let outcome = simulate_program(&file, Some(&job), None, &runs, &Silent).unwrap();
+        let facts_of = outcome.verdict.facts.iter();
+        facts.push(
+            facts_of
+                .filter(|f| f.id == "travel-axes")
+                .cloned()
+                .collect::<Vec<_>>(),
+        );
+        if speed != slow {
+            continue;
+        }
+        let csv = std::fs::read_to_string(outcome.folder.join("series/joints.csv")).unwrap();
+        let (heads, rows) = table(&csv);
+        println!("{heads:?}\n{:?}\n{:?}", rows[0], rows.last().unwrap());
+        let wanted = "time_s,command,layer,bead,joint_1_deg,joint_2_deg,joint_3_deg,joint_4_deg,joint_5_deg,joint_6_deg,\
+            positioner_1_deg,positioner_2_deg,limit_margin_deg,limit_joint,wrist_from_singular_deg,fastest_percent,fastest_axis";
+        assert_eq!(heads, wanted.split(',').collect::<Vec<_>>());
+        // both beads of 100 mm in steps of 5 mm, and the ends of the joint moves
+        assert!(rows.len() > 42, "{}", rows.len());
+        assert!(
+            rows.windows(2).all(|w| w[0][0] <= w[1][0]),
+            "time goes back"
+        );
+        let end =
+            table(&std::fs::read_to_string(outcome.folder.join("series/motion.csv")).unwrap());
+        let (last, total) = (rows.last().unwrap()[0], end.1.last().unwrap()[0]);
+        assert!((last - total).abs() < 0.2, "{last} {total}");
+        // the ends of moves stand as the positions say
+        let down = Pose::from_wpr(DVec3::ZERO, DVec3::new(std::f64::consts::PI, 0.0, 0.0));
+        for (command, at) in [(0.0, 1), (1.0, 2), (2.0, 0), (3.0, 3), (4.0, 4)] {
+            let At(xyz, _, table) = places[at];
+            let values = Values {
+                positioner: table.unwrap().map(f64::to_radians),
+                ..cell.at_rest()
+            };
+            let pose = Pose {
+                position: DVec3::from_array(xyz),
+                ..down
+            };
+            let joints = shown(&cell, pose, &values);
+            let row = rows.iter().rev().find(|r| r[1] == command).unwrap();
+            for (a, b) in row[4..10].iter().zip(joints) {
+                assert!((a - b).abs() < 1e-5, "{command}: {row:?} {joints:?}");
+            }
+            assert!((row[11] - table.unwrap()[1]).abs() < 1e-9);
+            // beads alone are counted
+            assert_eq!(
+                row[3].is_nan(),
+                command == 0.0 || command == 2.0 || command == 3.0
+            );
+        }
+        // limits as the file says them
+        let low = [-170.0, -100.0, -185.0, -200.0, -140.0, -270.0];
+        let high = [170.0, 160.0, 273.0, 200.0, 140.0, 270.0];
+        for row in &rows {
+            let margins = (0..6).map(|j| (row[4 + j] - low[j]).min(high[j] - row[4 + j]));
+            let least = margins.fold(f64::INFINITY, f64::min);
+            assert!((row[12] - least).abs() < 1e-9, "{row:?}");
+            let j = row[13] as usize - 1;
+            assert!(((row[4 + j] - low[j]).min(high[j] - row[4 + j]) - least).abs() < 1e-9);
+            assert!(
+                (row[14] - row[8].abs()).abs() < 1e-9 || row[8].abs() > 90.0,
+                "{row:?}"
+            );
+        }
+    }
+    assert!(facts[0].is_empty(), "{facts:?}");
+    // 30 deg at 2 deg/s: the straight travel of 86 mm at 20 mm/s is done before
+    let told = &facts[1][0];
+    println!("{told:?}");
+    says(
+        &told.reason,
+        &["axis 2 of the positioner: 15.0 s, simulated "],
+    );
+    let value = told.value.as_ref().unwrap().value;
+    assert!((9.0..12.0).contains(&value), "{told:?}");
+}
+
+/// A KUKA's joints are A1 to A6, counted as its controller does: the way to the wall that a run wrote, told by joints instead.
+#[test]
+fn axes_of_a_kuka_lead_to_the_place_that_they_hold() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    let cell_text = crate::dialects::cell("kuka-krl");
+    write(&home, "cell.toml", cell_text);
+    let job = thin_wall(
+        &home,
+        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 2\n\
+         [machine]\ncell = \"cell.toml\"\nrobot = \"kuka-kr16-r2010-2\"\nsmoothing = \"50 %\"\n[simulation]\ncell = \"1 mm\"\n",
+    );
+    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
+    let file = ran.folder.join("program/JOB.src");
+    let data = file.with_extension("dat");
+    let text = std::fs::read_to_string(&data).unwrap();
+    let line = text.lines().find(|l| l.contains("XP1={")).unwrap();
+    let value = |name: &str| -> f64 {
+        let after = line.split_once(&format!("{name} ")).unwrap().1;
+        let end = after.find([',', '}']).unwrap();
+        after[..end].trim().parse().unwrap()
+    };
+    let [x, y, z] = ["{X", "Y", "Z"].map(value);
+    let wpr = ["C", "B", "A"].map(|n| value(&format!(",{n}")).to_radians());
+    let pose = Pose::from_wpr(DVec3::new(x, y, z), DVec3::from_array(wpr));
+    let robot = read(
+        meltpath_data::find(robots::ALL, "kuka-kr16-r2010-2")
+            .unwrap()
+            .text,
+    )
+    .unwrap();
+    let stands = format!("S {}, T {}", value(",S"), value(",T"));
+    let held = robot.base_from_flange(pose, &robot.at_rest());
+    let found = robot.arm.inverse(held).unwrap().solutions;
+    let joints = found
+        .iter()
+        .map(|s| s.angles)
+        .find(|a| robot.stance(*a).unwrap().to_string() == stands);
+    let axes = robot.arm.shown(joints.unwrap()).map(f64::to_degrees);
+    let told: Vec<String> = (1..)
+        .zip(axes)
+        .map(|(n, a)| format!("A{n} {a:.9}"))
+        .collect();
+    let places = judged(&job, &file);
+    let by_axes = text.replace(line, &format!("DECL E6AXIS XP1={{{}}}", told.join(",")));
+    println!("{line}\n{}", told.join(","));
+    std::fs::write(&data, by_axes).unwrap();
+    let joints = judged(&job, &file);
+    assert_eq!(check(&joints, "lines").status, Status::Pass);
+    assert!(!warned(&joints, "joint-position-skipped"));
+    // the same way of the arm; metal on sharp corners answers to the last digits of time
+    let of_arm = |verdict: Verdict| {
+        let arm = ["lines", "reach", "joint-speed", "config"];
+        let checks = verdict.checks.into_iter();
+        Verdict {
+            checks: checks.filter(|c| arm.contains(&c.id.as_str())).collect(),
+            ..Verdict::default()
+        }
+    };
+    same(&of_arm(places), &of_arm(joints));
+}
