@@ -2,6 +2,7 @@
 
 mod arm_way;
 mod bead;
+mod by_joints;
 pub(crate) mod checks;
 mod columns;
 mod cover;

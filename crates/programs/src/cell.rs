@@ -278,6 +278,7 @@ impl CellProgramming {
                 .collect(),
             blend: self.blend.map(|b| b.0),
             positioner: self.positioner.as_ref().map(Positioner::turning),
+            ..ExecutionSettings::default()
         }
     }
 }

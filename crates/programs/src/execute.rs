@@ -4,6 +4,7 @@
 //! lines are told as [`Gap`]s, and the result is not that of the program. Conditions, choices and loops are followed where the values
 //! that decide are known, and refused where they are not. A frame that is never selected, or differs from a position's own, is an error, as on the controller.
 
+mod beside;
 mod effect;
 mod expression;
 mod flow;
@@ -22,7 +23,7 @@ use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::Weave;
 
 use expression::Memory;
-pub use gap::{Gap, Missing};
+pub use gap::{Gap, Missing, NoPose};
 pub use refusal::{ProgramError, Refusal};
 
 use crate::fanuc_ls::instruction_text;
@@ -50,6 +51,8 @@ pub struct ExecutionSettings {
     pub blend: Option<f64>,
     /// What turns the part while metal is laid; nothing where the cell does not say it.
     pub positioner: Option<Turning>,
+    /// Where the tool is at positions that are given by joints, mm in the frame that beads are told in, by program, from 0, and number.
+    pub by_joints: BTreeMap<(usize, u32), Result<Pose, NoPose>>,
 }
 
 impl Default for ExecutionSettings {
@@ -64,6 +67,7 @@ impl Default for ExecutionSettings {
             passed_over: BTreeSet::new(),
             blend: None,
             positioner: None,
+            by_joints: BTreeMap::new(),
         }
     }
 }
@@ -309,10 +313,8 @@ impl Machine<'_> {
             let times = if *count == 1 { "line" } else { "lines" };
             let (message, remedy) = match *code {
                 "joint-position-skipped" => (
-                    format!(
-                        "{count} {times}: P[{word}] is given by joints: this travel is left out"
-                    ),
-                    "the simulation goes on at the next position; times leave this travel out",
+                    format!("{count} {times}: {word}: this travel is left out"),
+                    "name the robot, with all axes of the program (machine.robot); the simulation goes on at the next position, and times leave this travel out",
                 ),
                 "arc-on-the-fly" => (
                     format!(

@@ -29,7 +29,7 @@ pub use build::{
     BuildError, BuildSettings, Built, Pause, Restart, Schedule, build, dry_run, laid_from, tell,
 };
 pub use cell::{CellProgramming, PathSpeedUnit};
-pub use execute::{ExecutionSettings, Gap, Missing, ProgramError, Refusal, WeldSettings};
+pub use execute::{ExecutionSettings, Gap, Missing, NoPose, ProgramError, Refusal, WeldSettings};
 pub use parsed::{ParseError, Parsed, Unread};
 pub use program::{ArcValue, Dialect, Program};
 pub use reading::{Control, Reading, Way, read_toolpath};

@@ -485,6 +485,18 @@ impl Axis {
         };
         angles.into_iter().zip(1..).map(axis).collect()
     }
+
+    /// The six joints of an arm, deg as its controller shows them, and the axes beyond them; nothing where they are no such joints.
+    pub fn of_arm(axes: &[Axis]) -> Option<([f64; 6], &[Axis])> {
+        let (arm, beyond) = axes.split_at_checked(6)?;
+        let numbered = |(axis, number): (&Axis, u32)| {
+            let letter = axis.name.strip_suffix(&number.to_string())?;
+            let turns = axis.unit.eq_ignore_ascii_case("deg") && matches!(letter, "J" | "A");
+            turns.then_some(axis.value)
+        };
+        let angles: Option<Vec<f64>> = arm.iter().zip(1..).map(numbered).collect();
+        Some((angles?.try_into().ok()?, beyond))
+    }
 }
 
 impl Dialect {

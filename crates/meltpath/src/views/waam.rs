@@ -1,6 +1,7 @@
 //! From results to what people look at: the 3D scene, plots, tables, series and field files.
 
 pub(crate) mod cell;
+pub(crate) mod joints;
 pub mod sheet;
 pub(crate) mod surface;
 

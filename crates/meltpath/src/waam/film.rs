@@ -1,9 +1,8 @@
 //! The cell at every moment of a build: the ways of the axes joined with the time of the simulated motion.
 
-use meltpath_robot::cell::Values;
+use meltpath_robot::cell::{Cell, Values};
 use meltpath_robot::posture::{Follower, Held, NotHeld, Task};
-
-use super::record::Sample;
+use meltpath_robot::summary::CommandRecord;
 
 /// Moments that a film holds at most; beyond, every k-th is kept.
 const MOMENTS: usize = 20_000;
@@ -15,6 +14,22 @@ pub(crate) struct Step {
     pub(crate) command: u32,
     /// The axes.
     pub(crate) values: Values,
+}
+
+impl Step {
+    /// The shortest time in which every axis gets from here to `to` at its greatest speed, s, and the axis that takes it: joints of the
+    /// arm from 0, then track and positioner. Nothing where no speed is known.
+    pub(crate) fn slowest(&self, to: &Step, cell: &Cell) -> Option<(f64, usize)> {
+        let shown = |step: &Step| cell.arm.shown(step.values.arm);
+        let (from, till) = (shown(self), shown(to));
+        let (a, b) = (self.values.external().0, to.values.external().0);
+        let arm = cell.arm.chain.joints.iter().enumerate();
+        let arm = arm.map(|(i, joint)| (i, joint, till[i] - from[i]));
+        let beside = (0..3).filter_map(|i| Some((6 + i, cell.external_joint(i)?, b[i] - a[i])));
+        arm.chain(beside)
+            .filter_map(|(i, joint, gone)| Some((gone.abs() / joint.limits.speed?, i)))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    }
 }
 
 /// Where every axis of the cell stands at a time.
@@ -46,43 +61,54 @@ pub(super) fn steps(task: &Task<'_>, held: &Held) -> Result<Vec<Step>, NotHeld> 
     Ok(steps)
 }
 
-/// When each step is reached: the steps of a move share its time evenly, as they lie evenly along it. Moves of which the record keeps
-/// no sample take none.
-pub(crate) fn moments(steps: &[Step], samples: &[Sample], layer_of_command: &[u32]) -> Vec<Moment> {
+/// Every step with the time when it is reached, s, in order: the steps of a move share its time evenly, as they lie evenly along it. The
+/// first is where the program starts.
+pub(crate) fn timed<'a>(
+    steps: &'a [Step],
+    records: &'a [CommandRecord],
+) -> impl Iterator<Item = (f64, &'a Step)> {
+    let moves = steps.chunk_by(|a, b| a.command == b.command);
+    moves.enumerate().flat_map(|(number, of_move)| {
+        let command = of_move.first().map_or(0, |s| s.command);
+        let record = records.get(command as usize);
+        let (start, end) = record.map_or((0.0, 0.0), |r| (r.start, r.end));
+        let begun = usize::from(number == 0);
+        let count = (of_move.len() - begun).max(1) as f64;
+        let reached = move |i: usize| start + (end - start) * ((i + 1 - begun) as f64 / count);
+        of_move
+            .iter()
+            .enumerate()
+            .map(move |(i, s)| (reached(i), s))
+    })
+}
+
+/// The cell as the report's film shows it.
+pub(crate) fn moments(
+    steps: &[Step],
+    records: &[CommandRecord],
+    layer_of_command: &[u32],
+) -> Vec<Moment> {
     let every = steps.len().div_ceil(MOMENTS).max(1);
     let last = steps.len().saturating_sub(1);
     let mut moments = Vec::with_capacity(steps.len() / every + 2);
-    let (mut time, mut layer, mut index) = (0.0_f64, 0, 0);
-    let mut record = samples.iter().peekable();
-    for of_move in steps.chunk_by(|a, b| a.command == b.command) {
-        let command = of_move.first().map_or(0, |s| s.command);
-        let mut end = time;
-        while let Some(sample) = record.next_if(|s| s.command <= command) {
-            end = end.max(sample.time);
-        }
+    let mut layer = 0;
+    for (index, (time, step)) in timed(steps, records).enumerate() {
         // travels belong to the layer before them
-        let own = layer_of_command.get(command as usize);
+        let own = layer_of_command.get(step.command as usize);
         layer = own.map_or(layer, |&own| layer.max(own));
-        for (i, step) in of_move.iter().enumerate() {
-            let share = (i + 1) as f64 / of_move.len() as f64;
-            if index % every == 0 || index == last {
-                moments.push(Moment {
-                    time: time + (end - time) * share,
-                    layer,
-                    values: step.values,
-                });
-            }
-            index += 1;
+        if index % every == 0 || index == last {
+            moments.push(Moment {
+                time,
+                layer,
+                values: step.values,
+            });
         }
-        time = end;
     }
     moments
 }
 
 #[cfg(test)]
 mod tests {
-    use meltpath_geometry::math::DVec3;
-
     use super::*;
 
     fn step(command: u32) -> Step {
@@ -92,28 +118,29 @@ mod tests {
         }
     }
 
-    fn sample(time: f64, command: u32) -> Sample {
-        Sample {
-            time,
-            position: DVec3::ZERO,
-            speed: 0.0,
-            arc: false,
-            command,
+    fn record(id: u32, start: f64, end: f64) -> CommandRecord {
+        CommandRecord {
+            id,
+            start,
+            end,
+            passage_speed: 0.0,
+            deviation: 0.0,
         }
     }
 
     #[test]
     fn steps_share_the_time_of_their_move() {
         let steps = [step(0), step(1), step(1), step(2), step(3)];
-        let samples = [
-            sample(1.0, 0),
-            sample(3.0, 1),
-            sample(5.0, 1),
-            sample(6.0, 3),
+        let records = [
+            record(0, 0.0, 1.0),
+            record(1, 1.0, 5.0),
+            record(2, 5.0, 5.0),
+            record(3, 5.0, 6.0),
         ];
-        let found = moments(&steps, &samples, &[1, 1, 2, 2]);
+        let found = moments(&steps, &records, &[1, 1, 2, 2]);
         let times: Vec<f64> = found.iter().map(|m| m.time).collect();
-        assert_eq!(times, [1.0, 3.0, 5.0, 5.0, 6.0]);
+        // the first step is where the program starts
+        assert_eq!(times, [0.0, 3.0, 5.0, 5.0, 6.0]);
         let layers: Vec<u32> = found.iter().map(|m| m.layer).collect();
         assert_eq!(layers, [1, 1, 1, 2, 2]);
     }
@@ -121,8 +148,9 @@ mod tests {
     #[test]
     fn a_long_build_is_thinned_and_ends_at_its_end() {
         let steps: Vec<Step> = (0..50_001).map(step).collect();
-        let samples: Vec<Sample> = (0..50_001).map(|c| sample(f64::from(c), c)).collect();
-        let found = moments(&steps, &samples, &[]);
+        let of = |c: u32| record(c, f64::from(c) - 1.0, f64::from(c));
+        let records: Vec<CommandRecord> = (0..50_001).map(of).collect();
+        let found = moments(&steps, &records, &[]);
         assert!(found.len() <= MOMENTS + 1);
         assert_eq!(found.last().map(|m| m.time), Some(50_000.0));
     }

@@ -98,7 +98,12 @@ pub fn simulate_program(
     observer.check()?;
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(reach::facts(
+        along.as_ref(),
+        &commands,
+        &simulation.summary.commands,
+        settings,
+    ));
     facts.extend(own.as_ref().and_then(|own| own.chosen.clone()));
     if job.is_none() {
         facts.retain(|f| !OF_THE_WIRE.contains(&f.id.as_str()));
@@ -134,7 +139,7 @@ pub fn simulate_program(
         sheet: job.map(|_| operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter,
-        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
+        steps: reach::steps(along),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use meltpath_base::{Observer, Reporter};
 use meltpath_geometry::Pose;
 use meltpath_geometry::math::DVec3;
-use meltpath_programs::program::{Coordinates, Instruction, MotionKind, Position, PositionRef};
+use meltpath_programs::program::{
+    Axis, Coordinates, Instruction, MotionKind, Position, PositionRef,
+};
 use meltpath_programs::{Dialect, Program, Schedule, dry_run, tell};
-use meltpath_robot::cell::{Cell, External, Stance};
+use meltpath_robot::cell::{Cell, External, Stance, Values};
 use meltpath_robot::collision::{Clearance, Cleared, Metal, Surroundings, hold_clear};
 use meltpath_robot::command::{Kind, Source};
 use meltpath_robot::posture::{self, End, Follower, Held, NotHeld, Rotation, Task, hold};
@@ -248,7 +250,7 @@ pub(super) struct Reached {
     pub(super) end: End,
     pub(super) tip: Pose,
     pub(super) joints: [f64; 6],
-    external: External,
+    pub(super) external: External,
 }
 
 /// The ends of all moves, those of no length too.
@@ -308,12 +310,27 @@ pub(super) fn stance(cell: &Cell, dialect: Dialect, joints: [f64; 6]) -> Option<
     (spoken == dialect).then_some(stance)
 }
 
-/// How the arm stands, as a position says.
-pub(super) fn written_stance(position: &mut Position, cell: &Cell) -> Option<Stance> {
-    let Coordinates::Cartesian { config, .. } = of_robot(position)? else {
-        return None;
-    };
-    Stance::read(cell.maker, config)
+/// How the arm stands, as a position says; `reached` with the wire's tip there, and with track and positioner.
+pub(super) fn written_stance(
+    position: &mut Position,
+    cell: &Cell,
+    (tip, external): (Pose, External),
+) -> Option<Stance> {
+    match of_robot(position)? {
+        Coordinates::Cartesian { config, .. } => Stance::read(cell.maker, config),
+        Coordinates::Joint(axes) => {
+            let (shown, _) = Axis::of_arm(axes)?;
+            let joints = cell.arm.joints(shown.map(f64::to_radians));
+            let flange = cell.base_from_flange(tip, &Values::of(joints, external));
+            // a move may shift its target: then only the way of the arm is said
+            if cell.arm.holds(flange, joints) {
+                Some(Stance::Joints(shown))
+            } else {
+                cell.stance(joints)
+            }
+        }
+        Coordinates::Unread(_) => None,
+    }
 }
 
 /// The robot's coordinates of a position.
@@ -348,16 +365,28 @@ pub(super) fn named(
         .commands
         .iter()
         .filter(|c| matches!(c.kind, meltpath_robot::Kind::Joint));
-    for command in std::iter::once(None).chain(joint.map(|c| Some(c.id))) {
+    let start = (None, moves.start);
+    let rest = cell.at_rest().external();
+    let ends = joint.map(|c| {
+        (
+            Some(c.id),
+            Pose {
+                position: c.target,
+                orientation: c.orientation,
+            },
+        )
+    });
+    for (command, tip) in std::iter::once(start).chain(ends) {
+        let external = moves.external.as_ref().map_or(rest, |a| a.at(command));
         let reached = Reached {
             command,
             end: End::Target,
-            tip: Pose::IDENTITY,
+            tip,
             joints: [0.0; 6],
-            external: External::default(),
+            external,
         };
         let written = positions.at(programs, moves, &reached);
-        if let Some(stance) = written.and_then(|c| written_stance(c, cell)) {
+        if let Some(stance) = written.and_then(|c| written_stance(c, cell, (tip, external))) {
             named.insert(command, stance);
         }
     }

@@ -21,6 +21,7 @@ use meltpath_robot::command::{Command, Kind, Smoothing, Source};
 use meltpath_toolpath::{Channel, Event, Move, Pass, Toolpath, Weave};
 
 use super::arm_way::ArmWay;
+use super::by_joints;
 use super::settings::Settings;
 use super::wanted::{Asked, Torch};
 use crate::job::waam::LayerRelease;
@@ -139,6 +140,14 @@ pub struct Axes {
     pub start: External,
     /// At the end of each command.
     pub ends: Vec<External>,
+}
+
+impl Axes {
+    /// Where they stand at the end of a command; where the program starts without one.
+    pub(super) fn at(&self, command: Option<u32>) -> External {
+        let end = command.and_then(|c| self.ends.get(c as usize));
+        end.copied().unwrap_or(self.start)
+    }
 }
 
 /// Makes the programs of a toolpath.
@@ -301,6 +310,7 @@ pub fn commands(
         };
         ((None, s.number), set)
     }));
+    known.by_joints = by_joints::poses(programs, &known, settings);
     let joint_speed = settings.controller.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;
     let toolpath = &reading.toolpath;
@@ -356,14 +366,12 @@ pub fn commands(
     })
 }
 
-/// Where the robot's positioner stands at the ends of the moves; nothing where the program does not say as many axes.
+/// Where the robot's track and positioner stand at the ends of the moves; nothing where the program does not say as many axes.
 fn external(toolpath: &Toolpath, settings: &Settings) -> Option<Axes> {
-    let count = settings.robot.as_ref()?.positioner.as_ref()?.joints.len();
+    let cell = settings.robot.as_ref()?;
     let at = |pass: &Pass<'_>, i: usize| {
         let said: Option<Vec<f64>> = pass.external(i).collect();
-        let said = said.filter(|axes| axes.len() == count)?;
-        let axis = |i: usize| said.get(i).copied().unwrap_or(0.0);
-        Some(External([0.0, axis(0), axis(1)]))
+        by_joints::external(cell, &said?)
     };
     let start = at(&toolpath.passes().next()?, 0)?;
     let passes = toolpath.passes();

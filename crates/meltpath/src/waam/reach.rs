@@ -4,14 +4,15 @@ use meltpath_base::{Check, Fact, Limit, Measure, Observer, Place, Status};
 use meltpath_programs::Program;
 use meltpath_robot::cell::{Cell, Stance};
 use meltpath_robot::collision::{Clearance, Closest, Metal, Surroundings, sweep};
+use meltpath_robot::command::Source;
 use meltpath_robot::kinematics::Unreachable;
 use meltpath_robot::posture::{Held, Least, Margins, NotHeld, Rotation, Task, Why, hold};
+use meltpath_robot::summary::CommandRecord;
 
-use super::film::{self, Moment, Step};
+use super::film::{self, Step};
 use super::hold::{Positions, ends, metal_at, named, stance, task, written_stance};
 use super::lean::Turned;
 use super::program::{self, Commands};
-use super::record;
 use super::settings::Settings;
 
 /// The robot that is followed along a program; nothing where the job names none, or where others turn the part than it knows.
@@ -67,8 +68,8 @@ pub(super) fn along(
             }
             let written = positions
                 .at(&mut programs, moves, &reached)
-                .and_then(|p| written_stance(p, cell));
-            if written.is_some_and(|w| w != found) {
+                .and_then(|p| written_stance(p, cell, (reached.tip, reached.external)));
+            if written.is_some_and(|w| !cell.stands(reached.joints, &w)) {
                 let place = || moves.place(reached.command.unwrap_or(0), reached.tip.position);
                 along.differing.get_or_insert_with(|| (0, place())).0 += 1;
             }
@@ -77,14 +78,10 @@ pub(super) fn along(
     }))
 }
 
-/// The cell at every moment of the simulated motion; nothing where the robot does not hold the torch along the whole program.
-pub(super) fn moments(
-    along: Option<&Result<Along, NotHeld>>,
-    samples: &[record::Sample],
-    moves: &Commands,
-) -> Vec<Moment> {
+/// The way of the axes; nothing where the robot does not hold the torch along the whole program.
+pub(super) fn steps(along: Option<Result<Along, NotHeld>>) -> Vec<Step> {
     match along {
-        Some(Ok(along)) => film::moments(&along.steps, samples, &moves.layer_of_command),
+        Some(Ok(along)) => along.steps,
         _ => Vec::new(),
     }
 }
@@ -374,9 +371,59 @@ fn guessed(check: Check, guesses: &[String]) -> Check {
     .remedy("measure them, and write them with their `source` into a robot file of your own (meltpath inspect shows it)")
 }
 
-/// How near the arm comes to its singularities.
-pub(super) fn facts(along: Option<&Result<Along, NotHeld>>, moves: &Commands) -> Vec<Fact> {
-    let Some(Ok(along)) = along else {
+/// Travels that an axis makes longer than they are simulated: the times are those of the wire's tip alone.
+fn slowed(along: &Along, cell: &Cell, moves: &Commands, records: &[CommandRecord]) -> Option<Fact> {
+    /// Times closer than this are one, s.
+    const SAME: f64 = 0.05;
+    let mut before: Option<&Step> = None;
+    let (mut sum, mut worst) = (0.0, None::<(f64, f64, usize, u32)>);
+    for of_move in along.steps.chunk_by(|a, b| a.command == b.command) {
+        let command = of_move.first()?.command;
+        let (mut least, mut slowest) = (0.0, (0.0, 0));
+        for step in of_move {
+            let taken = before.and_then(|from| from.slowest(step, cell));
+            before = Some(step);
+            let Some((time, axis)) = taken else { continue };
+            least += time;
+            if time > slowest.0 {
+                slowest = (time, axis);
+            }
+        }
+        let at = command as usize;
+        let (Some(moved), Some(record)) = (moves.commands.get(at), records.get(at)) else {
+            continue;
+        };
+        let more = least - (record.end - record.start);
+        if matches!(moved.source, Source::Off) && more > SAME {
+            sum += more;
+            if worst.is_none_or(|w| more > w.0) {
+                worst = Some((more, least, slowest.1, command));
+            }
+        }
+    }
+    let (more, least, joint, command) = worst?;
+    let target = moves.commands.get(command as usize)?.target;
+    let fact = Fact::new(
+        "travel-axes",
+        "travels take longer than simulated, as an axis goes no faster, at least by",
+        Measure::exact(sum, "s"),
+        &format!(
+            "most {}: {least:.1} s, simulated {:.1} s",
+            axis(joint),
+            least - more
+        ),
+    );
+    Some(fact.at(moves.place(command, target)))
+}
+
+/// How near the arm comes to its singularities, and which travels its axes make longer.
+pub(super) fn facts(
+    along: Option<&Result<Along, NotHeld>>,
+    moves: &Commands,
+    records: &[CommandRecord],
+    settings: &Settings,
+) -> Vec<Fact> {
+    let (Some(Ok(along)), Some(cell)) = (along, &settings.robot) else {
         return Vec::new();
     };
     let m = &along.margins;
@@ -406,5 +453,6 @@ pub(super) fn facts(along: Option<&Result<Along, NotHeld>>, moves: &Commands) ->
         Some(fact.at(moves.place(l.command, l.position)))
     })
     .chain(clearances(along, moves))
+    .chain(slowed(along, cell, moves, records))
     .collect()
 }

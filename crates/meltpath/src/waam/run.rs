@@ -14,7 +14,7 @@ use meltpath_toolpath::{Toolpath, storage};
 use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
-use super::film::Moment;
+use super::film::Step;
 use super::foretell;
 use super::judge::GrowthError;
 use super::lean::Turned;
@@ -141,7 +141,12 @@ pub fn run(
     checks.extend(reach::checks(along.as_ref(), &commands, settings));
     checks.extend(fixed_torch_check(settings));
     let mut facts = build_facts(&simulation, settings);
-    facts.extend(reach::facts(along.as_ref(), &commands));
+    facts.extend(reach::facts(
+        along.as_ref(),
+        &commands,
+        &simulation.summary.commands,
+        settings,
+    ));
     facts.extend(turned.map(|t| t.fact()));
     facts.extend(plan_facts(&plan, settings));
     facts.push(foretell::fact(&foretold.checks));
@@ -165,7 +170,7 @@ pub fn run(
         sheet: Some(operator_sheet(settings, &simulation, &names)),
         growth,
         bead_diameter: 0.7 * plan.height.value,
-        moments: reach::moments(along.as_ref(), &simulation.samples, &commands),
+        steps: reach::steps(along),
     };
     observer.stage("write results", 0);
     write_common(&folder, &shown, &verdict, &provenance)?;
@@ -190,8 +195,8 @@ pub(super) struct Shown<'a> {
     pub(super) sheet: Option<OperatorSheet>,
     pub(super) growth: GrowthError,
     pub(super) bead_diameter: f64,
-    /// The cell along the build; nothing where no robot is known.
-    pub(super) moments: Vec<Moment>,
+    /// The way of the robot's axes; empty where none is known.
+    pub(super) steps: Vec<Step>,
 }
 
 /// The report, the verdict, the provenance, the fields and the series.
@@ -223,7 +228,15 @@ pub(super) fn write_common(
         sheet: shown.sheet.clone(),
         provenance: provenance.clone(),
     };
-    views::waam::cell::show(&mut report, settings.robot.as_ref(), &shown.moments);
+    let records = &shown.simulation.summary.commands;
+    let way = (&shown.steps[..], &records[..]);
+    views::waam::cell::show(
+        folder,
+        &mut report,
+        settings.robot.as_ref(),
+        way,
+        shown.commands,
+    )?;
     outcome::tell(folder, &report)?;
     Ok(())
 }

@@ -6,6 +6,7 @@
     reason = "a test that fails stops here; its figures are shown with --nocapture"
 )]
 
+mod by_joints;
 mod compare;
 mod dialects;
 mod ebm;

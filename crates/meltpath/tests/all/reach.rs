@@ -14,7 +14,7 @@ fn job(folder: &Path, machine: &str) -> PathBuf {
 }
 
 /// The ARC Mate as if it had been measured.
-fn measured(folder: &Path) -> &'static str {
+pub(crate) fn measured(folder: &Path) -> &'static str {
     let text = robots::FANUC_ARCMATE_120IC.text;
     let (arm, around) = text.split_once("\n[torch]").unwrap();
     let (arm, _) = arm.split_once("\n# A table that tilts").unwrap();

@@ -22,9 +22,9 @@ pub enum Missing {
     /// A position that only the controller knows.
     #[error("the position {0} is known to the controller only: the move is left out")]
     Position(String),
-    /// A position of a bead given by joints, or not taught.
-    #[error("P[{0}] is given by joints or not taught: the move is left out")]
-    JointPosition(u32),
+    /// A position of a bead of which only the joints are told, or nothing.
+    #[error("P[{0}] {1}: the move is left out")]
+    JointPosition(u32, NoPose),
     /// A word that changes where a move goes.
     #[error("the place of this move is changed by {0}: the move is left out")]
     Offset(String),
@@ -76,6 +76,41 @@ pub enum Missing {
     Unknown(String),
 }
 
+/// Why it is not known where a position lies of which no coordinates are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoPose {
+    /// It says nothing that can be read.
+    #[error("is not taught")]
+    Untaught,
+    /// Nobody says which arm has these joints.
+    #[error("is given by joints, and no robot is named")]
+    NoRobot,
+    /// The arm that is named does not count its joints as this controller does.
+    #[error("is given by joints, and the robot that is named is another maker's")]
+    OtherMaker,
+    /// It says other axes than the robot has.
+    #[error("is given by other axes than those of the robot's file")]
+    Axes,
+}
+
+impl NoPose {
+    /// What to do about it.
+    fn remedy(self) -> &'static str {
+        match self {
+            NoPose::Untaught => "teach the position, and export the program again",
+            NoPose::NoRobot => {
+                "name the arm in the job (machine.robot), or give the position as X, Y, Z, W, P, R in /POS"
+            }
+            NoPose::OtherMaker => {
+                "name an arm of this controller's maker in the job (machine.robot; `maker` of the robot's file)"
+            }
+            NoPose::Axes => {
+                "six joints in degrees are read, and as many further axes as the robot's file has: write its [track] or [positioner]"
+            }
+        }
+    }
+}
+
 impl Missing {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
@@ -83,7 +118,8 @@ impl Missing {
             Missing::Weave => {
                 "list the weave in the cell file ([[program.weave]]: number, shape, frequency, amplitude); sine, triangle and circle are simulated"
             }
-            Missing::Position(_) | Missing::JointPosition(_) | Missing::Offset(_) => {
+            Missing::JointPosition(_, why) => why.remedy(),
+            Missing::Position(_) | Missing::Offset(_) => {
                 "give the position as X, Y, Z, W, P, R in /POS, its offset included"
             }
             Missing::Positioner(_) | Missing::Coordinated => {

@@ -4,17 +4,16 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 
+use super::beside::{Beside, turning};
 use super::effect::{calls, coordinated, first_word, leaves_beads, moves_target};
 use super::{
-    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, ExecutionSettings, Machine, Missing,
-    ProgramError, Refusal,
+    Executed, ExecutedKind, ExecutedMotion, ExecutedSpeed, Machine, Missing, NoPose, ProgramError,
+    Refusal,
 };
-use crate::krl;
 use crate::orientation::pose;
-use crate::positioner::{Turning, turned_back};
+use crate::positioner::turned_back;
 use crate::program::{
-    Axis, Coordinates, Dialect, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
-    Termination,
+    Coordinates, Dialect, Group, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
 };
 
 /// Slowest and fastest speed along a path that a robot has, mm/s.
@@ -33,6 +32,8 @@ struct Place {
     further: Vec<f64>,
     /// The positioner is known, and the pose is that in the part.
     turns: bool,
+    /// It is given by joints: whatever frames are selected.
+    by_joints: bool,
 }
 
 impl Machine<'_> {
@@ -49,6 +50,7 @@ impl Machine<'_> {
                         own: Vec::new(),
                         further: Vec::new(),
                         turns: false,
+                        by_joints: false,
                     });
                     return Ok(place.ok_or_else(|| Missing::Position(text.clone())));
                 }
@@ -57,36 +59,55 @@ impl Machine<'_> {
         let Some(position) = self.tables[self.at.0].get(&index).copied() else {
             return Err(self.refuse(Refusal::NoPosition(index)));
         };
-        let turning = turning(self.settings, &self.programs[self.at.0]);
-        let (mut further, mut angles) = (Vec::new(), None);
-        for other in position.groups.iter().filter(|g| g.number != 1) {
-            let axes: Vec<f64> = match &other.coordinates {
-                Coordinates::Joint(axes) => axes.iter().map(value).collect(),
-                Coordinates::Cartesian { .. } | Coordinates::Unread(_) => Vec::new(),
-            };
-            let is_its = |t: &Turning| (t.group, t.count) == (other.number, axes.len());
-            if turning.is_some_and(is_its) {
-                angles = Some(axes.clone());
-            } else if moved_away(&other.coordinates) {
-                self.gap(Missing::Positioner(other.number));
-            }
-            further.extend(axes);
+        let (settings, program) = (self.settings, &self.programs[self.at.0]);
+        let beside = Beside::of(settings, program, position);
+        for group in &beside.unknown {
+            self.gap(Missing::Positioner(*group));
         }
-        let Some(group) = position.robot() else {
-            return Ok(Err(Missing::JointPosition(index)));
+        let lines = turning(settings, program).and_then(|t| t.lines.as_ref());
+        let lines = lines.filter(|_| program.dialect == Dialect::FanucLs);
+        let found = match position.robot().map(|group| (group, &group.coordinates)) {
+            Some((
+                group,
+                Coordinates::Cartesian {
+                    xyz, wpr_degrees, ..
+                },
+            )) => {
+                self.taught_in(index, group)?;
+                let mut pose = pose(DVec3::from_array(*xyz), *wpr_degrees);
+                if let Some(lines) = lines {
+                    match &beside.angles {
+                        Some(angles) => pose = turned_back(lines, angles, pose),
+                        None => self.gap(Missing::Coordinated),
+                    }
+                }
+                Ok((pose, false))
+            }
+            Some((_, Coordinates::Joint(_))) => {
+                let known = settings.by_joints.get(&(self.at.0, index));
+                let pose = known.copied().unwrap_or(Err(NoPose::NoRobot));
+                pose.map(|pose| (pose, true))
+            }
+            Some((_, Coordinates::Unread(_))) | None => Err(NoPose::Untaught),
         };
-        let Coordinates::Cartesian {
-            xyz,
-            wpr_degrees,
-            external,
-            ..
-        } = &group.coordinates
-        else {
-            return Ok(Err(Missing::JointPosition(index)));
+        let (pose, by_joints) = match found {
+            Ok(found) => found,
+            Err(why) => return Ok(Err(Missing::JointPosition(index, why))),
         };
-        if xyz.iter().any(|x| x.abs() > FARTHEST) {
+        if pose.position.abs().max_element() > FARTHEST {
             return Err(self.refuse(Refusal::Far(index)));
         }
+        Ok(Ok(Place {
+            pose,
+            own: beside.own,
+            further: beside.further,
+            turns: beside.carried || beside.angles.is_some(),
+            by_joints,
+        }))
+    }
+
+    /// Selects the frames that a position was taught in, or refuses it where others are selected.
+    fn taught_in(&mut self, index: u32, group: &Group) -> Result<(), ProgramError> {
         // a controller moves to a position only in the frames it was taught in: they are selected where no line tells
         self.frames.0 = self.frames.0.or(group.frame);
         self.frames.1 = self.frames.1.or(group.tool);
@@ -106,27 +127,16 @@ impl Machine<'_> {
                 }));
             }
         }
-        let mut pose = pose(DVec3::from_array(*xyz), *wpr_degrees);
-        let fanuc = self.programs[self.at.0].dialect == Dialect::FanucLs;
-        if let Some(lines) = turning.and_then(|t| t.lines.as_ref()).filter(|_| fanuc) {
-            match &angles {
-                Some(angles) => pose = turned_back(lines, angles, pose),
-                None => self.gap(Missing::Coordinated),
-            }
-        }
-        let own: Vec<f64> = external.iter().map(value).collect();
-        let carried = !fanuc && turning.is_some_and(|t| t.count == own.len());
-        Ok(Ok(Place {
-            pose,
-            own: if carried {
-                // these dialects write no units
-                own.iter().map(|a| a.to_radians()).collect()
-            } else {
-                own
-            },
-            further,
-            turns: carried || angles.is_some(),
-        }))
+        Ok(())
+    }
+
+    fn no_frames(&self) -> ProgramError {
+        let missing = if self.frames.0.is_none() {
+            "UFRAME_NUM"
+        } else {
+            "UTOOL_NUM"
+        };
+        self.refuse(Refusal::NoFrame(missing))
     }
 
     /// Tells a bead along which axes move of which it is not known how they move the part.
@@ -305,13 +315,11 @@ impl Machine<'_> {
         for place in via.iter_mut().chain([&mut target]) {
             place.pose.position += shift;
         }
-        let (Some(frame), Some(tool)) = self.frames else {
-            let missing = if self.frames.0.is_none() {
-                "UFRAME_NUM"
-            } else {
-                "UTOOL_NUM"
-            };
-            return Err(self.refuse(Refusal::NoFrame(missing)));
+        let frames = match self.frames {
+            // an arm goes to joints whatever frames are selected
+            (frame, tool) if target.by_joints => (frame.unwrap_or(0), tool.unwrap_or(0)),
+            (Some(frame), Some(tool)) => (frame, tool),
+            _ => return Err(self.no_frames()),
         };
         self.tell_axes(motion, &target);
         let kind = match (&motion.kind, via) {
@@ -322,8 +330,9 @@ impl Machine<'_> {
             // circles of A moves are found once three of them are known
             (_, None) => ExecutedKind::Linear,
         };
-        if self.arc.is_some() && *self.bead_frames.get_or_insert((frame, tool)) != (frame, tool) {
-            self.gap(Missing::Frames(frame, tool));
+        let counts = self.arc.is_some() && !target.by_joints;
+        if counts && *self.bead_frames.get_or_insert(frames) != frames {
+            self.gap(Missing::Frames(frames.0, frames.1));
         }
         let (speed, smoothing) = (self.speed(motion)?, self.smoothing(motion));
         if motion.kind == MotionKind::CircleArc {
@@ -340,7 +349,7 @@ impl Machine<'_> {
             smoothing,
             arc: self.arc.as_ref().map(|(_, source)| *source),
             weave: self.weave.filter(|_| self.arc.is_some()),
-            frames: (frame, tool),
+            frames,
             layer: self.layer,
             bead: self.bead,
             program: self.at.0 as u32,
@@ -362,10 +371,10 @@ impl Machine<'_> {
         self.close_arcs();
         self.here = None;
         match why {
-            Some(Missing::JointPosition(index))
+            Some(Missing::JointPosition(index, why))
                 if motion.kind == MotionKind::Joint && motion.arc.is_none() =>
             {
-                self.note("joint-position-skipped", index.to_string());
+                self.note("joint-position-skipped", format!("P[{index}] {why}"));
             }
             Some(why) => self.gap(why),
             // its words are told already
@@ -413,33 +422,5 @@ impl Machine<'_> {
                 };
             }
         }
-    }
-}
-
-/// What turns the part, as far as it is known in a program.
-fn turning<'a>(settings: &'a ExecutionSettings, program: &Program) -> Option<&'a Turning> {
-    let known = |t: &&Turning| match program.dialect {
-        Dialect::FanucLs => t.told,
-        Dialect::Krl => krl::is_coupled(program),
-        Dialect::Rapid => true,
-        Dialect::UrScript | Dialect::Inform | Dialect::Val3 => false,
-    };
-    settings.positioner.as_ref().filter(known)
-}
-
-/// Where an axis stands, mm or rad.
-fn value(axis: &Axis) -> f64 {
-    if axis.unit.eq_ignore_ascii_case("deg") {
-        axis.value.to_radians()
-    } else {
-        axis.value
-    }
-}
-
-/// Whether the axes of a further group stand elsewhere than at zero.
-fn moved_away(coordinates: &Coordinates) -> bool {
-    match coordinates {
-        Coordinates::Joint(axes) => axes.iter().any(|a| a.value != 0.0),
-        Coordinates::Cartesian { .. } | Coordinates::Unread(_) => true,
     }
 }

@@ -130,7 +130,9 @@ fn coordinates(entries: &[(&str, &str)]) -> Option<Coordinates> {
             }
         }
     }
-    if config.is_none() && !axes.is_empty() && axes.iter().all(|a| a.name.starts_with('J')) {
+    let of_joints = |a: &Axis| a.name.starts_with(['J', 'E']);
+    let first = axes.first().is_some_and(|a| a.name.starts_with('J'));
+    if config.is_none() && first && axes.iter().all(of_joints) {
         return Some(Coordinates::Joint(axes));
     }
     let mut take = |name: &str, unit: &str| {

@@ -7,7 +7,7 @@ use meltpath_base::Reporter;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use meltpath_programs::program::{Axis, Coordinates, Group, Instruction, PositionRef, Termination};
-use meltpath_programs::{ExecutionSettings, Missing, Refusal, Way, WeldSettings};
+use meltpath_programs::{ExecutionSettings, Missing, NoPose, Refusal, Way, WeldSettings};
 use meltpath_programs::{ParseError, fanuc_ls};
 use meltpath_toolpath::Move;
 
@@ -354,7 +354,10 @@ fn lines_that_shape_metal_and_are_not_simulated_are_told() {
             "L P[R[2]] 10mm/sec FINE",
             Missing::Position("P[R[2]]".into()),
         ),
-        ("L P[4] 10mm/sec FINE", Missing::JointPosition(4)),
+        (
+            "L P[4] 10mm/sec FINE",
+            Missing::JointPosition(4, NoPose::NoRobot),
+        ),
         ("L P[2] R[3]mm/sec FINE", Missing::Speed("R[3]".into())),
         (
             "L P[2] WELD_SPEED FINE",
@@ -554,4 +557,41 @@ fn lines_end_in_any_way() {
     assert_eq!(parsed(&windows), parsed(&unix));
     let marked = format!("\u{feff}{unix}");
     assert_eq!(parsed(&marked), parsed(&unix));
+}
+
+/// Joints with an external axis are joints; one coordinate among them makes the whole unread.
+#[test]
+fn joints_with_external_axes_are_read() {
+    let of = |axes: &str| {
+        let text = format!("/PROG P\n/MN\n/POS\nP[1]{{ GP1: UF : 0, UT : 1, {axes} }};\n/END\n");
+        let mut positions = parsed(&text).program.positions;
+        positions.remove(0).groups.remove(0).coordinates
+    };
+    let six = "J1= 1 deg, J2= -2 deg, J3= 3 deg, J4= 4 deg, J5= 5 deg, J6= 6 deg";
+    let Coordinates::Joint(axes) = of(&format!("{six}, E1= 120.5 mm")) else {
+        panic!("not joints")
+    };
+    let (arm, beyond) = Axis::of_arm(&axes).unwrap();
+    assert_eq!(arm, [1.0, -2.0, 3.0, 4.0, 5.0, 6.0]);
+    assert_eq!((beyond[0].name.as_str(), beyond[0].value), ("E1", 120.5));
+    for (axes, joints) in [
+        ("E1= 3 mm", false),
+        ("X= 1 mm, J2= 2 deg", false),
+        (
+            "J1= 1 deg, J3= 3 deg, J2= 2 deg, J4= 4 deg, J5= 5 deg, J6= 6 deg",
+            true,
+        ),
+        ("J1= 1 deg", true),
+        (
+            "J1= 1 mm, J2= 2 mm, J3= 3 mm, J4= 4 mm, J5= 5 mm, J6= 6 mm",
+            true,
+        ),
+    ] {
+        let told = of(axes);
+        assert_eq!(matches!(told, Coordinates::Joint(_)), joints, "{axes}");
+        // none of them are an arm's six joints
+        if let Coordinates::Joint(axes) = told {
+            assert_eq!(Axis::of_arm(&axes), None);
+        }
+    }
 }

@@ -32,7 +32,7 @@ pub enum Stance {
     },
     /// cf1, cf4, cf6, cfx.
     Abb([i32; 4]),
-    /// The joints, deg.
+    /// The joints as the controller shows them, deg.
     Joints([f64; 6]),
     /// 1 where: no flip, lower arm, rear, R, T and S at half a turn or more.
     Yaskawa([u8; 6]),
@@ -100,16 +100,6 @@ impl Stance {
             Maker::Other => None,
         }
     }
-
-    /// Whether an arm that stands so stands as `other` says.
-    pub fn agrees(&self, other: &Stance) -> bool {
-        match (self, other) {
-            (Stance::Joints(a), Stance::Joints(b)) => {
-                a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME)
-            }
-            _ => self == other,
-        }
-    }
 }
 
 fn numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
@@ -118,6 +108,15 @@ fn numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
 }
 
 impl Cell {
+    /// Whether an arm with these joints (rad) stands as `wanted` says.
+    pub fn stands(&self, joints: [f64; 6], wanted: &Stance) -> bool {
+        let Stance::Joints(wanted) = wanted else {
+            return self.stance(joints).as_ref() == Some(wanted);
+        };
+        let shown = self.arm.shown(joints).map(f64::to_degrees);
+        shown.iter().zip(wanted).all(|(a, b)| (a - b).abs() < SAME)
+    }
+
     /// How the arm stands with these joints (rad); nothing where its maker has no words that are known here.
     pub fn stance(&self, joints: [f64; 6]) -> Option<Stance> {
         let shown = self.arm.shown(joints).map(f64::to_degrees);

@@ -14,6 +14,9 @@ use super::solution::{Candidate, Candidates, HELD, Solution, Unreachable};
 /// Starts of the search for arms without a closed form.
 const STARTS: u64 = 200;
 
+/// Frames that lead to a pose round it by so much at most, mm and rad.
+const ROUNDED: [f64; 2] = [1e-6, 1e-7];
+
 /// Two solutions that differ by less in every joint are one, rad.
 const SAME: f64 = 1e-9;
 
@@ -53,6 +56,12 @@ impl Arm {
     /// The pose of the flange in the base for joint angles in rad.
     pub fn forward(&self, joints: [f64; 6]) -> Pose {
         self.chain.forward(&joints)
+    }
+
+    /// Whether joint angles, rad, hold the flange at `base_from_flange`, but for the rounding of frames between.
+    pub fn holds(&self, base_from_flange: Pose, joints: [f64; 6]) -> bool {
+        let [off, turned] = numeric::distance(self.forward(joints), base_from_flange);
+        off < ROUNDED[0] && turned < ROUNDED[1]
     }
 
     /// The angles as the controller shows them, rad.

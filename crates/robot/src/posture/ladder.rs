@@ -9,7 +9,7 @@ use meltpath_geometry::Pose;
 use super::chain::{Chain, turned};
 use super::comfort::{STEP, discomfort, is_wound, motion};
 use super::task::{Guard, Near, NotHeld, Rotation, Task, Why, guard_places, keep_clear};
-use crate::cell::{External, Holder, Values};
+use crate::cell::{External, Holder, Stance, Values};
 
 /// Rotations that are tried at each key place.
 const ROTATIONS: usize = 36;
@@ -139,6 +139,38 @@ impl Places<'_> {
         }
     }
 
+    /// The ways at the first key place, as the program says the arm stands there.
+    fn begin(&self) -> Result<Vec<Node>, Why> {
+        let task = self.task;
+        let Some(wanted) = task.configurations.get(&self.chain.first) else {
+            return self.nodes(0.0);
+        };
+        if let Stance::Joints(shown) = wanted {
+            // where the wrist is stretched these joints are one of many ways
+            let joints = task.cell.arm.joints(shown.map(f64::to_radians));
+            let (tip, holder) = self.place(0.0);
+            if task.cell.arm.holds(holder.base_from_flange(tip), joints) {
+                let (margin, joint) = task.cell.arm.margin(joints);
+                let by = -margin;
+                let node = Node {
+                    way: (0, 0),
+                    joints,
+                    cost: discomfort(&task.cell.arm, joints),
+                };
+                if by > 0.0 {
+                    return Err(Why::Limit { joint, by });
+                }
+                return Ok(vec![node]);
+            }
+        }
+        let mut nodes = self.nodes(0.0)?;
+        nodes.retain(|n| task.cell.stands(n.joints, wanted));
+        match nodes[..] {
+            [] => Err(Why::Configuration(*wanted)),
+            _ => Ok(nodes),
+        }
+    }
+
     /// The wire's tip at a length as written, and what leads from it to the flange.
     fn place(&self, length: f64) -> (Pose, Holder) {
         let (tip, external) = self.chain.at(length);
@@ -217,25 +249,21 @@ pub(super) fn climb(
     };
     let mut steps: Vec<Vec<Step>> = Vec::with_capacity(rungs.len());
     let mut before: Vec<Node> = Vec::new();
+    let mut first: BTreeMap<Way, [f64; 6]> = BTreeMap::new();
     for (rung, &length) in rungs.iter().enumerate() {
         if observer.cancelled() {
             return Err(not_held(length, Why::Stopped));
         }
-        let mut nodes = places.nodes(length).map_err(|why| not_held(length, why))?;
+        let found = match rung {
+            0 => places.begin(),
+            _ => places.nodes(length),
+        };
+        let mut nodes = found.map_err(|why| not_held(length, why))?;
         let at = (chain.command_at(length), chain.at(length).1);
         blocked.clear(rung, at, &mut nodes);
         let gone = rungs.get(rung.wrapping_sub(1)).map_or(0.0, |l| length - l);
         let (nodes, step) = if rung == 0 {
-            if let Some(&wanted) = task.configurations.get(&chain.first) {
-                nodes.retain(|n| {
-                    task.cell
-                        .stance(n.joints)
-                        .is_some_and(|s| s.agrees(&wanted))
-                });
-                if nodes.is_empty() {
-                    return Err(not_held(length, Why::Configuration(wanted)));
-                }
-            }
+            first = nodes.iter().map(|n| (n.way, n.joints)).collect();
             let step = nodes.iter().map(|n| Step {
                 way: n.way,
                 before: 0,
@@ -258,7 +286,11 @@ pub(super) fn climb(
         .enumerate()
         .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let ways = back(&steps, last.map_or(0, |(i, _)| i));
-    let chain = places.chosen(&rungs, &ways);
+    let begin = ways.first().and_then(|way| first.get(way));
+    let chain = Chain {
+        joints: begin.copied().unwrap_or_default(),
+        ..places.chosen(&rungs, &ways)
+    };
     Ok(Chosen { chain, ways })
 }
 
@@ -330,13 +362,8 @@ impl Places<'_> {
             let last = turns.last().map_or(turn, |t| t.1);
             turns.push((length, turn + TAU * ((last - turn) / TAU).round()));
         }
-        let first = ways.first().and_then(|&(rotation, way)| {
-            let found = self.at(self.place(0.0), rotation).ok()?;
-            found.get(usize::from(way)).map(|n| n.joints)
-        });
         Chain {
             turns,
-            joints: first.unwrap_or_default(),
             ..self.chain.clone()
         }
     }

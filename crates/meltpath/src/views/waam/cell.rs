@@ -1,5 +1,6 @@
 //! The robot cell as the 3D view moves it: arm, torch, table, track and positioner around the part.
 
+use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_geometry::math::{DQuat, DVec2, DVec3};
 use meltpath_geometry::shapes::{cuboid, revolve};
 use meltpath_geometry::{Mesh, Pose};
@@ -9,8 +10,11 @@ use meltpath_report::scene::Machine;
 use meltpath_report::scene::machine::{Axis, Body, Joint, Motion};
 use meltpath_robot::cell::{Arrangement, Cell, Shapes, Values};
 use meltpath_robot::kinematics::{Chain, JointKind, Limits};
+use meltpath_robot::summary::CommandRecord;
 
-use crate::waam::film::Moment;
+use super::joints;
+use crate::waam::film::{Moment, Step, moments, timed};
+use crate::waam::program::Commands;
 
 /// Radius of links, torch and nozzle where the cell's file tells no shapes, mm: lines that can be seen.
 const LINE: f64 = 20.0;
@@ -167,15 +171,26 @@ fn within(title: &str, lines: Vec<Mark>) -> Plot {
     lines.into_iter().chain(limits).fold(plot, Plot::with)
 }
 
-/// Adds the cell to a report, where its axes are known.
-pub(crate) fn show(report: &mut Report, cell: Option<&Cell>, moments: &[Moment]) {
-    let (Some(cell), false) = (cell, moments.is_empty()) else {
-        return;
+/// Adds the cell to a report and its joints to the run's folder, where the way of its axes is known.
+///
+/// # Errors
+/// [`OutputError`].
+pub(crate) fn show(
+    folder: &OutputFolder,
+    report: &mut Report,
+    cell: Option<&Cell>,
+    (steps, records): (&[Step], &[CommandRecord]),
+    commands: &Commands,
+) -> Result<(), OutputError> {
+    let Some(cell) = cell.filter(|_| !steps.is_empty()) else {
+        return Ok(());
     };
+    let moments = moments(steps, records, &commands.layer_of_command);
     if let Some(scene) = &mut report.scene {
-        scene.machine = Some(machine(cell, moments));
+        scene.machine = Some(machine(cell, &moments));
     }
-    report.sections.push(section(cell, moments));
+    report.sections.push(section(cell, &moments));
+    joints::write(folder, cell, timed(steps, records), commands)
 }
 
 /// A round bar with round ends.

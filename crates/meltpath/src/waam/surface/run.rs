@@ -41,7 +41,14 @@ pub(in crate::waam) fn run(
         sheet: None,
         provenance,
     };
-    views::waam::cell::show(&mut report, settings.robot.as_ref(), &wall.moments);
+    let way = (&wall.steps[..], &wall.summary.commands[..]);
+    views::waam::cell::show(
+        &folder,
+        &mut report,
+        settings.robot.as_ref(),
+        way,
+        &wall.commands,
+    )?;
     outcome::tell(&folder, &report)?;
     loaded.keep(&folder, &wall.plan.toolpath, &wall.files)?;
     observer.check()?;

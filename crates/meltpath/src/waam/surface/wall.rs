@@ -15,7 +15,7 @@ use crate::stages::sheet::{self, Sheet};
 use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_check};
 use crate::waam::columns;
 use crate::waam::error::WaamError;
-use crate::waam::film::Moment;
+use crate::waam::film::Step;
 use crate::waam::hold;
 use crate::waam::loaded::{Loaded, written};
 use crate::waam::program::Commands;
@@ -36,8 +36,8 @@ pub(crate) struct Wall {
     pub(super) files: Vec<TextFile>,
     pub(super) checks: Vec<Check>,
     pub(super) facts: Vec<Fact>,
-    /// The cell along the build; nothing where no robot is known.
-    pub(super) moments: Vec<Moment>,
+    /// The way of the robot's axes; empty where none is known.
+    pub(super) steps: Vec<Step>,
 }
 
 /// The surface of a job, read and placed.
@@ -102,8 +102,12 @@ pub(super) fn wall(
     if let Ok(grown) = &driven.grown {
         facts.extend(metal::facts(grown, asked, &commands, settings));
     }
-    facts.extend(reach::facts(along.as_ref(), &commands));
-    let moments = reach::moments(along.as_ref(), &driven.samples, &commands);
+    facts.extend(reach::facts(
+        along.as_ref(),
+        &commands,
+        &driven.summary.commands,
+        settings,
+    ));
     Ok(Wall {
         sheet,
         plan,
@@ -114,7 +118,7 @@ pub(super) fn wall(
         files,
         checks,
         facts,
-        moments,
+        steps: reach::steps(along),
     })
 }
 
