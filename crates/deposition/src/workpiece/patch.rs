@@ -162,14 +162,32 @@ impl Patch {
         self.zone.ground_at(&self.map, p)
     }
 
-    /// How far `p` is over the surface that the bead finds, along a direction `axis` that leans from the columns, mm.
-    pub(super) fn over(&self, p: DVec3, axis: DVec3) -> f64 {
+    /// How far `p` is over the surface that the bead finds, along a direction `axis` that leans from the columns, mm: to the next metal
+    /// below it, or up to the air where it is in metal; as far as `reach` either way. Columns on the way are read.
+    pub(super) fn over(
+        &mut self,
+        voxels: &Voxels,
+        (p, axis): (DVec3, DVec3),
+        window: &Window,
+        reach: f64,
+    ) -> f64 {
         let (p, axis) = (self.local(p), self.local(self.columns.origin + axis));
-        let mut over = 0.0;
-        // the ground is nearly flat within what the lean shifts: each round leaves a small share of the error
-        for _ in 0..4 {
+        let margin = DVec2::splat(2.0 * self.columns.side);
+        let mut height = |over: f64| {
             let at = p - over * axis;
-            over += at.z - self.ground(at.truncate());
+            let (lo, hi) = (at.truncate() - margin, at.truncate() + margin);
+            self.read(voxels, (lo, hi), window);
+            at.z - self.ground(at.truncate())
+        };
+        let mut last = height(0.0);
+        let step = if last > 0.0 { 0.5 } else { -0.5 } * voxels.cell();
+        let mut over = 0.0_f64;
+        while over.abs() < reach {
+            let next = height(over + step);
+            if (next > 0.0) != (last > 0.0) {
+                return over + step * last / (last - next);
+            }
+            (over, last) = (over + step, next);
         }
         over
     }

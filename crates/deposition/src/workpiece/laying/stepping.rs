@@ -31,15 +31,8 @@ impl Laying<'_> {
         let Some(patch) = &mut run.patch else {
             return nominal;
         };
-        let (tool, window) = window_at(&self.bead, &self.settings, patch, at.tool);
-        let margin = DVec2::splat(2.0 * patch.columns.side);
-        let (lo, hi) = (tool.truncate() - margin, tool.truncate() + margin);
-        patch.read(&self.voxels, (lo, hi), &window);
-        let over = if patch.is_void(tool.truncate()) {
-            nominal
-        } else {
-            patch.over(at.tool, at.axis)
-        };
+        let (_, window) = window_at(&self.bead, &self.settings, patch, at.tool);
+        let over = patch.over(&self.voxels, (at.tool, at.axis), &window, nominal);
         nominal + over.min(nominal)
     }
 
@@ -158,7 +151,8 @@ impl Laying<'_> {
             patch.hang(at.truncate(), 0.5 * self.bead.width * local.wide, at.z);
         }
         // the path's plane: what the path moves along the axis and the metal does not is drift
-        let over = patch.over(centre, axis);
+        let reach = self.settings.nominal_ctwd;
+        let over = patch.over(&self.voxels, (centre, axis), &window, reach);
         let moved = (centre - from.centre).dot(axis);
         let step = centre.distance(from.centre);
         if run.over.is_nan() {
@@ -291,10 +285,13 @@ impl Laying<'_> {
     /// Records a path point.
     fn note(&mut self, run: &mut Bead, at: Sample) {
         let ctwd = self.distance(run, at);
-        let (Some(patch), Some(spot)) = (&run.patch, run.trail.back()) else {
+        let (Some(patch), Some(spot)) = (&mut run.patch, run.trail.back()) else {
             return;
         };
-        let ground = spot.centre - patch.over(spot.centre, spot.axis) * spot.axis;
+        let (_, window) = window_at(&self.bead, &self.settings, patch, spot.centre);
+        let reach = self.settings.nominal_ctwd;
+        let over = patch.over(&self.voxels, (spot.centre, spot.axis), &window, reach);
+        let ground = spot.centre - over * spot.axis;
         run.open
             .push_back((spot.travelled, self.laid.path.len(), ground));
         self.laid.path.push(LaidPoint {
