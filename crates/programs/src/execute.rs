@@ -51,6 +51,9 @@ pub struct ExecutionSettings {
     pub blend: Option<f64>,
     /// What turns the part while metal is laid; nothing where the cell does not say it.
     pub positioner: Option<Turning>,
+    /// By how many external axes the robot's group may have, which of them turn: dialects that write no unit tell these in degrees.
+    /// Empty where the robot is not known.
+    pub turning: BTreeMap<usize, Vec<bool>>,
     /// Where the tool is at positions that are given by joints, mm in the frame that beads are told in, by program, from 0, and number.
     pub by_joints: BTreeMap<(usize, u32), Result<Pose, NoPose>>,
 }
@@ -67,6 +70,7 @@ impl Default for ExecutionSettings {
             passed_over: BTreeSet::new(),
             blend: None,
             positioner: None,
+            turning: BTreeMap::new(),
             by_joints: BTreeMap::new(),
         }
     }

@@ -6,6 +6,7 @@ use meltpath_geometry::Pose;
 use meltpath_programs::program::{Axis, Coordinates};
 use meltpath_programs::{Dialect, ExecutionSettings, NoPose, Program};
 use meltpath_robot::cell::{Cell, External, Maker, Values};
+use meltpath_robot::kinematics::JointKind;
 
 use super::settings::Settings;
 
@@ -65,6 +66,19 @@ fn pose(cell: &Cell, axes: &[Axis], said: &[f64]) -> Option<Pose> {
     let joints = cell.arm.joints(shown.map(f64::to_radians));
     let frames = cell.frames(&Values::of(joints, external));
     Some(frames.part_from_wire_tip())
+}
+
+/// Which external axes turn, by how many a program says: the positioner's, the track, or the track and the positioner's.
+pub(super) fn turning(cell: &Cell) -> BTreeMap<usize, Vec<bool>> {
+    let turns = |axis| Some(cell.external_joint(axis)?.kind == JointKind::Revolute);
+    let track: Vec<bool> = turns(0).into_iter().collect();
+    let table: Vec<bool> = (1..3).map_while(turns).collect();
+    let both = [&track[..], &table].concat();
+    // as `external` takes them: where both have as many axes these are the positioner's
+    [both, track, table]
+        .into_iter()
+        .map(|axes| (axes.len(), axes))
+        .collect()
 }
 
 /// Track and positioner as a program says them, mm or rad, the track first; one alone where there are as many axes as it has; nothing

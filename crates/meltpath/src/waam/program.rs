@@ -310,6 +310,9 @@ pub fn commands(
         };
         ((None, s.number), set)
     }));
+    if let Some(cell) = &settings.robot {
+        known.turning = by_joints::turning(cell);
+    }
     known.by_joints = by_joints::poses(programs, &known, settings);
     let joint_speed = settings.controller.joint_speed.value.0;
     let reading = read_toolpath(programs, &known, joint_speed, reporter)?;

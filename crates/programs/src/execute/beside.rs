@@ -42,13 +42,19 @@ impl Beside {
             Some(Coordinates::Joint(axes)) => axes.get(6..).unwrap_or_default(),
             Some(Coordinates::Unread(_)) | None => &[],
         };
-        let mut own: Vec<f64> = external.iter().map(value).collect();
+        let external = there(settings, turning, external);
         let fanuc = program.dialect == Dialect::FanucLs;
-        let carried = !fanuc && turning.is_some_and(|t| t.count == own.len());
-        if carried {
-            // these dialects write no units
-            own = own.iter().map(|a| a.to_radians()).collect();
-        }
+        let carried = !fanuc && turning.is_some_and(|t| t.count == external.len());
+        let known = settings.turning.get(&external.len());
+        let turns = |axis: usize| carried || known.is_some_and(|k| k.get(axis) == Some(&true));
+        let own = external.iter().enumerate().map(|(axis, said)| {
+            if said.unit.is_empty() && turns(axis) {
+                said.value.to_radians()
+            } else {
+                value(said)
+            }
+        });
+        let own = own.collect();
         Beside {
             own,
             further,
@@ -79,6 +85,20 @@ pub(super) fn turning<'a>(
         Dialect::UrScript | Dialect::Inform | Dialect::Val3 => false,
     };
     settings.positioner.as_ref().filter(known)
+}
+
+/// The external axes that there are: inline forms list six, the others at zero.
+fn there<'a>(
+    settings: &ExecutionSettings,
+    turning: Option<&Turning>,
+    listed: &'a [Axis],
+) -> &'a [Axis] {
+    let known = settings.turning.keys().copied();
+    let most = known.chain(turning.map(|t| t.count)).max();
+    match most.and_then(|count| listed.split_at_checked(count)) {
+        Some((there, others)) if others.iter().all(|a| a.value == 0.0) => there,
+        _ => listed,
+    }
 }
 
 /// Where an axis stands, mm or rad.

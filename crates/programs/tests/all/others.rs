@@ -3,7 +3,8 @@
 use meltpath_base::{Reporter, settings as files};
 use meltpath_programs::program::{Instruction, Program, Termination};
 use meltpath_programs::{
-    CellProgramming, Dialect, Gap, Missing, ParseError, Reading, dialect, read_toolpath,
+    CellProgramming, Dialect, ExecutionSettings, Gap, Missing, ParseError, Reading, dialect,
+    read_toolpath,
 };
 use meltpath_toolpath::Move;
 
@@ -89,6 +90,27 @@ fn a_kuka_program_of_inline_forms_is_read() {
         matches!(gaps[0].2, Missing::Call(name) if name == "TS_SEARCH"),
         "{gaps:?}"
     );
+}
+
+/// A track and a table of one axis: inline forms list six axes and write no units.
+#[test]
+fn external_axes_are_those_of_the_robot_in_its_units() {
+    let data = SEAM_DAT.replace("E1 0.0,E2 0.0", "E1 500.0,E2 30.0");
+    let programs = programs(Dialect::Krl, SEAM_SRC, Some(&data), &cell(&[100.0]));
+    let (program, position) = (&programs[0], &programs[0].positions[0]);
+    let said = |turning: &[(usize, Vec<bool>)]| {
+        let known = ExecutionSettings {
+            turning: turning.iter().cloned().collect(),
+            ..ExecutionSettings::default()
+        };
+        known.external_axes(program, position)
+    };
+    assert_eq!(said(&[]), [500.0, 30.0, 0.0, 0.0, 0.0, 0.0]);
+    let both = (2, vec![false, true]);
+    let known = [(1, vec![true]), both];
+    assert_eq!(said(&known), [500.0, 30_f64.to_radians()]);
+    // another robot than the program's: nothing that stands elsewhere than at zero is left out
+    assert_eq!(said(&[(1, vec![true])]).len(), 6);
 }
 
 #[test]
