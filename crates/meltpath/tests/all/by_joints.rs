@@ -525,3 +525,43 @@ fn axes_of_a_kuka_lead_to_the_place_that_they_hold() {
     };
     same(&of_arm(places), &of_arm(joints));
 }
+
+/// Inline forms of KUKA list six external axes without units: the one that the robot has turns its table by degrees.
+#[test]
+fn a_table_that_stands_turned_in_a_kuka_program_does_so_by_degrees() {
+    let dir = tempfile::tempdir().unwrap();
+    let home = dir.path().join("job");
+    std::fs::create_dir(&home).unwrap();
+    write(&home, "cell.toml", crate::dialects::cell("kuka-krl"));
+    let shipped = meltpath_data::find(robots::ALL, "kuka-kr16-r2010-2").unwrap();
+    let (arm, rest) = shipped.text.split_once("[table]").unwrap();
+    let (_, shapes) = rest.split_once("[shapes]").unwrap();
+    let table = "[positioner]\nsource = \"own\"\nlow = [\"-360 deg\"]\nhigh = [\"360 deg\"]\nspeed = [\"90 deg/s\"]\n\
+                 [[positioner.axes]]\nposition = [\"1100 mm\", \"0 mm\", \"300 mm\"]\naxis = [0, 0, 1]\n";
+    write(&home, "robot.toml", format!("{arm}{table}[shapes]{shapes}"));
+    let job = thin_wall(
+        &home,
+        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 1\n\
+         [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\n[simulation]\ncell = \"1 mm\"\n",
+    );
+    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
+    let file = ran.folder.join("program/JOB.src");
+    let data = file.with_extension("dat");
+    let text = std::fs::read_to_string(&data).unwrap();
+    let turned = text
+        .replace("DECL POS", "DECL E6POS")
+        .replace("}", ",E1 45.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}");
+    std::fs::write(&data, turned).unwrap();
+    let told = simulate_program(&file, Some(&job), None, &home.join("turned"), &Silent).unwrap();
+    let table = std::fs::read_to_string(told.folder.join("series/joints.csv")).unwrap();
+    let mut rows = table.lines().filter(|l| !l.starts_with('#'));
+    let mut names = rows.next().unwrap().split(',');
+    let column = names.position(|c| c == "positioner_1_deg").unwrap();
+    let mut places = 0;
+    for row in rows {
+        let angle: f64 = row.split(',').nth(column).unwrap().parse().unwrap();
+        assert!((angle - 45.0).abs() < 1e-9, "{row}");
+        places += 1;
+    }
+    assert!(places > 10);
+}
