@@ -550,7 +550,7 @@ fn a_table_that_stands_turned_in_a_kuka_program_does_so_by_degrees() {
     let text = std::fs::read_to_string(&data).unwrap();
     let turned = text
         .replace("DECL POS", "DECL E6POS")
-        .replace("}", ",E1 45.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}");
+        .replace('}', ",E1 45.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0}");
     std::fs::write(&data, turned).unwrap();
     let told = simulate_program(&file, Some(&job), None, &home.join("turned"), &Silent).unwrap();
     let table = std::fs::read_to_string(told.folder.join("series/joints.csv")).unwrap();
