@@ -463,21 +463,28 @@ fn the_joints_of_a_program_are_a_table_and_slow_axes_are_told() {
     assert!((9.0..12.0).contains(&value), "{told:?}");
 }
 
+/// A wall run for a KUKA, its robot and further settings said by `machine`: the job and its program.
+fn kuka_wall(home: &Path, layers: u32, machine: &str) -> (PathBuf, PathBuf) {
+    write(home, "cell.toml", crate::dialects::cell("kuka-krl"));
+    let job = thin_wall(
+        home,
+        &format!(
+            "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = {layers}\n\
+             [machine]\ncell = \"cell.toml\"\n{machine}\n[simulation]\ncell = \"1 mm\"\n"
+        ),
+    );
+    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
+    (job, ran.folder.join("program/JOB.src"))
+}
+
 /// A KUKA's joints are A1 to A6, counted as its controller does: the way to the wall that a run wrote, told by joints instead.
 #[test]
 fn axes_of_a_kuka_lead_to_the_place_that_they_hold() {
     let dir = tempfile::tempdir().unwrap();
     let home = dir.path().join("job");
     std::fs::create_dir(&home).unwrap();
-    let cell_text = crate::dialects::cell("kuka-krl");
-    write(&home, "cell.toml", cell_text);
-    let job = thin_wall(
-        &home,
-        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 2\n\
-         [machine]\ncell = \"cell.toml\"\nrobot = \"kuka-kr16-r2010-2\"\nsmoothing = \"50 %\"\n[simulation]\ncell = \"1 mm\"\n",
-    );
-    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
-    let file = ran.folder.join("program/JOB.src");
+    let machine = "robot = \"kuka-kr16-r2010-2\"\nsmoothing = \"50 %\"";
+    let (job, file) = kuka_wall(&home, 2, machine);
     let data = file.with_extension("dat");
     let text = std::fs::read_to_string(&data).unwrap();
     let line = text.lines().find(|l| l.contains("XP1={")).unwrap();
@@ -532,20 +539,13 @@ fn a_table_that_stands_turned_in_a_kuka_program_does_so_by_degrees() {
     let dir = tempfile::tempdir().unwrap();
     let home = dir.path().join("job");
     std::fs::create_dir(&home).unwrap();
-    write(&home, "cell.toml", crate::dialects::cell("kuka-krl"));
     let shipped = meltpath_data::find(robots::ALL, "kuka-kr16-r2010-2").unwrap();
     let (arm, rest) = shipped.text.split_once("[table]").unwrap();
     let (_, shapes) = rest.split_once("[shapes]").unwrap();
     let table = "[positioner]\nsource = \"own\"\nlow = [\"-360 deg\"]\nhigh = [\"360 deg\"]\nspeed = [\"90 deg/s\"]\n\
                  [[positioner.axes]]\nposition = [\"1100 mm\", \"0 mm\", \"300 mm\"]\naxis = [0, 0, 1]\n";
     write(&home, "robot.toml", format!("{arm}{table}[shapes]{shapes}"));
-    let job = thin_wall(
-        &home,
-        "[waam.bead]\nwire_feed = \"8 m/min\"\ntravel_speed = \"0.75 m/min\"\n[layers]\ncount = 1\n\
-         [machine]\ncell = \"cell.toml\"\nrobot = \"robot.toml\"\n[simulation]\ncell = \"1 mm\"\n",
-    );
-    let ran = meltpath::waam::run(&job, None, &home.join("runs"), &Silent).unwrap();
-    let file = ran.folder.join("program/JOB.src");
+    let (job, file) = kuka_wall(&home, 1, "robot = \"robot.toml\"");
     let data = file.with_extension("dat");
     let text = std::fs::read_to_string(&data).unwrap();
     let turned = text
