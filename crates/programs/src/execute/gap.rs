@@ -99,7 +99,7 @@ impl NoPose {
         match self {
             NoPose::Untaught => "teach the position, and export the program again",
             NoPose::NoRobot => {
-                "name the arm in the job (machine.robot), or give the position as X, Y, Z, W, P, R in /POS"
+                "name the arm in the job (machine.robot), or give the position by place and orientation"
             }
             NoPose::OtherMaker => {
                 "name an arm of this controller's maker in the job (machine.robot; `maker` of the robot's file)"
@@ -120,7 +120,7 @@ impl Missing {
             }
             Missing::JointPosition(_, why) => why.remedy(),
             Missing::Position(_) | Missing::Offset(_) => {
-                "give the position as X, Y, Z, W, P, R in /POS, its offset included"
+                "give the position in the program by place and orientation, its offset included"
             }
             Missing::Positioner(_) | Missing::Coordinated => {
                 "tell the positioner in the cell file ([program.positioner]; with its COORD on every move of a bead), or export the part of the program in which it stands at zero"
