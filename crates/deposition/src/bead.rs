@@ -63,6 +63,12 @@ pub const REAR_EXPONENT: f64 = 0.204;
 pub const OFFSET_EXPONENT: f64 = 0.267;
 
 impl PoolModel {
+    /// Length of the pool, mm.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.front + self.rear
+    }
+
     /// The measured pool of `reference` scaled to `bead`: half the bead wide, round in front (a_f = b, the source's
     /// hypothesis), as long in proportion to its width as the measured one.
     #[must_use]

@@ -51,6 +51,31 @@ pub struct Settings {
     pub accumulation: f64,
 }
 
+/// Travel by which a step of the molten zone may come early, mm: rounding.
+pub(crate) const ROUNDING: f64 = 1e-9;
+/// Pieces of one motion sample at most.
+const MOST_PIECES: f64 = 1e6;
+
+impl Settings {
+    /// How far the torch goes next on its way of `length` mm, `done` mm along it and `since` mm after the last step of the molten
+    /// zone: at most one stamp, and never past a step. So steps lie at the same places of the path however the motion is sampled.
+    pub(crate) fn piece(&self, length: f64, done: f64, since: f64) -> f64 {
+        let (left, grain) = (length - done, length / MOST_PIECES);
+        let to_step = match self.mode {
+            Mode::Plain => f64::INFINITY,
+            Mode::Build(model) => (model.step - since).max(grain),
+        };
+        let stamp = self.stamp.max(grain);
+        let end = left.min(to_step);
+        let piece = if end <= stamp + ROUNDING { end } else { stamp };
+        if left - piece <= ROUNDING {
+            left
+        } else {
+            piece
+        }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Settings {

@@ -306,7 +306,7 @@ impl<'a> Deposition<'a> {
         let Some(mut record) = self.record.take() else {
             return;
         };
-        let ends = self.pool.front + self.pool.rear;
+        let ends = self.pool.length();
         record.close(ends, self.settings.accumulation, self.bead.width);
         // less than half a bead is an end that reaches over an edge
         let overhang = self
@@ -388,17 +388,27 @@ impl<'a> Deposition<'a> {
                 return;
             }
         }
-        let pieces = (length / self.settings.stamp).ceil().clamp(1.0, 1e6);
-        let n = pieces as u32;
-        for k in 1..=n {
-            let t = f64::from(k) / pieces;
+        let asked = self.asked_volume(wire);
+        let mut done = 0.0;
+        loop {
+            let piece = self.settings.piece(length, done, run.pending_travel);
+            done = if piece < length - done {
+                done + piece
+            } else {
+                length
+            };
+            // a torch that stands feeds all at once
+            let of = |part: f64| if length > 0.0 { part / length } else { 1.0 };
+            let t = of(done);
             let at = Moment {
                 tool: from.lerp(to, t),
                 time: time - dt * (1.0 - t),
                 command,
             };
-            let share = (length / pieces, self.asked_volume(wire) / pieces);
-            self.substep(&mut run, at, share);
+            self.substep(&mut run, at, (piece, asked * of(piece)));
+            if done >= length {
+                break;
+            }
         }
         self.run = Some(run);
     }

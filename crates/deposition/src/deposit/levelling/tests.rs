@@ -24,7 +24,7 @@ fn at(x: f64) -> Station {
 /// A bead along x from 0 to 12 mm with the metal of the bead on a plate, relaxed until it stands, and the last step.
 fn laid(map: &mut HeightMap) -> (MoltenZone, StepReport) {
     let model = Levelling {
-        sweeps: 400,
+        settled: 1e-10,
         ..Levelling::default()
     };
     let mut zone = MoltenZone::new(map);

@@ -5,7 +5,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use super::{Bead, Laying, Sample, Spot};
 use crate::deposit::feeding::LocalFeed;
 use crate::deposit::levelling::{Frozen, Levelling, LocalBead};
-use crate::deposit::{Mode, Station, plain};
+use crate::deposit::{Mode, ROUNDING, Station, plain};
 use crate::workpiece::BEND;
 use crate::workpiece::patch::{Patch, Window};
 use crate::workpiece::record::{LaidPoint, Loose, Support};
@@ -50,7 +50,7 @@ impl Laying<'_> {
         run.feeding.pass(laws, travel, (asked, volume));
         let due = match self.settings.mode {
             Mode::Plain => 0.0,
-            Mode::Build(model) => model.step,
+            Mode::Build(model) => model.step - ROUNDING,
         };
         if run.pending_travel.max(run.pending / self.bead.area) >= due {
             self.lay(run);
@@ -81,7 +81,7 @@ impl Laying<'_> {
         let rear = run.trail.back().map_or(0.0, |s| s.travelled) - self.pool.rear;
         let molten = |s: &&Spot| s.travelled >= rear && s.axis.dot(at.axis) >= BEND.cos();
         let axis = run.trail.iter().find(molten).map_or(at.axis, |s| s.axis);
-        let reach = self.pool.front + self.pool.rear;
+        let reach = self.pool.length();
         let margin = self.pool.half_width + 4.0 * self.voxels.cell();
         if let Some(patch) = &run.patch
             && !patch.is_left(at.tool, axis, 2.0 * margin)
