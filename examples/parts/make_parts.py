@@ -103,6 +103,20 @@ def torus() -> cq.Workplane:
     )
 
 
+def dome() -> cq.Workplane:
+    """Half of a ball of 45, cut where it is 15 round its axis: the head of a tank with room for a pipe."""
+    radius, port = 45.0, 15.0
+    height, s = (radius**2 - port**2) ** 0.5, radius * 0.5**0.5
+    return (
+        cq.Workplane("XZ")
+        .lineTo(radius, 0)
+        .threePointArc((s, s), (port, height))
+        .lineTo(0, height)
+        .close()
+        .revolve(360, (0, 0, 0), (0, 1, 0))
+    )
+
+
 def write(shape: cq.Workplane, name: str) -> None:
     """Writes one named part, with the time stamp and the running number of the writer removed."""
     assembly = cq.Assembly(shape, name=name)
@@ -114,7 +128,7 @@ def write(shape: cq.Workplane, name: str) -> None:
 
 
 if __name__ == "__main__":
-    for make in (flange, bracket, bridge, torus):
+    for make in (flange, bracket, bridge, torus, dome):
         shape = make()
         solid = shape.val()
         assert solid.isValid() and len(shape.solids().vals()) == 1, make.__name__

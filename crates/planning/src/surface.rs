@@ -2,6 +2,7 @@
 //! a constant distance; how the torch is held along them, and how evenly they lie. The surface is that of a wall one bead thick.
 //! Source: Campocasso 2017, § III.
 
+mod closing;
 mod error;
 mod fronts;
 mod layers;
@@ -10,6 +11,7 @@ mod pass;
 mod patch;
 mod torch;
 
+pub use closing::{Opening, without_narrow};
 pub use error::SurfaceError;
 pub use fronts::{Base, MeshPasses, plan_mesh};
 pub use layers::layers;

@@ -528,3 +528,31 @@ fn metal_of_a_controller_that_nobody_knows_cannot_be_said() {
         assert!(check.reason.contains("no corner model"), "{check:?}");
     }
 }
+
+/// A dome is laid up to where a pass has no room for its pool, and the verdict fails by the opening.
+#[test]
+fn a_dome_keeps_an_opening_and_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    // the pole itself is a hole of a hundredth of a millimetre, as meshes of domes have it
+    let dome = shapes::tube(60, 120, |s, t| {
+        let (lat, lon) = ((1.0 - s) * 0.25 * TAU, t * TAU);
+        30.0 * DVec3::new(lat.sin() * lon.cos(), lat.sin() * lon.sin(), lat.cos())
+    });
+    sheet(dir.path(), &dome);
+    let ran = Ran::of(
+        &job(dir.path(), "sheet.stl", "1.5 mm", "torch = \"tangent\""),
+        dir,
+    );
+    let opening = ran.check("opening");
+    assert_eq!(opening.status, Status::Fail, "{opening:?}");
+    let width = opening.value.as_ref().unwrap().value;
+    let pass = f64::from(opening.place.as_ref().unwrap().layer.unwrap());
+    // the first pass that four pools do not fit into, by the sphere's own circles
+    let round = |n: f64| 60.0 * (2.0 * n * (0.75_f64 / 30.0).asin()).cos();
+    assert!((width - round(pass)).abs() < 0.1, "{width} {pass}");
+    assert_eq!(f64::from(ran.passes()), pass - 1.0);
+    assert!(width * std::f64::consts::PI < 53.0 && round(pass - 1.0) > 16.0);
+    // what is laid is laid evenly
+    assert_eq!(ran.check("flatness").status, Status::Pass);
+    assert_eq!(ran.check("loose").status, Status::Pass);
+}

@@ -168,3 +168,26 @@ pub fn tilts(passes: &[SurfacePass], torch: &Torch) -> Option<Distribution> {
     let mut axes = axes.iter();
     distribution(passes, |_, _| Some(axes.next()?.angle_between(torch.up)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_point_stands_for_half_of_the_way_to_its_neighbours() {
+        let at = |x: f64| SurfacePoint {
+            position: DVec3::new(x, 0.0, 0.0),
+            normal: DVec3::Y,
+            growth: DVec3::Z,
+            from: None,
+        };
+        let pass = SurfacePass {
+            number: 1,
+            points: [0.0, 1.0, 10.0].map(at).to_vec(),
+        };
+        // values 0, 1, 2 over 0.5, 5 and 4.5 mm
+        let found = distribution(&[pass], |_, i| Some(i as f64)).unwrap();
+        assert!((found.mean - 1.4).abs() < 1e-12, "{}", found.mean);
+        assert_eq!(found.quantiles[1], 1.0);
+    }
+}

@@ -31,6 +31,7 @@ pub(super) fn checks(
         checks.push(free);
     }
     checks.push(unreached(plan));
+    checks.extend(opening(plan));
     checks.push(tilt(plan, settings, turned));
     checks
 }
@@ -104,6 +105,34 @@ fn unreached(plan: &SurfacePlan) -> Check {
         Limit::AtMost(0.0),
     )
     .remedy("a base that the whole surface hangs together with, or the pieces as jobs of their own")
+}
+
+/// The widest opening that the wall keeps where it closes; `None` where it keeps none.
+fn opening(plan: &SurfacePlan) -> Option<Check> {
+    let widest = plan
+        .openings
+        .iter()
+        .max_by(|a, b| a.width.total_cmp(&b.width))?;
+    let passes: f64 = plan.openings.iter().map(|o| o.length).sum();
+    let why = format!(
+        "{} of the wall's ends stay open: {passes:.0} mm of passes shorter than four pools are not laid",
+        plan.openings.len()
+    );
+    let place = Place {
+        layer: Some(widest.pass),
+        ..Place::at(widest.position.to_array())
+    };
+    Some(
+        Check::judge(
+            "opening",
+            "opening that stays where passes become shorter than four pools",
+            Measure::exact(widest.width, "mm"),
+            Limit::AtMost(0.0),
+        )
+        .because(&why)
+        .at(place)
+        .remedy("a part that ends in an opening at least so wide, as for a pipe; or layers.count below that pass, and the end closed otherwise"),
+    )
 }
 
 /// How far the pool lies from horizontal, as far as the torch shows it.

@@ -3,8 +3,8 @@
 use meltpath_geometry::math::DVec3;
 use meltpath_geometry::sheet::FrontEnd;
 use meltpath_planning::surface::{
-    Base, MeshPasses, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint, SurfaceSettings,
-    SurfaceStrategy, Torch, layers, plan_mesh, plan_patch,
+    Base, MeshPasses, Opening, Parameter, Patch, SurfaceError, SurfacePass, SurfacePoint,
+    SurfaceSettings, SurfaceStrategy, Torch, layers, plan_mesh, plan_patch, without_narrow,
 };
 use meltpath_robot::cell::Arrangement;
 use meltpath_toolpath::Toolpath;
@@ -30,6 +30,8 @@ pub struct SurfacePlan {
     pub ends: Vec<FrontEnd>,
     /// Area that no pass reaches, mm².
     pub unreached: f64,
+    /// Openings where the wall closes: there passes shorter than four pools are not laid.
+    pub openings: Vec<Opening>,
 }
 
 /// Why a surface cannot be planned.
@@ -45,6 +47,14 @@ pub enum SurfacePlanError {
     NoParameters {
         /// The strategy.
         strategy: SurfaceStrategyChoice,
+    },
+    /// No pass has room for its pool.
+    #[error(
+        "the surface is too narrow for the pool of its bead: it ends in passes shorter round than two pools, and all of them are shorter than {least:.1} mm, four pools; lay a smaller bead (waam.bead), or build the part as flat layers, without [surface]"
+    )]
+    Narrow {
+        /// Four pools, mm.
+        least: f64,
     },
     /// No side of the face lies on the base.
     #[error("no side of the face lies on the base: the nearest one is {gap:.3} mm away at ({:.3}, {:.3}, {:.3}) mm of the build; move surface.base, or write strategy = \"distance\"", .at.x, .at.y, .at.z)]
@@ -73,7 +83,7 @@ pub fn plan(
     };
     let on_mesh = |strategy| plan_mesh(&sheet.mesh, &base, &how(strategy));
     let exactly = |strategy| on_face(sheet, &base, asked.strategy, &how(strategy));
-    let mut found = match asked.strategy {
+    let found = match asked.strategy {
         SurfaceStrategyChoice::Distance => on_mesh(SurfaceStrategy::Distance)?,
         SurfaceStrategyChoice::Planes => on_mesh(SurfaceStrategy::Planes {
             direction: DVec3::Z,
@@ -81,10 +91,16 @@ pub fn plan(
         SurfaceStrategyChoice::ParameterDistance => exactly(SurfaceStrategy::Distance)?,
         SurfaceStrategyChoice::Parameter => exactly(SurfaceStrategy::Parameter)?,
     };
+    let least = 4.0 * settings.pool.length();
+    let (mut wide, mut openings) = without_narrow(found.passes, least, asked.spacing);
     if let Some(count) = settings.count {
-        found.passes.retain(|p| p.number <= count);
+        wide.retain(|p| p.number <= count);
+        openings.retain(|o| o.pass <= count);
     }
-    let passes = ordered(&found.passes);
+    if wide.is_empty() {
+        return Err(SurfacePlanError::Narrow { least });
+    }
+    let passes = ordered(&wide);
     let torch = torch(asked, &base, settings);
     let layers = layers(&passes, &torch, asked.spacing);
     Ok(SurfacePlan {
@@ -98,6 +114,7 @@ pub fn plan(
         torch,
         ends: found.ends,
         unreached: found.unreached,
+        openings,
     })
 }
 
