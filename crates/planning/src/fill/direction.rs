@@ -79,4 +79,18 @@ mod tests {
         };
         assert_eq!(best(&[square], &FillSettings::new(4.0, 3.0)), 0.0);
     }
+
+    #[test]
+    fn lines_follow_the_longest_of_edges_that_run_alike() {
+        // two long edges within a degree of each other, the longer one turned by 20°
+        let turned = |degrees: f64, by: f64| DVec2::from_angle(f64::to_radians(degrees)) * by;
+        let [a, b] = [turned(20.0, 60.0), turned(20.0, 60.0) + turned(110.0, 9.0)];
+        let corners = vec![DVec2::ZERO, a, b, b - turned(20.8, 40.0)];
+        let region = Region {
+            outer: corners,
+            holes: Vec::new(),
+        };
+        let found = best(&[region], &FillSettings::new(4.0, 3.0));
+        assert!((found.to_degrees() - 20.0).abs() < 1e-9, "{found}");
+    }
 }

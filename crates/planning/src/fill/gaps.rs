@@ -312,4 +312,31 @@ mod tests {
             [along(0.0, 10.0), along(11.0, 20.0)].concat()
         );
     }
+
+    #[test]
+    fn a_detour_is_no_longer_than_its_gap_has_metal_for() {
+        let square = |from: [f64; 2], to: [f64; 2]| Region {
+            outer: [from, [to[0], from[1]], to, [from[0], to[1]]]
+                .map(DVec2::from_array)
+                .to_vec(),
+            holes: Vec::new(),
+        };
+        let settings = FillSettings::new(4.0, 3.0);
+        let links = [square([-5.0, -5.0], [30.0, 30.0])];
+        let line = [DVec2::new(10.0, 2.0), DVec2::new(10.0, 6.0)];
+        let added = |width: f64| {
+            let mut beads = [Bead {
+                points: vec![DVec2::ZERO, DVec2::new(20.0, 0.0)],
+                role: Role::Fill,
+                tolerance: 0.0,
+            }];
+            let place = square([10.0 - width, 1.0], [10.0 + width, 8.0]);
+            let laid = detour(&line, &[place], &mut beads, &links, &settings);
+            (laid, length(&beads[0].points) - 20.0)
+        };
+        // there and back at 3 mm, 0.7 of which must be missing: 1 mm of line is too short, then half of it, then all
+        assert_eq!(added(0.3), (false, 0.0));
+        assert_eq!(added(1.5), (true, 8.0));
+        assert_eq!(added(2.5), (true, 12.0));
+    }
 }

@@ -307,4 +307,16 @@ mod tests {
         };
         assert_eq!([wishes(1.0), wishes(3.0)], [0, 1]);
     }
+
+    #[test]
+    fn an_end_is_as_wide_as_its_two_sides_lie_apart() {
+        let triangle = [[0.0, 1.0], [9.0, 10.0], [-6.0, 7.0]]
+            .map(DVec2::from_array)
+            .to_vec();
+        // sides of slope 1 and -1 from the lowest corner, of 1/5 and 1 from the highest
+        let [low, high] = [(0, 1.0, 2.0), (1, 10.0, -2.0)]
+            .map(|(at, y, depth)| opening(&triangle, at, at, y, depth).abs());
+        assert!((low - 4.0).abs() < 1e-9, "{low}");
+        assert!((high - 8.0).abs() < 1e-9, "{high}");
+    }
 }

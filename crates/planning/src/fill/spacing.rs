@@ -217,4 +217,14 @@ mod tests {
         let n = across / nested(std::iter::empty(), Some(20.0), &s);
         assert!((n - 7.0).abs() < 0.01, "{n}");
     }
+
+    #[test]
+    fn beads_lie_as_far_apart_as_melts_together_and_no_farther() {
+        // 0.8 of the width are 5.2 mm
+        let lines = |room: f64| {
+            let wishes = [0.0, room].map(|at| Wish { at, flat: 30.0 });
+            positions(&wishes, &settings(Spacing::Fill)).len()
+        };
+        assert_eq!([5.15, 5.25].map(lines), [2, 3]);
+    }
 }

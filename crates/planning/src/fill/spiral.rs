@@ -85,3 +85,23 @@ fn nearest(p: DVec2, line: &[DVec2], last: &mut usize, everywhere: bool) -> DVec
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_point_lies_between_corners_too() {
+        let corners = [
+            [0.0, 0.0],
+            [10.0, 0.0],
+            [10.0, 10.0],
+            [0.0, 10.0],
+            [0.0, 0.0],
+        ];
+        let line = corners.map(DVec2::from_array);
+        let mut last = 0;
+        let found = nearest(DVec2::new(12.0, 4.0), &line, &mut last, true);
+        assert_eq!((found, last), (DVec2::new(10.0, 4.0), 1));
+    }
+}

@@ -573,4 +573,24 @@ mod tests {
         let wide = refused(Pattern::Spots, [5000.0, 5000.0]);
         assert!(wide.starts_with("spots of 0.125 mm"), "{wide}");
     }
+
+    #[test]
+    fn layers_turn_from_the_first_angle_by_the_second() {
+        let hatch = Hatch {
+            angles: [0.3, 0.5],
+            ..hatch(Pattern::Lines)
+        };
+        for (number, angle) in [(1, 0.3), (2, 0.8), (4, 1.8)] {
+            let layer = hatch
+                .passes(&rectangle([4.0, 3.0]), number, &Reporter::new())
+                .unwrap();
+            let along = layer.passes().map(|p| {
+                let way = p.points[1] - p.points[0];
+                way.truncate().to_angle().rem_euclid(std::f64::consts::PI)
+            });
+            for found in along.collect::<Vec<_>>() {
+                assert!((found - angle).abs() < 1e-6, "{number}: {found}");
+            }
+        }
+    }
 }

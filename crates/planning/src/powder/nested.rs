@@ -459,4 +459,15 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_field_has_so_many_cells_that_memory_holds_it() {
+        let law = flat();
+        let field = EnergyField::new(&rectangle(900.0, 700.0), &law, 0.01, &|_| 1.0);
+        let cells = (field.grid.nx * field.grid.ny) as f64;
+        assert!(
+            (0.9 * MOST_CELLS..1.1 * MOST_CELLS).contains(&cells),
+            "{cells}"
+        );
+    }
 }
