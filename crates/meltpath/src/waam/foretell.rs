@@ -1,78 +1,60 @@
-//! What a plan is expected to fail: its program driven by the machine's model, its metal laid in coarse steps and judged by the
-//! checks of the run. It never says "pass".
+//! What a plan becomes: its program driven by the machine's model, its metal laid and judged. What fails then is foretold to whoever asks
+//! before a run; a run shows the same build.
 
 use std::fmt::Write as _;
 
-use meltpath_base::{Check, Fact, Observer, Quiet, Reporter, Status};
-use meltpath_deposition::deposit::{self, Levelling, Mode};
+use meltpath_base::{Check, Observer, Reporter, Status};
 
 use super::error::WaamError;
 use super::metal::{self, Laid};
-use super::plan::{Plan, PlanStageError};
-use super::program::Commands;
+use super::plan::PlanStageError;
+use super::planned::Planned;
 use super::settings::Settings;
-use super::simulate::{Build, simulate};
+use super::simulate::{Build, Simulation, simulate};
 use crate::stages::part::Part;
 
-/// Travel between two solutions of the pool, mm, and longest step along the path.
-const STEP: f64 = 0.5;
+/// What the program of a plan builds.
+pub(super) struct Built {
+    pub(super) simulation: Simulation,
+    /// The checks of the plan and of its metal.
+    pub(super) checks: Vec<Check>,
+}
 
-/// The checks that the plan is expected to fail, or to be unable to tell; what is expected to pass or to come near its limit is not
-/// among them.
-pub(super) fn foretell(
+/// Drives the program of a plan, lays its metal and judges it.
+pub(super) fn build(
     part: &Part,
-    plan: &Plan,
-    commands: &Commands,
+    planned: &Planned,
     settings: &Settings,
-    observer: &dyn Observer,
-) -> Result<Vec<Check>, WaamError> {
-    observer.stage("foretell", 0);
-    let coarse = Settings {
-        deposit: deposit::Settings {
-            mode: Mode::Build(Levelling {
-                step: STEP,
-                ..Levelling::default()
-            }),
-            stamp: STEP,
-            ..settings.deposit
-        },
-        ..settings.clone()
-    };
-    let quiet = (&Reporter::new(), &Quiet(observer));
+    (reporter, observer): (&Reporter, &dyn Observer),
+) -> Result<Built, WaamError> {
+    let Planned { plan, commands, .. } = planned;
     let map = plan.plate(settings)?;
     let layers = plan
         .planned_layers(&map, settings)
         .map_err(PlanStageError::Planar)?;
-    let build = Build::of(commands, &layers, map, &coarse);
-    let simulation = simulate(build, quiet.0, quiet.1)?;
+    let build = Build::of(commands, &layers, map, settings).beside_robot(settings);
+    let simulation = simulate(build, reporter, observer)?;
+    observer.stage("compare with the part", 0);
     let laid = Laid {
         layers: &simulation.layers,
         ctwd: &simulation.ctwd,
         map: &simulation.deposit.map,
     };
-    let checks = metal::checks(&laid, (part, plan), &coarse, (quiet.0, quiet.1))?;
-    Ok(undecided(checks))
+    let checks = metal::checks(&laid, (part, plan), settings, (reporter, observer))?;
+    Ok(Built { simulation, checks })
+}
+
+impl Built {
+    /// The checks that fail or cannot say.
+    pub(super) fn undecided(&self) -> Vec<Check> {
+        undecided(self.checks.clone())
+    }
 }
 
 /// The checks that fail or cannot say.
 pub(super) fn undecided(mut checks: Vec<Check>) -> Vec<Check> {
     checks.retain(|c| matches!(c.status, Status::Fail | Status::CannotSay));
     checks
-}
-
-/// What was foretold, for the verdict.
-pub(super) fn fact(foretold: &[Check]) -> Fact {
-    let ids: Vec<&str> = foretold.iter().map(|c| c.id.as_str()).collect();
-    let words = if ids.is_empty() {
-        "no check".to_owned()
-    } else {
-        ids.join(", ")
-    };
-    Fact::words(
-        "foretold",
-        "expected from the plan to fail or to stay undecided",
-        &words,
-    )
 }
 
 /// A line for each check that is expected to fail or to be undecided.
@@ -84,20 +66,8 @@ pub(super) fn lines(foretold: &[Check]) -> Vec<String> {
 }
 
 fn line(check: &Check) -> String {
-    let mut text = format!("foretold: {}: {}", check.status.words(), check.title);
-    // a value near its limit is an estimate, and so is what its reason tells
-    let (means, found) = match &check.value {
-        Some(_) => (
-            ", about ",
-            Check {
-                reason: String::new(),
-                ..check.clone()
-            },
-        ),
-        None => (": ", check.clone()),
-    };
-    text.push_str(means);
-    text.push_str(&found.line());
+    let (outcome, title, found) = (check.status.words(), check.title.as_str(), check.line());
+    let mut text = format!("foretold: {outcome}: {title}: {found}");
     if let Some(place) = &check.place {
         // writing to a String cannot fail
         let _ = write!(text, " ({place})");

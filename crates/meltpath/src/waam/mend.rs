@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::doubt;
 use super::error::WaamError;
-use super::foretell::{self, foretell};
+use super::foretell::{self, Built, build};
 use super::loaded::Loaded;
 use super::planned::{Planned, planned};
 use super::settings::{Settings, resolve};
@@ -50,6 +50,7 @@ const EXACT: Change = Change {
     ..KEEP
 };
 /// A pile at a turn is often one place: turns a little farther or nearer leave it.
+const LITTLE_FARTHER_TURNS: Change = reversal(0.4);
 const FARTHER_TURNS: Change = reversal(0.5);
 const NEARER_TURNS: Change = reversal(0.2);
 const SHARPER: Change = smoothing(0.25);
@@ -66,7 +67,7 @@ const EXACT_AND_MORE: Change = Change {
 };
 
 /// What `doctor` tries, the gentlest first: other ways to fill, then corners that are cut less, which takes longer, then more metal.
-const ALL: [Change; 12] = [
+const ALL: [Change; 13] = [
     Change {
         order: Some(FillOrder::OutsideIn),
         ..KEEP
@@ -76,6 +77,7 @@ const ALL: [Change; 12] = [
     strategy(FillStrategy::Contour),
     RASTER,
     EXACT,
+    LITTLE_FARTHER_TURNS,
     FARTHER_TURNS,
     NEARER_TURNS,
     SHARPER,
@@ -85,9 +87,10 @@ const ALL: [Change; 12] = [
 ];
 /// What a plan tries by itself, two at a time: where most beads have neighbours, how they are laid beside one another; where most stand alone,
 /// how corners are cut.
-const OF_FILLED: [Change; 6] = [
+const OF_FILLED: [Change; 7] = [
     ZIGZAG,
     EXACT,
+    LITTLE_FARTHER_TURNS,
     FARTHER_TURNS,
     NEARER_TURNS,
     EXACT_AND_MORE,
@@ -176,10 +179,11 @@ impl Change {
     }
 }
 
-/// A plan with what it is expected to fail.
+/// A plan with what it builds.
 pub(super) struct Foretold {
     pub(super) planned: Planned,
-    /// The checks that it is expected to fail, or to leave undecided.
+    pub(super) built: Built,
+    /// The checks that it fails or leaves undecided.
     pub(super) checks: Vec<Check>,
     /// What was chosen of what the job leaves out, and why.
     pub(super) chosen: Option<Fact>,
@@ -219,7 +223,8 @@ pub(super) fn settle(
     let settings = &loaded.settings;
     let own = Reporter::new();
     let plain = planned(&loaded.name, part, settings, &own, observer)?;
-    let checks = foretell(part, &plain.plan, &plain.commands, settings, observer)?;
+    let built = build(part, &plain, settings, (&own, observer))?;
+    let checks = built.undecided();
     // no way to fill holds a wall that leans, nor says how a controller goes round corners
     let doubted = plain.plan.lean.is_some()
         || doubt::of_corners(*settings.cell.program.dialect, settings).is_some();
@@ -232,6 +237,7 @@ pub(super) fn settle(
         reporter.absorb(own);
         return Ok(Foretold {
             planned: plain,
+            built,
             checks,
             chosen: None,
         });
@@ -245,6 +251,7 @@ pub(super) fn settle(
     );
     Ok(Foretold {
         planned: other.planned,
+        built: other.built,
         checks: other.left,
         chosen: Some(chosen),
     })
@@ -275,7 +282,7 @@ fn choose(
     observer.stage("choose settings", candidates.len() as u64);
     let why = format!("chosen by the plan: {}", reason(checks));
     // two at a time, however many threads there are; of a plan that fails in many ways one setting seldom mends all
-    let pairs = if checks.len() > MANY { 1 } else { 3 };
+    let pairs = if checks.len() > MANY { 1 } else { 4 };
     for pair in candidates.chunks(2).take(pairs) {
         let tried: Vec<Tried> = pair
             .par_iter()
@@ -297,6 +304,7 @@ struct Tried {
     words: String,
     settings: Settings,
     planned: Planned,
+    built: Built,
     left: Vec<Check>,
     reporter: Reporter,
 }
@@ -314,12 +322,13 @@ fn attempt(
         let settings = resolved(loaded, job)?;
         let reporter = Reporter::new();
         let planned = planned(&loaded.name, part, &settings, &reporter, &quiet).ok()?;
-        let left = foretell(part, &planned.plan, &planned.commands, &settings, &quiet).ok()?;
+        let built = build(part, &planned, &settings, (&reporter, &quiet)).ok()?;
         Some(Tried {
             words,
             settings,
             planned,
-            left,
+            left: built.undecided(),
+            built,
             reporter,
         })
     });

@@ -15,18 +15,17 @@ use super::checks::{build_facts, fixed_torch_check, plan_facts};
 use super::doubt::{self, Doubt};
 use super::error::WaamError;
 use super::film::Step;
-use super::foretell;
+use super::foretell::Built;
 use super::judge::GrowthError;
 use super::lean::Turned;
 use super::loaded::{Loaded, SHOWN_WARNINGS, load, subtitle, written};
 use super::mend::{leaves_open, mend, settle};
-use super::metal::{self, Laid};
-use super::plan::{self, PlanStageError};
+use super::plan;
 use super::planned::Planned;
 use super::program::Commands;
 use super::reach;
 use super::settings::{Settings, laws_tried};
-use super::simulate::{Build, Simulation, simulate};
+use super::simulate::Simulation;
 use super::surface;
 use crate::job::JobError;
 use crate::job::common::SubstrateTable;
@@ -103,8 +102,8 @@ pub fn run(
     observer.check()?;
     let foretold = settle(&mut loaded, &part, &reporter, observer)?;
     let settings = &loaded.settings;
-    for line in foretold.lines() {
-        observer.note(&line);
+    if let Some(choice) = foretold.choice() {
+        observer.note(&choice);
     }
     if !foretold.checks.is_empty() {
         observer.note("`meltpath doctor` tries other settings that may mend it");
@@ -114,25 +113,16 @@ pub fn run(
         programs,
         commands,
     } = foretold.planned;
-    let map = plan.plate(settings)?;
-    let layers = plan
-        .planned_layers(&map, settings)
-        .map_err(PlanStageError::Planar)?;
-    let build = Build::of(&commands, &layers, map, settings).beside_robot(settings);
-    let simulation = simulate(build, &reporter, observer)?;
-    observer.stage("compare with the part", 0);
+    let Built {
+        simulation,
+        mut checks,
+    } = foretold.built;
     let growth = settings.growth_error(plan.single);
-    let laid = Laid {
-        layers: &simulation.layers,
-        ctwd: &simulation.ctwd,
-        map: &simulation.deposit.map,
-    };
     observer.stage("robot", 0);
     let metal = &simulation.metal;
     let along = reach::along(&programs.parsed, &commands, settings, metal, observer);
     observer.check()?;
     let turned = reach::turned(along.as_ref(), &commands);
-    let mut checks = metal::checks(&laid, (&part, &plan), settings, (&reporter, observer))?;
     let leaning: Vec<Doubt> = turned.iter().filter_map(Turned::doubt).collect();
     doubt::undecided(&mut checks, &leaning);
     checks.extend(turned.as_ref().map(|t| t.check(settings)));
@@ -149,7 +139,6 @@ pub fn run(
     ));
     facts.extend(turned.map(|t| t.fact()));
     facts.extend(plan_facts(&plan, settings));
-    facts.push(foretell::fact(&foretold.checks));
     facts.extend(foretold.chosen);
     let verdict = Verdict {
         checks,

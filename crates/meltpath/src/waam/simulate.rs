@@ -220,6 +220,7 @@ pub fn simulate(
         weaving = Weaving::new(build.weaves, build.weave_of_command, &mut both);
         &mut weaving
     };
+    observer.stage("machine motion and metal", build.commands.len() as u64);
     let summary = fir::simulate(
         build.start,
         build.commands,

@@ -66,7 +66,7 @@ pub enum MotionError {
 /// Simulates `commands` from rest at `start`, and pushes samples every `dt` s into `sink`, [`BLOCK`] at a time.
 ///
 /// Sample 0 is the start at time 0; the last sample is the first at or after the end, where the tool rests at the last target.
-/// `dt` must divide both filters ([`Controller::sampling`] gives about 2 ms). Memory does not grow with the length of the motion
+/// `dt` must divide both filters ([`Controller::sampling`] gives about 2 ms). Of the observer's stage, which the caller names, each command is a step. Memory does not grow with the length of the motion
 /// but for one record a command.
 ///
 /// # Errors
@@ -89,7 +89,6 @@ pub fn simulate(
         .iter()
         .any(|c| c.orientation * DVec3::Z != start.orientation * DVec3::Z);
     let mut run = Run::new(start, commands, &dwells, controller, dt)?;
-    observer.stage("machine motion", commands.len() as u64);
     let mut block = MotionBlock::default();
     let mut told = 0;
     loop {

@@ -87,6 +87,7 @@ pub(super) fn drive(
         Err(e) => trouble = Some(e),
     }
     let mut recorder = Recorder::default();
+    observer.stage("machine motion and metal", commands.commands.len() as u64);
     let summary = fir::simulate(
         commands.start,
         &commands.commands,
