@@ -319,47 +319,6 @@ fn a_doctor_tells_every_default() {
     }
 }
 
-/// The last 2 mm of the thesis' triangle: speeds learned on charts, judged by the solver with twice the cell, half the
-/// step and ±5 % power. Recorded: 13 ± 5 % are in the window there; 1 % where charts forget the heat of earlier lines.
-#[test]
-#[ignore = "a minute of computing"]
-fn ebm_q04_the_last_two_millimetres_are_judged_on_the_reference_solver() {
-    let dir = tempfile::tempdir().unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ebm-triangle");
-    for name in ["triangle.csv", "rectangle.csv"] {
-        std::fs::copy(example.join(name), dir.path().join(name)).unwrap();
-    }
-    let text = std::fs::read_to_string(example.join("job.toml")).unwrap();
-    let judge = "[judge]\nsolver = \"reference\"\ncell = \"62.5 µm\"\npart = [[\"-8.75 mm\", \"5.5 mm\"], [\"8.75 mm\", \"7.5 mm\"]]\nbeyond = \"0 mm\"\n";
-    let file = dir.path().join("job.toml");
-    let text = text.replace("method = \"learning\"", "method = \"learning\"\nrounds = 4");
-    assert!(!text.contains("[judge]"));
-    std::fs::write(&file, text + judge).unwrap();
-    let out = dir.path().join("out");
-    let outcome = chain::run(&file, Some(&out), dir.path(), &Silent).unwrap();
-    let check = &outcome.verdict.checks[0];
-    println!("{} {:?}: {}", check.id, check.status, check.reason);
-    assert_eq!(check.id, "in-window");
-    assert!(check.title.ends_with("on the reference solver"));
-    for said in [
-        "cells of 62.5 µm",
-        "steps of",
-        "twice the cell",
-        "half the step",
-        "5 % less power",
-    ] {
-        assert!(check.reason.contains(said), "{said}: {}", check.reason);
-    }
-    let share = check.value.as_ref().unwrap();
-    let spread = share.sigma.unwrap();
-    // speeds learned on charts are worth little here: at the tip the solver runs far hotter than charts
-    assert!(share.value < 20.0 && spread > 0.0, "{share:?}");
-    assert_eq!(check.reason.contains("NOT CONVERGED"), spread > 5.0);
-    assert_eq!(check.status, Status::Fail);
-    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(report.contains("Judged on the reference solver"));
-}
-
 #[test]
 fn a_part_without_beam_or_area_is_refused() {
     let dir = tempfile::tempdir().unwrap();
