@@ -87,7 +87,7 @@ const ALL: [Change; 13] = [
 ];
 /// What a plan tries by itself, two at a time: where most beads have neighbours, how they are laid beside one another; where most stand alone,
 /// how corners are cut.
-const OF_FILLED: [Change; 7] = [
+const OF_FILLED: [Change; 8] = [
     ZIGZAG,
     EXACT,
     LITTLE_FARTHER_TURNS,
@@ -95,6 +95,7 @@ const OF_FILLED: [Change; 7] = [
     NEARER_TURNS,
     EXACT_AND_MORE,
     RASTER,
+    MORE,
 ];
 const OF_WALLS: [Change; 2] = [SHARPER, MORE];
 
