@@ -325,7 +325,7 @@ fn pictured(plan: &Plan, r: &RecipeResult<'_>) -> (DVec2, usize) {
                 let cosine = (at - from)
                     .normalize_or_zero()
                     .dot((to - at).normalize_or_zero());
-                (a.kind.is_mark() && b.kind.is_mark()).then_some(cosine)
+                (a.kind.deposits() && b.kind.deposits()).then_some(cosine)
             };
             let sharpest = (1..last)
                 .filter_map(|i| Some((turn(&i)?, i)))
@@ -344,7 +344,7 @@ fn corner(plan: &Plan, r: &RecipeResult<'_>) -> Plot {
     let mut asked = Vec::new();
     for i in 0..last {
         let v = &r.first.vectors[i];
-        if v.kind.is_mark() {
+        if v.kind.deposits() {
             let (a, b) = (r.first.start_of(i).truncate(), v.end.truncate());
             let steps = (a.distance(b) / 0.02).ceil().max(1.0) as usize;
             let inside = (0..=steps)
@@ -510,7 +510,7 @@ fn marked(r: &RecipeResult<'_>) -> LineSet {
         }
         let near = (vector.saturating_sub(3)..=vector)
             .map(|i| i as usize)
-            .filter(|&i| r.first.vectors[i].kind.is_mark())
+            .filter(|&i| r.first.vectors[i].kind.deposits())
             .map(|i| {
                 distance_to_segment(
                     *hit,
