@@ -44,7 +44,7 @@ pub fn law(table: &ModulationTable, nominal: f64) -> Modulation {
 
 /// A hatch with every value resolved.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hatch {
+pub struct BeamHatch {
     /// What is planned, not modulated.
     pub plan: powder::Hatch,
     /// Less energy near powder.
@@ -55,7 +55,7 @@ pub struct Hatch {
     pub gun: Gun,
 }
 
-impl Hatch {
+impl BeamHatch {
     /// The hatch of a job's table for layers `layer` mm thick, not modulated.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Hatch {
         r: &mut Provenance,
     ) -> Result<Self, FocusError> {
         let on_spacing = Time(table.spacing.0 / table.speed.0);
-        Ok(Hatch {
+        Ok(BeamHatch {
             plan: powder::Hatch {
                 pattern: pattern(*table.strategy),
                 turns: Turns::Joined,
@@ -111,7 +111,7 @@ impl Hatch {
     /// The same beam and distances with straight lines, not modulated.
     #[must_use]
     pub fn of_lines(&self) -> Self {
-        Hatch {
+        BeamHatch {
             plan: self.plan.of_lines(),
             ..self.clone()
         }
