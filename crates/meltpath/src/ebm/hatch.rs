@@ -67,6 +67,11 @@ impl BeamHatch {
         r: &mut Provenance,
     ) -> Result<Self, FocusError> {
         let on_spacing = Time(table.spacing.0 / table.speed.0);
+        let gun = Gun {
+            voltage: table.voltage.0,
+            focus: focus.clone(),
+            coil: table.focus.0,
+        };
         Ok(BeamHatch {
             plan: powder::Hatch {
                 pattern: pattern(*table.strategy),
@@ -78,8 +83,8 @@ impl BeamHatch {
                 island: table.island.0,
                 speed: table.speed.0,
                 dwell: table.dwell.or_computed(r, on_spacing).0,
-                power: table.voltage.0 * table.current.0,
-                spot: focus.diameter(table.focus.0)?,
+                power: gun.power(table.current.0),
+                spot: focus.diameter(gun.coil)?,
                 layer,
                 chord_error: CHORD_ERROR,
                 modulation: None,
@@ -89,11 +94,7 @@ impl BeamHatch {
                 jump: table.jump.map_or(f64::INFINITY, |v| v.0),
                 chord_error: CHORD_ERROR,
             },
-            gun: Gun {
-                voltage: table.voltage.0,
-                focus: focus.clone(),
-                coil: table.focus.0,
-            },
+            gun,
         })
     }
 
