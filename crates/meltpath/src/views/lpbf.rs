@@ -1,6 +1,8 @@
 //! What a person sees of a scan-head run.
 
+mod comparison;
 mod heat;
+mod search;
 
 use std::path::Path;
 
@@ -16,11 +18,10 @@ use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
-use crate::lpbf::comparison::Comparison;
-use crate::lpbf::optimise;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::result::{MODES, RecipeResult};
 use crate::lpbf::work::Work;
+use crate::views::lpbf::comparison::Comparison;
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -68,7 +69,7 @@ pub(crate) fn write(
                 all.insert(2, heat::section(heat, results));
             }
             if let Some(found) = told.found {
-                all.insert(1, optimise::section(found));
+                all.insert(1, search::section(found));
             }
             all
         },
@@ -78,7 +79,7 @@ pub(crate) fn write(
     crate::outcome::tell(folder, &report)?;
     Comparison::new(plan, results).write(folder)?;
     if let Some(found) = told.found {
-        optimise::write(folder, found)?;
+        search::write(folder, found)?;
     }
     for (k, r) in results.iter().enumerate() {
         if let Some(heat) = &r.heat {
