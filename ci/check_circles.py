@@ -23,13 +23,13 @@ ARROWS = {
     "toolpath": ["geometry"],
     "planning": ["geometry", "toolpath"],
     "control": ["numerics"],
-    "robot": ["geometry", "toolpath", "control", "numerics"],
+    "robot": ["geometry", "toolpath", "numerics"],
     "scan-head": ["geometry", "toolpath", "control", "numerics"],
     "gun": ["geometry", "toolpath"],
     "deposition": ["geometry", "toolpath", "numerics", "data"],  # wires, gases and maps are called for by name
     "thermal": ["geometry", "toolpath", "numerics"],
-    "melt-strategy": ["geometry", "toolpath", "thermal"],
-    "perception": ["geometry", "toolpath", "numerics"],
+    "melt-strategy": ["geometry", "thermal"],
+    "perception": [],
     "programs": ["geometry", "toolpath"],
     "report": ["geometry"],
     "meltpath": ["*"],
@@ -268,7 +268,7 @@ def room_of(package):
 
 
 def forbidden_arrows(crate):
-    """Dependencies of the crate (not of its tests) that the table does not allow."""
+    """Dependencies of the crate (not of its tests) that the table does not allow, and arrows of the table that it does not use."""
     text = (crate / "Cargo.toml").read_text()
     allowed = ARROWS.get(crate.name)
     if allowed is None:
@@ -278,7 +278,10 @@ def forbidden_arrows(crate):
     bad = [r for r in map(room_of, rooms) if r != "base" and r not in allowed and "*" not in allowed]
     if crate.name == "base" and rooms:
         bad = [room_of(r) for r in rooms]
-    return [f"{crate.name} imports {r}: arrows go down only" for r in bad]
+    unused = set(allowed) - set(map(room_of, rooms)) - {"*"}
+    return [f"{crate.name} imports {r}: arrows go down only" for r in bad] + [
+        f"{crate.name} does not import {r}: take it off the table of arrows" for r in sorted(unused)
+    ]
 
 
 def self_check():

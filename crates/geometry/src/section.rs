@@ -6,5 +6,5 @@ mod nesting;
 mod simplify;
 mod slice;
 
-pub use heights::{HeightsError, LastLayer, Layer, LayerHeight, layers};
+pub use heights::{HeightsError, LastLayer, LayerHeight, LayerSpan, layers};
 pub use slice::{Slice, SliceError, SlicePlan, slice};

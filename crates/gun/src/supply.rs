@@ -19,6 +19,11 @@ impl Gun {
         power / self.voltage
     }
 
+    /// Power of a beam of `current` A, W.
+    pub fn power(&self, current: f64) -> f64 {
+        self.voltage * current
+    }
+
     /// Current of the coil for a spot of `spot` mm, A, as far as the branch reaches; to the nanoampere. The gun's own where the
     /// spot does not depend on it.
     pub fn coil(&self, spot: f64) -> f64 {

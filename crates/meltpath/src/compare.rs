@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use meltpath_base::{Fact, Measure, Observer, Provenance, Reporter, Verdict};
 use meltpath_thermal::calibration::comparison::{apart, relative};
 
+use crate::ebm::judge::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::views;
-use crate::views::ebm::voxels::{TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 
 pub use comparison::{Compared, Comparison};
 pub use error::CompareError;

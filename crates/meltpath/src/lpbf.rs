@@ -1,7 +1,6 @@
 //! The laser scan-head pipeline: recipes on a plate of squares, on read layers or on layers of a part, where the laser really
 //! goes, comparison, verdict.
 
-pub(crate) mod comparison;
 pub mod error;
 pub mod file_layers;
 pub mod heat;

@@ -7,13 +7,13 @@ use meltpath_base::Reporter;
 use meltpath_geometry::shapes::ring;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::{
-    ContourOrder, FillSettings, Layer, LineAngle, Paces, PassIds, Strategy, plan_layer,
+    ContourOrder, FillLayer, FillSettings, LineAngle, Paces, PassIds, Strategy, plan_layer,
 };
 
 fn flange_layer(c: &mut Criterion) {
     let regions: [Region; 1] = [ring(82.0, 28.0, 240)];
     let plane = Plane::horizontal(0.0);
-    let layer = Layer {
+    let layer = FillLayer {
         number: 1,
         plane: &plane,
         regions: &regions,

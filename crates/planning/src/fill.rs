@@ -24,7 +24,7 @@ mod turning_points;
 mod zigzag;
 
 pub use coverage::{Coverage, Gap};
-pub use layer::{Layer, PassIds};
+pub use layer::{FillLayer, PassIds};
 pub use pace::nominal_length;
 pub use plan::{LayerPlan, plan_layer, plan_layers};
 pub use settings::{

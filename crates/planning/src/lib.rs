@@ -8,7 +8,7 @@ pub mod surface;
 
 pub use error::PlanError;
 pub use fill::{
-    ContourOrder, Coverage, FillSettings, Gap, Layer, LayerDirection, LayerPlan, LineAngle,
+    ContourOrder, Coverage, FillLayer, FillSettings, Gap, LayerDirection, LayerPlan, LineAngle,
     LineDirection, LineOrder, Paces, PassIds, Spacing, StartPoints, Strategy, nominal_length,
     plan_layer, plan_layers,
 };

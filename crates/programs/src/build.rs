@@ -33,8 +33,8 @@ use wording::{RESOLUTION, SHORTEST_WAIT, Wording};
 
 use crate::orientation::{axis_of_wpr, wpr_of_axis};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
-    Termination,
+    ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
+    Speed, Termination,
 };
 
 /// What happens after each layer.
@@ -270,10 +270,10 @@ impl Builder<'_> {
             }
             _ => Vec::new(),
         };
-        self.assembly.push(Instruction::Motion(Motion {
+        self.assembly.push(Instruction::Motion(MotionInstruction {
             arc,
             extra,
-            ..Motion::plain(kind, target, speed, termination)
+            ..MotionInstruction::plain(kind, target, speed, termination)
         }));
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::parsed::{Parsed, Unread};
 use crate::program::{
-    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, Motion, MotionKind, Position,
-    PositionRef, Program, Speed, Termination,
+    ArcWord, CommentMark, Coordinates, Dialect, Group, Instruction, MotionInstruction, MotionKind,
+    Position, PositionRef, Program, Speed, Termination,
 };
 use crate::scan::tidy;
 
@@ -53,7 +53,7 @@ impl Collected {
         speed: Speed,
         termination: Termination,
     ) {
-        let motion = Motion::plain(kind, target, speed, termination);
+        let motion = MotionInstruction::plain(kind, target, speed, termination);
         self.push(Instruction::Motion(motion));
     }
 
@@ -79,7 +79,7 @@ impl Collected {
     }
 
     /// The last move.
-    pub(crate) fn last_move(&mut self) -> Option<&mut Motion> {
+    pub(crate) fn last_move(&mut self) -> Option<&mut MotionInstruction> {
         let all = self.program.instructions.iter_mut().rev();
         let mut moves = all.filter_map(|i| match i {
             Instruction::Motion(motion) => Some(motion),

@@ -85,7 +85,7 @@ pub struct Section {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Instruction {
     /// A move.
-    Motion(Motion),
+    Motion(MotionInstruction),
     /// Arc on or off, on a line of its own.
     Arc(ArcWord),
     /// Waits, s.
@@ -138,7 +138,7 @@ pub enum CommentMark {
 
 /// A move.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
+pub struct MotionInstruction {
     /// How.
     pub kind: MotionKind,
     /// Where to.
@@ -153,7 +153,7 @@ pub struct Motion {
     pub extra: Vec<String>,
 }
 
-impl Motion {
+impl MotionInstruction {
     /// A move that switches nothing and says nothing else.
     pub(crate) fn plain(
         kind: MotionKind,
@@ -161,7 +161,7 @@ impl Motion {
         speed: Speed,
         termination: Termination,
     ) -> Self {
-        Motion {
+        MotionInstruction {
             kind,
             target,
             speed,

@@ -6,7 +6,7 @@ use meltpath_geometry::Pose;
 use meltpath_geometry::arc::Arc;
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{
-    Channel, Event, Layer, Move, PassHead, PassId, PassWriter, Profile, Role, Toolpath, Weave,
+    Channel, Event, Layer, Move, PassHead, PassId, PassWriter, Profile, Role, Toolpath,
 };
 
 use crate::execute::{
@@ -30,8 +30,6 @@ pub struct Reading {
     pub controls: Vec<Control>,
     /// Program and instruction of the position at which the first pass begins.
     pub start_line: (u32, u32),
-    /// What the numbers of weaving events mean, from 1.
-    pub weaves: Vec<Weave>,
     /// Lines that shape metal and were not simulated, each once, in the order of execution.
     pub gaps: Vec<Gap>,
 }
@@ -82,13 +80,13 @@ pub fn read_toolpath(
             .first()
             .map_or_else(String::new, |p| p.name.clone()),
         profiles: vec![profile("bead"), profile("travel")],
+        weaves: execution.weaves,
         ..Toolpath::default()
     };
     let mut reading = Reading {
         toolpath,
         controls: Vec::with_capacity(steps.len()),
         start_line: (0, 0),
-        weaves: execution.weaves,
         gaps: execution.gaps,
     };
     let first = steps.iter().position(|s| matches!(s, Executed::Motion(_)));

@@ -14,7 +14,7 @@ use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::recipe::LaserDelays;
 use meltpath_scan_head::optics::correction::CorrectionTable;
 
-#[path = "../tests/scan_head/reference.rs"]
+#[path = "../tests/all/reference.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "the tests' own")]
 mod reference;
 

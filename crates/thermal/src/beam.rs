@@ -68,7 +68,10 @@ pub enum BeamError {
     },
 }
 
-/// A beam from its first point's time to its last.
+/// A beam from its first point's time to its last: an index over motion, for asking where the beam is at any time. It is no
+/// [`MotionBlock`], whose stretches carry what was said at their ends, in blocks that a sink sees once: here each point says what holds
+/// from it on, the points lie in one list that is searched by time, and all were checked. [`BeamPath::of`] and
+/// [`BeamPath::motion`] go from one to the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeamPath {
     points: Vec<BeamPoint>,

@@ -4,8 +4,9 @@ use meltpath_geometry::math::DVec3;
 
 use crate::column::Column;
 use crate::error::PathError;
-use crate::layer::Layer;
+use crate::layer::{Entry, Layer};
 use crate::toolpath::{Profile, Toolpath};
+use crate::vocabulary::{Event, Weave};
 
 fn bad(what: &'static str, index: usize) -> Result<(), PathError> {
     Err(PathError::Value { what, index })
@@ -163,8 +164,16 @@ impl Profile {
     }
 }
 
+impl Weave {
+    fn is_sound(&self) -> bool {
+        let [left, right] = self.dwell;
+        let values = [self.frequency, self.amplitude, left, right];
+        values.iter().all(|v| v.is_finite() && *v >= 0.0)
+    }
+}
+
 impl Toolpath {
-    /// Checks every layer, every profile, and that passes refer to profiles that are there.
+    /// Checks every layer, every profile and every weave, and that passes refer to those that are there.
     ///
     /// # Errors
     /// [`PathError`], at the first promise that does not hold.
@@ -172,14 +181,27 @@ impl Toolpath {
         if let Some(k) = self.profiles.iter().position(|p| !p.is_sound()) {
             return bad("a profile has a value that is not finite or negative", k);
         }
+        if let Some(k) = self.weaves.iter().position(|w| !w.is_sound()) {
+            return bad("a weave has a value that is not finite or negative", k);
+        }
         for layer in &self.layers {
             layer.sanity_check()?;
-            let known = self.profiles.len();
-            let unknown = |e: &crate::layer::Entry| usize::from(e.head.profile) >= known;
-            if let Some(k) = layer.entries.iter().position(unknown) {
-                return bad("a pass refers to a profile that is not there", k);
-            }
+            self.check_references(layer)?;
         }
         Ok(())
+    }
+
+    /// Checks that the passes of a layer refer to profiles and weaves that are there.
+    pub(crate) fn check_references(&self, layer: &Layer) -> Result<(), PathError> {
+        let unknown = |e: &Entry| usize::from(e.head.profile) >= self.profiles.len();
+        if let Some(k) = layer.entries.iter().position(unknown) {
+            return bad("a pass refers to a profile that is not there", k);
+        }
+        let unknown =
+            |e: &(u32, Event)| matches!(e.1, Event::Weave(n) if n as usize > self.weaves.len());
+        match layer.events.iter().position(unknown) {
+            Some(k) => bad("an event refers to a weave that is not there", k),
+            None => Ok(()),
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Toolpaths to and from the native container, layer by layer: a head with names and profiles, one container a layer with
+//! Toolpaths to and from the native container, layer by layer: a head with names, profiles and weaves, one container a layer with
 //! points and values as columns, and an end that counts the layers. Lossless for all three processes.
 
 use std::io::{self, Read, Write};
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::column::Column;
 use crate::layer::{Entry, Layer};
 use crate::toolpath::{Profile, Toolpath};
-use crate::vocabulary::{Channel, Event, Neighbour, PassHead, PassId, Role, Side};
+use crate::vocabulary::{Channel, Event, Neighbour, PassHead, PassId, Role, Side, Weave};
 
 /// Schema of the head of a stored toolpath.
 pub const TOOLPATH_SCHEMA: &str = "meltpath-toolpath/2";
@@ -24,6 +24,9 @@ struct HeadMeta {
     build: String,
     parts: Vec<(u32, String)>,
     profiles: Vec<Profile>,
+    /// Left out where nothing weaves, as in files from before there were any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    weaves: Vec<Weave>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -39,6 +42,8 @@ struct EndMeta {
 }
 
 const CHANNELS: [&str; Channel::ALL.len()] = ["speed", "wire_feed", "power", "spot", "dwell"];
+/// The kind of event that [`Event::Weave`] is.
+const WEAVE: u8 = 2;
 const AXES: [&str; 3] = ["axis_x", "axis_y", "axis_z"];
 
 /// Writes a toolpath layer by layer.
@@ -49,7 +54,7 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes the head: build, parts and profiles of `head`; its layers are left out.
+    /// Writes the head: build, parts, profiles and weaves of `head`; its layers are left out.
     ///
     /// # Errors
     /// What the writer says.
@@ -58,6 +63,7 @@ impl<W: Write> Writer<W> {
             build: head.build.clone(),
             parts: head.parts.clone().into_iter().collect(),
             profiles: head.profiles.clone(),
+            weaves: head.weaves.clone(),
         };
         container(TOOLPATH_SCHEMA, &meta)?.write(&mut to)?;
         Ok(Writer { to, layers: 0 })
@@ -101,7 +107,7 @@ pub fn write(toolpath: &Toolpath, to: &mut dyn Write) -> io::Result<()> {
 #[derive(Debug)]
 pub struct Reader<R: Read> {
     from: R,
-    /// Build, parts and profiles; no layers.
+    /// Build, parts, profiles and weaves; no layers.
     pub head: Toolpath,
     read: u64,
     over: bool,
@@ -127,6 +133,7 @@ impl<R: Read> Reader<R> {
                 build: meta.build,
                 parts: meta.parts.into_iter().collect(),
                 profiles: meta.profiles,
+                weaves: meta.weaves,
                 layers: Vec::new(),
             },
             read: 0,
@@ -153,15 +160,11 @@ impl<R: Read> Reader<R> {
             return Err(unsound(format!("`{}` is no layer", found.schema)));
         }
         let layer = layer_of(&found)?;
-        layer.sanity_check().map_err(|e| unsound(e.to_string()))?;
-        let known = self.head.profiles.len();
-        let highest = layer.passes().map(|p| usize::from(p.head.profile)).max();
-        match highest {
-            Some(profile) if profile >= known => Err(unsound(format!(
-                "a pass refers to profile {profile} of {known}"
-            ))),
-            _ => Ok(Some(layer)),
-        }
+        let sound = layer.sanity_check();
+        sound
+            .and_then(|()| self.head.check_references(&layer))
+            .map_err(|e| unsound(e.to_string()))?;
+        Ok(Some(layer))
     }
 }
 
@@ -206,6 +209,11 @@ fn flat(vectors: impl Iterator<Item = DVec3>) -> Stored {
     Stored::F64(vectors.flat_map(|v| v.to_array()).collect())
 }
 
+/// The moves, points or passes that the entries of a list belong to.
+fn numbers_of<T>(list: &[(u32, T)]) -> Stored {
+    Stored::U32(list.iter().map(|e| e.0).collect())
+}
+
 fn stored(layer: &Layer) -> io::Result<Container> {
     let meta = LayerMeta {
         number: layer.number,
@@ -226,18 +234,11 @@ fn stored(layer: &Layer) -> io::Result<Container> {
     let roles = layer.entries.iter().map(|e| e.head.role as u8);
     put("role", Stored::U8(roles.collect()));
     put("points", flat(layer.points.iter().copied()));
-    let arcs = &layer.arcs;
-    put("arc_move", Stored::U32(arcs.iter().map(|a| a.0).collect()));
-    put("arc_via", flat(arcs.iter().map(|a| a.1)));
-    let spots = &layer.spots;
-    put(
-        "spot_move",
-        Stored::U32(spots.iter().map(|s| s.0).collect()),
-    );
-    put(
-        "spot_time",
-        Stored::F64(spots.iter().map(|s| s.1).collect()),
-    );
+    put("arc_move", numbers_of(&layer.arcs));
+    put("arc_via", flat(layer.arcs.iter().map(|a| a.1)));
+    let times = layer.spots.iter().map(|s| s.1).collect();
+    put("spot_move", numbers_of(&layer.spots));
+    put("spot_time", Stored::F64(times));
     let mut values = |name: &str, column: &Column| {
         put(name, Stored::F64(column.values().to_vec()));
     };
@@ -252,19 +253,10 @@ fn stored(layer: &Layer) -> io::Result<Container> {
         values(&format!("external_{k}"), column);
     }
     let events = &layer.events;
-    let coded: Vec<(u8, u32)> = events.iter().map(|e| code(e.1)).collect();
-    put(
-        "event_point",
-        Stored::U32(events.iter().map(|e| e.0).collect()),
-    );
-    put(
-        "event_kind",
-        Stored::U8(coded.iter().map(|c| c.0).collect()),
-    );
-    put(
-        "event_value",
-        Stored::U32(coded.iter().map(|c| c.1).collect()),
-    );
+    let weaves = events.iter().map(|(_, Event::Weave(number))| *number);
+    put("event_point", numbers_of(events));
+    put("event_kind", Stored::U8(vec![WEAVE; events.len()]));
+    put("event_value", Stored::U32(weaves.collect()));
     put_neighbours(&mut to, &layer.neighbours);
     Ok(to)
 }
@@ -277,7 +269,7 @@ fn put_neighbours(to: &mut Container, neighbours: &[(u32, Neighbour)]) {
         .map(|n| u8::from(n.1.side == Side::Right))
         .collect();
     for (name, column) in [
-        ("neighbour_of", Stored::U32(whole(|n| n.0))),
+        ("neighbour_of", numbers_of(neighbours)),
         ("neighbour_pass", Stored::U32(whole(|n| n.1.pass.0))),
         ("neighbour_layer", Stored::U32(whole(|n| n.1.layer))),
         ("neighbour_side", Stored::U8(sides)),
@@ -289,23 +281,11 @@ fn put_neighbours(to: &mut Container, neighbours: &[(u32, Neighbour)]) {
     }
 }
 
-fn code(event: Event) -> (u8, u32) {
-    match event {
-        Event::On => (0, 0),
-        Event::Off => (1, 0),
-        Event::Weave(schedule) => (2, schedule),
-        Event::Synchronise(number) => (3, number),
-    }
-}
-
 fn event(code: (u8, u32)) -> Result<Event, ContainerError> {
-    Ok(match code {
-        (0, _) => Event::On,
-        (1, _) => Event::Off,
-        (2, schedule) => Event::Weave(schedule),
-        (3, number) => Event::Synchronise(number),
-        (kind, _) => return Err(unknown("event", kind)),
-    })
+    match code {
+        (WEAVE, number) => Ok(Event::Weave(number)),
+        (kind, _) => Err(unknown("event", kind)),
+    }
 }
 
 fn unknown(what: &str, code: u8) -> ContainerError {
@@ -465,9 +445,9 @@ fn neighbours_of(from: &Container) -> Result<Vec<(u32, Neighbour)>, ContainerErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vocabulary::Move;
+    use crate::vocabulary::{Move, WeaveShape};
 
-    /// A bead on a leaning torch and a positioner, a laser's vectors, an electron beam's spots.
+    /// A woven bead on a leaning torch and a positioner, a laser's vectors, an electron beam's spots.
     fn three_processes() -> Toolpath {
         let head = |id: u32, role: Role, profile: u16| PassHead {
             id: PassId(id),
@@ -480,11 +460,11 @@ mod tests {
         let mut wire = Layer::new(1, 0.0);
         let mut bead = wire.begin(head(1, Role::Contour, 0), DVec3::ZERO);
         bead.axis(DVec3::Z).turn(0.25).external(0, 15.0);
-        bead.event(Event::On).event(Event::Synchronise(3));
+        bead.event(Event::Weave(2));
         bead.line_to(DVec3::X / 3.0).set(Channel::WireFeed, 133.3);
         let via = DVec3::new(0.1, 0.7, 0.0);
         bead.go(Move::Arc { via }, DVec3::Y);
-        bead.axis(DVec3::new(0.6, 0.0, 0.8)).event(Event::Off);
+        bead.axis(DVec3::new(0.6, 0.0, 0.8)).event(Event::Weave(0));
         let beside = Neighbour {
             from: 0.1,
             to: 1.0 / 7.0,
@@ -519,10 +499,17 @@ mod tests {
             spot: 0.4,
             ..Profile::default()
         };
+        let weave = |shape| Weave {
+            shape,
+            frequency: 10.0 / 3.0,
+            amplitude: 1.7,
+            dwell: [0.1, 1.0 / 7.0],
+        };
         Toolpath {
             build: "plate 12".to_owned(),
             parts: [(0, "bracket".to_owned()), (1, "lever".to_owned())].into(),
             profiles: vec![profile("bead"), profile("hatch")],
+            weaves: vec![weave(WeaveShape::Sine), weave(WeaveShape::Triangle)],
             layers: vec![wire, laser, beam],
         }
     }
@@ -539,6 +526,14 @@ mod tests {
         toolpath.sanity_check().unwrap();
         let stored = bytes(&toolpath);
         assert_eq!(read(&mut &stored[..]).unwrap(), toolpath);
+        // files from before the path held its weaves
+        let still = Toolpath {
+            weaves: Vec::new(),
+            layers: toolpath.layers[1..].to_vec(),
+            ..three_processes()
+        };
+        assert!(!String::from_utf8_lossy(&bytes(&still)).contains("weaves"));
+        assert_eq!(read(&mut &bytes(&still)[..]).unwrap(), still);
         // one layer after the other
         let mut reader = Reader::new(&stored[..]).unwrap();
         assert!(reader.head.layers.is_empty() && reader.head.parts.len() == 2);
@@ -569,6 +564,9 @@ mod tests {
         assert!(broken(&|t| t.profiles[1].dwell = -1.0).contains("profile has a value"));
         assert!(broken(&|t| t.profiles[0].power = f64::INFINITY).contains("profile has a value"));
         assert!(broken(&|t| t.profiles.truncate(1)).contains("profile that is not there"));
+        assert!(broken(&|t| t.weaves[1].dwell[0] = -0.1).contains("weave has a value"));
+        assert!(broken(&|t| t.weaves[0].frequency = f64::NAN).contains("weave has a value"));
+        assert!(broken(&|t| t.weaves.truncate(1)).contains("weave that is not there"));
         assert!(broken(&|t| t.layers[2].height = f64::NAN).contains("height"));
         assert_eq!(three_processes().pass_count(), 7);
     }
@@ -585,7 +583,8 @@ mod tests {
             unsound.contains("layer 2") && unsound.contains("finite"),
             "{unsound}"
         );
-        assert!(refused(&|t| t.profiles.truncate(1)).contains("profile 1 of 1"));
+        assert!(refused(&|t| t.profiles.truncate(1)).contains("profile that is not there"));
+        assert!(refused(&|t| t.weaves.truncate(1)).contains("weave that is not there"));
         let mut other = Vec::new();
         Container::new("meltpath-toolpath/1")
             .write(&mut other)

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layer::Layer;
 use crate::pass::Pass;
+use crate::vocabulary::Weave;
 
 /// The settings of a bead or a beam: what a pass follows where no channel says otherwise. 0 where it says nothing.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -38,6 +39,8 @@ pub struct Toolpath {
     pub parts: BTreeMap<u32, String>,
     /// The profiles that passes refer to.
     pub profiles: Vec<Profile>,
+    /// The weaves that events refer to, from 1.
+    pub weaves: Vec<Weave>,
     /// The layers, first executed first.
     pub layers: Vec<Layer>,
 }

@@ -2,7 +2,8 @@
 
 use meltpath_base::choice;
 use meltpath_geometry::math::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Stable identifier of a pass: survives re-planning of others and restart.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -103,14 +104,8 @@ impl Channel {
 /// without saying so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// The arc or the beam goes on within the pass.
-    On,
-    /// The arc or the beam goes off within the pass.
-    Off,
-    /// Weaving begins with this number of a list beside the path, from 1; 0 ends it, and so does the end of the pass.
+    /// Weaving begins with this number of [`crate::Toolpath::weaves`], from 1; 0 ends it, and so does the end of the pass.
     Weave(u32),
-    /// Machines wait here for each other; equal numbers meet.
-    Synchronise(u32),
 }
 
 choice! {
@@ -125,8 +120,15 @@ choice! {
     }
 }
 
+impl<'de> Deserialize<'de> for WeaveShape {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(from)?;
+        Self::from_word(&word).ok_or_else(|| D::Error::custom(format!("weave `{word}` is unknown")))
+    }
+}
+
 /// A weave: a swing about the path, across the tool's axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Weave {
     /// How the tool swings.
     pub shape: WeaveShape,

@@ -89,7 +89,8 @@ pub(super) fn balancing_state(p: &Normalised, solved: &Solved) -> Result<Matrix,
     Ok(&ex.vectors * Matrix::diagonal(&inverse) * &both.vectors * Matrix::diagonal(&stretch))
 }
 
-/// Lower triangular root of a symmetric positive matrix; pivots that rounding made negative count as zero's neighbour.
+/// Lower triangular root of a symmetric positive matrix; pivots that rounding made negative count as zero's neighbour. It stands here,
+/// not in `numerics`: no other room takes such a root, and a general one would refuse those pivots.
 fn cholesky(m: &Matrix) -> Matrix {
     let n = m.rows();
     let mut l = Matrix::zeros(n, n);

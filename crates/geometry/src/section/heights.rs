@@ -28,14 +28,14 @@ pub enum LastLayer {
 
 /// One layer between two heights along the build direction, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Layer {
+pub struct LayerSpan {
     /// Lower side.
     pub bottom: f64,
     /// Upper side.
     pub top: f64,
 }
 
-impl Layer {
+impl LayerSpan {
     /// Thickness, mm.
     pub fn height(&self) -> f64 {
         self.top - self.bottom
@@ -104,7 +104,7 @@ pub fn layers(
     top: f64,
     height: &LayerHeight,
     last: LastLayer,
-) -> Result<Vec<Layer>, HeightsError> {
+) -> Result<Vec<LayerSpan>, HeightsError> {
     let extent = top - bottom;
     if !(extent.is_finite() && extent > 0.0) {
         return Err(HeightsError::Extent { bottom, top });
@@ -129,7 +129,7 @@ pub fn layers(
             count: extent / steady,
         });
     }
-    let mut made: Vec<Layer> = Vec::new();
+    let mut made: Vec<LayerSpan> = Vec::new();
     let mut lower = bottom;
     loop {
         let n = made.len();
@@ -142,7 +142,7 @@ pub fn layers(
         if last == LastLayer::Adapted && rest < 0.5 * nominal {
             match made.last_mut() {
                 Some(before) => before.top = top,
-                None => made.push(Layer { bottom: lower, top }),
+                None => made.push(LayerSpan { bottom: lower, top }),
             }
             break;
         }
@@ -158,13 +158,13 @@ pub fn layers(
                 LastLayer::Adapted => top,
                 LastLayer::Full => upper,
             };
-            made.push(Layer {
+            made.push(LayerSpan {
                 bottom: lower,
                 top: upper,
             });
             break;
         }
-        made.push(Layer {
+        made.push(LayerSpan {
             bottom: lower,
             top: upper,
         });

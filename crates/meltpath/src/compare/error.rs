@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::samples::SamplesError;
 use crate::cancel::{Stop, stops};
 use crate::ebm::EbmError;
-use crate::views::ebm::voxels::VOXELS_REFERENCE;
+use crate::ebm::judge::VOXELS_REFERENCE;
 
 /// Why nothing could be compared.
 #[derive(Debug, thiserror::Error)]

@@ -1,13 +1,8 @@
-//! Pictures of the last layer in time: the build plane, and vertical sections through it. What they hold is bounded, however
+//! Temperatures of the last layer in time: the build plane, and vertical sections through it. What they hold is bounded, however
 //! large the layer is.
 
-use meltpath_geometry::math::DVec2;
-use meltpath_report::colour::ColourMap;
-use meltpath_report::plot::{Axis, Film as Shots, Map, Mark, Plot, Shot};
-use meltpath_report::scene;
 use meltpath_thermal::charts::simulation::ChartSimulation;
 use meltpath_thermal::grid::Grid;
-use meltpath_thermal::material::CELSIUS;
 
 use super::along::{Along, index};
 use super::plan::Plan;
@@ -27,18 +22,18 @@ pub struct Frame {
     /// Highest so far, K; the highest of the voxels in a cell.
     pub highest: Vec<f32>,
     /// Temperatures of each section, K, row by row from below; the highest of the voxels in a cell.
-    sections: Vec<Vec<f32>>,
+    pub(crate) sections: Vec<Vec<f32>>,
 }
 
 /// A vertical section.
 #[derive(Debug, Clone)]
-struct Cut {
-    name: String,
-    along: Along,
+pub(crate) struct Cut {
+    pub(crate) name: String,
+    pub(crate) along: Along,
     /// The voxel that it goes through, across.
-    row: usize,
+    pub(crate) row: usize,
     /// Voxels in a cell of the picture.
-    block: usize,
+    pub(crate) block: usize,
 }
 
 /// Where sections in time go: through the middle of the region and the places of the job.
@@ -57,10 +52,10 @@ pub(crate) fn places(plan: &Plan) -> Vec<(String, [f64; 2])> {
 /// The pictures of a drawing.
 #[derive(Debug, Clone)]
 pub struct Film {
-    grid: Grid,
+    pub(crate) grid: Grid,
     /// Voxels along each edge of a picture's cell.
-    block: usize,
-    cuts: Vec<Cut>,
+    pub(crate) block: usize,
+    pub(crate) cuts: Vec<Cut>,
     /// In order of time.
     pub frames: Vec<Frame>,
 }
@@ -113,18 +108,9 @@ impl Film {
         self.frames.push(frame);
     }
 
-    /// The plan of the pictures of the build plane.
-    pub fn plan(&self) -> scene::Grid {
-        let cell = self.block as f64 * self.grid.edge[0];
-        scene::Grid {
-            origin: DVec2::new(
-                self.grid.origin.x + 0.5 * cell,
-                self.grid.origin.y + 0.5 * self.block as f64 * self.grid.edge[1],
-            ),
-            cell,
-            nx: self.grid.cells[0].div_ceil(self.block),
-            ny: self.grid.cells[1].div_ceil(self.block),
-        }
+    /// Cells of a picture of the build plane.
+    pub(crate) fn cells(&self) -> [usize; 2] {
+        [0, 1].map(|axis| self.grid.cells[axis].div_ceil(self.block))
     }
 
     /// One value for each cell of a picture, from those of its voxels.
@@ -161,52 +147,6 @@ impl Film {
         }
         out
     }
-
-    /// The sections in time, each with a slider.
-    pub(crate) fn plots(&self) -> Vec<Plot> {
-        let cuts = self.cuts.iter().enumerate();
-        cuts.map(|(n, cut)| self.plot(n, cut)).collect()
-    }
-
-    fn plot(&self, n: usize, cut: &Cut) -> Plot {
-        let grid = &self.grid;
-        let axis = cut.along.axis();
-        let columns = grid.cells[axis].div_ceil(cut.block);
-        let low = grid.origin[axis];
-        let end = low + (columns * cut.block) as f64 * grid.edge[axis];
-        let all = || self.frames.iter().flat_map(|f| &f.sections[n]);
-        let hottest = all().copied().fold(f32::MIN, f32::max);
-        let coldest = all().copied().fold(f32::MAX, f32::min);
-        let range = [coldest, hottest].map(|k| f64::from(k) - CELSIUS);
-        let shots = self.frames.iter().map(|frame| Shot {
-            label: format!("{:.2} ms", 1e3 * frame.time),
-            map: Map {
-                name: "temperature".to_owned(),
-                unit: "°C".to_owned(),
-                corners: [DVec2::new(low, grid.origin.z), DVec2::new(end, grid.top())],
-                columns,
-                values: frame.sections[n]
-                    .iter()
-                    .map(|k| f64::from(*k) - CELSIUS)
-                    .collect(),
-                range: (range[0] < range[1]).then_some(range),
-                colours: ColourMap::Sequential,
-            },
-        });
-        let across = cut.along.other();
-        let (i, j) = cut.along.cell(0, cut.row);
-        let at = grid.centre(i, j, 0)[across.axis()];
-        Plot::new(
-            &format!("In time along {} through {}", cut.along.name(), cut.name),
-            Axis::new(cut.along.name(), "mm").between(low, end),
-            Axis::new("z", "mm").between(grid.origin.z, grid.top()),
-        )
-        .with(Mark::Film(Shots {
-            name: "time".to_owned(),
-            shots: shots.collect(),
-        }))
-        .caption(&format!("At {} = {at:.2} mm, on charts.", across.name()))
-    }
 }
 
 fn mean(values: &[f32]) -> f32 {
@@ -240,8 +180,8 @@ mod tests {
     fn pictures_stay_bounded() {
         for (size, frames) in [(1.0, 24), (40.0, 24), (400.0, 500)] {
             let film = film(size, frames);
-            let plan = film.plan();
-            assert!(plan.nx * plan.ny * frames <= PLANE_VALUES, "{size}");
+            let [nx, ny] = film.cells();
+            assert!(nx * ny * frames <= PLANE_VALUES, "{size}");
             // the place outside has no section
             assert_eq!(film.cuts.len(), 4);
             let of = |c: &Cut| film.grid.cells[c.along.axis()].div_ceil(c.block);
@@ -265,6 +205,6 @@ mod tests {
             [6.0, 8.0, 9.0, 11.0, 13.0, 14.0]
         );
         assert_eq!(film.blocks(&values, mean)[0], 3.0);
-        assert_eq!((film.plan().nx, film.plan().ny), (3, 2));
+        assert_eq!(film.cells(), [3, 2]);
     }
 }

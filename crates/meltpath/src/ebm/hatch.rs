@@ -44,7 +44,7 @@ pub fn law(table: &ModulationTable, nominal: f64) -> Modulation {
 
 /// A hatch with every value resolved.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hatch {
+pub struct BeamHatch {
     /// What is planned, not modulated.
     pub plan: powder::Hatch,
     /// Less energy near powder.
@@ -55,7 +55,7 @@ pub struct Hatch {
     pub gun: Gun,
 }
 
-impl Hatch {
+impl BeamHatch {
     /// The hatch of a job's table for layers `layer` mm thick, not modulated.
     ///
     /// # Errors
@@ -67,7 +67,12 @@ impl Hatch {
         r: &mut Provenance,
     ) -> Result<Self, FocusError> {
         let on_spacing = Time(table.spacing.0 / table.speed.0);
-        Ok(Hatch {
+        let gun = Gun {
+            voltage: table.voltage.0,
+            focus: focus.clone(),
+            coil: table.focus.0,
+        };
+        Ok(BeamHatch {
             plan: powder::Hatch {
                 pattern: pattern(*table.strategy),
                 turns: Turns::Joined,
@@ -78,8 +83,8 @@ impl Hatch {
                 island: table.island.0,
                 speed: table.speed.0,
                 dwell: table.dwell.or_computed(r, on_spacing).0,
-                power: table.voltage.0 * table.current.0,
-                spot: focus.diameter(table.focus.0)?,
+                power: gun.power(table.current.0),
+                spot: focus.diameter(gun.coil)?,
                 layer,
                 chord_error: CHORD_ERROR,
                 modulation: None,
@@ -89,11 +94,7 @@ impl Hatch {
                 jump: table.jump.map_or(f64::INFINITY, |v| v.0),
                 chord_error: CHORD_ERROR,
             },
-            gun: Gun {
-                voltage: table.voltage.0,
-                focus: focus.clone(),
-                coil: table.focus.0,
-            },
+            gun,
         })
     }
 
@@ -111,7 +112,7 @@ impl Hatch {
     /// The same beam and distances with straight lines, not modulated.
     #[must_use]
     pub fn of_lines(&self) -> Self {
-        Hatch {
+        BeamHatch {
             plan: self.plan.of_lines(),
             ..self.clone()
         }

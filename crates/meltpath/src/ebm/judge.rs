@@ -19,6 +19,11 @@ use super::settings::Judge;
 use super::under::{body, domain, ground};
 use rayon::prelude::*;
 
+/// The table of the voxels that melted on the reference solver, in a run's folder.
+pub(crate) const VOXELS_REFERENCE: &str = "series/voxels-reference.csv";
+/// That of the temperatures in time.
+pub(crate) const TEMPERATURES_REFERENCE: &str = "series/temperatures-reference.csv";
+
 /// One run of the judge.
 #[derive(Debug, Clone)]
 pub struct Run {

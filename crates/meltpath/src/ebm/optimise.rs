@@ -14,7 +14,7 @@ use meltpath_melt_strategy::lever::Lever;
 use meltpath_melt_strategy::order::{Order, reorder};
 use meltpath_thermal::beam::BeamPath;
 
-use super::hatch::{Hatch, pattern};
+use super::hatch::{BeamHatch, pattern};
 use crate::job::ebm::{
     Change, ControllerKind, HatchStrategy, OptimiseMethod, OptimiseSolver, OptimiseTable,
     OrderChoice,
@@ -56,7 +56,7 @@ pub struct Optimise {
 
 impl Optimise {
     /// From the job's table; `hatch` where one draws.
-    pub fn resolve(table: &OptimiseTable, hatch: Option<&Hatch>, r: &mut Provenance) -> Self {
+    pub fn resolve(table: &OptimiseTable, hatch: Option<&BeamHatch>, r: &mut Provenance) -> Self {
         let rounds = match *table.method {
             OptimiseMethod::Predictive => 0,
             _ => 12,

@@ -10,7 +10,7 @@ use meltpath_thermal::beam::{BeamPath, BeamPoint};
 use meltpath_thermal::charts::simulation::Memory;
 
 use super::ends::tell_of_window;
-use super::hatch::Hatch;
+use super::hatch::BeamHatch;
 use super::path_file;
 use super::region::{Below, Contour};
 use super::settings::{Good, PartFile, Settings, Subject, resolve};
@@ -169,7 +169,7 @@ struct Drawing {
     /// A path for each layer, the lowest first.
     paths: Vec<BeamPath>,
     contour: Contour,
-    hatch: Option<Hatch>,
+    hatch: Option<BeamHatch>,
     gun: Gun,
     below: Below,
     part: Option<DrawnPart>,
@@ -250,7 +250,7 @@ struct Hatched<'a> {
 }
 
 impl Hatched<'_> {
-    fn by(self, hatch: &Hatch, job: &EbmJob, reporter: &Reporter) -> Result<Drawing, Problem> {
+    fn by(self, hatch: &BeamHatch, job: &EbmJob, reporter: &Reporter) -> Result<Drawing, Problem> {
         let hatch = hatch.on(&self.below);
         let paths = self
             .regions
@@ -422,7 +422,7 @@ fn window(settings: &Settings, job: &EbmJob, reporter: &Reporter) -> Result<Wind
 /// The paths of the strategies to try besides the hatch's own.
 fn others(
     settings: &Settings,
-    hatch: Option<&Hatch>,
+    hatch: Option<&BeamHatch>,
     region: &Region,
     job: &EbmJob,
 ) -> Result<Vec<(String, BeamPath)>, Problem> {

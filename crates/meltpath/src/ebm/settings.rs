@@ -21,7 +21,7 @@ use meltpath_thermal::solver::surface::Surface;
 use super::correct::Correct;
 use super::focus;
 use super::gun;
-use super::hatch::{Hatch, law};
+use super::hatch::{BeamHatch, law};
 use super::optimise::Optimise;
 use super::region::{Below, Contour};
 use crate::job::ebm::{
@@ -58,14 +58,14 @@ pub enum Subject {
         /// What lies below the first layer.
         below: Below,
         /// What fills it.
-        hatch: Hatch,
+        hatch: BeamHatch,
     },
     /// A part of which sections are hatched.
     Part {
         /// The part.
         part: PartFile,
         /// What fills them.
-        hatch: Hatch,
+        hatch: BeamHatch,
     },
 }
 
@@ -80,7 +80,7 @@ impl Subject {
     }
 
     /// What fills it.
-    pub fn hatch(&self) -> Option<&Hatch> {
+    pub fn hatch(&self) -> Option<&BeamHatch> {
         match self {
             Subject::Path { .. } => None,
             Subject::Region { hatch, .. } | Subject::Part { hatch, .. } => Some(hatch),
@@ -283,7 +283,7 @@ fn ground(job: &EbmJob) -> Below {
 fn subject(
     job: &EbmJob,
     folder: &Path,
-    hatch: Option<Hatch>,
+    hatch: Option<BeamHatch>,
     material: &Material,
     r: &mut Provenance,
 ) -> Result<Subject, Problem> {
@@ -322,11 +322,11 @@ fn hatch(
     job: &EbmJob,
     focus: Option<&FocusCalibration>,
     r: &mut Provenance,
-) -> Result<Option<Hatch>, Problem> {
+) -> Result<Option<BeamHatch>, Problem> {
     let (Some(table), Some(focus)) = (job.hatch.as_ref(), focus) else {
         return Ok(None);
     };
-    let mut hatch = Hatch::of(table, job.ebm.layer.0, focus, r)
+    let mut hatch = BeamHatch::of(table, job.ebm.layer.0, focus, r)
         .map_err(|e| table.focus.problem(format!("hatch.focus: {e}")))?;
     let modulation = match *table.strategy {
         HatchStrategy::Modulated => job.modulation.clone().or_defaults(r),

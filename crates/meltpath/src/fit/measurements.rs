@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meltpath_base::quantity::{NotNegative, Positive, QuantityError, Unit, parse};
 use meltpath_base::{Length, Ratio, Speed};
+use meltpath_gun::Gun;
 use meltpath_gun::focus::{FocusCalibration, FocusError, stuck_grains};
 use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
 use serde::Deserialize;
@@ -168,11 +169,16 @@ fn beam(
     calibration: &FocusCalibration,
     [voltage, current, focus]: [&str; 3],
 ) -> Result<BeamSetting, BeamValueError> {
-    let power = parse(voltage, "voltage", VOLTAGE)? * parse(current, "current", CURRENT)?;
-    let coil = parse(focus, "focus current", CURRENT)?;
+    let voltage = parse(voltage, "voltage", VOLTAGE)?;
+    let current = parse(current, "current", CURRENT)?;
+    let gun = Gun {
+        voltage,
+        focus: calibration.clone(),
+        coil: parse(focus, "focus current", CURRENT)?,
+    };
     Ok(BeamSetting {
-        power,
-        spot: calibration.diameter(coil)?,
+        power: gun.power(current),
+        spot: gun.focus.diameter(gun.coil)?,
     })
 }
 

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use meltpath_base::settings::Problems;
 use meltpath_base::{Length, Observer, Provenance, Ratio};
-use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_thermal::beam::{Beam, BeamError, BeamPath, BeamPoint};
 use meltpath_thermal::material::file::Readings;
 use meltpath_thermal::material::medium::{Body, Medium};
@@ -27,6 +27,7 @@ use meltpath_thermal::solver::source::Depth;
 use crate::job::lpbf::HeatTable;
 use crate::material::load;
 use beam::commanded;
+use meltpath_toolpath::Role;
 use surface::closed;
 
 pub use beam::BeamRecord;
@@ -163,7 +164,7 @@ impl Cold {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Boiling {
     /// Of which marks.
-    pub kind: VectorKind,
+    pub kind: Role,
     /// The greatest.
     pub number: f64,
 }
@@ -298,7 +299,7 @@ fn cold(map: &FusionMap, surface: &[bool], marked: &[bool]) -> Vec<Cold> {
 }
 
 fn boiling(settings: &HeatSettings, job: &ScanJob, last: u32) -> Vec<Boiling> {
-    [VectorKind::Contour, VectorKind::Fill]
+    [Role::Contour, Role::Fill]
         .into_iter()
         .filter_map(|kind| {
             job.vectors

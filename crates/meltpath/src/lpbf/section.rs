@@ -1,4 +1,4 @@
-//! Layers of a part as a laser marks them: cut, hatched and laid into the field, one in memory at a time.
+//! The laser hatch of a job: layers of a part as a laser marks them, cut, hatched and laid into the field, one in memory at a time.
 
 use std::borrow::Cow;
 use std::path::Path;

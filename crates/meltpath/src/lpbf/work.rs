@@ -7,10 +7,11 @@ use meltpath_scan_head::head::error::HeadError;
 use meltpath_scan_head::head::job::{prepare, prepare_layers};
 use meltpath_scan_head::head::prepared::Layers;
 use meltpath_scan_head::head::recipe::Recipe;
-use meltpath_scan_head::head::vector::{ScanJob, ScanJobError, VectorKind};
+use meltpath_scan_head::head::vector::{ScanJob, ScanJobError};
 
 use super::file_layers::FileLayers;
 use super::section::Section;
+use meltpath_toolpath::Role;
 
 /// Longest piece of a layer on which delays are tuned, s of machine.
 const TUNED_TIME: f64 = 4.0;
@@ -150,7 +151,7 @@ impl Work {
 /// At most [`TUNED_TIME`] of a job, half of it before the first fill.
 fn round_the_fill(job: ScanJob) -> ScanJob {
     let time = |i: usize| job.length_of(i) / job.vectors[i].speed + job.vectors[i].wait;
-    let fill = job.vectors.iter().position(|v| v.kind == VectorKind::Fill);
+    let fill = job.vectors.iter().position(|v| v.kind == Role::Fill);
     let middle = fill.unwrap_or(0);
     let (mut from, mut before) = (middle, 0.0);
     while from > 0 && before < 0.5 * TUNED_TIME {
@@ -163,7 +164,7 @@ fn round_the_fill(job: ScanJob) -> ScanJob {
         to += 1;
     }
     let piece = job.slice(from..to);
-    if piece.vectors.iter().any(|v| v.kind.is_mark()) {
+    if piece.vectors.iter().any(|v| v.kind.deposits()) {
         piece
     } else {
         job

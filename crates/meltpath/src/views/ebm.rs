@@ -1,6 +1,7 @@
 //! From temperatures to what people look at: the report, ParaView fields, tables.
 
 mod corrected;
+mod film;
 mod found;
 mod front;
 mod histogram;
@@ -8,7 +9,7 @@ mod layers;
 mod part;
 mod sections;
 mod shares;
-pub(crate) mod voxels;
+mod voxels;
 
 use std::fmt::Write as _;
 use std::io;
@@ -41,7 +42,7 @@ fn celsius(kelvin: &[f32]) -> Vec<f32> {
 
 /// Temperatures of the build plane in time; the slider of the view goes through the frames.
 fn heights(drawn: &Drawn) -> Result<HeightLayers, SceneError> {
-    let grid = drawn.film.plan();
+    let grid = film::plane(&drawn.film);
     let frames = &drawn.film.frames;
     let mut layers = HeightLayers::new("build plane", grid, frames.len())?
         .with_scalar(Scalar::new("highest temperature so far", "°C", Vec::new()))
@@ -329,7 +330,7 @@ pub fn write_files(
 
 /// Pictures of the build plane in time.
 fn write_frames(folder: &OutputFolder, shown: &Drawn) -> Result<(), OutputError> {
-    let grid = shown.film.plan();
+    let grid = film::plane(&shown.film);
     let mut entries = Vec::new();
     for (n, frame) in shown.film.frames.iter().enumerate() {
         let name = format!("frames/{:03}.vti", n + 1);

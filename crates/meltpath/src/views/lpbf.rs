@@ -1,6 +1,8 @@
 //! What a person sees of a scan-head run.
 
+mod comparison;
 mod heat;
+mod search;
 
 use std::path::Path;
 
@@ -16,11 +18,10 @@ use meltpath_scan_head::measures::histogram::Histogram;
 use meltpath_scan_head::measures::segment::distance_to_segment;
 use meltpath_scan_head::search::Found;
 
-use crate::lpbf::comparison::Comparison;
-use crate::lpbf::optimise;
 use crate::lpbf::plan::Plan;
 use crate::lpbf::result::{MODES, RecipeResult};
 use crate::lpbf::work::Work;
+use crate::views::lpbf::comparison::Comparison;
 
 /// Side of the corner that is drawn, mm.
 const CORNER: f64 = 1.2;
@@ -68,7 +69,7 @@ pub(crate) fn write(
                 all.insert(2, heat::section(heat, results));
             }
             if let Some(found) = told.found {
-                all.insert(1, optimise::section(found));
+                all.insert(1, search::section(found));
             }
             all
         },
@@ -78,7 +79,7 @@ pub(crate) fn write(
     crate::outcome::tell(folder, &report)?;
     Comparison::new(plan, results).write(folder)?;
     if let Some(found) = told.found {
-        optimise::write(folder, found)?;
+        search::write(folder, found)?;
     }
     for (k, r) in results.iter().enumerate() {
         if let Some(heat) = &r.heat {
@@ -325,7 +326,7 @@ fn pictured(plan: &Plan, r: &RecipeResult<'_>) -> (DVec2, usize) {
                 let cosine = (at - from)
                     .normalize_or_zero()
                     .dot((to - at).normalize_or_zero());
-                (a.kind.is_mark() && b.kind.is_mark()).then_some(cosine)
+                (a.kind.deposits() && b.kind.deposits()).then_some(cosine)
             };
             let sharpest = (1..last)
                 .filter_map(|i| Some((turn(&i)?, i)))
@@ -344,7 +345,7 @@ fn corner(plan: &Plan, r: &RecipeResult<'_>) -> Plot {
     let mut asked = Vec::new();
     for i in 0..last {
         let v = &r.first.vectors[i];
-        if v.kind.is_mark() {
+        if v.kind.deposits() {
             let (a, b) = (r.first.start_of(i).truncate(), v.end.truncate());
             let steps = (a.distance(b) / 0.02).ceil().max(1.0) as usize;
             let inside = (0..=steps)
@@ -510,7 +511,7 @@ fn marked(r: &RecipeResult<'_>) -> LineSet {
         }
         let near = (vector.saturating_sub(3)..=vector)
             .map(|i| i as usize)
-            .filter(|&i| r.first.vectors[i].kind.is_mark())
+            .filter(|&i| r.first.vectors[i].kind.deposits())
             .map(|i| {
                 distance_to_segment(
                     *hit,

@@ -284,11 +284,11 @@ pub(super) fn fill(
     observer: &dyn Observer,
 ) -> Result<Vec<LayerPlan>, PlanError> {
     let planes: Vec<Plane> = torch.iter().map(|z| Plane::horizontal(*z)).collect();
-    let wanted: Vec<meltpath_planning::Layer<'_>> = planes
+    let wanted: Vec<meltpath_planning::FillLayer<'_>> = planes
         .iter()
         .zip(regions)
         .enumerate()
-        .map(|(i, (plane, regions))| meltpath_planning::Layer {
+        .map(|(i, (plane, regions))| meltpath_planning::FillLayer {
             number: i as u32 + 1,
             plane,
             regions,

@@ -6,7 +6,7 @@ use meltpath_deposition::assembly::{self, AssemblyBead, AssemblyError, Growth};
 use meltpath_geometry::Region;
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::stroke;
-use meltpath_geometry::section::{LastLayer, Layer, LayerHeight, layers};
+use meltpath_geometry::section::{LastLayer, LayerHeight, LayerSpan, layers};
 use meltpath_planning::nominal_length;
 
 use super::bead::FREE_EDGE;
@@ -23,7 +23,7 @@ const SHORT: f64 = 0.2;
 
 /// Layers from the plate up.
 pub(super) struct LaidOut {
-    pub(super) layers: Vec<Layer>,
+    pub(super) layers: Vec<LayerSpan>,
     /// Their mean height, mm.
     pub(super) height: Resolved<f64>,
     /// What they lay over faces that look up, mm.
@@ -204,8 +204,8 @@ fn growth(
 }
 
 /// Layers that follow the growth, up to `top`; `feed`: the share of the reference's wire that the first layer gets, and each further one.
-fn grown_layers(growth: &[(f64, f64)], feed: [f64; 2], top: f64) -> Vec<Layer> {
-    let mut layers: Vec<Layer> = Vec::new();
+fn grown_layers(growth: &[(f64, f64)], feed: [f64; 2], top: f64) -> Vec<LayerSpan> {
+    let mut layers: Vec<LayerSpan> = Vec::new();
     let mut bottom = 0.0;
     loop {
         // each layer as the nearest height at which the growth is known
@@ -219,7 +219,7 @@ fn grown_layers(growth: &[(f64, f64)], feed: [f64; 2], top: f64) -> Vec<Layer> {
         if top - bottom <= SHORT * height && !layers.is_empty() {
             return layers;
         }
-        layers.push(Layer {
+        layers.push(LayerSpan {
             bottom,
             top: bottom + height,
         });

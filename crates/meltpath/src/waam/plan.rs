@@ -6,7 +6,7 @@ use meltpath_geometry::math::DVec2;
 use meltpath_geometry::offset::{Join, inset};
 use meltpath_geometry::overhang::{Overhang, overhangs};
 use meltpath_geometry::raster::{Grid, rasterise};
-use meltpath_geometry::section::{Layer, Slice};
+use meltpath_geometry::section::{LayerSpan, Slice};
 use meltpath_geometry::workpiece::HeightMap;
 use meltpath_geometry::{Plane, Region};
 use meltpath_planning::Coverage;
@@ -26,7 +26,7 @@ pub struct Plan {
     /// The beads.
     pub toolpath: Toolpath,
     /// The layers.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<LayerSpan>,
     /// What each layer covers, allowance included.
     pub regions: Vec<Vec<Region>>,
     /// How each layer's regions are covered: (layer from 1, coverage).

@@ -341,9 +341,8 @@ pub fn commands(
         let mut weave = 0;
         for (i, control) in (0..pass.move_count()).zip(controls.by_ref()) {
             while let Some((_, event)) = events.next_if(|(point, _)| *point <= i) {
-                if let Event::Weave(number) = event {
-                    weave = number;
-                }
+                let Event::Weave(number) = event;
+                weave = number;
             }
             let id = commands.len() as u32;
             commands.push(command(id, &pass, i, *control, settings));
@@ -358,11 +357,11 @@ pub fn commands(
         layer_of_command,
         bead_of_command,
         weave_of_command,
-        weaves: reading.weaves,
         line_of_command,
         start_line: reading.start_line,
         turns: turns(toolpath),
         external: external(toolpath, settings),
+        weaves: reading.toolpath.weaves,
         clearance: None,
         arc_length,
         gaps: reading.gaps,

@@ -133,7 +133,7 @@ pub struct Simulation {
     pub layers: Vec<LayerOutcome>,
     /// The metal.
     pub deposit: Deposit,
-    /// The surface after each layer, for pictures.
+    /// The surface after each layer, thinned as it comes: the maps of all layers would not fit in memory.
     pub heights: HeightLayers,
     /// Number of ignitions.
     pub arc_starts: usize,

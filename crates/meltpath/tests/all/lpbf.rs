@@ -18,7 +18,6 @@ use meltpath_programs::cli::{self, Form};
 use meltpath_programs::vectors;
 use meltpath_scan_head::files;
 use meltpath_scan_head::head::job::prepare;
-use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_toolpath::{Channel, Layer, PassHead, Role};
 
 const THREE: &str = meltpath_data::scan_heads::THREE_AXIS_350.text;
@@ -269,13 +268,7 @@ fn a_vector_list_does_what_the_plate_does() {
     for v in &job.vectors {
         let head = PassHead {
             part: v.block,
-            role: match v.kind {
-                VectorKind::Contour => Role::Contour,
-                VectorKind::Fill => Role::Fill,
-                VectorKind::Jump => Role::Jump,
-                VectorKind::Connection => Role::Connection,
-                VectorKind::Run => Role::Run,
-            },
+            role: v.kind,
             ..PassHead::default()
         };
         let mut pass = layer.begin(head, at);

@@ -7,7 +7,7 @@ use crate::error::PlanError;
 
 /// A layer to fill: the regions to cover, allowance included.
 #[derive(Debug, Clone, Copy)]
-pub struct Layer<'a> {
+pub struct FillLayer<'a> {
     /// Counted from 1.
     pub number: u32,
     /// Where the regions lie: the plane on which the wire's tip travels.

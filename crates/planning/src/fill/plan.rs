@@ -4,13 +4,13 @@ use meltpath_base::{Observer, Place, Reporter};
 use meltpath_geometry::Plane;
 use meltpath_geometry::fit::{Shape, Tolerance, fit};
 use meltpath_geometry::math::DVec2;
-use meltpath_toolpath::{Move, PassHead};
+use meltpath_toolpath::{Layer, Move, PassHead};
 use rayon::prelude::*;
 
 use crate::error::PlanError;
 use crate::fill::bead::Bead;
 use crate::fill::coverage::{Coverage, coverage};
-use crate::fill::layer::{Layer, PassIds};
+use crate::fill::layer::{FillLayer, PassIds};
 use crate::fill::neighbours;
 use crate::fill::pace::{self, nominal_length};
 use crate::fill::region::fill;
@@ -20,7 +20,7 @@ use crate::fill::settings::{CORNER, FillSettings};
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerPlan {
     /// The beads in order of execution; their points bear their own heights.
-    pub path: meltpath_toolpath::Layer,
+    pub path: Layer,
     /// How each region is covered.
     pub coverage: Vec<Coverage>,
     /// The settings that made it.
@@ -36,7 +36,7 @@ pub struct LayerPlan {
 /// # Errors
 /// [`PlanError`] where a setting or an outline is out of range.
 pub fn plan_layer(
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
     ids: PassIds,
     reporter: &Reporter,
@@ -78,7 +78,7 @@ pub fn plan_layer(
             );
         }
     }
-    let mut path = meltpath_toolpath::Layer::new(layer.number, 0.0);
+    let mut path = Layer::new(layer.number, 0.0);
     for region in visiting_order(&filled) {
         for (number, bead) in std::mem::take(&mut filled[region]).iter().enumerate() {
             let head = PassHead {
@@ -116,7 +116,7 @@ pub fn plan_layer(
 /// # Errors
 /// [`PlanError`] of the first layer that has one, or [`PlanError::Cancelled`].
 pub fn plan_layers(
-    layers: &[Layer<'_>],
+    layers: &[FillLayer<'_>],
     settings: &FillSettings,
     ids: PassIds,
     reporter: &Reporter,
@@ -161,13 +161,7 @@ fn visiting_order(filled: &[Vec<Bead>]) -> Vec<usize> {
 }
 
 /// Writes a bead as a pass of lines and arcs.
-fn write(
-    path: &mut meltpath_toolpath::Layer,
-    head: PassHead,
-    bead: &Bead,
-    plane: &Plane,
-    settings: &FillSettings,
-) {
+fn write(path: &mut Layer, head: PassHead, bead: &Bead, plane: &Plane, settings: &FillSettings) {
     let tolerance = Tolerance {
         distance: bead.tolerance,
         facet: settings.facet(),

@@ -11,7 +11,7 @@ use crate::fill::bead::Bead;
 use crate::fill::contour::{contour_beads, start_share, started};
 use crate::fill::direction::angle;
 use crate::fill::gaps;
-use crate::fill::layer::Layer;
+use crate::fill::layer::FillLayer;
 use crate::fill::lines::Rim;
 use crate::fill::outline::{length, way_inside};
 use crate::fill::raster::raster;
@@ -52,7 +52,7 @@ fn widest_band(contours: u32, settings: &FillSettings) -> f64 {
 /// The beads of one region in order.
 pub(crate) fn fill(
     region: &Region,
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
 ) -> Result<Vec<Bead>, PlanarError> {
@@ -88,7 +88,7 @@ pub(crate) fn fill(
 
 fn fill_body(
     body: &Region,
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
     reporter: &Reporter,
     beads: &mut Vec<Bead>,
@@ -188,7 +188,7 @@ fn fill_body(
 /// Parallel lines over a body; with a contour round them where that covers clearly more.
 fn parallel_lines(
     body: &Region,
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
 ) -> Result<Vec<Bead>, PlanarError> {
     let whole = std::slice::from_ref(body);
@@ -233,7 +233,7 @@ struct Around<'a> {
 fn rimmed_lines(
     body: &Region,
     around: &Around<'_>,
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {
@@ -315,7 +315,7 @@ fn middles(
 fn straight(
     bodies: &[Region],
     rim: Rim,
-    layer: Layer<'_>,
+    layer: FillLayer<'_>,
     settings: &FillSettings,
     beads: &mut Vec<Bead>,
 ) -> Result<(), PlanarError> {

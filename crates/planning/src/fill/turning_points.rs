@@ -1,4 +1,4 @@
-//! Turning points of a hatch: the way from the end of one line to the start of the next, along the boundary or straight.
+//! Turning points of a zigzag, laid by wire or drawn by a beam (whose hatch is `powder/hatch.rs`): the way from the end of one line to the start of the next, along the boundary or straight.
 
 use meltpath_geometry::math::DVec2;
 use meltpath_geometry::{Region, Ring};

@@ -1,4 +1,4 @@
-//! Hatches of a beam: regions of a layer filled by lines, contours, islands or spots, of one power, spot and speed.
+//! Hatches of a beam, an electron beam's or a laser hatch, and where the turning points of a hatch lie: regions of a layer filled by lines, contours, islands or spots, of one power, spot and speed.
 
 use meltpath_base::Reporter;
 use meltpath_geometry::math::{DVec2, DVec3};
@@ -283,7 +283,7 @@ impl Hatch {
         reporter: &Reporter,
     ) -> Result<Layer, HatchError> {
         let plane = Plane::horizontal(0.0);
-        let layer = crate::fill::Layer {
+        let layer = crate::fill::FillLayer {
             number,
             plane: &plane,
             regions,

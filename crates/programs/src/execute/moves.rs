@@ -13,7 +13,8 @@ use super::{
 use crate::orientation::pose;
 use crate::positioner::turned_back;
 use crate::program::{
-    Coordinates, Dialect, Group, Motion, MotionKind, PositionRef, Speed, SpeedUnit, Termination,
+    Coordinates, Dialect, Group, MotionInstruction, MotionKind, PositionRef, Speed, SpeedUnit,
+    Termination,
 };
 
 /// Slowest and fastest speed along a path that a robot has, mm/s.
@@ -140,7 +141,7 @@ impl Machine<'_> {
     }
 
     /// Tells a bead along which axes move of which it is not known how they move the part.
-    fn tell_axes(&mut self, motion: &Motion, target: &Place) {
+    fn tell_axes(&mut self, motion: &MotionInstruction, target: &Place) {
         let word = motion.extra.iter().any(|w| coordinated(w));
         let still = !target.further.is_empty() && target.further.iter().all(|v| *v == 0.0);
         let before = self.turned.replace(target.further.clone());
@@ -175,7 +176,7 @@ impl Machine<'_> {
     }
 
     /// The speed of a move; an assumed one, told, where it is not known.
-    fn speed(&mut self, motion: &Motion) -> Result<ExecutedSpeed, ProgramError> {
+    fn speed(&mut self, motion: &MotionInstruction) -> Result<ExecutedSpeed, ProgramError> {
         let (value, unit) = match motion.speed {
             Speed::Value { value, unit } => (value, unit),
             Speed::Register { number, unit } => match self.memory.registers.get(&number) {
@@ -231,7 +232,7 @@ impl Machine<'_> {
     }
 
     /// What stands for a speed that is not known: a bead's is a gap, a travel's a note.
-    fn assumed_speed(&mut self, motion: &Motion, speed: String) -> ExecutedSpeed {
+    fn assumed_speed(&mut self, motion: &MotionInstruction, speed: String) -> ExecutedSpeed {
         if self.arc.is_some() {
             self.gap(Missing::Speed(speed));
         } else {
@@ -244,7 +245,7 @@ impl Machine<'_> {
     }
 
     /// How a move ends; as smooth as can be, told, where it is not known.
-    fn smoothing(&mut self, motion: &Motion) -> Option<f64> {
+    fn smoothing(&mut self, motion: &MotionInstruction) -> Option<f64> {
         let share = match &motion.termination {
             Termination::Fine => return None,
             Termination::Cnt(share) => f64::from(*share),
@@ -276,7 +277,7 @@ impl Machine<'_> {
     }
 
     /// Tells what the further words of a move do, and by how much they shift its target, mm; `None` where that is not known.
-    fn further_words(&mut self, motion: &Motion) -> Option<DVec3> {
+    fn further_words(&mut self, motion: &MotionInstruction) -> Option<DVec3> {
         let mut shift = Some(DVec3::ZERO);
         for word in &motion.extra {
             if let Some(by) = self.offset(word) {
@@ -297,7 +298,7 @@ impl Machine<'_> {
         shift
     }
 
-    pub(super) fn motion(&mut self, motion: &Motion) -> Result<(), ProgramError> {
+    pub(super) fn motion(&mut self, motion: &MotionInstruction) -> Result<(), ProgramError> {
         let joint = motion.kind == MotionKind::Joint;
         if joint && self.arc.is_some() {
             return Err(self.refuse(Refusal::ArcInJointMove));
@@ -367,7 +368,11 @@ impl Machine<'_> {
     }
 
     /// Goes on without a move whose target is not known: a gap, unless it is a travel given by joints, whose end the next move says.
-    fn leave_out(&mut self, motion: &Motion, why: Option<Missing>) -> Result<(), ProgramError> {
+    fn leave_out(
+        &mut self,
+        motion: &MotionInstruction,
+        why: Option<Missing>,
+    ) -> Result<(), ProgramError> {
         self.close_arcs();
         self.here = None;
         match why {

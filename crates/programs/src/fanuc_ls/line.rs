@@ -1,8 +1,8 @@
 //! One instruction of `/MN`, from text and to text.
 
 use crate::program::{
-    ArcAction, ArcStyle, ArcWord, CommentMark, Instruction, Motion, MotionKind, PositionRef, Speed,
-    SpeedUnit, Termination,
+    ArcAction, ArcStyle, ArcWord, CommentMark, Instruction, MotionInstruction, MotionKind,
+    PositionRef, Speed, SpeedUnit, Termination,
 };
 use crate::scan::{bracket, number, numbered, strip_prefix, strip_word, tidy, word};
 
@@ -173,7 +173,7 @@ fn termination(text: &str) -> Option<(Termination, &str)> {
     (share <= 100).then_some((Termination::Cnt(share), after))
 }
 
-fn motion(text: &str) -> Option<Motion> {
+fn motion(text: &str) -> Option<MotionInstruction> {
     let mut letters = text.chars();
     let letter = letters.next()?.to_ascii_uppercase();
     let rest = letters.as_str();
@@ -207,10 +207,10 @@ fn motion(text: &str) -> Option<Motion> {
             break;
         }
     }
-    Some(Motion {
+    Some(MotionInstruction {
         arc,
         extra,
-        ..Motion::plain(kind, target, speed, termination)
+        ..MotionInstruction::plain(kind, target, speed, termination)
     })
 }
 
@@ -250,7 +250,7 @@ fn speed_text(speed: Speed) -> String {
     }
 }
 
-fn motion_text(m: &Motion) -> String {
+fn motion_text(m: &MotionInstruction) -> String {
     let target = position_text(&m.target);
     let mut text = match &m.kind {
         MotionKind::Joint => format!("J {target}"),

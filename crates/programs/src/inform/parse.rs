@@ -6,7 +6,8 @@ use super::words::InformWords;
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcWord, Dialect, Instruction, Motion, MotionKind, PositionRef, Termination,
+    ArcAction, ArcWord, Dialect, Instruction, MotionInstruction, MotionKind, PositionRef,
+    Termination,
 };
 use crate::scan::{duration, strip_prefix, strip_word, word};
 
@@ -147,7 +148,7 @@ impl Reader<'_> {
         let round = matches!(kind, MotionKind::Circular { .. });
         let target = self.place(&entry);
         self.last = Some((entry, round));
-        self.out.push(Instruction::Motion(Motion {
+        self.out.push(Instruction::Motion(MotionInstruction {
             kind,
             target,
             speed: line.speed,

@@ -6,8 +6,8 @@ use super::motion::NO_LEVEL;
 use super::positions::{Entry, Written};
 use super::words::InformWords;
 use crate::program::{
-    ArcAction, ArcWord, Instruction, Motion, MotionKind, PositionRef, Program, Speed, SpeedUnit,
-    Termination,
+    ArcAction, ArcWord, Instruction, MotionInstruction, MotionKind, PositionRef, Program, Speed,
+    SpeedUnit, Termination,
 };
 use crate::template::UNFILLED;
 use crate::written::{
@@ -167,7 +167,7 @@ impl Writer<'_> {
         })
     }
 
-    fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
+    fn motion(&mut self, motion: &MotionInstruction) -> Result<(), WriteError> {
         let to = self.entry(&motion.target)?;
         let speed = self.speed(motion)?;
         let ending = match &motion.termination {
@@ -220,7 +220,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn speed(&self, motion: &Motion) -> Result<String, WriteError> {
+    fn speed(&self, motion: &MotionInstruction) -> Result<String, WriteError> {
         let joint = motion.kind == MotionKind::Joint;
         let unit = if joint {
             SpeedUnit::Percent

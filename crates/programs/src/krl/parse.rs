@@ -8,8 +8,8 @@ use super::{COUPLED, coupled};
 use crate::collected::{Collected, scaled};
 use crate::parsed::{ParseError, Parsed, Unread, decoded, trimmed};
 use crate::program::{
-    ArcAction, ArcWord, Coordinates, Dialect, Instruction, Motion, MotionKind, PositionRef,
-    Section, Speed, Termination,
+    ArcAction, ArcWord, Coordinates, Dialect, Instruction, MotionInstruction, MotionKind,
+    PositionRef, Section, Speed, Termination,
 };
 use crate::scan::{bracket, number, routine_name, strip_prefix, strip_word};
 
@@ -476,9 +476,9 @@ impl Routine {
         let arc = self.arc(list);
         // one that nothing sets is as fast as the weld data of nobody
         let speed = speed.unwrap_or(Speed::Weld);
-        self.out.push(Instruction::Motion(Motion {
+        self.out.push(Instruction::Motion(MotionInstruction {
             arc,
-            ..Motion::plain(kind, target, speed, termination)
+            ..MotionInstruction::plain(kind, target, speed, termination)
         }));
         Some(())
     }

@@ -7,7 +7,7 @@ use super::arc::{self, Form, WeldData};
 use super::words::KrlWords;
 use super::{COUPLED, data};
 use crate::program::{
-    ArcAction, Instruction, Motion, MotionKind, Program, Speed, SpeedUnit, Termination,
+    ArcAction, Instruction, MotionInstruction, MotionKind, Program, Speed, SpeedUnit, Termination,
 };
 use crate::written::{
     BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, THREE_MOVES, TextFile, UNIT, WriteError, short,
@@ -128,7 +128,7 @@ impl Writer<'_> {
         }
     }
 
-    fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
+    fn motion(&mut self, motion: &MotionInstruction) -> Result<(), WriteError> {
         let target = self.out.place(&self.names, &motion.target)?;
         self.burns = self.arc.is_some();
         let (form, set) = self.arc_form(motion)?;
@@ -173,7 +173,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn speed(&mut self, motion: &Motion) -> Result<(), WriteError> {
+    fn speed(&mut self, motion: &MotionInstruction) -> Result<(), WriteError> {
         let Speed::Value { value, unit } = motion.speed else {
             return Err(self
                 .out
@@ -200,7 +200,10 @@ impl Writer<'_> {
     }
 
     /// What ArcTech does with a move, and with which weld data.
-    fn arc_form(&mut self, motion: &Motion) -> Result<(Option<Form>, usize), WriteError> {
+    fn arc_form(
+        &mut self,
+        motion: &MotionInstruction,
+    ) -> Result<(Option<Form>, usize), WriteError> {
         let word = motion.arc.as_ref();
         let (form, arguments) = match (self.arc.take(), word.map(|w| w.action)) {
             (None, None) => return Ok((None, 0)),

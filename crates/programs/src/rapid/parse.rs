@@ -7,8 +7,8 @@ use super::statements::{Statement, statements};
 use crate::collected::Collected;
 use crate::parsed::{ParseError, Parsed, decoded};
 use crate::program::{
-    ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, Motion, MotionKind,
-    PositionRef, Section, Speed, Termination,
+    ArcAction, ArcWord, Attribute, Coordinates, Dialect, Instruction, MotionInstruction,
+    MotionKind, PositionRef, Section, Speed, Termination,
 };
 use crate::scan::{arguments, duration, identifier, routine_name, strip_prefix, strip_word, tidy};
 
@@ -425,10 +425,10 @@ impl Routine {
             });
         }
         let arc = self.arc(stage, laid);
-        self.out.push(Instruction::Motion(Motion {
+        self.out.push(Instruction::Motion(MotionInstruction {
             arc,
             extra,
-            ..Motion::plain(kind, target, speed, termination)
+            ..MotionInstruction::plain(kind, target, speed, termination)
         }));
         Some(())
     }

@@ -7,8 +7,8 @@ use super::data::{WeldData, written, written_weld};
 use super::words::RapidWords;
 use crate::collected::indexed;
 use crate::program::{
-    ArcAction, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, Speed,
-    SpeedUnit, Termination,
+    ArcAction, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
+    Speed, SpeedUnit, Termination,
 };
 use crate::written::{
     BETWEEN_MOVES, ENDING, GOES_ON, JUMP, Lines, TextFile, UNIT, WriteError, robot_places, short,
@@ -158,7 +158,7 @@ impl Writer<'_> {
     }
 
     /// Tool and work object of a move.
-    fn tool(&self, motion: &Motion) -> String {
+    fn tool(&self, motion: &MotionInstruction) -> String {
         let (frame, tool) = match &motion.target {
             PositionRef::Point { index, .. } => self.lists.get(index).copied().unwrap_or_default(),
             PositionRef::Unresolved(_) => (None, None),
@@ -177,7 +177,7 @@ impl Writer<'_> {
         format!("{tool}{object}{}", motion.extra.concat())
     }
 
-    fn motion(&mut self, motion: &Motion) -> Result<(), WriteError> {
+    fn motion(&mut self, motion: &MotionInstruction) -> Result<(), WriteError> {
         let target = self.out.place(&self.names, &motion.target)?;
         let zone = match &motion.termination {
             Termination::Fine => "fine".to_owned(),

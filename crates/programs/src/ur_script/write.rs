@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::words::ScriptWords;
 use crate::orientation::rotation_vector_of;
 use crate::program::{
-    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, SpeedUnit,
-    Termination,
+    ArcWord, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
+    SpeedUnit, Termination,
 };
 use crate::template::UNFILLED;
 use crate::written::{
@@ -104,7 +104,7 @@ impl Writer<'_> {
         ))
     }
 
-    fn motion(&self, motion: &Motion) -> Result<String, WriteError> {
+    fn motion(&self, motion: &MotionInstruction) -> Result<String, WriteError> {
         if motion.kind == MotionKind::Joint {
             return self.joint(motion);
         }
@@ -131,7 +131,7 @@ impl Writer<'_> {
     }
 
     /// A joint move, to joints or to the pose that they hold.
-    fn joint(&self, motion: &Motion) -> Result<String, WriteError> {
+    fn joint(&self, motion: &MotionInstruction) -> Result<String, WriteError> {
         let Some(share) = motion.speed.given_in(SpeedUnit::Percent) else {
             let what = "a joint move whose speed is no share";
             return Err(self.out.no_words((what, "give it in %")));

@@ -7,8 +7,8 @@ use quick_xml::escape::escape;
 use super::data::{Descriptor, Written};
 use super::words::Val3Words;
 use crate::program::{
-    ArcWord, Coordinates, Instruction, Motion, MotionKind, PositionRef, Program, SpeedUnit,
-    Termination,
+    ArcWord, Coordinates, Instruction, MotionInstruction, MotionKind, PositionRef, Program,
+    SpeedUnit, Termination,
 };
 use crate::template::UNFILLED;
 use crate::written::{
@@ -146,7 +146,7 @@ impl Writer<'_> {
         name.ok_or_else(|| self.out.no_words(NO_PLACE))
     }
 
-    fn motion(&mut self, motion: &Motion) -> Result<String, WriteError> {
+    fn motion(&mut self, motion: &MotionInstruction) -> Result<String, WriteError> {
         let joint = motion.kind == MotionKind::Joint;
         let percent = motion.speed.given_in(SpeedUnit::Percent).filter(|_| joint);
         let path = motion

@@ -115,7 +115,7 @@ fn weaves_are_events_of_the_path_where_it_is_known_what_they_are() {
         match weave {
             Some(weave) => {
                 assert_eq!(whys, [], "{line}");
-                assert_eq!(reading.weaves, [weave], "{line}");
+                assert_eq!(reading.toolpath.weaves, [weave], "{line}");
                 assert_eq!(
                     events,
                     [(0, Event::Weave(1)), (1, Event::Weave(0))],

@@ -5,7 +5,7 @@ use meltpath_geometry::math::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::machine::{Body, Machine, Motion};
+use super::machine::{Body, JointMotion, Machine};
 use super::{LineSet, Scalar, Scene, SceneError, Stroke, Surface, Visibility};
 use crate::colour::ColourMap;
 use crate::packing::{Quantiser, pack_codes, pack_indices};
@@ -286,7 +286,7 @@ fn describe_body(body: &Body, queue: &mut Queue) -> Value {
         "carrier": body.carrier,
         "pose": pose(&body.carrier_from_body),
         "axis": body.joint.map(|j| j.axis),
-        "turns": body.joint.is_some_and(|j| j.motion == Motion::Turns),
+        "turns": body.joint.is_some_and(|j| j.motion == JointMotion::Turns),
         "along": body.joint.map(|j| j.along.to_array()),
         "lo": q.lo, "step": q.step,
         "data": queue.codes(codes.collect(), 4),

@@ -7,7 +7,7 @@ use super::item::{MAX_LAYER, SceneError, check_points};
 
 /// How a body moves on what carries it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub enum JointMotion {
     /// It turns: values are rad.
     Turns,
     /// It slides: values are mm.
@@ -20,7 +20,7 @@ pub struct Joint {
     /// Which of the machine's axes.
     pub axis: usize,
     /// Turns or slides.
-    pub motion: Motion,
+    pub motion: JointMotion,
     /// About or along what, of unit length, in the body's own frame.
     pub along: DVec3,
 }
@@ -144,7 +144,7 @@ mod tests {
         };
         let turn = Joint {
             axis: 0,
-            motion: Motion::Turns,
+            motion: JointMotion::Turns,
             along: DVec3::Z,
         };
         Machine {

@@ -20,7 +20,7 @@ use meltpath_geometry::math::{DVec2, DVec3};
 use meltpath_geometry::shapes::cuboid;
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{Aspect, Mark, Plot, histogram};
-use meltpath_report::scene::machine::{Axis as MachineAxis, Body, Joint, Machine, Motion};
+use meltpath_report::scene::machine::{Axis as MachineAxis, Body, Joint, JointMotion, Machine};
 use meltpath_report::scene::{
     Grid, HeightLayers, LineSet, Polyline, Scalar, Scene, Stroke, Surface, Visibility,
 };
@@ -478,7 +478,7 @@ fn machine(beads: &LineSet) -> Machine {
                 "table",
                 None,
                 DVec3::ZERO,
-                joint(1, Motion::Turns, DVec3::Z),
+                joint(1, JointMotion::Turns, DVec3::Z),
                 cuboid(
                     DVec3::new(-120.0, -90.0, -20.0),
                     DVec3::new(120.0, 90.0, -5.0),
@@ -488,7 +488,7 @@ fn machine(beads: &LineSet) -> Machine {
                 "torch",
                 None,
                 DVec3::new(0.0, 0.0, 60.0),
-                joint(0, Motion::Slides, DVec3::X),
+                joint(0, JointMotion::Slides, DVec3::X),
                 cuboid(
                     -0.5 * wide + 100.0 * DVec3::Z,
                     0.5 * wide + 100.0 * DVec3::Z,

@@ -30,7 +30,7 @@ impl Gone {
 }
 
 /// How far each body goes against the part, and against the arm's base.
-pub(super) struct Motion {
+pub(super) struct BodiesGone {
     pub(super) in_part: Vec<Gone>,
     pub(super) in_base: Vec<Gone>,
 }
@@ -113,7 +113,7 @@ impl Reach {
         stretch: &Stretch<'_>,
         before: &[Capsule],
         now: &[Capsule],
-    ) -> Motion {
+    ) -> BodiesGone {
         let [from, to] = stretch.ends;
         let of_torch = |body| match (body, self.arrangement) {
             (Body::Nozzle | Body::Torch, _) => true,
@@ -139,7 +139,7 @@ impl Reach {
             chord: b.in_base.gone(&n.in_base),
             bend: self.levers(b.body, false).bend(stretch),
         });
-        Motion {
+        BodiesGone {
             in_part: in_part.collect(),
             in_base: in_base.collect(),
         }

@@ -9,7 +9,7 @@ use meltpath_geometry::math::DVec3;
 use super::bodies::{Body, Capsule, capsules, may_touch};
 use super::distance::{Bounds, between};
 use super::metal::Metal;
-use super::motion::{Gone, Motion, Reach};
+use super::motion::{BodiesGone, Gone, Reach};
 use super::rooms::Rooms;
 use super::surroundings::{Surroundings, foot, table, to_table};
 use crate::cell::{Cell, Shapes, Values};
@@ -261,7 +261,7 @@ fn apart(capsules: &[Capsule], i: usize, j: usize) -> f64 {
 }
 
 /// Whether a pair must be looked at more finely on a stretch; else what is of interest was told.
-fn open(pair: &Pair, capsules: &[Capsule], motion: &Motion, look: &mut impl Look) -> bool {
+fn open(pair: &Pair, capsules: &[Capsule], motion: &BodiesGone, look: &mut impl Look) -> bool {
     let bodies = pair.bodies(capsules);
     let least = pair.least(motion);
     if least >= look.below(bodies) {
@@ -286,7 +286,7 @@ impl Pair {
     }
 
     /// No more than its least distance on a stretch, mm.
-    fn least(&self, motion: &Motion) -> f64 {
+    fn least(&self, motion: &BodiesGone) -> f64 {
         match self.other {
             Other::Metal | Other::Table => Gone::least(self.distances, &[motion.in_part[self.one]]),
             Other::Capsule(j) => {

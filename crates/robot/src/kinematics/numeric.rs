@@ -109,7 +109,8 @@ fn residual(chain: &Chain, pose: Pose, angles: &[f64; 6]) -> ([f64; 6], f64) {
     (r, r.iter().map(|v| v * v).sum())
 }
 
-/// The step of least squares with damping, by elimination of the normal equations in blocks of three.
+/// The step of least squares with damping, by elimination of the normal equations in blocks of three. `numerics` solves any number
+/// of unknowns on the heap; here they are always six, and a search takes thousands of such steps.
 fn damped(columns: &[[f64; 6]], residual: &[f64; 6], damping: f64) -> Option<[f64; 6]> {
     let columns: &[[f64; 6]; 6] = columns.try_into().ok()?;
     let dot = |a: &[f64; 6], b: &[f64; 6]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };

@@ -55,9 +55,9 @@ impl Chains {
             let (vector, start) = (self.vector, self.sample);
             let end = start + step.moving;
             match &mut chain {
-                Some(_) if !step.kind.is_mark() => break,
+                Some(_) if !step.kind.deposits() => break,
                 Some(chain) => (chain.last, chain.end) = (vector, end),
-                None if step.kind.is_mark() => {
+                None if step.kind.deposits() => {
                     chain = Some(Chain {
                         first: vector,
                         last: vector,

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use crate::head::error::HeadError;
 use crate::head::prepared::{Layers, Prepared};
 use crate::head::recipe::Recipe;
-use crate::head::vector::{ScanJob, ScanJobError, Vector, VectorKind};
+use crate::head::vector::{ScanJob, ScanJobError, Vector};
 use meltpath_geometry::math::DVec3;
 use meltpath_toolpath::{Channel, Layer, Pass, Role};
 
@@ -109,7 +109,7 @@ impl<'a> JobBuilder<'a> {
         } else {
             // even where it stands there already: light never lasts from layer to layer
             if self.before.is_some() {
-                self.vector(VectorKind::Jump, start, Given::default());
+                self.vector(Role::Jump, start, Given::default());
             }
             self.planned(layer);
         }
@@ -126,17 +126,17 @@ impl<'a> JobBuilder<'a> {
         layer.job.vectors.last_mut()
     }
 
-    fn push(&mut self, kind: VectorKind, end: DVec3, speed: f64, power: f64) {
+    fn push(&mut self, kind: Role, end: DVec3, speed: f64, power: f64) {
         let r = self.recipe;
         let own = std::mem::take(&mut self.own_wait);
         if let Some(last) = self.last()
             && !own
         {
             last.wait = match (last.kind, kind) {
-                (a, b) if a.is_mark() && b.is_mark() => r.polygon_wait,
-                (a, VectorKind::Jump | VectorKind::Connection) if a.is_mark() => r.mark_wait,
-                (VectorKind::Jump, VectorKind::Run) => r.jump_wait,
-                (VectorKind::Jump | VectorKind::Connection, b) if b.is_mark() => r.jump_wait,
+                (a, b) if a.deposits() && b.deposits() => r.polygon_wait,
+                (a, Role::Jump | Role::Connection) if a.deposits() => r.mark_wait,
+                (Role::Jump, Role::Run) => r.jump_wait,
+                (Role::Jump | Role::Connection, b) if b.deposits() => r.jump_wait,
                 _ => 0.0,
             };
         }
@@ -158,25 +158,25 @@ impl<'a> JobBuilder<'a> {
     fn jump(&mut self, end: DVec3, jump: Jump) {
         if end != self.at {
             let (kind, speed) = match jump {
-                Jump::BetweenContours => (VectorKind::Jump, self.recipe.contour_jump_speed),
-                Jump::ToFill => (VectorKind::Jump, self.recipe.fill_jump_speed),
-                Jump::BetweenLines => (VectorKind::Connection, self.recipe.fill_jump_speed),
+                Jump::BetweenContours => (Role::Jump, self.recipe.contour_jump_speed),
+                Jump::ToFill => (Role::Jump, self.recipe.fill_jump_speed),
+                Jump::BetweenLines => (Role::Connection, self.recipe.fill_jump_speed),
             };
             self.push(kind, end, speed, 0.0);
         }
     }
 
     /// A vector as given; what is not given comes from the recipe.
-    fn vector(&mut self, kind: VectorKind, end: DVec3, given: Given) {
+    fn vector(&mut self, kind: Role, end: DVec3, given: Given) {
         let r = self.recipe;
         let speed = given.speed.unwrap_or(match kind {
-            VectorKind::Contour => r.contour_speed,
-            VectorKind::Fill | VectorKind::Run => r.fill_speed,
-            VectorKind::Jump | VectorKind::Connection => r.fill_jump_speed,
+            Role::Contour => r.contour_speed,
+            Role::Fill | Role::Run => r.fill_speed,
+            _ => r.fill_jump_speed,
         });
         let power = match kind {
-            VectorKind::Contour => given.power.unwrap_or(r.contour_power),
-            VectorKind::Fill => given.power.unwrap_or(r.fill_power),
+            Role::Contour => given.power.unwrap_or(r.contour_power),
+            Role::Fill => given.power.unwrap_or(r.fill_power),
             _ => 0.0,
         };
         self.push(kind, end, speed, power);
@@ -191,13 +191,13 @@ impl<'a> JobBuilder<'a> {
         let along = (end - start).normalize_or_zero() * speed;
         let Some(sky) = self.recipe.sky_writing else {
             self.jump(start, jump);
-            self.push(VectorKind::Fill, end, speed, power);
+            self.push(Role::Fill, end, speed, power);
             return;
         };
         self.jump(start - along * sky.run_in, jump);
-        self.push(VectorKind::Run, start, speed, 0.0);
-        self.push(VectorKind::Fill, end, speed, power);
-        self.push(VectorKind::Run, end + along * sky.run_out, speed, 0.0);
+        self.push(Role::Run, start, speed, 0.0);
+        self.push(Role::Fill, end, speed, power);
+        self.push(Role::Run, end + along * sky.run_out, speed, 0.0);
     }
 }
 
@@ -245,11 +245,10 @@ impl JobBuilder<'_> {
         for (number, pass) in layer.passes().enumerate() {
             self.block = pass.head.part;
             let kind = match pass.head.role {
-                Role::Contour | Role::Skin => VectorKind::Contour,
-                Role::Fill | Role::Support => VectorKind::Fill,
-                Role::Jump | Role::Travel => VectorKind::Jump,
-                Role::Connection => VectorKind::Connection,
-                Role::Run => VectorKind::Run,
+                Role::Skin => Role::Contour,
+                Role::Support => Role::Fill,
+                Role::Travel => Role::Jump,
+                same => same,
             };
             // it stands there already
             let stands =
@@ -284,9 +283,9 @@ impl JobBuilder<'_> {
             before = Some((contour, part));
             let r = self.recipe;
             let (kind, speed, power) = if contour {
-                (VectorKind::Contour, r.contour_speed, r.contour_power)
+                (Role::Contour, r.contour_speed, r.contour_power)
             } else {
-                (VectorKind::Fill, r.fill_speed, r.fill_power)
+                (Role::Fill, r.fill_speed, r.fill_power)
             };
             let values = |i: usize| {
                 (

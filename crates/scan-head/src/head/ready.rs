@@ -203,7 +203,7 @@ impl Checking {
         }
         for (i, v) in job.vectors.iter().enumerate() {
             head.inside(layer.first as usize + i, v.end.truncate())?;
-            self.marks |= v.kind.is_mark();
+            self.marks |= v.kind.deposits();
         }
         Ok(())
     }

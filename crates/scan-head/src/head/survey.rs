@@ -3,8 +3,9 @@
 use crate::head::error::HeadError;
 use crate::head::prepared::Layers;
 use crate::head::ready::ReadyHead;
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::vector::ScanJob;
 use crate::measures::hatch::HatchDistance;
+use meltpath_toolpath::Role;
 
 /// A layer in figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,8 +68,8 @@ impl ReadyHead {
                 found.samples += moving + waiting;
                 let length = job.length_of(i);
                 match v.kind {
-                    VectorKind::Contour => found.contours += length,
-                    VectorKind::Fill => found.fills += length,
+                    Role::Contour => found.contours += length,
+                    Role::Fill => found.fills += length,
                     _ => continue,
                 }
                 marked += length;

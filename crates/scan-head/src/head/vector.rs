@@ -3,6 +3,7 @@
 //! Source: Rasoanarivo 2020, § 2.5.2.
 
 use meltpath_geometry::math::DVec3;
+use meltpath_toolpath::Role;
 use serde::{Deserialize, Serialize};
 
 /// Rounding of a length in samples that is whole but for the last bits.
@@ -38,34 +39,11 @@ pub enum ScanJobError {
     Empty,
 }
 
-/// What a vector is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum VectorKind {
-    /// Marks a contour.
-    Contour,
-    /// Marks a line of a fill.
-    Fill,
-    /// Goes elsewhere, laser off.
-    Jump,
-    /// Goes from one line of a fill to the next, laser off.
-    Connection,
-    /// Runs up to or out of a line at its speed, laser off (sky-writing).
-    Run,
-}
-
-impl VectorKind {
-    /// Whether the laser marks.
-    pub fn is_mark(self) -> bool {
-        matches!(self, VectorKind::Contour | VectorKind::Fill)
-    }
-}
-
 /// A straight move from where the last one ended, and a wait at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Vector {
-    /// What it is for.
-    pub kind: VectorKind,
+    /// What it is for: the laser marks where it deposits, as a contour or as a fill.
+    pub kind: Role,
     /// Where it ends: x and y in the plane, z the height of the focus, mm.
     pub end: DVec3,
     /// Speed, mm/s.
@@ -78,7 +56,9 @@ pub struct Vector {
     pub block: u32,
 }
 
-/// A job for the head.
+/// A job for the head: the layers of a toolpath as this head will run them. It is no [`meltpath_toolpath::Toolpath`], since a
+/// vector has what no pass says, every value resolved by the recipe, the wait at its end, sky-writing, and is found by its number;
+/// and no motion, since it says what is commanded, not where the mirrors are.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScanJob {
     /// Where the head stands at first, mm.
@@ -101,7 +81,7 @@ impl ScanJob {
 
     /// Whether any vector marks.
     pub(super) fn marks(&self) -> bool {
-        self.vectors.iter().any(|v| v.kind.is_mark())
+        self.vectors.iter().any(|v| v.kind.deposits())
     }
 
     /// Checks every vector, the first of which is number `first` of the whole job.
@@ -155,7 +135,7 @@ impl ScanJob {
     }
 
     /// Length of all vectors of a kind, mm.
-    pub fn length(&self, kind: VectorKind) -> f64 {
+    pub fn length(&self, kind: Role) -> f64 {
         (0..self.vectors.len())
             .filter(|&i| self.vectors[i].kind == kind)
             .map(|i| self.length_of(i))
@@ -164,7 +144,7 @@ impl ScanJob {
 
     /// The first mark's start, mm.
     pub fn first_mark(&self) -> DVec3 {
-        let first = self.vectors.iter().position(|v| v.kind.is_mark());
+        let first = self.vectors.iter().position(|v| v.kind.deposits());
         first.map_or(self.start, |i| self.start_of(i))
     }
 

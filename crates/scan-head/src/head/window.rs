@@ -8,12 +8,12 @@ use meltpath_geometry::math::DVec3;
 
 use crate::head::error::HeadError;
 use crate::head::prepared::{Layers, Prepared};
-use crate::head::vector::VectorKind;
+use meltpath_toolpath::Role;
 
 /// A vector on its way: what it is, where it leads, and its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
-    pub(super) kind: VectorKind,
+    pub(super) kind: Role,
     pub(super) from: DVec3,
     pub(super) to: DVec3,
     /// Samples that it moves and then waits.

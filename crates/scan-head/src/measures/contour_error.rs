@@ -5,10 +5,10 @@
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
-use crate::head::vector::VectorKind;
 use crate::measures::histogram::Histogram;
 use crate::measures::segment::distance_to_segment;
 use meltpath_geometry::math::DVec2;
+use meltpath_toolpath::Role;
 use std::collections::VecDeque;
 
 /// Width of a bin of contour errors, mm.
@@ -23,7 +23,7 @@ struct Candidate {
     vector: u32,
     a: DVec2,
     b: DVec2,
-    kind: VectorKind,
+    kind: Role,
     until: u64,
 }
 
@@ -99,7 +99,7 @@ impl HeadSink for PathErrors {
             self.note(vector, (layer, i), block.command.first + k as u64);
             let kind = layer.job.vectors[i].kind;
             if block.command.moving[k] {
-                let errors = if kind.is_mark() {
+                let errors = if kind.deposits() {
                     &mut self.tracking
                 } else {
                     &mut self.tracking_jumps
@@ -119,11 +119,11 @@ impl HeadSink for PathErrors {
             let closest = self
                 .near
                 .iter()
-                .filter(|c| c.kind.is_mark())
+                .filter(|c| c.kind.deposits())
                 .map(|c| (distance_to_segment(p, c.a, c.b), c.kind))
                 .min_by(|x, y| x.0.total_cmp(&y.0));
             if let Some((error, kind)) = closest {
-                if kind == VectorKind::Contour {
+                if kind == Role::Contour {
                     &mut self.contour
                 } else {
                     &mut self.fill

@@ -14,8 +14,9 @@ use meltpath_geometry::math::DVec2;
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::gate::{Chain, Chains};
 use crate::head::recipe::LaserDelays;
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::vector::ScanJob;
 use crate::measures::segment::distance_to_segment;
+use meltpath_toolpath::Role;
 
 /// Records the point hit at every sample: for runs of a few squares.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -98,7 +99,7 @@ impl DelayTuning {
             ends: EndCost::default(),
             longest,
             tried: (reach / period + 1e-9).floor() as i64,
-            marked: job.length(VectorKind::Contour) + job.length(VectorKind::Fill),
+            marked: job.length(Role::Contour) + job.length(Role::Fill),
         };
         let chains = Chains::all(job, period);
         let ends = vector_ends(job, period);

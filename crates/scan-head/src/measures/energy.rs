@@ -5,9 +5,9 @@
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::power::PowerLaw;
-use crate::head::vector::VectorKind;
 use crate::measures::histogram::Histogram;
 use crate::measures::light::Light;
+use meltpath_toolpath::Role;
 
 /// Energy per length of pieces of the lit path, each one spot long, over power and speed of its mark: 1 where the spot runs at its
 /// speed, more where it is slow or waits under light.
@@ -48,7 +48,7 @@ impl EnergyAlong {
         if self.nominal > 0.0 && self.energy > 0.0 {
             let ratio = self.energy / (self.length.max(self.spot) * self.nominal);
             match self.light.kind {
-                Some(VectorKind::Contour) => self.contour.add(ratio),
+                Some(Role::Contour) => self.contour.add(ratio),
                 _ => self.fill.add(ratio),
             }
         }
@@ -89,7 +89,7 @@ mod tests {
         let job = ScanJob {
             start: DVec3::ZERO,
             vectors: vec![Vector {
-                kind: VectorKind::Fill,
+                kind: Role::Fill,
                 end: DVec3::X * 10.0,
                 speed: 1000.0,
                 power: 200.0,

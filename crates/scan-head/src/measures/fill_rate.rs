@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::head::block::{HeadBlock, HeadSink};
 use crate::head::prepared::Prepared;
-use crate::head::vector::VectorKind;
+use meltpath_toolpath::Role;
 
 /// When a cell counts as reached.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -201,7 +201,7 @@ impl Surface {
             Surface::Layers(hatch) => {
                 let job = &layer.job;
                 let lines: Vec<(DVec2, DVec2)> = (0..job.vectors.len())
-                    .filter(|&i| job.vectors[i].kind == VectorKind::Fill)
+                    .filter(|&i| job.vectors[i].kind == Role::Fill)
                     .map(|i| (job.start_of(i).truncate(), job.vectors[i].end.truncate()))
                     .collect();
                 Cells::beside_lines(&lines, *hatch, spot)
@@ -281,7 +281,7 @@ impl HeadSink for FillRate {
                 self.last = None;
             }
             // the light of a fill may last into the wait or the connection behind it, not into contours
-            let contour = layer.job.vectors[i].kind == VectorKind::Contour;
+            let contour = layer.job.vectors[i].kind == Role::Contour;
             if block.lit[k] < 0.5 || contour {
                 self.last = None;
                 continue;

@@ -2,7 +2,8 @@
 
 use meltpath_geometry::math::DVec2;
 
-use crate::head::vector::{ScanJob, VectorKind};
+use crate::head::vector::ScanJob;
+use meltpath_toolpath::Role;
 
 /// Sine of the largest angle between lines called parallel.
 const PARALLEL: f64 = 0.01;
@@ -20,7 +21,7 @@ impl HatchDistance {
     /// Looks at the lines of a layer.
     pub fn take(&mut self, job: &ScanJob) {
         for (i, v) in job.vectors.iter().enumerate() {
-            if v.kind != VectorKind::Fill || self.distances.len() >= MOST {
+            if v.kind != Role::Fill || self.distances.len() >= MOST {
                 continue;
             }
             let (a, b) = (job.start_of(i).truncate(), v.end.truncate());

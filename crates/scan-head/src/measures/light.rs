@@ -2,8 +2,8 @@
 
 use crate::head::block::HeadBlock;
 use crate::head::power::PowerLaw;
-use crate::head::vector::VectorKind;
 use meltpath_geometry::math::DVec2;
+use meltpath_toolpath::Role;
 
 /// Power and speed of the mark whose light is on: after its end the off-delay goes on at its power.
 #[derive(Debug, Clone, Copy, Default)]
@@ -12,14 +12,14 @@ pub(crate) struct Light {
     pub(super) speed: f64,
     last: Option<DVec2>,
     /// Of the last mark.
-    pub(super) kind: Option<VectorKind>,
+    pub(super) kind: Option<Role>,
 }
 
 impl Light {
     /// At the next sample: the power in it, W, and how far the spot moved, mm.
     pub(crate) fn step(&mut self, law: PowerLaw, block: &HeadBlock, k: usize) -> (f64, f64) {
         let vector = block.vector(k).map(|(layer, i)| layer.job.vectors[i]);
-        if let Some(v) = vector.filter(|v| v.kind.is_mark()) {
+        if let Some(v) = vector.filter(|v| v.kind.deposits()) {
             (self.power, self.speed, self.kind) = (v.power, v.speed, Some(v.kind));
         }
         let moved = self.last.map_or(0.0, |l| l.distance(block.hit[k]));

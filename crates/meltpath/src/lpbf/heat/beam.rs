@@ -92,7 +92,7 @@ pub(super) fn commanded(
             power: if on { v.power } else { 0.0 },
             spot,
         };
-        let on = v.kind.is_mark();
+        let on = v.kind.deposits();
         points.push(row(time, from, on));
         time += if v.speed > 0.0 { length / v.speed } else { 0.0 };
         points.push(row(time, v.end, false));

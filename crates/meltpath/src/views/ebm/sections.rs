@@ -15,9 +15,9 @@ use meltpath_thermal::grid::{Field, Grid};
 use meltpath_thermal::material::CELSIUS;
 
 use crate::ebm::along::{Along, index};
-use crate::ebm::film::Film;
 use crate::ebm::settings::Settings;
 use crate::ebm::simulate::Outcome;
+use crate::views::ebm::film;
 
 /// Highest temperatures to be cut.
 struct Cut<'a> {
@@ -94,7 +94,7 @@ fn cuts(outcome: &Outcome) -> Vec<Cut<'_>> {
 /// Sections through the hottest place of each field and through the places that the job names.
 pub(super) fn section(settings: &Settings, outcome: &Outcome) -> Section {
     let films = outcome.preview.iter().map(|p| &p.shown().film);
-    let mut plots: Vec<Plot> = films.flat_map(Film::plots).collect();
+    let mut plots: Vec<Plot> = films.flat_map(film::plots).collect();
     let mut outside = String::new();
     let volume = match outcome.preview {
         Some(_) => "fields/voxels.vti",

@@ -8,17 +8,13 @@ use meltpath_thermal::grid::sample::Sample;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::solver::watch::Freezing;
 
-use crate::ebm::judge::JudgedPath;
+use crate::ebm::judge::{JudgedPath, TEMPERATURES_REFERENCE, VOXELS_REFERENCE};
 use crate::ebm::plan::Plan;
 use crate::ebm::simulate::{Outcome, top};
 use crate::views::write_csv;
 
 /// Voxels that melted, of the charts.
-pub(crate) const VOXELS: &str = "series/voxels.csv";
-/// The same of the reference solver.
-pub(crate) const VOXELS_REFERENCE: &str = "series/voxels-reference.csv";
-/// Temperatures in time of the reference solver.
-pub(crate) const TEMPERATURES_REFERENCE: &str = "series/temperatures-reference.csv";
+const VOXELS: &str = "series/voxels.csv";
 
 /// What is told of the voxels; each field's top plane is that of the build.
 struct Voxels<'a> {

@@ -7,12 +7,12 @@ use meltpath_report::plot::{Aspect, Axis, Plot};
 use meltpath_report::scene::Grid;
 use meltpath_report::table::{Cell, Table};
 use meltpath_report::vtk::{Field, Values, write_height_image};
-use meltpath_scan_head::head::vector::VectorKind;
 use meltpath_thermal::material::CELSIUS;
 use meltpath_thermal::pool::fusion::{FusionMap, TracePoint};
 
 use crate::lpbf::heat::{Cold, HeatSettings, RecipeHeat};
 use crate::lpbf::result::RecipeResult;
+use meltpath_toolpath::Role;
 
 /// Bars of histograms.
 const BARS: usize = 40;
@@ -95,7 +95,7 @@ fn table(name: &str, heat: &RecipeHeat) -> Table {
         .iter()
         .map(|b| {
             let kind = match b.kind {
-                VectorKind::Contour => "contours",
+                Role::Contour => "contours",
                 _ => "fills",
             };
             format!("{kind} {:.2}", b.number)

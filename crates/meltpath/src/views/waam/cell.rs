@@ -7,7 +7,7 @@ use meltpath_geometry::{Mesh, Pose};
 use meltpath_report::html::{Report, Section};
 use meltpath_report::plot::{self, Mark, Plot};
 use meltpath_report::scene::Machine;
-use meltpath_report::scene::machine::{Axis, Body, Joint, Motion};
+use meltpath_report::scene::machine::{Axis, Body, Joint, JointMotion};
 use meltpath_robot::cell::{Arrangement, Cell, Shapes, Values};
 use meltpath_robot::kinematics::{Chain, JointKind, Limits};
 use meltpath_robot::summary::CommandRecord;
@@ -68,8 +68,8 @@ impl Built {
                 joint: Some(Joint {
                     axis: self.axes.len() - 1,
                     motion: match joint.kind {
-                        JointKind::Revolute => Motion::Turns,
-                        JointKind::Prismatic => Motion::Slides,
+                        JointKind::Revolute => JointMotion::Turns,
+                        JointKind::Prismatic => JointMotion::Slides,
                     },
                     along: joint.axis,
                 }),

@@ -110,7 +110,7 @@ impl Differences {
             for axis in [0, 1] {
                 let pairs = a.axes[axis].angle.iter().zip(&b.axes[axis].angle);
                 for (k, (x, y)) in pairs.enumerate() {
-                    let mark = job.vectors[a.command.vector[k] as usize].kind.is_mark();
+                    let mark = job.vectors[a.command.vector[k] as usize].kind.deposits();
                     let out = if mark {
                         &mut found.marks
                     } else {

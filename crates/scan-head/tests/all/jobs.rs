@@ -14,7 +14,7 @@ use meltpath_scan_head::head::interpolation::{CommandBlock, Interpolator, sample
 use meltpath_scan_head::head::prepared::{Prepared, alone};
 use meltpath_scan_head::head::recipe::{LaserDelays, Recipe};
 use meltpath_scan_head::head::scan_head::ScanHead;
-use meltpath_scan_head::head::vector::{ScanJob, VectorKind};
+use meltpath_scan_head::head::vector::ScanJob;
 use meltpath_scan_head::head::window::Window;
 use meltpath_scan_head::measures::contour_error::PathErrors;
 use meltpath_scan_head::measures::delays::{DelayTuning, HitRecord};
@@ -22,6 +22,7 @@ use meltpath_scan_head::measures::fill_rate::{Cells, FillMode, FillRate};
 use meltpath_scan_head::measures::hatch::HatchDistance;
 
 use super::reference::{job_of, one, recipes, three_axis_data, two_axis_data};
+use meltpath_toolpath::Role;
 
 /// AC-39 (T): job times and their ratios.
 #[test]
@@ -61,12 +62,9 @@ fn lpbf_ac39_job_times() {
         );
     }
     let job = job_of(&one(three.plate), &r1);
-    assert!((job.length(VectorKind::Fill) - 910.0).abs() < 1.0);
+    assert!((job.length(Role::Fill) - 910.0).abs() < 1.0);
     assert_eq!(
-        job.vectors
-            .iter()
-            .filter(|v| v.kind == VectorKind::Fill)
-            .count(),
+        job.vectors.iter().filter(|v| v.kind == Role::Fill).count(),
         135
     );
 }
@@ -215,9 +213,7 @@ fn the_gate_lights_what_was_asked_for_as_long_as_asked() {
     };
     let plain = lit(LaserDelays::default());
     // whole samples round each vector up
-    let marks = job.length(VectorKind::Contour) / 1500.0
-        + job.length(VectorKind::Fill) / 1000.0
-        + 6.0 * 1.5e-3;
+    let marks = job.length(Role::Contour) / 1500.0 + job.length(Role::Fill) / 1000.0 + 6.0 * 1.5e-3;
     assert!((plain - marks).abs() < 145.0 * period, "{plain} {marks}");
     let chains = 137.0;
     let both = lit(LaserDelays {

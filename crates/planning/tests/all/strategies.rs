@@ -331,7 +331,7 @@ fn regions_too_small_for_a_bead_are_told() {
     let tiny = [outlines::plate(3.0, 2.0), outlines::plate(60.0, 30.0)];
     let reporter = Reporter::new();
     let plane = Plane::horizontal(0.0);
-    let layer = Layer {
+    let layer = FillLayer {
         number: 1,
         plane: &plane,
         regions: &tiny,
@@ -352,7 +352,7 @@ fn nothing_to_fill_is_an_empty_plan_and_bad_input_an_error() {
         DVec2::X * 50.0,
         DVec2::new(f64::NAN, 50.0),
     ])];
-    let layer = Layer {
+    let layer = FillLayer {
         number: 7,
         plane: &plane,
         regions: &bad,
@@ -372,7 +372,7 @@ fn nothing_to_fill_is_an_empty_plan_and_bad_input_an_error() {
         stepover: 0.0,
         ..settings(HYBRID)
     };
-    let layer = Layer {
+    let layer = FillLayer {
         number: 1,
         plane: &plane,
         regions: &[],
@@ -385,10 +385,10 @@ fn nothing_to_fill_is_an_empty_plan_and_bad_input_an_error() {
 fn the_same_plan_on_any_number_of_threads() {
     let plane = Plane::horizontal(0.0);
     let zoo = zoo();
-    let layers: Vec<Layer<'_>> = zoo
+    let layers: Vec<FillLayer<'_>> = zoo
         .iter()
         .zip(1..)
-        .map(|((_, regions), number)| Layer {
+        .map(|((_, regions), number)| FillLayer {
             number,
             plane: &plane,
             regions,

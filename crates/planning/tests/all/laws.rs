@@ -102,7 +102,7 @@ proptest! {
         };
         let reporter = Reporter::new();
         let plane = Plane::horizontal(0.0);
-        let l = Layer { number: layer, plane: &plane, regions: &regions };
+        let l = FillLayer { number: layer, plane: &plane, regions: &regions };
         let plan = plan_layer(l, &s, PassIds { part: 0 }, &reporter).unwrap();
         assert_sound(&plan, &regions, &format!("{:?} on layer {layer}", s.strategy));
         // every region is told of: covered, or said to have no bead

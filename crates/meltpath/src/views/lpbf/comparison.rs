@@ -5,9 +5,9 @@ use std::io;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_report::table::{Cell, Table};
 
-use super::plan::Plan;
-use super::result::{MODES, RecipeResult};
-use super::work::Work;
+use crate::lpbf::plan::Plan;
+use crate::lpbf::result::{MODES, RecipeResult};
+use crate::lpbf::work::Work;
 
 /// One quantity, of each recipe.
 struct Line {
@@ -16,14 +16,14 @@ struct Line {
 }
 
 /// The recipes compared.
-pub(crate) struct Comparison<'a> {
+pub(super) struct Comparison<'a> {
     plan: &'a Plan,
     results: &'a [RecipeResult<'a>],
     lines: Vec<Line>,
 }
 
 impl<'a> Comparison<'a> {
-    pub(crate) fn new(plan: &'a Plan, results: &'a [RecipeResult<'a>]) -> Self {
+    pub(super) fn new(plan: &'a Plan, results: &'a [RecipeResult<'a>]) -> Self {
         let mut found = Comparison {
             plan,
             results,
@@ -130,7 +130,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// For the report.
-    pub(crate) fn table(&self) -> Table {
+    pub(super) fn table(&self) -> Table {
         let row = |line: &Line| {
             std::iter::once(Cell::text(&line.name))
                 .chain(line.cells.iter().cloned())
@@ -145,7 +145,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// `series/recipes.csv`: the same figures for other software.
-    pub(crate) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
+    pub(super) fn write(&self, folder: &OutputFolder) -> Result<(), OutputError> {
         folder.write("series/recipes.csv", |w| {
             let names: Vec<String> = self.columns().iter().map(|c| quoted(c)).collect();
             writeln!(w, "{}", names.join(","))?;

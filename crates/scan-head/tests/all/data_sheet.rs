@@ -5,8 +5,9 @@ use meltpath_geometry::math::DVec3;
 use meltpath_scan_head::files::parse_head;
 use meltpath_scan_head::head::prepared::alone;
 use meltpath_scan_head::head::recipe::LaserDelays;
-use meltpath_scan_head::head::vector::{ScanJob, Vector, VectorKind};
+use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_toolpath::Role;
 
 const HEAD: &str = r#"
 [head]
@@ -25,7 +26,7 @@ tracking_delay = { value = "0.3 ms", source = "test" }
 top_speed = { value = "12 m/s", source = "test" }
 "#;
 
-fn vector(kind: VectorKind, end: DVec3, speed: f64) -> Vector {
+fn vector(kind: Role, end: DVec3, speed: f64) -> Vector {
     Vector {
         kind,
         end,
@@ -57,8 +58,8 @@ fn a_corner_is_cut_as_the_closed_form_tells() {
         let job = ScanJob {
             start: DVec3::new(-far, 0.0, 0.0),
             vectors: vec![
-                vector(VectorKind::Contour, DVec3::ZERO, speed),
-                vector(VectorKind::Contour, DVec3::new(0.0, far, 0.0), speed),
+                vector(Role::Contour, DVec3::ZERO, speed),
+                vector(Role::Contour, DVec3::new(0.0, far, 0.0), speed),
             ],
         };
         let delays = LaserDelays { on: 2e-3, off: 0.0 };

@@ -6,15 +6,16 @@ use meltpath_geometry::math::DVec2;
 use meltpath_scan_head::head::block::{HeadBlock, HeadSink};
 use meltpath_scan_head::head::interpolation::CommandBlock;
 use meltpath_scan_head::head::prepared::Prepared;
-use meltpath_scan_head::head::vector::{ScanJob, Vector, VectorKind};
+use meltpath_scan_head::head::vector::{ScanJob, Vector};
 use meltpath_scan_head::measures::contour_error::PathErrors;
+use meltpath_toolpath::Role;
 
 /// AC-37 (M): two shapes of known error; never more than the tracking error at the same instant.
 #[test]
 fn lpbf_ac37_contour_error() {
     let errors = |path: &[DVec2], hits: &[DVec2], vectors: &[u32]| {
         let contour = |p: &DVec2| Vector {
-            kind: VectorKind::Contour,
+            kind: Role::Contour,
             end: p.extend(0.0),
             speed: 1000.0,
             power: 200.0,

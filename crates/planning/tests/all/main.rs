@@ -15,7 +15,7 @@ use meltpath_geometry::offset::{Join, outset};
 use meltpath_geometry::shapes as outlines;
 use meltpath_geometry::{Plane, Region, Ring};
 use meltpath_planning::{
-    ContourOrder, FillSettings, Layer, LayerDirection, LayerPlan, LineAngle, LineDirection,
+    ContourOrder, FillLayer, FillSettings, LayerDirection, LayerPlan, LineAngle, LineDirection,
     LineOrder, Paces, PassIds, PlanError, Spacing, StartPoints, Strategy as Fill, nominal_length,
     plan_layer, plan_layers,
 };
@@ -64,7 +64,7 @@ const ALL: [Fill; 6] = [RASTER, ZIGZAG, CONTOUR, INSIDE_OUT, SPIRAL, HYBRID];
 
 fn plan_on(layer: u32, regions: &[Region], settings: &FillSettings) -> LayerPlan {
     let plane = Plane::horizontal(f64::from(layer));
-    let layer = Layer {
+    let layer = FillLayer {
         number: layer,
         plane: &plane,
         regions,

@@ -1,5 +1,4 @@
 //! The command line fed with what it must refuse: exit code 2, a message that says what and where, nothing left behind.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! What the command line prints: lists, JSON, completions, pages, data of the user's own.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
 use std::path::Path;
