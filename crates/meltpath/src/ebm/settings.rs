@@ -32,8 +32,8 @@ use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
 use crate::stages::section::Cut;
 
-/// The material of Béraud 2016.
-const THESIS_MATERIAL: &str = "ti6al4v-ebm";
+/// The material whose window the limits are where none are written: that of Béraud 2016.
+const MATERIAL_OF_WINDOW: &str = "ti6al4v-ebm";
 
 /// What remembers earlier lines: the thesis' domain, at the start temperature half a millimetre below the build plane, as the
 /// reference solver that judges has it.
@@ -351,7 +351,7 @@ fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
 /// Warns where the window is the thesis' and the metal is not.
 fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &Reporter) {
     let written = job.window.low.is_written() || job.window.high.is_written();
-    let other = *job.ebm.material != THESIS_MATERIAL;
+    let other = *job.ebm.material != MATERIAL_OF_WINDOW;
     if other && !written && matches!(window, Good::Limits(_)) {
         reporter.warn(
             "window-of-another-material",
@@ -400,7 +400,7 @@ fn judge(
             cell: table.cell.0,
             planes: *table.planes,
             step: table.step.0,
-            domain: Domain::THESIS,
+            domain: Domain::NARROW,
             power: 1.0,
         },
         ground: *table.ground,

@@ -220,7 +220,7 @@ fn task(
     let own_name = format!("{letter}.{}", h.bandwidth.name);
     told.parameter(&own_name, &Resolved::new(bandwidth, origin));
     let mut h_infinity =
-        HInfinityTargets::thesis_like(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
+        HInfinityTargets::for_motor(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
             .map_err(|e| Problem::new(e.to_string()))?;
     let template = |t: &TemplateTable, at: &Setting<Option<TemplateTable>>| {
         Template::new(*t.low, *t.high, t.crossover.0).map_err(|e| at.problem(e.to_string()))
