@@ -114,7 +114,7 @@ pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunErro
     };
     let mut lines = Vec::new();
     if let Some(table) = &reading.table {
-        lines = listing(table, &examined.provenance);
+        lines = listing(table, &examined.provenance, &reading.wrong_keys);
         lines.push(String::new());
     }
     lines.extend(examined.notes);

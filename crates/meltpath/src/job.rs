@@ -99,6 +99,8 @@ pub struct Reading {
     pub table: Option<Table>,
     /// Every value that reads, and every default.
     pub provenance: Provenance,
+    /// The dotted names of keys whose value does not read.
+    pub wrong_keys: Vec<String>,
     /// Everything wrong.
     pub problems: Vec<Problem>,
 }
@@ -134,6 +136,7 @@ pub fn read(text: &str) -> Reading {
             job: None,
             table: None,
             provenance: Provenance::new(),
+            wrong_keys: Vec::new(),
             problems,
         },
     }
@@ -144,37 +147,36 @@ fn of_process<T: Value>(
     check: fn(&T) -> Vec<Problem>,
     job: fn(Box<Written<T>>) -> Job,
 ) -> Reading {
-    let (written, provenance, problems) = Written::read(text, check);
+    let mut read = settings::read::<T>(text);
+    read.problems.extend(read.settings.iter().flat_map(check));
+    let provenance = read.provenance.clone();
+    let sound = read.settings.filter(|_| read.problems.is_empty());
+    let written = sound.map(|tables| Written { tables, provenance });
     Reading {
         job: written.map(|w| job(Box::new(w))),
         table: None,
-        provenance,
-        problems,
+        provenance: read.provenance,
+        wrong_keys: read.wrong_keys,
+        problems: read.problems,
     }
 }
 
 impl<T: Value> Written<T> {
-    /// Reads a file and checks what `check` says of its values: the tables where nothing is wrong, what reads, everything wrong.
-    fn read(text: &str, check: fn(&T) -> Vec<Problem>) -> (Option<Self>, Provenance, Vec<Problem>) {
-        let read = settings::read::<T>(text);
-        let mut problems = read.problems;
-        problems.extend(read.settings.iter().flat_map(check));
-        let sound = read.settings.filter(|_| problems.is_empty());
-        let provenance = read.provenance.clone();
-        let written = sound.map(|tables| Written {
-            tables,
-            provenance: read.provenance,
-        });
-        (written, provenance, problems)
-    }
-
     /// Reads a file and checks what `check` says of its values.
     ///
     /// # Errors
     /// Everything wrong.
     pub fn parse(text: &str, check: fn(&T) -> Vec<Problem>) -> Result<Self, Vec<Problem>> {
-        let (written, _, problems) = Self::read(text, check);
-        written.ok_or(problems)
+        let read = settings::read::<T>(text);
+        let mut problems = read.problems;
+        problems.extend(read.settings.iter().flat_map(check));
+        match read.settings {
+            Some(tables) if problems.is_empty() => Ok(Written {
+                tables,
+                provenance: read.provenance,
+            }),
+            _ => Err(problems),
+        }
     }
 }
 

@@ -19,7 +19,7 @@ use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 
-use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead};
+use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
@@ -280,7 +280,7 @@ fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
             origin: Origin::Data(format!("{}: {beads}", energy.source)),
             sigma: Some(energy.sigma),
         };
-        r.value("waam.energy_per_volume_j_mm3", energy);
+        r.value("waam.energy_per_volume", with_unit(energy, "J/mm³"));
     }
     for (key, of_map) in [
         (&waam.efficiency, &map.efficiency),
@@ -316,7 +316,7 @@ fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
         r.value(&key.name, length.with_sigma(Length(size.sigma)));
     }
     let area = Resolved::new(bead.area.value, origin(false)).with_sigma(bead.area.sigma);
-    r.value("waam.bead.area_mm2", area);
+    r.value("waam.bead.area", with_unit(area, "mm²"));
 }
 
 fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {
