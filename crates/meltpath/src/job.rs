@@ -95,6 +95,8 @@ impl JobError {
 pub struct Reading {
     /// The job; none where anything is wrong.
     pub job: Option<Job>,
+    /// A job in which something is wrong, as far as it reads: values that do not read have their defaults.
+    pub draft: Option<Job>,
     /// What may be written, once the process is known.
     pub table: Option<Table>,
     /// Every value that reads, and every default.
@@ -134,6 +136,7 @@ pub fn read(text: &str) -> Reading {
         }
         Err(problems) => Reading {
             job: None,
+            draft: None,
             table: None,
             provenance: Provenance::new(),
             wrong_keys: Vec::new(),
@@ -150,10 +153,17 @@ fn of_process<T: Value>(
     let mut read = settings::read::<T>(text);
     read.problems.extend(read.settings.iter().flat_map(check));
     let provenance = read.provenance.clone();
-    let sound = read.settings.filter(|_| read.problems.is_empty());
-    let written = sound.map(|tables| Written { tables, provenance });
+    let found = read
+        .settings
+        .map(|tables| job(Box::new(Written { tables, provenance })));
+    let (job, draft) = if read.problems.is_empty() {
+        (found, None)
+    } else {
+        (None, found)
+    };
     Reading {
-        job: written.map(|w| job(Box::new(w))),
+        job,
+        draft,
         table: None,
         provenance: read.provenance,
         wrong_keys: read.wrong_keys,
