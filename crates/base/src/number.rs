@@ -63,17 +63,25 @@ fn trimmed(text: &str) -> String {
 /// use meltpath_base::number::with_uncertainty;
 /// assert_eq!(with_uncertainty(5.4732, 1.483), "5.5 ± 1.5");
 /// assert_eq!(with_uncertainty(0.0, 0.02), "0 ± 0.02");
+/// assert_eq!(with_uncertainty(5473.2, 148.3), "5470 ± 150");
 /// ```
 pub fn with_uncertainty(value: f64, sigma: f64) -> String {
     if !(sigma.is_finite() && sigma > 0.0 && value.is_finite()) {
         return significant(value, 4);
     }
-    let decimals = (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize;
-    format!(
-        "{} ± {}",
-        trimmed(&fixed(value, decimals)),
-        trimmed(&fixed(sigma, decimals))
-    )
+    let decimals = 1.0 - sigma.log10().floor();
+    // hundreds and more are rounded before the point
+    let place = 10_f64.powf((-decimals).max(0.0));
+    let decimals = decimals.clamp(0.0, 9.0) as usize;
+    let shown = |number: f64| {
+        let number = if place > 1.0 {
+            (number / place).round() * place
+        } else {
+            number
+        };
+        trimmed(&fixed(number, decimals))
+    };
+    format!("{} ± {}", shown(value), shown(sigma))
 }
 
 #[cfg(test)]

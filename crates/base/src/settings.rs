@@ -433,6 +433,8 @@ pub struct Read<T> {
     pub settings: Option<T>,
     /// Every value written and every default, with its origin.
     pub provenance: Provenance,
+    /// The dotted names of keys that are written with a value that does not read.
+    pub wrong_keys: Vec<String>,
     /// Everything wrong, in the order of the file.
     pub problems: Vec<Problem>,
 }
@@ -447,6 +449,7 @@ pub fn read<T: Value>(text: &str) -> Read<T> {
     Read {
         settings,
         provenance: reader.provenance,
+        wrong_keys: reader.wrong_keys,
         problems: reader.problems,
     }
 }

@@ -206,7 +206,7 @@ pub fn reduce(
     })?;
     if kept.order() > order {
         return Err(SystemError::Range {
-            what: "the order asked for",
+            what: "the order wanted",
             value: order as f64,
             wanted: "it must hold at least every pole that does not decay",
         });

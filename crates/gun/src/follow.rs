@@ -1,7 +1,7 @@
 //! What a gun makes of the path it is asked for: its deflection lags and settles, its current climbs, its jumps take time.
 //!
 //! The deflection is a linear system of second order, driven along each axis by where the beam should be; the current goes at most as
-//! fast as its slew, and nears what is asked exponentially within its bandwidth. Both are solved exactly from step to step: how a line
+//! fast as its slew, and nears its set value exponentially within its bandwidth. Both are solved exactly from step to step: how a line
 //! is cut moves nothing. Steps are as short as a straight piece needs to stay within a tolerance of the curve.
 
 use meltpath_geometry::math::{DVec2, DVec3};

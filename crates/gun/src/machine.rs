@@ -52,7 +52,7 @@ pub struct Machine {
     pub current: Option<Change>,
     /// How fast the current goes at most, A/s.
     pub slew: Option<f64>,
-    /// Time constant with which the current nears what is asked, s.
+    /// Time constant with which the current nears its set value, s.
     pub settling: Option<f64>,
     /// What the beam does between stretches.
     pub between: Option<Between>,

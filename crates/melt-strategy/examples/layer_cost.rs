@@ -136,7 +136,7 @@ fn reach(time: f64) -> f64 {
     let material = titanium();
     let diffusivity =
         material.conductivity(material.solidus) / material.heat_capacity(material.solidus - 1.0);
-    (2.5 * (diffusivity * time).sqrt()).max(Domain::THESIS.below)
+    (2.5 * (diffusivity * time).sqrt()).max(Domain::NARROW.below)
 }
 
 /// Draws paths on metal, each on what those before left, on one thread. Where layers follow each other the bed is held at the

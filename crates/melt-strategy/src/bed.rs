@@ -28,8 +28,8 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// Béraud 2016, section 3.2.2.1.
-    pub const THESIS: Domain = Domain {
+    /// Half a millimetre each way: Béraud 2016, section 3.2.2.1.
+    pub const NARROW: Domain = Domain {
         below: 0.5,
         beside: 0.5,
     };

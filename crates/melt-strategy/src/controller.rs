@@ -32,7 +32,7 @@ pub struct Accelerator {
 
 impl Accelerator {
     /// For a beam of `diameter` mm that moves `speed` mm/s on its own, in steps of `dt` s: at the aim it skips 0.3 φ.
-    pub fn of_thesis(aim: f64, diameter: f64, speed: f64, dt: f64) -> Self {
+    pub fn for_beam(aim: f64, diameter: f64, speed: f64, dt: f64) -> Self {
         Accelerator {
             aim,
             from: 0.96,
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_accelerator_only_accelerates() {
-        let mut controller = Accelerator::of_thesis(2730.0 + CELSIUS, 0.413_67, 980.0, 2.5e-6);
+        let mut controller = Accelerator::for_beam(2730.0 + CELSIUS, 0.413_67, 980.0, 2.5e-6);
         let mut factor = |celsius: f64| controller.factor(celsius + CELSIUS, 1e-5);
         assert_eq!(factor(1000.0), 1.0);
         assert_eq!(factor(2600.0), 1.0);

@@ -477,7 +477,7 @@ mod tests {
             cell: 0.06,
             planes: 1,
             step: 4e-6,
-            domain: Domain::THESIS,
+            domain: Domain::NARROW,
             power: 1.0,
         };
         assert_eq!(base.of(Variant::Base, 3e-6), base);

@@ -75,11 +75,7 @@ fn history(set: &ChartSet, curve: &Enthalpy, chart: usize, h: usize, r: usize) -
 /// Figures of section 3.2.2.2: what depth, distance, powder and the height of the fall do.
 fn charts(material: &Material) -> Result<Vec<Plot>, Box<dyn Error>> {
     let mut plots = Vec::new();
-    let set = compute(
-        &ChartSettings::of_thesis(120.0, 0.551_67),
-        material,
-        &Silent,
-    )?;
+    let set = compute(&ChartSettings::for_beam(120.0, 0.551_67), material, &Silent)?;
     let curve = Enthalpy::new(material)?;
     let axes = |title: &str| Plot::new(title, ["time", "ms"], ["temperature", "°C"]);
     let thin = set
@@ -209,7 +205,7 @@ fn highest(file: &Path, material: &Material) -> Result<Field, Box<dyn Error>> {
     let path = BeamPath::of(&[motion])?;
     let settings = ChartSettings {
         stop: 3700.0 + CELSIUS,
-        ..ChartSettings::of_thesis(300.0, 0.413_67)
+        ..ChartSettings::for_beam(300.0, 0.413_67)
     };
     let set = compute(&settings, material, &Silent)?;
     let (mut low, mut high) = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));

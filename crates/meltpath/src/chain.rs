@@ -7,7 +7,7 @@ use meltpath_base::{Cancelled, Observer};
 
 use crate::cancel::Stop;
 use crate::ebm::{self, EbmError};
-use crate::job::{self, Job, JobError};
+use crate::job::{self, Job, JobError, Reading};
 use crate::lpbf::{self, LpbfError};
 use crate::outcome::{Examined, Outcome, warning_line};
 use crate::waam::{self, WaamError};
@@ -60,11 +60,29 @@ pub fn run(
     runs: &Path,
     observer: &dyn Observer,
 ) -> Result<Outcome, RunError> {
-    Ok(match job::load(job)? {
-        (Job::Waam(_), _) => waam::run(job, out, runs, observer)?,
-        (Job::Ebm(ebm), text) => ebm::run(job, &ebm, &text, out, runs, observer)?,
-        (Job::Lpbf(lpbf), text) => lpbf::run(job, &lpbf, &text, out, runs, observer)?,
+    let text = job::text_of(job)?;
+    let reading = job::read(&text);
+    Ok(match &reading.job {
+        None => return Err(refused(job, &text, reading).into()),
+        Some(Job::Waam(_)) => waam::run(job, out, runs, observer)?,
+        Some(Job::Ebm(ebm)) => ebm::run(job, ebm, &text, out, runs, observer)?,
+        Some(Job::Lpbf(lpbf)) => lpbf::run(job, lpbf, &text, out, runs, observer)?,
     })
+}
+
+/// Why a job that does not read is refused: what is wrong in its text, and with the files that its sound tables name.
+fn refused(file: &Path, text: &str, reading: Reading) -> JobError {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let wrong = |table: &str| reading.wrong_keys.iter().any(|key| key.starts_with(table));
+    let named = match &reading.draft {
+        Some(Job::Waam(waam)) => waam::named::problems(waam, folder, wrong),
+        Some(Job::Ebm(ebm)) => ebm::settings::named(ebm, folder, wrong),
+        Some(Job::Lpbf(lpbf)) => lpbf::settings::named(lpbf, folder, wrong),
+        None => Vec::new(),
+    };
+    let mut problems = reading.problems;
+    problems.extend(named);
+    JobError::in_file(file, text, problems)
 }
 
 /// What `meltpath doctor` says of a job.
@@ -94,8 +112,10 @@ impl Diagnosis {
 pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunError> {
     let text = job::text_of(file)?;
     let reading = job::read(&text);
+    let (table, provenance) = (reading.table, reading.provenance.clone());
+    let wrong_keys = reading.wrong_keys.clone();
     let examined = match &reading.job {
-        None => Err(JobError::in_file(file, &text, reading.problems).into()),
+        None => Err(refused(file, &text, reading).into()),
         Some(Job::Waam(_)) => waam::examine(file, observer).map_err(RunError::from),
         Some(Job::Ebm(ebm)) => ebm::examine(file, ebm, &text, observer).map_err(RunError::from),
         Some(Job::Lpbf(lpbf)) => lpbf::examine(file, lpbf, &text, observer).map_err(RunError::from),
@@ -105,7 +125,7 @@ pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunErro
         Err(RunError::Cancelled(c)) => return Err(RunError::Cancelled(c)),
         Err(refused) => {
             let examined = Examined {
-                provenance: reading.provenance,
+                provenance,
                 notes: Vec::new(),
                 warnings: Vec::new(),
             };
@@ -113,8 +133,8 @@ pub fn doctor(file: &Path, observer: &dyn Observer) -> Result<Diagnosis, RunErro
         }
     };
     let mut lines = Vec::new();
-    if let Some(table) = &reading.table {
-        lines = listing(table, &examined.provenance);
+    if let Some(table) = &table {
+        lines = listing(table, &examined.provenance, &wrong_keys);
         lines.push(String::new());
     }
     lines.extend(examined.notes);

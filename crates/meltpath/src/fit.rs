@@ -19,7 +19,7 @@ use crate::views;
 
 pub use error::FitCommandError;
 pub use found::{Candidate, Found, Prediction};
-pub use measurements::{Measurements, MeasurementsError};
+pub use measurements::Measurements;
 
 /// Rounds of least squares at most.
 const ROUNDS: u32 = 4;

@@ -95,10 +95,14 @@ impl JobError {
 pub struct Reading {
     /// The job; none where anything is wrong.
     pub job: Option<Job>,
+    /// A job in which something is wrong, as far as it reads: values that do not read have their defaults.
+    pub draft: Option<Job>,
     /// What may be written, once the process is known.
     pub table: Option<Table>,
     /// Every value that reads, and every default.
     pub provenance: Provenance,
+    /// The dotted names of keys whose value does not read.
+    pub wrong_keys: Vec<String>,
     /// Everything wrong.
     pub problems: Vec<Problem>,
 }
@@ -132,8 +136,10 @@ pub fn read(text: &str) -> Reading {
         }
         Err(problems) => Reading {
             job: None,
+            draft: None,
             table: None,
             provenance: Provenance::new(),
+            wrong_keys: Vec::new(),
             problems,
         },
     }
@@ -144,37 +150,43 @@ fn of_process<T: Value>(
     check: fn(&T) -> Vec<Problem>,
     job: fn(Box<Written<T>>) -> Job,
 ) -> Reading {
-    let (written, provenance, problems) = Written::read(text, check);
+    let mut read = settings::read::<T>(text);
+    read.problems.extend(read.settings.iter().flat_map(check));
+    let provenance = read.provenance.clone();
+    let found = read
+        .settings
+        .map(|tables| job(Box::new(Written { tables, provenance })));
+    let (job, draft) = if read.problems.is_empty() {
+        (found, None)
+    } else {
+        (None, found)
+    };
     Reading {
-        job: written.map(|w| job(Box::new(w))),
+        job,
+        draft,
         table: None,
-        provenance,
-        problems,
+        provenance: read.provenance,
+        wrong_keys: read.wrong_keys,
+        problems: read.problems,
     }
 }
 
 impl<T: Value> Written<T> {
-    /// Reads a file and checks what `check` says of its values: the tables where nothing is wrong, what reads, everything wrong.
-    fn read(text: &str, check: fn(&T) -> Vec<Problem>) -> (Option<Self>, Provenance, Vec<Problem>) {
-        let read = settings::read::<T>(text);
-        let mut problems = read.problems;
-        problems.extend(read.settings.iter().flat_map(check));
-        let sound = read.settings.filter(|_| problems.is_empty());
-        let provenance = read.provenance.clone();
-        let written = sound.map(|tables| Written {
-            tables,
-            provenance: read.provenance,
-        });
-        (written, provenance, problems)
-    }
-
     /// Reads a file and checks what `check` says of its values.
     ///
     /// # Errors
     /// Everything wrong.
     pub fn parse(text: &str, check: fn(&T) -> Vec<Problem>) -> Result<Self, Vec<Problem>> {
-        let (written, _, problems) = Self::read(text, check);
-        written.ok_or(problems)
+        let read = settings::read::<T>(text);
+        let mut problems = read.problems;
+        problems.extend(read.settings.iter().flat_map(check));
+        match read.settings {
+            Some(tables) if problems.is_empty() => Ok(Written {
+                tables,
+                provenance: read.provenance,
+            }),
+            _ => Err(problems),
+        }
     }
 }
 

@@ -10,12 +10,14 @@ use meltpath_deposition::consumable::{Gas, PoolFile, Wire};
 use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::MapFile;
 use meltpath_gun::machine::GunFile;
+use meltpath_perception::Mapping;
 use meltpath_robot::cell::CellFile;
 use meltpath_scan_head::files::{HeadFile, MotorFile, RecipeFile};
 use meltpath_thermal::material::file::MaterialFile;
 
 use crate::data::Cell;
 use crate::ebm::focus::FocusFile;
+use crate::fit::measurements::MeasurementsFile;
 use crate::job::{ProcessKind, table_of};
 use crate::tune::file::TuneFile;
 
@@ -26,6 +28,10 @@ choice! {
         Job = "job",
         /// A tuning of a scan head's axes.
         Tune = "tune",
+        /// Measured bodies, to which a beam is fitted.
+        Measurements = "measurements",
+        /// The mapping of a record: which column is what.
+        Mapping = "mapping",
         /// A wire.
         Wire = "wire",
         /// A shielding gas.
@@ -117,6 +123,8 @@ impl Subject {
         let kind = match self {
             Subject::Job => return None,
             Subject::Tune => TuneFile::KIND,
+            Subject::Measurements => MeasurementsFile::KIND,
+            Subject::Mapping => Mapping::KIND,
             Subject::Wire => Wire::KIND,
             Subject::Gas => Gas::KIND,
             Subject::Map => MapFile::KIND,
@@ -169,7 +177,7 @@ pub fn pages() -> [(&'static str, String); 2] {
     [("job.md", page()), ("data.md", data_page())]
 }
 
-/// On job files and tuning files.
+/// On job files and what other commands read.
 fn page() -> String {
     let mut page = HEAD.to_owned();
     for (kind, heading) in PROCESSES {
@@ -184,10 +192,28 @@ fn page() -> String {
         }
     }
     page += PART;
-    if let Some(table) = Subject::Tune.table() {
-        let text = table.text.trim();
-        let _ = writeln!(page, "\n# The tuning file\n\n`meltpath tune`: {text}\n");
-        page += &settings::reference(&table);
+    for (subject, heading, read_by) in [
+        (Subject::Tune, "The tuning file", "`meltpath tune`"),
+        (
+            Subject::Measurements,
+            "The file of measurements",
+            "`meltpath fit`",
+        ),
+        (
+            Subject::Mapping,
+            "The mapping of a record",
+            "`meltpath identify`, `meltpath health` and tuning on a record",
+        ),
+    ] {
+        if let Some(table) = subject.table() {
+            let (word, text) = (subject.word(), table.text.trim());
+            // writing into a string does not fail
+            let _ = writeln!(
+                page,
+                "\n# {heading}\n\n{read_by}: {text} Schema: `meltpath schema {word}`.\n"
+            );
+            page += &settings::reference(&table);
+        }
     }
     page
 }

@@ -19,6 +19,7 @@ mod loaded;
 mod machine;
 mod mend;
 mod metal;
+pub(crate) mod named;
 mod own;
 pub mod plan;
 mod planned;

@@ -1,5 +1,7 @@
 //! Why a record cannot be used.
 
+use meltpath_base::settings::Problems;
+
 /// Why a record cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -11,14 +13,9 @@ pub enum RecordError {
         /// What was said.
         message: String,
     },
-    /// The mapping is wrong.
-    #[error("{file}: {message}")]
-    Mapping {
-        /// Which mapping.
-        file: String,
-        /// What is wrong and what to write.
-        message: String,
-    },
+    /// The mapping is wrong: each problem with its place and what to write.
+    #[error(transparent)]
+    Mapping(#[from] Problems),
     /// A kind of file that is not read.
     #[error("`{file}` is no record that can be read: write it as .csv, .parquet or .mat (level 5)")]
     Kind {

@@ -3,49 +3,116 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use meltpath_base::Time;
-use serde::Deserialize;
+use meltpath_base::settings::{self, Json, Kind, Node, Place, Problem, Problems, Reader, Value};
+use meltpath_base::{Time, choice, table};
 
 use crate::error::RecordError;
 
-/// How a file of columns becomes a [`Record`](crate::Record).
-///
-/// ```
-/// use meltpath_perception::Mapping;
-/// let mapping = Mapping::parse("bench.toml", r#"
-///     sample_time = "50 us"                  # or:  time = { column = "t", unit = "s" }
-///     [channels.voltage]
-///     column = "U"                           # a name, or the column's number from 1
-///     unit = "V"
-///     [channels.angle]
-///     column = "enc"
-///     unit = "deg"
-///     scale = 6.87e-5                        # degrees per count
-///     offset = 12.0                          # counts that read zero
-/// "#).unwrap();
-/// assert_eq!(mapping.channels["angle"].unit.symbol(), "rad");
-/// ```
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Mapping {
-    /// Time between samples, where the file has no column of times.
-    pub sample_time: Option<Time>,
-    /// The column of times.
-    pub time: Option<TimeColumn>,
-    /// First and last row used, counted from 1; all by default.
-    pub rows: Option<[usize; 2]>,
-    /// The channels, by the name that the reader of the record uses.
-    pub channels: BTreeMap<String, Source>,
+table! {
+    /// How a file of columns becomes a record: which column is what, in which unit, and when it was sampled.
+    pub struct Mapping {
+        /// Time between samples.
+        sample_time: Time where positive => none("the column of times says it");
+        /// The column of times.
+        time: TimeColumn => none("the time between samples is said");
+        /// First and last row used, counted from 1.
+        rows: [usize; 2] => none("all");
+        /// Where a channel comes from, under the name that the reader of the record uses: value = `scale` · (raw − `offset`), in `unit`.
+        channels: BTreeMap<String, Source> => required;
+    }
+
+    /// A column of times.
+    pub struct TimeColumn {
+        /// Which column: its heading (in a MAT file the variable's name), or its place from 1.
+        column: ColumnName => required;
+        /// Its unit.
+        unit: TimeUnit => required;
+    }
+
+    /// Where a channel comes from: value = `scale` · (raw − `offset`), in `unit`.
+    pub struct Source {
+        /// Which column: its heading (in a MAT file the variable's name), or its place from 1.
+        column: ColumnName => required;
+        /// Unit of the scaled value.
+        unit: Unit => required;
+        /// Unit per count.
+        scale: f64 => default(1.0, "the column holds values, no counts");
+        /// Raw value that means zero, in counts.
+        offset: f64 => default(0.0, "the column's zero is zero");
+    }
+}
+
+choice! {
+    /// Units of a column of times.
+    pub enum TimeUnit {
+        /// Seconds.
+        Second = "s",
+        /// Milliseconds.
+        Millisecond = "ms",
+        /// Microseconds.
+        Microsecond = "us",
+    }
+
+    /// Units of a channel in a file.
+    pub enum Unit {
+        /// Volts.
+        V = "V",
+        /// Millivolts.
+        MilliV = "mV",
+        /// Amperes.
+        A = "A",
+        /// Milliamperes.
+        MilliA = "mA",
+        /// Radians.
+        Radian = "rad",
+        /// Milliradians.
+        Milliradian = "mrad",
+        /// Degrees.
+        Degree = "deg",
+        /// Millimetres.
+        Millimetre = "mm",
+        /// Metres a minute.
+        MetrePerMinute = "m/min",
+        /// No unit.
+        One = "1",
+    }
 }
 
 /// A column, by name or by number from 1.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ColumnName {
     /// Its heading, or the variable's name in a MAT file.
     Name(String),
     /// Its place from 1.
     Number(usize),
+}
+
+impl Value for ColumnName {
+    const KIND: Kind = Kind::Either(&Kind::Text, &Kind::Count);
+
+    fn read(node: &Node<'_>, place: &Place<'_>, reader: &mut Reader) -> Option<Self> {
+        match node.get_ref().as_str() {
+            Some(name) => Some(ColumnName::Name(name.to_owned())),
+            None if node.get_ref().is_integer() => {
+                usize::read(node, place, reader).map(ColumnName::Number)
+            }
+            None => {
+                reader.unexpected(
+                    node,
+                    place,
+                    "a column's heading in quotes, or its place from 1",
+                );
+                None
+            }
+        }
+    }
+
+    fn json(&self) -> Json {
+        match self {
+            ColumnName::Name(name) => name.json(),
+            ColumnName::Number(number) => number.json(),
+        }
+    }
 }
 
 impl std::fmt::Display for ColumnName {
@@ -57,30 +124,6 @@ impl std::fmt::Display for ColumnName {
     }
 }
 
-/// A column of times.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeColumn {
-    /// Which column.
-    pub column: ColumnName,
-    /// Its unit.
-    pub unit: TimeUnit,
-}
-
-/// Units of a column of times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-pub enum TimeUnit {
-    /// Seconds.
-    #[serde(rename = "s")]
-    Second,
-    /// Milliseconds.
-    #[serde(rename = "ms")]
-    Millisecond,
-    /// Microseconds.
-    #[serde(rename = "us")]
-    Microsecond,
-}
-
 impl TimeUnit {
     /// Seconds in one.
     pub fn seconds(self) -> f64 {
@@ -90,59 +133,6 @@ impl TimeUnit {
             TimeUnit::Microsecond => 1e-6,
         }
     }
-}
-
-/// Where a channel comes from: value = `scale` · (raw − `offset`), in `unit`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Source {
-    /// Which column.
-    pub column: ColumnName,
-    /// Unit of the scaled value.
-    pub unit: Unit,
-    /// Unit per count.
-    #[serde(default = "one")]
-    pub scale: f64,
-    /// Raw value that means zero, in counts.
-    #[serde(default)]
-    pub offset: f64,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-/// Units of a channel in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-pub enum Unit {
-    /// Volts.
-    V,
-    /// Millivolts.
-    #[serde(rename = "mV")]
-    MilliV,
-    /// Amperes.
-    A,
-    /// Milliamperes.
-    #[serde(rename = "mA")]
-    MilliA,
-    /// Radians.
-    #[serde(rename = "rad")]
-    Radian,
-    /// Milliradians.
-    #[serde(rename = "mrad")]
-    Milliradian,
-    /// Degrees.
-    #[serde(rename = "deg")]
-    Degree,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Metres a minute.
-    #[serde(rename = "m/min")]
-    MetrePerMinute,
-    /// No unit.
-    #[serde(rename = "1")]
-    One,
 }
 
 impl Unit {
@@ -187,46 +177,61 @@ impl Mapping {
 
     /// Reads a mapping; `file` names it in errors.
     ///
+    /// ```
+    /// use meltpath_perception::Mapping;
+    /// let mapping = Mapping::parse("bench.toml", r#"
+    ///     sample_time = "50 us"                  # or:  time = { column = "t", unit = "s" }
+    ///     [channels.voltage]
+    ///     column = "U"                           # a name, or the column's number from 1
+    ///     unit = "V"
+    ///     [channels.angle]
+    ///     column = "enc"
+    ///     unit = "deg"
+    ///     scale = 6.87e-5                        # degrees per count
+    ///     offset = 12.0                          # counts that read zero
+    /// "#).unwrap();
+    /// assert_eq!(mapping.channels["angle"].unit.symbol(), "rad");
+    /// ```
+    ///
     /// # Errors
-    /// [`RecordError::Mapping`] with the place and what is known instead.
+    /// [`RecordError::Mapping`]: everything wrong, each with its place and what is known instead.
     pub fn parse(file: &str, text: &str) -> Result<Self, RecordError> {
-        let wrong = |message: String| RecordError::Mapping {
-            file: file.to_owned(),
-            message,
+        let told = |problems: Problems| problems.of_file(file, text);
+        Ok(settings::parse(text, Mapping::check).map_err(told)?)
+    }
+
+    /// What does not go together.
+    fn check(&self) -> Vec<Problem> {
+        let (when, [first, last]) = (
+            self.sample_time.is_some() || self.time.is_some(),
+            self.rows.unwrap_or([1, 1]),
+        );
+        let mut problems = settings::broken([
+            (
+                !when,
+                Problem::new(
+                    "say when samples were taken: sample_time = \"50 us\", or time = { column = \"t\", unit = \"s\" }",
+                ),
+            ),
+            (
+                self.channels.is_empty(),
+                self.channels.problem(
+                    "no channels: add a table such as [channels.voltage] with column and unit",
+                ),
+            ),
+            (
+                first == 0 || last < first,
+                self.rows.problem(format!(
+                    "rows = [{first}, {last}]: rows are counted from 1, first before last"
+                )),
+            ),
+        ]);
+        let zero = |(name, source): (&String, &Source)| {
+            let message = format!("channels.{name}.scale is 0: write a number that is not zero");
+            (*source.scale == 0.0).then(|| source.scale.problem(message))
         };
-        let mapping: Mapping = toml::from_str(text).map_err(|e| wrong(e.to_string()))?;
-        match (&mapping.sample_time, &mapping.time) {
-            (None, None) => return Err(wrong(
-                "say when samples were taken: sample_time = \"50 us\", or time = { column = \"t\", unit = \"s\" }".to_owned(),
-            )),
-            (Some(t), _) if !(t.0 > 0.0 && t.0.is_finite()) => {
-                return Err(wrong(format!("sample_time is {t}: it must be above zero")));
-            }
-            _ => {}
-        }
-        if mapping.channels.is_empty() {
-            return Err(wrong(
-                "no channels: add a table such as [channels.voltage] with column and unit"
-                    .to_owned(),
-            ));
-        }
-        for (name, source) in &mapping.channels {
-            let usable = source.scale.is_finite() && source.scale != 0.0;
-            if !usable || !source.offset.is_finite() {
-                return Err(wrong(format!(
-                    "channels.{name}: scale is {} and offset {}: both must be finite, the scale not zero",
-                    source.scale, source.offset
-                )));
-            }
-        }
-        if let Some([first, last]) = mapping.rows
-            && (first == 0 || last < first)
-        {
-            return Err(wrong(format!(
-                "rows = [{first}, {last}]: rows are counted from 1, first before last"
-            )));
-        }
-        Ok(mapping)
+        problems.extend(self.channels.iter().filter_map(zero));
+        problems
     }
 }
 
@@ -246,7 +251,12 @@ mod tests {
         let mapping = Mapping::parse("m", good).unwrap();
         assert!((mapping.sample_time.unwrap().0 - 5e-5).abs() < 1e-18);
         let source = &mapping.channels["u"];
-        assert_eq!((source.scale, source.offset), (1.0, 0.0));
+        assert_eq!((*source.scale, *source.offset), (1.0, 0.0));
+        let several = "rows = [0, 4]\nsample_tim = 3\n[channels.u]\ncolumn = true\nunit = \"V\"\n";
+        let error = Mapping::parse("m", several).unwrap_err().to_string();
+        for word in ["m:2:1: ", "sample_time", "m:4:10: ", "heading"] {
+            assert!(error.contains(word), "{word}: {error}");
+        }
         for (text, word) in [
             ("[channels.u]\ncolumn = 1\nunit = \"V\"\n", "sample_time"),
             ("sample_time = \"50 us\"\n[channels]\n", "no channels"),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use meltpath_base::Reporter;
+use meltpath_base::settings::{Problem, Problems};
 
 use crate::error::RecordError;
 use crate::examine::examine;
@@ -36,7 +37,7 @@ fn rows(
     mapping: &Mapping,
 ) -> Result<std::ops::Range<usize>, RecordError> {
     let rows = table.rows();
-    match mapping.rows {
+    match *mapping.rows {
         None => Ok(0..rows),
         Some([first, last]) if last <= rows => Ok(first - 1..last),
         Some([first, last]) => Err(RecordError::Rows {
@@ -78,7 +79,7 @@ fn assemble(file: &str, table: &Table, mapping: &Mapping) -> Result<Record, Reco
             }),
         }
     };
-    let period = match (&mapping.time, &mapping.sample_time) {
+    let period = match (&*mapping.time, &*mapping.sample_time) {
         (Some(time), stated) => {
             let seconds = time.unit.seconds();
             let times: Vec<f64> = taken(&time.column)?.iter().map(|t| t * seconds).collect();
@@ -94,10 +95,8 @@ fn assemble(file: &str, table: &Table, mapping: &Mapping) -> Result<Record, Reco
         }
         (None, Some(stated)) => stated.0,
         (None, None) => {
-            return Err(RecordError::Mapping {
-                file: file.to_owned(),
-                message: "neither sample_time nor a column of times".to_owned(),
-            });
+            let message = "the mapping says neither sample_time nor a column of times";
+            return Err(Problems::from(Problem::new(message)).into());
         }
     };
     let channels = mapping
@@ -105,11 +104,11 @@ fn assemble(file: &str, table: &Table, mapping: &Mapping) -> Result<Record, Reco
         .iter()
         .map(|(name, source)| {
             let raw = taken(&source.column)?;
-            let unit = source.unit.factor() * source.scale;
+            let unit = source.unit.factor() * *source.scale;
             Ok(Channel {
                 name: name.clone(),
                 unit: source.unit.symbol().to_owned(),
-                samples: raw.iter().map(|v| unit * (v - source.offset)).collect(),
+                samples: raw.iter().map(|v| unit * (v - *source.offset)).collect(),
             })
         })
         .collect::<Result<Vec<_>, RecordError>>()?;

@@ -25,7 +25,7 @@ fn titanium() -> Material {
 fn fast() -> ChartSettings {
     ChartSettings {
         stop: 3700.0 + CELSIUS,
-        ..ChartSettings::of_thesis(300.0, 0.413_67)
+        ..ChartSettings::for_beam(300.0, 0.413_67)
     }
 }
 
@@ -75,7 +75,7 @@ fn benches(c: &mut Criterion) {
     let mut group = c.benchmark_group("chart_simulation_f32");
     group.sample_size(10);
     let slow = compute(
-        &ChartSettings::of_thesis(120.0, 0.551_67),
+        &ChartSettings::for_beam(120.0, 0.551_67),
         &material,
         &Silent,
     )

@@ -59,11 +59,11 @@ impl ChartSettings {
     ///
     /// ```
     /// use meltpath_thermal::charts::ChartSettings;
-    /// let settings = ChartSettings::of_thesis(300.0, 0.41367);
+    /// let settings = ChartSettings::for_beam(300.0, 0.41367);
     /// assert!((settings.heat() - 270.0).abs() < 1e-9);
     /// assert!((settings.radius - 0.2896).abs() < 1e-4);
     /// ```
-    pub fn of_thesis(power: f64, spot: f64) -> Self {
+    pub fn for_beam(power: f64, spot: f64) -> Self {
         let penetration = 0.1;
         ChartSettings {
             power,

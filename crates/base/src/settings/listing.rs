@@ -1,17 +1,20 @@
 //! Every key of a table with its value and where that comes from, section by section, for people.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use super::{Fallback, Json, Key, Kind, Table};
+use crate::number::with_uncertainty;
 use crate::provenance::Provenance;
 
+/// What a key says that is written with a value that does not read.
+const WRONG: &str = "wrong: see below";
+
 /// The keys of `table` in the order of their declaration, then what else `provenance` holds; one line each, sections headed by
-/// their names.
-pub fn listing(table: &Table, provenance: &Provenance) -> Vec<String> {
+/// their names. `wrong` are the dotted names of keys whose value does not read.
+pub fn listing(table: &Table, provenance: &Provenance, wrong: &[String]) -> Vec<String> {
     let mut left = provenance.parameters.clone();
     let mut lines = Vec::new();
-    section("", table, &mut left, &mut lines);
+    section("", table, &mut left, wrong, &mut lines);
     if !left.is_empty() {
         lines.extend([String::new(), "[also used]".to_owned()]);
         lines.extend(left.iter().map(|(name, value)| line(name, value)));
@@ -19,7 +22,13 @@ pub fn listing(table: &Table, provenance: &Provenance) -> Vec<String> {
     lines
 }
 
-fn section(name: &str, table: &Table, left: &mut BTreeMap<String, Json>, lines: &mut Vec<String>) {
+fn section(
+    name: &str,
+    table: &Table,
+    left: &mut BTreeMap<String, Json>,
+    wrong: &[String],
+    lines: &mut Vec<String>,
+) {
     let dotted = |key: &Key| match name {
         "" => key.name.to_owned(),
         _ => format!("{name}.{}", key.name),
@@ -30,14 +39,16 @@ fn section(name: &str, table: &Table, left: &mut BTreeMap<String, Json>, lines: 
         let full = dotted(key);
         if let Kind::Table(of) = &key.kind {
             let prefix = format!("{full}.");
-            let used = left.keys().any(|k| k.starts_with(&prefix));
-            match key.fallback {
-                Fallback::None(meaning) if !used => inner.push((full, None, meaning)),
-                _ => inner.push((full, Some(of), "")),
-            }
+            let used = left.keys().chain(wrong).any(|k| k.starts_with(&prefix));
+            inner.push(match key.fallback {
+                _ if !used && wrong.contains(&full) => (full, None, WRONG.to_owned()),
+                Fallback::None(meaning) if !used => (full, None, format!("not written: {meaning}")),
+                _ => (full, Some(of), String::new()),
+            });
             continue;
         }
         own.push(match (left.remove(&full), key.fallback) {
+            _ if wrong.contains(&full) => format!("{}: {WRONG}", key.name),
             (Some(value), _) => line(key.name, &value),
             (None, Fallback::Computed(relation)) => format!("{}: {relation}", key.name),
             (None, Fallback::None(meaning)) => format!("{}: not written: {meaning}", key.name),
@@ -66,30 +77,48 @@ fn section(name: &str, table: &Table, left: &mut BTreeMap<String, Json>, lines: 
     lines.extend(own);
     for (full, of, meaning) in inner {
         match of {
-            Some(of) => section(&full, of, left, lines),
-            None => lines.extend([String::new(), format!("[{full}] not written: {meaning}")]),
+            Some(of) => section(&full, of, left, wrong, lines),
+            None => lines.extend([String::new(), format!("[{full}] {meaning}")]),
         }
     }
 }
 
 /// A parameter of the provenance with its origin.
 fn line(name: &str, parameter: &Json) -> String {
-    let mut line = format!(
-        "{name} = {}",
-        rounded(parameter.get("value").unwrap_or(&Json::Null))
-    );
-    if let Some(sigma) = parameter.get("sigma").filter(|s| !s.is_null()) {
-        // writing to a String cannot fail
-        let _ = write!(line, " ± {}", rounded(sigma));
-    }
+    let value = parameter.get("value").unwrap_or(&Json::Null);
+    let shown = match parameter.get("sigma").filter(|s| !s.is_null()) {
+        Some(sigma) => uncertain(value, sigma),
+        None => rounded(value),
+    };
     let origin = parameter.get("origin");
     let part = |key: &str| origin.and_then(|o| o.get(key)).and_then(Json::as_str);
     let what = part("what").unwrap_or_default();
-    line + &match part("kind") {
-        Some("job") => "    (the job)".to_owned(),
-        Some(kind) => format!("    ({kind}: {what})"),
-        None => String::new(),
+    format!("{name} = {shown}")
+        + &match part("kind") {
+            Some("job") => "    (the job)".to_owned(),
+            Some(kind) => format!("    ({kind}: {what})"),
+            None => String::new(),
+        }
+}
+
+/// A value with its standard uncertainty, both with their unit if they have one.
+fn uncertain(value: &Json, sigma: &Json) -> String {
+    match (number_and_unit(value), number_and_unit(sigma)) {
+        (Some((number, unit)), Some((sigma, same))) if unit == same => {
+            let both = with_uncertainty(number, sigma);
+            format!("{both} {unit}").trim_end().to_owned()
+        }
+        _ => format!("{} ± {}", rounded(value), rounded(sigma)),
     }
+}
+
+/// A number, and its unit where it is told in its text.
+fn number_and_unit(value: &Json) -> Option<(f64, &str)> {
+    if let Some(number) = value.as_f64() {
+        return Some((number, ""));
+    }
+    let (number, unit) = value.as_str()?.split_once(' ')?;
+    Some((number.parse().ok()?, unit))
 }
 
 /// A value for people: numbers to five significant digits, units kept.
@@ -103,12 +132,9 @@ fn line(name: &str, parameter: &Json) -> String {
 pub fn rounded(value: &Json) -> String {
     let short = |number: f64| -> f64 { format!("{number:.4e}").parse().unwrap_or(number) };
     match value {
-        Json::String(text) => match text
-            .split_once(' ')
-            .map(|(n, unit)| (n.parse::<f64>(), unit))
-        {
-            Some((Ok(number), unit)) => format!("{} {unit}", short(number)),
-            _ => text.clone(),
+        Json::String(text) => match number_and_unit(value) {
+            Some((number, unit)) => format!("{} {unit}", short(number)),
+            None => text.clone(),
         },
         Json::Number(number) if number.is_f64() => {
             short(number.as_f64().unwrap_or_default()).to_string()

@@ -28,6 +28,8 @@ pub struct Reader {
     pub problems: Vec<Problem>,
     /// Every value written and every default.
     pub provenance: Provenance,
+    /// The dotted names of keys that are written with a value that does not read.
+    pub wrong_keys: Vec<String>,
     /// How deep in defaults, which have no place in the file.
     in_default: usize,
 }
@@ -259,6 +261,9 @@ impl<'n, 'a> Keys<'n, 'a> {
         };
         setting.value = T::read(node, &place, reader);
         setting.span = reader.span(node);
+        if setting.value.is_none() {
+            reader.wrong_keys.push(setting.name.clone());
+        }
         if let Some(value) = &setting.value
             && !matches!(T::KIND, Kind::Table(_))
         {
@@ -392,7 +397,7 @@ fn distance(a: &str, b: &str) -> usize {
 )]
 mod tests {
     use crate::settings::{listing, read, rounded};
-    use crate::{Length, Ratio, choice, table};
+    use crate::{Length, Origin, Provenance, Ratio, Resolved, choice, table};
 
     choice! {
         /// A strategy.
@@ -461,6 +466,48 @@ mod tests {
         assert!(told[3].1.contains("0 % to 100 %"), "{}", told[3].1);
         assert!(told[4].1.contains("1 to 16"), "{}", told[4].1);
         assert_eq!(found.problems[5].fix.as_deref(), Some("judge"));
+        // and none of them is listed as if it were not written
+        let super::Kind::Table(table) = <Job as super::Value>::KIND else {
+            panic!("a table")
+        };
+        assert_eq!(
+            listing(&table, &found.provenance, &found.wrong_keys),
+            [
+                "",
+                "[hatch]",
+                "strategy: wrong: see below",
+                "spacing: wrong: see below",
+                "share: wrong: see below",
+                "",
+                "[judge]",
+                "planes: wrong: see below",
+            ]
+        );
+        let found = read::<Job>("judge = 3\n");
+        let lines = listing(&table, &found.provenance, &found.wrong_keys);
+        assert_eq!(lines.last().unwrap(), "[judge] wrong: see below");
+    }
+
+    #[test]
+    fn an_uncertain_value_is_rounded_by_its_uncertainty() {
+        let table = super::Table {
+            text: "",
+            keys: &[],
+        };
+        let mut provenance = Provenance::new();
+        let job = Origin::Job;
+        let width = Resolved::new("6.532812 mm", job.clone()).with_sigma("0.48996 mm");
+        provenance.parameter("a", &width);
+        provenance.parameter("b", &Resolved::new(23.14, job.clone()).with_sigma(0.775));
+        provenance.parameter("c", &Resolved::new("1 m", job).with_sigma("3 mm"));
+        assert_eq!(
+            listing(&table, &provenance, &[])[2..],
+            [
+                "a = 6.53 ± 0.49 mm    (the job)",
+                "b = 23.14 ± 0.78    (the job)",
+                "c = 1 m ± 3 mm    (the job)",
+            ]
+        );
     }
 
     #[test]
@@ -477,7 +524,7 @@ mod tests {
             panic!("a table")
         };
         assert_eq!(
-            listing(&table, &provenance),
+            listing(&table, &provenance, &[]),
             [
                 "",
                 "[hatch]",

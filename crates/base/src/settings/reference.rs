@@ -65,6 +65,7 @@ fn tables_of(kind: &Kind) -> Option<(&'static str, Vec<(String, &Table)>)> {
             of: Kind::Table(table),
             ..
         } => Some(("[[*]]", vec![(String::new(), table)])),
+        Kind::Named(Kind::Table(table)) => Some(("[*.NAME]", vec![(String::new(), table)])),
         Kind::OneOf { by, tables } => {
             let each = tables.iter().filter_map(|(word, kind)| match kind {
                 Kind::Table(table) => Some((format!("{by} = \"{word}\""), table)),

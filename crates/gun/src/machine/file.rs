@@ -45,7 +45,7 @@ table! {
         change: Change => none("unknown");
         /// How fast it goes at most.
         slew: Sourced<CurrentSlew> where positive => none("unknown");
-        /// Bandwidth with which it nears what is asked.
+        /// Bandwidth with which it nears its set value.
         bandwidth: Sourced<Frequency> where positive => none("unknown");
         /// What the beam does on its way from one stretch to the next.
         between: Between => none("unknown");

@@ -24,7 +24,7 @@ const COARSE: Resolution = Resolution {
     cell: 0.0625,
     planes: 1,
     step: 8e-6,
-    domain: Domain::THESIS,
+    domain: Domain::NARROW,
     power: 1.0,
 };
 const FINE: Resolution = Resolution {

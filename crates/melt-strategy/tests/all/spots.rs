@@ -52,7 +52,7 @@ fn bed(path: &BeamPath, step: f64) -> Bed {
         cell: 0.0625,
         planes: 1,
         step,
-        domain: Domain::THESIS,
+        domain: Domain::NARROW,
         power: 1.0,
     };
     let body = on_metal(&material, &beam);

@@ -210,7 +210,7 @@ fn controlled(controller: &mut dyn Controller) -> (SpeedProfile, Field) {
 #[test]
 fn ebm_q06_the_thesis_controller_only_accelerates() {
     let aim = 2900.0 + CELSIUS;
-    let (profile, field) = controlled(&mut Accelerator::of_thesis(aim, 0.413_67, 980.0, 1e-5));
+    let (profile, field) = controlled(&mut Accelerator::for_beam(aim, 0.413_67, 980.0, 1e-5));
     assert!(profile.factors().iter().all(|f| *f >= 1.0));
     assert!(profile.factors().iter().any(|f| *f > 1.1));
     let plain = highest(&apex());

@@ -54,7 +54,7 @@ pub(crate) fn on_solver(path: &BeamPath, cell: f64, planes: u32) -> Field {
         cell,
         planes,
         step: 4e-6,
-        domain: Domain::THESIS,
+        domain: Domain::NARROW,
         power: 1.0,
     };
     judge(&body, &[], path, &resolution, &Silent)

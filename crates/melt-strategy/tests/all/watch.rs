@@ -15,7 +15,7 @@ fn drawn(corners: &[[f64; 2]], places: Vec<[f64; 3]>) -> Drawn {
         cell: 0.1,
         planes: 1,
         step: 1e-5,
-        domain: Domain::THESIS,
+        domain: Domain::NARROW,
         power: 1.0,
     };
     let watch = Watch {

@@ -86,7 +86,7 @@ fn a_long_track_costs_where_it_is_hot() {
         cell: 0.0625,
         planes: 1,
         step: 4e-6,
-        domain: Domain::THESIS,
+        domain: Domain::NARROW,
         power: 1.0,
     };
     let cost = |length: f64| {

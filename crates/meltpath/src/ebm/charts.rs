@@ -162,7 +162,7 @@ fn wanted(settings: &Settings, [power, spot]: [f64; 2]) -> ChartSettings {
             .min(settings.job.charts.stop.0),
         cell: settings.job.charts.spacing.0,
         reach: 3.5 * settings.job.ebm.penetration.0,
-        ..ChartSettings::of_thesis(power, spot)
+        ..ChartSettings::for_beam(power, spot)
     }
 }
 

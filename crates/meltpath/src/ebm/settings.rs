@@ -32,8 +32,8 @@ use crate::job::{PartUnit, Problems, Written};
 use crate::material::{Loaded, load};
 use crate::stages::section::Cut;
 
-/// The material of Béraud 2016.
-const THESIS_MATERIAL: &str = "ti6al4v-ebm";
+/// The material whose window the limits are where none are written: that of Béraud 2016.
+const MATERIAL_OF_WINDOW: &str = "ti6al4v-ebm";
 
 /// What remembers earlier lines: the thesis' domain, at the start temperature half a millimetre below the build plane, as the
 /// reference solver that judges has it.
@@ -193,19 +193,27 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
     let material = material(job, folder, &mut r).map_err(&mut keep).ok();
     let focus = focus_of(job, folder, &mut r).map_err(&mut keep).ok();
     let gun = gun::of_job(job, folder).map_err(&mut keep).ok();
-    let hatch = hatch(job, focus.as_ref(), &mut r)
-        .map_err(|problem| keep(vec![problem]))
-        .ok();
-    let (Some(loaded), Some(focus), Some(gun), Some(hatch)) = (material, focus, gun, hatch) else {
-        return Err(problems.into());
-    };
-    if let Some(gun) = &gun {
+    let mut one = |problem| keep(vec![problem]);
+    let hatch = hatch(job, focus.as_ref(), &mut r).map_err(&mut one).ok();
+    if let Some(Some(gun)) = &gun {
         r.model("gun", &format!("{}: {}", gun.name, gun.source));
     }
-    if !problems.is_empty() {
+    let metal = material.as_ref().map(|loaded| &loaded.material);
+    let subject = match (metal, hatch) {
+        (Some(metal), Some(hatch)) => subject(job, folder, hatch, metal, &mut r)
+            .map_err(&mut one)
+            .ok(),
+        _ => None,
+    };
+    let judge = metal.and_then(|metal| {
+        let judge = judge(&job.judge, &job.ebm, metal, &mut r);
+        judge.map_err(&mut one).ok()
+    });
+    let (Some(loaded), Some(focus), Some(gun), Some(subject), Some(judge), true) =
+        (material, focus, gun, subject, judge, problems.is_empty())
+    else {
         return Err(problems.into());
-    }
-    let subject = subject(job, folder, hatch, &loaded.material, &mut r)?;
+    };
     let window = window(job, folder, &mut r);
     let reporter = Reporter::new();
     warn_of_window(job, &window, &loaded.material, &reporter);
@@ -230,7 +238,7 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
             ..simulation::Settings::of(&material)
         },
         window,
-        judge: judge(&job.judge, &job.ebm, &material, &mut r)?,
+        judge,
         surface: surface(job),
         material,
         material_file: loaded.file,
@@ -242,6 +250,24 @@ pub fn resolve(job: &Written<EbmJob>, folder: &Path) -> Result<Settings, Problem
         },
         provenance: r,
     })
+}
+
+/// What is wrong with the files that a job names in tables of which no key is `wrong`.
+pub(crate) fn named(
+    job: &Written<EbmJob>,
+    folder: &Path,
+    wrong: impl Fn(&str) -> bool,
+) -> Vec<Problem> {
+    let mut problems = missing(job, folder);
+    if !wrong("ebm.") {
+        let mut r = Provenance::new();
+        problems.extend(material(job, folder, &mut r).err().unwrap_or_default());
+        problems.extend(focus_of(job, folder, &mut r).err().unwrap_or_default());
+        let gun = job.ebm.gun.as_ref();
+        let gun = gun.and_then(|name| gun::load(name, folder).err());
+        problems.extend(gun.map(|e| e.at(&job.ebm.gun)).unwrap_or_default());
+    }
+    problems
 }
 
 /// Files that the job names and that are not there.
@@ -351,7 +377,7 @@ fn cut(job: &EbmJob, material: &Material, r: &mut Provenance) -> Cut {
 /// Warns where the window is the thesis' and the metal is not.
 fn warn_of_window(job: &EbmJob, window: &Good, material: &Material, reporter: &Reporter) {
     let written = job.window.low.is_written() || job.window.high.is_written();
-    let other = *job.ebm.material != THESIS_MATERIAL;
+    let other = *job.ebm.material != MATERIAL_OF_WINDOW;
     if other && !written && matches!(window, Good::Limits(_)) {
         reporter.warn(
             "window-of-another-material",
@@ -400,7 +426,7 @@ fn judge(
             cell: table.cell.0,
             planes: *table.planes,
             step: table.step.0,
-            domain: Domain::THESIS,
+            domain: Domain::NARROW,
             power: 1.0,
         },
         ground: *table.ground,

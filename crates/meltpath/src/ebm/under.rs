@@ -66,7 +66,7 @@ pub(super) fn domain(plan: &Plan, judging: &Judge) -> Domain {
     let material = &plan.settings.material;
     let diffusivity =
         material.conductivity(material.solidus) / material.heat_capacity(material.solidus - 1.0);
-    let reach = |time: f64| (REACH * (diffusivity * time).sqrt()).max(Domain::THESIS.below);
+    let reach = |time: f64| (REACH * (diffusivity * time).sqrt()).max(Domain::NARROW.below);
     let time = |path: &BeamPath| path.end() - path.begin();
     let longest = plan.drawn().into_iter().map(time).fold(0.0, f64::max);
     let longest = reach(longest);
@@ -92,7 +92,7 @@ pub(super) fn domain(plan: &Plan, judging: &Judge) -> Domain {
             below: judging.plate + plan.lower.len() as f64 * plan.settings.job.ebm.layer.0,
             beside: far,
         },
-        JudgeGround::ThesisBox => Domain::THESIS,
+        JudgeGround::ThesisBox => Domain::NARROW,
     }
 }
 

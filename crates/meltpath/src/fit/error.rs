@@ -6,7 +6,6 @@ use meltpath_thermal::charts::build::BuildError;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
-use super::measurements::MeasurementsError;
 use crate::cancel::{Stop, cancellable, stops};
 use crate::data::DataFileError;
 
@@ -16,9 +15,6 @@ pub enum FitCommandError {
     /// What stops any command.
     #[error(transparent)]
     Stop(#[from] Stop),
-    /// The file.
-    #[error(transparent)]
-    Measurements(#[from] MeasurementsError),
     /// The material.
     #[error(transparent)]
     Material(#[from] DataFileError),

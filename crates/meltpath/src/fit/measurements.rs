@@ -1,124 +1,114 @@
 //! The file of measurements: what was built, with which beam, and how large it became.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use meltpath_base::quantity::{NotNegative, Positive, QuantityError, Unit, parse};
-use meltpath_base::{Length, Ratio, Speed};
+use meltpath_base::settings::{self, Many, Problem, Setting};
+use meltpath_base::{Current, Length, Ratio, Speed, Voltage, table};
 use meltpath_gun::Gun;
-use meltpath_gun::focus::{FocusCalibration, FocusError, stuck_grains};
+use meltpath_gun::focus::{FocusCalibration, stuck_grains};
 use meltpath_thermal::calibration::coupon::{BeamSetting, Coupon};
-use serde::Deserialize;
 
 use crate::ebm::focus;
+use crate::job::{JobError, Problems, text_of};
 
-const CURRENT: &[Unit] = &[scaled("mA", 1e-3), scaled("A", 1.0)];
-const VOLTAGE: &[Unit] = &[scaled("kV", 1e3), scaled("V", 1.0)];
+table! {
+    /// Measured bodies, and the beams that they were built with.
+    pub struct MeasurementsFile {
+        /// Material: a name in `data/materials`, or a TOML file of your own.
+        material: String => default("ti6al4v-ebm", "the material of Béraud 2016");
+        /// Focus calibration: a name in `data/focus`, or a TOML file of your own.
+        focus: String => default("a1-beraud-2016", "the machine of Béraud 2016");
+        /// Thickness of a layer.
+        layer: Length where positive => default("0.05 mm", "step of the table in Béraud 2016");
+        /// Layers drawn of each body, 1 to 100; what lies beyond is taken as the nearer of the two.
+        layers: u32 => default(5, "enough to see the size");
+        /// Spacing of the charts.
+        spacing: Length where positive => default("0.025 mm", "converged within 2 °C of mean error");
+        /// What is believed of the beam before.
+        prior: PriorTable => default({}, "the calibration, and a usual efficiency");
+        /// Struts drawn as circles.
+        strut: Vec<StrutTable> => default([], "none was measured");
+        /// Thin walls, one line a layer.
+        wall: Vec<WallTable> => default([], "none was measured");
+        /// Blocks whose pores were measured.
+        porosity: Vec<PorosityTable> => default([], "none was measured");
+        /// What the fitted beam is used for.
+        predict: PredictTable => none("nothing is predicted");
+    }
 
-const fn scaled(symbol: &'static str, factor: f64) -> Unit {
-    Unit::new(symbol, factor)
-}
+    /// What is believed of the beam before.
+    pub struct PriorTable {
+        /// Share of the beam's power that becomes heat.
+        efficiency: Ratio where positive => default("90 %", "Zäh and Lutzmann, quoted in Béraud 2016");
+        /// Its standard uncertainty.
+        efficiency_sigma: Ratio where positive => default("10 %", "a guess");
+        /// Diameter of the spot as a share of the calibrated one.
+        width: Ratio where positive => default("100 %", "the calibration");
+        /// Its standard uncertainty.
+        width_sigma: Ratio where positive => default("15 %", "a guess");
+    }
 
-/// Why measurements cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum MeasurementsError {
-    /// The file does not open.
-    #[error("cannot open the measurements `{}`: {source}", .path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Not TOML, an unknown key, a value without its unit.
-    #[error("the measurements `{}` do not read: {message}", .path.display())]
-    Text {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-    },
-    /// Values that contradict each other.
-    #[error("`{}`, {what}: {message}", .path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// Which measurement.
-        what: String,
-        /// What is wrong.
-        message: String,
-    },
-}
+    /// A strut, drawn as circles.
+    pub struct StrutTable {
+        /// Its diameter as measured.
+        measured: Length where positive => required;
+        /// Standard uncertainty of the measurement.
+        sigma: Length where positive => required;
+        /// Radii of its circles, in the order drawn.
+        radii: Many<Length, 1> where positive => required;
+        /// Beam current of each circle.
+        currents: Many<Current, 1> => required;
+        /// Acceleration voltage.
+        voltage: Voltage => required;
+        /// Focus current.
+        focus: Current => required;
+        /// Speed of the beam.
+        speed: Speed where positive => required;
+        /// How far a circle is drawn beyond its start.
+        overlap: Length where not_negative => default("0.4 mm", "Béraud 2016, section 3.3.1");
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    material: Option<String>,
-    focus: Option<String>,
-    layer: Option<Positive<Length>>,
-    layers: Option<u32>,
-    spacing: Option<Positive<Length>>,
-    #[serde(default)]
-    prior: PriorTable,
-    #[serde(default)]
-    strut: Vec<StrutTable>,
-    #[serde(default)]
-    wall: Vec<WallTable>,
-    #[serde(default)]
-    porosity: Vec<PorosityTable>,
-    predict: Option<PredictTable>,
-}
+    /// A thin wall, one line a layer.
+    pub struct WallTable {
+        /// Its thickness as measured.
+        measured: Length where positive => required;
+        /// Standard uncertainty of the measurement.
+        sigma: Length where positive => required;
+        /// The largest grain of the powder: stuck grains are part of the thickness.
+        largest_grain: Length where positive => none("the thickness was measured without stuck grains");
+        /// Beam current.
+        current: Current => required;
+        /// Acceleration voltage.
+        voltage: Voltage => required;
+        /// Focus current.
+        focus: Current => required;
+        /// Speed of the beam.
+        speed: Speed where positive => required;
+    }
 
-/// `[prior]`: what is believed before.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct PriorTable {
-    efficiency: Option<Positive<Ratio>>,
-    efficiency_sigma: Option<Positive<Ratio>>,
-    width: Option<Positive<Ratio>>,
-    width_sigma: Option<Positive<Ratio>>,
-}
+    /// A block whose pores were measured.
+    pub struct PorosityTable {
+        /// Its share of pores as measured.
+        measured: Ratio where not_negative => required;
+        /// Standard uncertainty of the measurement.
+        sigma: Ratio where positive => required;
+        /// Beam current.
+        current: Current => required;
+        /// Acceleration voltage.
+        voltage: Voltage => required;
+        /// Focus current.
+        focus: Current => required;
+        /// Speed of the beam.
+        speed: Speed where positive => required;
+        /// Distance between its lines.
+        spacing: Length where positive => required;
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StrutTable {
-    measured: Positive<Length>,
-    sigma: Positive<Length>,
-    radii: Vec<Positive<Length>>,
-    currents: Vec<String>,
-    voltage: String,
-    focus: String,
-    speed: Positive<Speed>,
-    overlap: Option<NotNegative<Length>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WallTable {
-    measured: Positive<Length>,
-    sigma: Positive<Length>,
-    largest_grain: Option<Positive<Length>>,
-    current: String,
-    voltage: String,
-    focus: String,
-    speed: Positive<Speed>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PorosityTable {
-    measured: NotNegative<Ratio>,
-    sigma: Positive<Ratio>,
-    current: String,
-    voltage: String,
-    focus: String,
-    speed: Positive<Speed>,
-    spacing: Positive<Length>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PredictTable {
-    diameter: Positive<Length>,
+    /// What the fitted beam is used for.
+    pub struct PredictTable {
+        /// Diameter wanted of a strut like the last one measured.
+        diameter: Length where positive => required;
+    }
 }
 
 /// One measured body.
@@ -157,169 +147,159 @@ pub struct Measurements {
     pub wanted: Option<f64>,
 }
 
-#[derive(Debug, thiserror::Error)]
-enum BeamValueError {
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
-    #[error(transparent)]
-    Focus(#[from] FocusError),
-}
-
+/// The beam of a measurement; what is wrong with it is told at its focus current.
 fn beam(
     calibration: &FocusCalibration,
-    [voltage, current, focus]: [&str; 3],
-) -> Result<BeamSetting, BeamValueError> {
-    let voltage = parse(voltage, "voltage", VOLTAGE)?;
-    let current = parse(current, "current", CURRENT)?;
+    name: &str,
+    [voltage, current]: [f64; 2],
+    focus: &Setting<Current>,
+) -> Result<BeamSetting, Problem> {
     let gun = Gun {
         voltage,
         focus: calibration.clone(),
-        coil: parse(focus, "focus current", CURRENT)?,
+        coil: focus.0,
     };
+    let spot = calibration.diameter(gun.coil);
     Ok(BeamSetting {
         power: gun.power(current),
-        spot: gun.focus.diameter(gun.coil)?,
+        spot: spot.map_err(|e| focus.problem(format!("{name}: {e}")))?,
     })
 }
 
-/// An error at a place of the file.
-type Wrong<'a> = &'a dyn Fn(&str, String) -> MeasurementsError;
-/// Measurements of one kind.
-type Found = Result<Vec<Measurement>, MeasurementsError>;
-
-/// The struts, each with a beam for each of its circles.
-fn struts(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
-    let mut all = Vec::new();
-    for (n, s) in file.strut.iter().enumerate() {
-        let name = format!("strut {}", n + 1);
-        if s.radii.is_empty() || s.radii.len() != s.currents.len() {
-            let message = format!(
-                "it has {} radii and {} currents: give one current for each circle, in the order drawn",
-                s.radii.len(),
-                s.currents.len()
-            );
-            return Err(wrong(&name, message));
-        }
-        let circles = s
-            .radii
-            .iter()
-            .zip(&s.currents)
-            .map(|(r, c)| Ok((r.0.0, beam(calibration, [&s.voltage, c, &s.focus])?)))
-            .collect::<Result<Vec<_>, BeamValueError>>()
-            .map_err(|e| wrong(&name, e.to_string()))?;
-        all.push(Measurement {
-            name,
-            coupon: Coupon::Strut {
-                circles,
-                speed: s.speed.0.0,
-                overlap: s.overlap.map_or(0.4, |o| o.0.0),
-            },
-            value: s.measured.0.0,
-            sigma: s.sigma.0.0,
-        });
+/// A strut, with a beam for each of its circles.
+fn strut(
+    name: String,
+    s: &StrutTable,
+    calibration: &FocusCalibration,
+) -> Result<Measurement, Problem> {
+    let (radii, currents) = (s.radii.len(), s.currents.len());
+    if radii != currents {
+        let message = format!("{name}: it has {radii} radii and {currents} currents");
+        let help = "give one current for each circle, in the order drawn";
+        return Err(s.currents.problem(message).help(help));
     }
-    Ok(all)
+    let circle = |(radius, current): (&Length, &Current)| {
+        let beam = beam(calibration, &name, [s.voltage.0, current.0], &s.focus)?;
+        Ok((radius.0, beam))
+    };
+    let circles = s.radii.iter().zip(s.currents.iter()).map(circle);
+    Ok(Measurement {
+        coupon: Coupon::Strut {
+            circles: circles.collect::<Result<_, Problem>>()?,
+            speed: s.speed.0,
+            overlap: s.overlap.0,
+        },
+        name,
+        value: s.measured.0,
+        sigma: s.sigma.0,
+    })
 }
 
-/// The walls, less the grains that stick to them.
-fn walls(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
-    let mut all = Vec::new();
-    for (n, w) in file.wall.iter().enumerate() {
-        let name = format!("wall {}", n + 1);
-        let grains = w.largest_grain.map_or(0.0, |g| stuck_grains(g.0.0));
-        if w.measured.0.0 <= grains {
-            let message = format!(
-                "it is {:.3} mm thick, of which {grains:.4} mm are stuck grains: nothing is left; was it measured without them?",
-                w.measured.0.0
-            );
-            return Err(wrong(&name, message));
-        }
-        all.push(Measurement {
-            coupon: Coupon::Wall {
-                beam: beam(calibration, [&w.voltage, &w.current, &w.focus])
-                    .map_err(|e| wrong(&name, e.to_string()))?,
-                speed: w.speed.0.0,
-            },
-            name,
-            value: w.measured.0.0 - grains,
-            sigma: w.sigma.0.0,
-        });
+/// A wall, less the grains that stick to it.
+fn wall(
+    name: String,
+    w: &WallTable,
+    calibration: &FocusCalibration,
+) -> Result<Measurement, Problem> {
+    let grains = w.largest_grain.map_or(0.0, |g| stuck_grains(g.0));
+    if w.measured.0 <= grains {
+        let message = format!(
+            "{name}: it is {:.3} mm thick, of which {grains:.4} mm are stuck grains: nothing is left; was it measured without them?",
+            w.measured.0
+        );
+        return Err(w.measured.problem(message));
     }
-    Ok(all)
+    Ok(Measurement {
+        coupon: Coupon::Wall {
+            beam: beam(calibration, &name, [w.voltage.0, w.current.0], &w.focus)?,
+            speed: w.speed.0,
+        },
+        name,
+        value: w.measured.0 - grains,
+        sigma: w.sigma.0,
+    })
 }
 
-/// The blocks whose pores were measured.
-fn blocks(file: &File, calibration: &FocusCalibration, wrong: Wrong<'_>) -> Found {
-    let mut all = Vec::new();
-    for (n, p) in file.porosity.iter().enumerate() {
-        let name = format!("porosity {}", n + 1);
-        all.push(Measurement {
-            coupon: Coupon::Block {
-                beam: beam(calibration, [&p.voltage, &p.current, &p.focus])
-                    .map_err(|e| wrong(&name, e.to_string()))?,
-                speed: p.speed.0.0,
-                spacing: p.spacing.0.0,
-            },
-            name,
-            value: p.measured.0.0,
-            sigma: p.sigma.0.0,
-        });
-    }
-    Ok(all)
+/// A block whose pores were measured.
+fn block(
+    name: String,
+    p: &PorosityTable,
+    calibration: &FocusCalibration,
+) -> Result<Measurement, Problem> {
+    Ok(Measurement {
+        coupon: Coupon::Block {
+            beam: beam(calibration, &name, [p.voltage.0, p.current.0], &p.focus)?,
+            speed: p.speed.0,
+            spacing: p.spacing.0,
+        },
+        name,
+        value: p.measured.0,
+        sigma: p.sigma.0,
+    })
+}
+
+/// What does not go together in a file.
+fn check(file: &MeasurementsFile) -> Vec<Problem> {
+    let none = file.strut.is_empty() && file.wall.is_empty() && file.porosity.is_empty();
+    let alone = file.predict.is_some() && file.strut.is_empty();
+    settings::broken([
+        (
+            none,
+            Problem::new("the file: give at least one [[strut]], [[wall]] or [[porosity]]"),
+        ),
+        (
+            alone,
+            file.predict.problem(
+                "predict: a diameter is predicted for struts like the last one measured, and there is none",
+            ),
+        ),
+    ])
 }
 
 /// Reads a file of measurements.
 ///
 /// # Errors
-/// [`MeasurementsError`].
-pub fn read(path: &Path) -> Result<Measurements, MeasurementsError> {
-    let text = std::fs::read_to_string(path).map_err(|source| MeasurementsError::Open {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    let file: File = toml::from_str(&text).map_err(|e| MeasurementsError::Text {
-        path: path.to_path_buf(),
-        message: e.to_string(),
-    })?;
-    let wrong = |what: &str, message: String| MeasurementsError::Value {
-        path: path.to_path_buf(),
-        what: what.to_owned(),
-        message,
-    };
+/// [`JobError`]: everything wrong, each with its place.
+pub fn read(path: &Path) -> Result<Measurements, JobError> {
+    let text = text_of(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let focus = file.focus.as_deref().unwrap_or("a1-beraud-2016");
+    settings::parse(&text, check)
+        .and_then(|file| resolve(&file, folder))
+        .map_err(|problems| JobError::in_file(path, &text, problems))
+}
+
+/// The measurements of a file that lies in `folder`.
+fn resolve(file: &MeasurementsFile, folder: &Path) -> Result<Measurements, Problems> {
     let (calibration, calibrated) =
-        focus::load(focus, folder).map_err(|e| wrong("focus", e.to_string()))?;
-    let mut all = struts(&file, &calibration, &wrong)?;
-    all.extend(walls(&file, &calibration, &wrong)?);
-    all.extend(blocks(&file, &calibration, &wrong)?);
-    if all.is_empty() {
-        let message = "give at least one [[strut]], [[wall]] or [[porosity]]".to_owned();
-        return Err(wrong("the file", message));
+        focus::load(&file.focus, folder).map_err(|e| e.at(&file.focus))?;
+    let name = |kind: &str, n: usize| format!("{kind} {}", n + 1);
+    let struts = file.strut.iter().enumerate();
+    let struts = struts.map(|(n, s)| strut(name("strut", n), s, &calibration));
+    let walls = file.wall.iter().enumerate();
+    let walls = walls.map(|(n, w)| wall(name("wall", n), w, &calibration));
+    let blocks = file.porosity.iter().enumerate();
+    let blocks = blocks.map(|(n, p)| block(name("porosity", n), p, &calibration));
+    let (mut all, mut problems) = (Vec::new(), Vec::new());
+    for found in struts.chain(walls).chain(blocks) {
+        match found {
+            Ok(measurement) => all.push(measurement),
+            Err(problem) => problems.push(problem),
+        }
     }
-    if file.predict.is_some() && file.strut.is_empty() {
-        let message =
-            "a diameter is predicted for struts like the last one measured, and there is none"
-                .to_owned();
-        return Err(wrong("predict", message));
+    if !problems.is_empty() {
+        return Err(problems.into());
     }
-    let share = |v: Option<Positive<Ratio>>, default: f64| v.map_or(default, |v| v.0.0);
+    let prior = &file.prior;
     Ok(Measurements {
-        material: file.material.unwrap_or_else(|| "ti6al4v-ebm".to_owned()),
+        material: file.material.value.clone(),
         calibrated,
-        layer: file.layer.map_or(0.05, |l| l.0.0),
-        layers: file.layers.unwrap_or(5).clamp(1, 100),
-        spacing: file.spacing.map_or(0.025, |s| s.0.0),
-        efficiency: [
-            share(file.prior.efficiency, 0.9),
-            share(file.prior.efficiency_sigma, 0.1),
-        ],
-        width: [
-            share(file.prior.width, 1.0),
-            share(file.prior.width_sigma, 0.15),
-        ],
+        layer: file.layer.0,
+        layers: file.layers.clamp(1, 100),
+        spacing: file.spacing.0,
+        efficiency: [prior.efficiency.0, prior.efficiency_sigma.0],
+        width: [prior.width.0, prior.width_sigma.0],
         all,
-        wanted: file.predict.map(|p| p.diameter.0.0),
+        wanted: file.predict.as_ref().map(|p| p.diameter.0),
     })
 }
 
@@ -339,7 +319,10 @@ mod tests {
     #[test]
     fn bad_measurements_are_named() {
         assert!(told("").contains("at least one"));
-        assert!(told("[prior]\nefficiency = \"90\"\n").contains("needs a unit"));
+        let several = told("colour = 1\n[prior]\nefficiency = \"90\"\n[[wall]]\n");
+        for word in ["colour", "needs a unit", "wall.measured is missing"] {
+            assert!(several.contains(word), "{word}: {several}");
+        }
         let strut = format!(
             "[[strut]]\nmeasured = \"657 µm\"\nsigma = \"50 µm\"\nradii = [\"0.2 mm\"]\ncurrents = [\"2 mA\", \"2.4 mA\"]\n{BEAM}"
         );
@@ -349,7 +332,12 @@ mod tests {
         );
         assert!(told(&wall).contains("stuck grains"));
         let unit = wall.replace("5 mA", "5");
-        assert!(told(&unit.replace("200 µm", "500 µm")).contains("wall 1"));
+        assert!(told(&unit.replace("200 µm", "500 µm")).contains("wall.current"));
+        let both = told(&format!("{strut}{wall}"));
+        assert!(
+            both.contains("strut 1") && both.contains("wall 1"),
+            "{both}"
+        );
         assert!(told(&wall.replace("sigma = \"20 µm\"", "sigma = \"0 µm\"")).contains("sigma"));
     }
 }

@@ -65,6 +65,20 @@ pub(crate) fn head_data(head: &Setting<String>, folder: &Path) -> Result<HeadDat
         .map_err(|e| e.at(head))
 }
 
+/// What is wrong with the files that a job names in tables of which no key is `wrong`.
+pub(crate) fn named(
+    job: &Written<LpbfJob>,
+    folder: &Path,
+    wrong: impl Fn(&str) -> bool,
+) -> Vec<Problem> {
+    if wrong("lpbf.") {
+        return Vec::new();
+    }
+    let head = head_data(&job.lpbf.head, folder).err();
+    let recipes = recipes(job, folder).err();
+    head.into_iter().chain(recipes).flatten().collect()
+}
+
 /// Resolves a job written in `folder`: plain values; what is executed is planned from them.
 ///
 /// # Errors
@@ -88,7 +102,7 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
         &job.lpbf.prefilter,
         folder,
         &mut r,
-    )?;
+    );
     r.model(
         "laser scan head",
         "Rasoanarivo 2020, chapter 2; heads and recipes from data files with their sources",
@@ -105,15 +119,20 @@ pub fn resolve(job: &Written<LpbfJob>, folder: &Path) -> Result<Settings, Proble
     let heat = match &*job.heat {
         None => {
             r.parameters.remove(&job.checks.fusion.name);
-            None
+            Ok(None)
         }
-        Some(table) => Some(heat::resolve(
-            table,
-            job.checks.fusion.0,
-            [spot, layer],
-            folder,
-            &mut r,
-        )?),
+        Some(table) => {
+            let (share, sizes) = (job.checks.fusion.0, [spot, layer]);
+            heat::resolve(table, share, sizes, folder, &mut r).map(Some)
+        }
+    };
+    let (foreign, heat) = match (foreign, heat) {
+        (Ok(foreign), Ok(heat)) => (foreign, heat),
+        (foreign, heat) => {
+            let mut problems: Vec<Problem> = foreign.err().into_iter().collect();
+            problems.extend(heat.err().unwrap_or_default().0);
+            return Err(problems.into());
+        }
     };
     Ok(Settings {
         job: (**job).clone(),

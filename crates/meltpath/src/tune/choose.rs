@@ -137,7 +137,7 @@ fn h_infinity(axis: &Axis, times: Option<[f64; 3]>, period: f64) -> Result<Contr
         .map(|t| 3.0 / t[2])
         .or_else(own)
         .ok_or("its position loop has no crossover")?;
-    let targets = HInfinityTargets::thesis_like(&axis.motor, unit, bandwidth, period)
+    let targets = HInfinityTargets::for_motor(&axis.motor, unit, bandwidth, period)
         .map_err(|e| e.to_string())?;
     let servo = design(&axis.motor, &gains.current, unit, &targets).map_err(|e| e.to_string())?;
     Ok(Controller::Sampled(SampledController {

@@ -88,9 +88,22 @@ pub fn resolve(file: &Written<TuneFile>, folder: &Path) -> Result<Settings, Prob
     let data = head_data(head, folder)?;
     let e = &file.export;
     let period = f64::from(*e.every) * data.head.period;
-    let mut tasks = Vec::new();
+    let (mut tasks, mut problems) = (Vec::new(), Vec::new());
     for name in file.axes.iter() {
-        tasks.push(task(*name, file, &data, folder, period, &mut told)?);
+        match task(*name, file, &data, folder, period, &mut told) {
+            Ok(task) => tasks.push(task),
+            // what is said of a key that the axes share is said once
+            Err(found) => {
+                for problem in found.0 {
+                    if !problems.contains(&problem) {
+                        problems.push(problem);
+                    }
+                }
+            }
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems.into());
     }
     let refine = &file.cascade.refine;
     let record = match (&*refine.record, &*refine.mapping) {
@@ -220,7 +233,7 @@ fn task(
     let own_name = format!("{letter}.{}", h.bandwidth.name);
     told.parameter(&own_name, &Resolved::new(bandwidth, origin));
     let mut h_infinity =
-        HInfinityTargets::thesis_like(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
+        HInfinityTargets::for_motor(&axis.motor, AngleUnit::Degree, bandwidth.0, period)
             .map_err(|e| Problem::new(e.to_string()))?;
     let template = |t: &TemplateTable, at: &Setting<Option<TemplateTable>>| {
         Template::new(*t.low, *t.high, t.crossover.0).map_err(|e| at.problem(e.to_string()))

@@ -36,6 +36,16 @@ pub(super) fn datum<Q: Quantity, T>(d: &Datum<Q>, unit: impl Fn(f64) -> T) -> Re
     }
 }
 
+/// A value in a unit that no key has.
+pub(super) fn with_unit(resolved: Resolved<f64>, unit: &str) -> Resolved<String> {
+    let shown = |number: f64| format!("{number} {unit}");
+    Resolved {
+        value: shown(resolved.value),
+        origin: resolved.origin,
+        sigma: resolved.sigma.map(shown),
+    }
+}
+
 /// What the source feeds at other contact tube distances: on where the process map knows, for wire, gas and mode.
 pub(super) fn feed_response(
     r: &mut Provenance,
@@ -63,7 +73,7 @@ pub(super) fn feed_response(
     };
     let slope = datum(&measured.slope, |slope| slope);
     r.value(name, Resolved::new("on", slope.origin.clone()));
-    r.value("waam.source.feed_slope_m_min_per_mm", slope);
+    r.value("waam.source.feed_slope", with_unit(slope, "m/min per mm"));
     r.value(
         "waam.source.feed_reference_ctwd",
         datum(&measured.reference, Length),

@@ -11,6 +11,7 @@ use meltpath_toolpath::{Toolpath, storage};
 use super::checks::program_check;
 use super::error::WaamError;
 use super::hold;
+use super::named::absent_part;
 use super::program::{Commands, Programs};
 use super::settings::{Settings, resolve};
 use super::wanted::Wanted;
@@ -68,8 +69,15 @@ pub(super) fn load(path: &Path, reporter: &Reporter) -> Result<Loaded, WaamError
         return Err(other_process(path, &text));
     };
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let settings =
-        resolve(&job, &folder, reporter).map_err(|e| JobError::in_file(path, &text, e))?;
+    let absent = absent_part(&job, &folder);
+    let settings = match (resolve(&job, &folder, reporter), absent) {
+        (Ok(settings), None) => settings,
+        (settings, absent) => {
+            let mut problems = settings.err().map_or_else(Vec::new, |e| e.0);
+            problems.splice(0..0, absent);
+            return Err(JobError::in_file(path, &text, problems).into());
+        }
+    };
     Ok(Loaded {
         path: path.to_path_buf(),
         name: job_name(path, &job),

@@ -19,7 +19,7 @@ use meltpath_programs::Dialect;
 use meltpath_robot::cell as robot;
 use meltpath_robot::controller::Controller;
 
-use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead};
+use super::bead::{PER_MINUTE, check_heights, datum, feed_response, solve_bead, with_unit};
 use super::judge::{GrowthError, Limits, Remedies};
 use super::machine::{self, Machine, nominal_distance};
 use super::process::{self, Process};
@@ -146,16 +146,14 @@ pub fn resolve(
         borrowed,
         own,
     } = process;
-    let bead = solve_bead(&waam.bead, &map)?;
+    let programs = programs(job, robot.as_ref(), &cell);
+    let (bead, step, programs) = sound(job, &map, programs)?;
     map.warn_about(&bead, reporter);
-    check_heights(&job.layers.height, &bead)?;
     tell_bead(&waam.bead, &bead, &map.id, &mut r);
     let bead_model = bead.model(&map);
     let feed_response = feed_response(&mut r, &waam.source, &map, bead.wire_feed, reporter);
     let pool = process::pool(&pools, &bead, &bead_model);
     let width = bead.width.value;
-    let step = resolve_stepover(&job.fill.stepover, width);
-    check_stepover(&job.fill.stepover, step.value, width)?;
     r.value(
         &job.fill.stepover.name,
         Resolved::new(Length(step.value), step.origin.clone()),
@@ -174,7 +172,6 @@ pub fn resolve(
     let surface = surface::asked(job, &bead, &mut r);
     let limits = limits(&job.checks, ctwd, &mut r);
     models(&cell, &mut r);
-    let programs = programs(job, robot.as_ref(), &cell)?;
     Ok(Settings {
         part: folder.join(&**job.part),
         part_unit: *job.part_unit,
@@ -220,6 +217,34 @@ pub fn resolve(
         chord_error: job.simulation.chord_error.0,
         provenance: r,
     })
+}
+
+/// The bead, the stepover and the programs, where none of them, nor the heights of layers, is wrong.
+fn sound(
+    job: &WaamJob,
+    map: &ProcessMap,
+    programs: Result<Vec<Dialect>, Problem>,
+) -> Result<(Bead, Resolved<f64>, Vec<Dialect>), Vec<Problem>> {
+    let (programs, mut problems) = match programs {
+        Ok(programs) => (programs, Vec::new()),
+        Err(problem) => (Vec::new(), vec![problem]),
+    };
+    let bead = match solve_bead(&job.waam.bead, map) {
+        Ok(bead) => bead,
+        Err(problem) => {
+            problems.push(problem);
+            return Err(problems);
+        }
+    };
+    let width = bead.width.value;
+    let step = resolve_stepover(&job.fill.stepover, width);
+    problems.extend(check_heights(&job.layers.height, &bead).err());
+    problems.extend(check_stepover(&job.fill.stepover, step.value, width).err());
+    if problems.is_empty() {
+        Ok((bead, step, programs))
+    } else {
+        Err(problems)
+    }
 }
 
 /// The dialects of the programs that the job asks for, which can say what moves.
@@ -280,7 +305,7 @@ fn tell_process(waam: &WaamTable, process: &Process, r: &mut Provenance) {
             origin: Origin::Data(format!("{}: {beads}", energy.source)),
             sigma: Some(energy.sigma),
         };
-        r.value("waam.energy_per_volume_j_mm3", energy);
+        r.value("waam.energy_per_volume", with_unit(energy, "J/mm³"));
     }
     for (key, of_map) in [
         (&waam.efficiency, &map.efficiency),
@@ -316,7 +341,7 @@ fn tell_bead(table: &BeadTable, bead: &Bead, map: &str, r: &mut Provenance) {
         r.value(&key.name, length.with_sigma(Length(size.sigma)));
     }
     let area = Resolved::new(bead.area.value, origin(false)).with_sigma(bead.area.sigma);
-    r.value("waam.bead.area_mm2", area);
+    r.value("waam.bead.area", with_unit(area, "mm²"));
 }
 
 fn resolve_stepover(written: &Auto<Stepover>, width: f64) -> Resolved<f64> {

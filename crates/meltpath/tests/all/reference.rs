@@ -142,6 +142,17 @@ fn shipped_data_fit_their_schemas() {
             assert_eq!(said(&other, subject), [".colour: unknown"]);
         }
     }
+    let struts =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ebm-struts/measurements.toml");
+    let struts = std::fs::read_to_string(struts).unwrap();
+    let mapping = "sample_time = \"50 us\"\n[channels.voltage]\ncolumn = \"U\"\nunit = \"V\"\n[channels.angle]\ncolumn = 2\nunit = \"deg\"\nscale = 6.87e-5\n";
+    for (text, subject) in [
+        (struts.as_str(), Subject::Measurements),
+        (mapping, Subject::Mapping),
+    ] {
+        let found = said(&json(text), subject);
+        assert!(found.is_empty(), "{found:?}");
+    }
     let spoilt = |from: &str, to: &str, text: &str, subject: Subject| {
         assert!(text.contains(from), "{from}");
         said(&json(&text.replacen(from, to, 1)), subject)
@@ -151,6 +162,8 @@ fn shipped_data_fit_their_schemas() {
     assert!(spoilt("\"mm\"", "\"mn\"", wire, Subject::Wire)[0].contains("enum"));
     let cell = cells::ALL[0].text;
     assert!(spoilt("\"12 ms\"", "\"12 mm\"", cell, Subject::Cell)[0].contains("unit"));
+    assert!(spoilt("\"deg\"", "\"degrees\"", mapping, Subject::Mapping)[0].contains("oneOf"));
+    assert!(spoilt("\"657 µm\"", "\"657\"", &struts, Subject::Measurements)[0].contains("unit"));
     let head = scan_heads::TWO_AXIS_150.text;
     assert!(spoilt("\"two-axis\"", "\"one-axis\"", head, Subject::Head)[0].contains("oneOf"));
 }

@@ -89,6 +89,44 @@ fn what_a_message_says_to_write_mends_the_job() {
     }
 }
 
+/// Mistakes that do not hang together are told at once: a value that does not read, a file that is not there, a wire that nobody
+/// knows; a stepover and a layer that no such bead can make. The key with the wrong value is not listed as if it were unwritten.
+#[test]
+fn independent_mistakes_are_told_together() {
+    let (_dir, job, good) = new(ProcessKind::Waam);
+    let part = good.lines().find(|l| l.starts_with("part = ")).unwrap();
+    let bad = replaced(&good, "lack = \"0.5 %\"", "lack = \"0.5\"");
+    let bad = replaced(&bad, "x90-ig-1.0", "x91");
+    let bad = replaced(&bad, part, "part = \"gone.stl\"");
+    let found = problems(&job, &bad);
+    let places: Vec<&str> = found
+        .iter()
+        .map(|p| &bad[p.span.clone().unwrap()])
+        .collect();
+    assert_eq!(places, ["\"0.5\"", "\"gone.stl\"", "\"x91\""], "{found:?}");
+    let lines = doctor(&job, &bad).lines;
+    assert!(
+        lines.iter().any(|l| l == "lack: wrong: see below"),
+        "{lines:?}"
+    );
+    let gone = problems(&job, &replaced(&good, part, "part = \"gone.stl\""));
+    assert!(gone.len() == 1 && gone[0].span.is_some(), "{gone:?}");
+
+    let bad = replaced(&good, "height = \"auto\" ", "height = \"0.0001 mm\" ");
+    let bad = replaced(&bad, "stepover = \"auto\"", "stepover = \"40 mm\"");
+    assert_eq!(problems(&job, &bad).len(), 2);
+
+    let (_dir, job, good) = new(ProcessKind::Ebm);
+    let bad = replaced(&good, "\"ti6al4v-ebm\"", "\"tin\"");
+    let bad = replaced(&bad, "in_window = \"20 %\"", "in_window = \"20\"");
+    assert_eq!(problems(&job, &bad).len(), 2);
+    let (_dir, job, good) = new(ProcessKind::Lpbf);
+    let bad = replaced(&good, "[lpbf]", "[heat]\npreheat = 3\n[lpbf]");
+    let head = good.lines().find(|l| l.starts_with("head = ")).unwrap();
+    let bad = replaced(&bad, head, "head = \"mine\"");
+    assert_eq!(problems(&job, &bad).len(), 2);
+}
+
 /// A remedy in words: what is written instead, and that the complaint named it.
 #[test]
 fn remedies_in_words_end_the_complaint() {

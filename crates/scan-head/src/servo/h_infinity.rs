@@ -100,11 +100,11 @@ fn one() -> f64 {
 }
 
 /// Bandwidth of the thesis' weights, rad/s.
-const THESIS_BANDWIDTH: f64 = 3000.0;
+const PRINTED_BANDWIDTH: f64 = 3000.0;
 
 /// (J/Kc) ω² of the reference motor (J/Kc = 1.2817·10⁻⁷ A·s²/deg from the printed speed gains) at that bandwidth, A/deg: what
 /// a command of the thesis' weights is worth.
-const THESIS_COMMAND: f64 = 1.2817e-7 * THESIS_BANDWIDTH * THESIS_BANDWIDTH;
+const PRINTED_COMMAND: f64 = 1.2817e-7 * PRINTED_BANDWIDTH * PRINTED_BANDWIDTH;
 
 impl HInfinityTargets {
     /// The thesis' weights moved to another motor and bandwidth (rad/s): frequencies in proportion to the bandwidth, commands
@@ -113,13 +113,13 @@ impl HInfinityTargets {
     ///
     /// # Errors
     /// [`WeightError`] for a bandwidth that is not positive.
-    pub fn thesis_like(
+    pub fn for_motor(
         motor: &Galvanometer,
         unit: AngleUnit,
         bandwidth: f64,
         period: f64,
     ) -> Result<Self, WeightError> {
-        let pace = bandwidth / THESIS_BANDWIDTH;
+        let pace = bandwidth / PRINTED_BANDWIDTH;
         Ok(HInfinityTargets {
             weights: Weights {
                 sensitivity: Template::new(0.001, 1.001, 3000.0 * pace)?,
@@ -141,7 +141,7 @@ impl HInfinityTargets {
 /// Amperes that a command of the thesis' weights means for a motor at a bandwidth (rad/s).
 pub(super) fn command_unit(motor: &Galvanometer, unit: AngleUnit, bandwidth: f64) -> f64 {
     motor.inertia / motor.torque_constant / unit.per_radian() * bandwidth * bandwidth
-        / THESIS_COMMAND
+        / PRINTED_COMMAND
 }
 
 /// How the controller of full order is made smaller.

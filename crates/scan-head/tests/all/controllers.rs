@@ -27,7 +27,7 @@ pub(crate) fn with_h_infinity(data: &HeadData) -> ScanHead {
         let bandwidth = 3.0 / times.unwrap()[2];
         let unit = AngleUnit::Degree;
         let targets =
-            HInfinityTargets::thesis_like(&axis.motor, unit, bandwidth, data.head.period).unwrap();
+            HInfinityTargets::for_motor(&axis.motor, unit, bandwidth, data.head.period).unwrap();
         let servo = design(&axis.motor, &gains.current, unit, &targets).unwrap();
         axis.controller = Controller::Sampled(SampledController {
             form: SampledForm::Designed(servo.sampled),

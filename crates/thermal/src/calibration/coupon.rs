@@ -280,7 +280,7 @@ impl Charts {
                 sets.push(self.known[known].2.clone());
                 continue;
             }
-            let thesis = ChartSettings::of_thesis(beam.power, guess.width * beam.spot);
+            let thesis = ChartSettings::for_beam(beam.power, guess.width * beam.spot);
             let strong = beam.power > STRONG;
             let settings = ChartSettings {
                 efficiency: guess.efficiency,

@@ -465,7 +465,7 @@ mod tests {
         let material = titanium();
         let settings = ChartSettings {
             cell: 0.05,
-            ..ChartSettings::of_thesis(240.0, 0.4)
+            ..ChartSettings::for_beam(240.0, 0.4)
         };
         let spot = Spot {
             centre: [0.0, 0.0],

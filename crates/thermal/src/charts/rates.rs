@@ -395,7 +395,7 @@ mod tests {
             }
         };
         ChartSet {
-            settings: ChartSettings::of_thesis(300.0, 0.4),
+            settings: ChartSettings::for_beam(300.0, 0.4),
             material: String::new(),
             fingerprint: 0,
             depths: vec![0.025, 0.075],

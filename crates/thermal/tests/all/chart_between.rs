@@ -40,7 +40,7 @@ impl Case {
         let settings = ChartSettings {
             stop: self.stop + CELSIUS,
             cell: 0.05,
-            ..ChartSettings::of_thesis(power, self.spot)
+            ..ChartSettings::for_beam(power, self.spot)
         };
         compute(&settings, &titanium(), &Silent).unwrap()
     }

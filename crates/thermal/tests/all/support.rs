@@ -60,7 +60,7 @@ pub(crate) fn compute_charts(power: f64, spot: f64, stop: f64) -> ChartSet {
     let settings = ChartSettings {
         stop: stop + CELSIUS,
         cooling_from: 2800.0 + CELSIUS,
-        ..ChartSettings::of_thesis(power, spot)
+        ..ChartSettings::for_beam(power, spot)
     };
     compute(&settings, &titanium(), &Silent).unwrap()
 }

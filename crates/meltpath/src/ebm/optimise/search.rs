@@ -247,7 +247,7 @@ fn online(settings: &Settings, how: &Optimise, aim: f64, path: &BeamPath) -> Box
     }
     let (speed, diameter) = fastest(path);
     let look = settings.simulation.step * LOOK as f64;
-    Box::new(Accelerator::of_thesis(aim, diameter, speed, look))
+    Box::new(Accelerator::for_beam(aim, diameter, speed, look))
 }
 
 /// Looks for a better path on the reference solver; the window is found there too.
@@ -265,7 +265,7 @@ pub fn on_reference(
         cell: how.cell,
         planes: how.planes,
         step: how.step,
-        domain: Domain::THESIS,
+        domain: Domain::NARROW,
         power: 1.0,
     };
     let classes = match &plan.window {

@@ -158,7 +158,7 @@ impl EbmJob {
                 part && !self.hatch.is_written(),
                 self.part
                     .problem("a part is drawn by [hatch], which is not there")
-                    .help("write [hatch], with nothing in it for the thesis' lines"),
+                    .help("write [hatch], with nothing in it for lines as they are by default"),
             ),
             (
                 part && again.is_some(),

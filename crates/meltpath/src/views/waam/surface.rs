@@ -232,7 +232,7 @@ pub(crate) fn sections(wall: &Wall, asked: &Asked, settings: &Settings) -> Vec<S
             by_pass(&|p| spacing_of(p)[2]),
         )
         .line("mean of the pass", by_pass(&|p| spacing_of(p)[1]))
-        .limit("asked", asked.spacing)
+        .limit("as set", asked.spacing)
         .caption("From the point of the pass before that each point was laid from.");
     let ratio = Plot::new(
         "Thickness of each pass, widest over closest place",

@@ -61,7 +61,7 @@ fn spacing(plan: &SurfacePlan, asked: &Asked) -> Check {
         Limit::AtMost(100.0 * asked.spacing_limit),
     )
     .because(&format!(
-        "{:.3} to {:.3} mm, {:.3} mm asked",
+        "{:.3} to {:.3} mm, {:.3} mm set",
         d.least.value, d.greatest.value, asked.spacing
     ))
     .at(place(&worst))
