@@ -156,12 +156,11 @@ pub struct Measurements {
     pub wanted: Option<f64>,
 }
 
-#[derive(Debug, thiserror::Error)]
-enum BeamValueError {
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
-    #[error(transparent)]
-    Focus(#[from] FocusError),
+meltpath_base::passes_on! {
+    enum BeamValueError {
+        Quantity(QuantityError),
+        Focus(FocusError),
+    }
 }
 
 fn beam(
