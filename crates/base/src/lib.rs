@@ -3,6 +3,7 @@
 //! parallel work with the same bits on any thread count, the declaration of settings. Imports no other room.
 
 pub mod container;
+mod error;
 pub mod number;
 pub mod observer;
 pub mod output;

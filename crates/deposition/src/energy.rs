@@ -46,8 +46,7 @@ table! {
 choice! {
     /// The unit of energies per volume.
     pub enum EnergyUnit {
-        /// Joules per cubic millimetre.
-        JoulePerCubicMillimetre = "J/mm3",
+        JoulePerCubicMillimetre "J/mm3" => "Joules per cubic millimetre.",
     }
 }
 

@@ -9,30 +9,22 @@ pub use file::{GunFile, parse};
 choice! {
     /// Where a machine can change the current or the speed of its beam.
     pub enum Change {
-        /// At any place of a line.
-        Anywhere = "anywhere",
-        /// From one straight line to the next.
-        BetweenLines = "between-lines",
-        /// From one stretch that is drawn without the beam going off to the next.
-        BetweenPasses = "between-passes",
+        Anywhere "anywhere" => "At any place of a line.",
+        BetweenLines "between-lines" => "From one straight line to the next.",
+        BetweenPasses "between-passes" => "From one stretch that is drawn without the beam going off to the next.",
     }
 
     /// What the beam does on its way from one stretch to the next.
     pub enum Between {
-        /// It is kept from the powder; the current goes to that of the next stretch meanwhile.
-        Blanked = "blanked",
-        /// The current is taken down, and up again where the next stretch begins.
-        Ramped = "ramped",
-        /// It stays on.
-        On = "on",
+        Blanked "blanked" => "It is kept from the powder; the current goes to that of the next stretch meanwhile.",
+        Ramped "ramped" => "The current is taken down, and up again where the next stretch begins.",
+        On "on" => "It stays on.",
     }
 
     /// Whether a machine rests on points for a set time.
     pub enum Points {
-        /// It does.
-        Timed = "timed",
-        /// It draws lines alone.
-        No = "no",
+        Timed "timed" => "It does.",
+        No "no" => "It draws lines alone.",
     }
 }
 

@@ -4,27 +4,26 @@ use meltpath_thermal::beam::BeamError;
 use meltpath_thermal::charts::simulation::ChartSimulationError;
 use meltpath_thermal::solver::SolverError;
 
-/// Why a strategy could not be found.
-#[derive(Debug, thiserror::Error)]
-pub enum StrategyError {
-    /// The chart simulation.
-    #[error(transparent)]
-    Simulation(#[from] ChartSimulationError),
-    /// The reference solver.
-    #[error(transparent)]
-    Reference(#[from] SolverError),
-    /// The path.
-    #[error(transparent)]
-    Beam(#[from] BeamError),
-    /// A path without spots where their time is to be changed.
-    #[error(
-        "the beam rests nowhere on this path, so that there is no time on spots to change: draw spots, or change speed or power"
-    )]
-    NoSpots,
-    /// An aim no metal can have.
-    #[error("the aim is {celsius:.0} °C: it must lie above the melting range")]
-    Aim {
-        /// The aim, °C.
-        celsius: f64,
-    },
+meltpath_base::passes_on! {
+    /// Why a strategy could not be found.
+    pub enum StrategyError {
+        /// The chart simulation.
+        Simulation(ChartSimulationError),
+        /// The reference solver.
+        Reference(SolverError),
+        /// The path.
+        Beam(BeamError);
+
+        /// A path without spots where their time is to be changed.
+        #[error(
+            "the beam rests nowhere on this path, so that there is no time on spots to change: draw spots, or change speed or power"
+        )]
+        NoSpots,
+        /// An aim no metal can have.
+        #[error("the aim is {celsius:.0} °C: it must lie above the melting range")]
+        Aim {
+            /// The aim, °C.
+            celsius: f64,
+        },
+    }
 }

@@ -6,18 +6,16 @@ use meltpath_base::output::OutputError;
 
 use crate::job::JobError;
 
-/// What stops any command.
-#[derive(Debug, thiserror::Error)]
-pub enum Stop {
-    /// The person.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// A file that cannot be read, or does not make sense.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// Output that cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
+meltpath_base::passes_on! {
+    /// What stops any command.
+    pub enum Stop {
+        /// The person.
+        Cancelled(Cancelled),
+        /// A file that cannot be read, or does not make sense.
+        Job(JobError),
+        /// Output that cannot be written.
+        Output(OutputError),
+    }
 }
 
 /// `stops!(CommandError)` takes what makes a [`Stop`] into a command's error, which has a variant of that name.

@@ -7,6 +7,7 @@ pub(crate) mod history;
 use std::path::{Path, PathBuf};
 
 use crate::data::DataText;
+use crate::identify::bench;
 use crate::views;
 use meltpath_base::output::{OutputError, OutputFolder};
 use meltpath_base::{Check, Limit, Measure, Provenance, Reporter, Status, Verdict};
@@ -22,7 +23,7 @@ use meltpath_scan_head::health::bench::{
 use meltpath_scan_head::health::rating::{Drift, Km0Record, Rating, rate};
 use meltpath_scan_head::health::signal::{Km0Samples, Km0Signal};
 use meltpath_scan_head::identification::error::IdentificationError;
-use meltpath_scan_head::identification::record::{BenchRecord, Excitation};
+use meltpath_scan_head::identification::record::Excitation;
 
 pub use history::{Entry, History, HistoryError};
 
@@ -328,12 +329,7 @@ fn recorded(
 ) -> Result<(Km0Stage1, AxisRecord), HealthError> {
     let mapping = Mapping::load(mapping)?;
     let one = read(first, &mapping, reporter)?;
-    let bench = BenchRecord {
-        period: one.period,
-        voltage: one.channel("voltage")?,
-        current: one.channel("current")?,
-        angle: one.channel("angle")?,
-    };
+    let bench = bench(&one)?;
     let excitation = match one.channel("set-point") {
         Ok(s) if s.iter().any(|v| *v != s[0]) => Excitation::SetPoint(s),
         _ => Excitation::Voltage,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meltpath_base::Reporter;
-use meltpath_perception::{Mapping, RecordError, read};
+use meltpath_perception::{Mapping, Record, RecordError, read};
 use meltpath_scan_head::identification::error::IdentificationError;
 use meltpath_scan_head::identification::friction::{RampFriction, friction_of_ramps};
 use meltpath_scan_head::identification::joint::{Joint, joint};
@@ -95,6 +95,19 @@ pub fn add_friction(
     Ok(())
 }
 
+/// What a record says of a motor, from its channels `voltage` (V), `current` (A) and `angle` (rad).
+///
+/// # Errors
+/// A channel that is not there.
+pub(crate) fn bench(record: &Record) -> Result<BenchRecord<'_>, RecordError> {
+    Ok(BenchRecord {
+        period: record.period,
+        voltage: record.channel("voltage")?,
+        current: record.channel("current")?,
+        angle: record.channel("angle")?,
+    })
+}
+
 /// Reads a record and finds its motor. Channels: `voltage` (V), `current` (A), `angle` (rad), and `set-point` (rad) where the
 /// loop was closed.
 ///
@@ -107,12 +120,7 @@ pub fn identify(
 ) -> Result<Identification, IdentifyError> {
     let mapping = Mapping::load(mapping_file)?;
     let record = read(record_file, &mapping, reporter)?;
-    let whole = BenchRecord {
-        period: record.period,
-        voltage: record.channel("voltage")?,
-        current: record.channel("current")?,
-        angle: record.channel("angle")?,
-    };
+    let whole = bench(&record)?;
     let fitted = (FITTED * record.len() as f64) as usize;
     let first = BenchRecord {
         voltage: &whole.voltage[..fitted],

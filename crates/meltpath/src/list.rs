@@ -15,32 +15,19 @@ use crate::start;
 choice! {
     /// What may be listed.
     pub enum Listing {
-        /// Wires.
-        Wires = "wires",
-        /// Shielding gases.
-        Gases = "gases",
-        /// Process maps.
-        Maps = "maps",
-        /// Weld pools.
-        Pools = "pools",
-        /// Electric energies per volume.
-        Energies = "energies",
-        /// Robot cells.
-        Cells = "cells",
-        /// Robots.
-        Robots = "robots",
-        /// Materials of heat.
-        Materials = "materials",
-        /// Scan heads.
-        Heads = "heads",
-        /// Recipes of laser scan jobs.
-        Recipes = "recipes",
-        /// Electron guns.
-        Guns = "guns",
-        /// Focus calibrations of electron guns.
-        Focuses = "focus",
-        /// Jobs that `meltpath new` makes.
-        Examples = "examples",
+        Wires "wires" => "Wires.",
+        Gases "gases" => "Shielding gases.",
+        Maps "maps" => "Process maps.",
+        Pools "pools" => "Weld pools.",
+        Energies "energies" => "Electric energies per volume.",
+        Cells "cells" => "Robot cells.",
+        Robots "robots" => "Robots.",
+        Materials "materials" => "Materials of heat.",
+        Heads "heads" => "Scan heads.",
+        Recipes "recipes" => "Recipes of laser scan jobs.",
+        Guns "guns" => "Electron guns.",
+        Focuses "focus" => "Focus calibrations of electron guns.",
+        Examples "examples" => "Jobs that `meltpath new` makes.",
     }
 }
 

@@ -24,40 +24,23 @@ use crate::tune::file::TuneFile;
 choice! {
     /// The files that have a schema.
     pub enum Subject {
-        /// A job of any process.
-        Job = "job",
-        /// A tuning of a scan head's axes.
-        Tune = "tune",
-        /// Measured bodies, to which a beam is fitted.
-        Measurements = "measurements",
-        /// The mapping of a record: which column is what.
-        Mapping = "mapping",
-        /// A wire.
-        Wire = "wire",
-        /// A shielding gas.
-        Gas = "gas",
-        /// A process map: bead sizes against settings.
-        Map = "map",
-        /// Weld pools.
-        Pool = "pool",
-        /// Electric energies per volume of deposit.
-        Energy = "energy",
-        /// A robot cell's controller and programs.
-        Cell = "cell",
-        /// A robot with what stands around it.
-        Robot = "robot",
-        /// A material of heat.
-        Material = "material",
-        /// A scan head.
-        Head = "head",
-        /// A motor of a scan head, as `meltpath identify` prints it.
-        Motor = "motor",
-        /// A recipe of laser scan jobs.
-        Recipe = "recipe",
-        /// An electron gun: what it can do, and how fast.
-        Gun = "gun",
-        /// The focus calibration of an electron gun.
-        Focus = "focus",
+        Job "job" => "A job of any process.",
+        Tune "tune" => "A tuning of a scan head's axes.",
+        Measurements "measurements" => "Measured bodies, to which a beam is fitted.",
+        Mapping "mapping" => "The mapping of a record: which column is what.",
+        Wire "wire" => "A wire.",
+        Gas "gas" => "A shielding gas.",
+        Map "map" => "A process map: bead sizes against settings.",
+        Pool "pool" => "Weld pools.",
+        Energy "energy" => "Electric energies per volume of deposit.",
+        Cell "cell" => "A robot cell's controller and programs.",
+        Robot "robot" => "A robot with what stands around it.",
+        Material "material" => "A material of heat.",
+        Head "head" => "A scan head.",
+        Motor "motor" => "A motor of a scan head, as `meltpath identify` prints it.",
+        Recipe "recipe" => "A recipe of laser scan jobs.",
+        Gun "gun" => "An electron gun: what it can do, and how fast.",
+        Focus "focus" => "The focus calibration of an electron gun.",
     }
 }
 

@@ -45,36 +45,23 @@ table! {
 choice! {
     /// Units of a column of times.
     pub enum TimeUnit {
-        /// Seconds.
-        Second = "s",
-        /// Milliseconds.
-        Millisecond = "ms",
-        /// Microseconds.
-        Microsecond = "us",
+        Second "s" => "Seconds.",
+        Millisecond "ms" => "Milliseconds.",
+        Microsecond "us" => "Microseconds.",
     }
 
     /// Units of a channel in a file.
     pub enum Unit {
-        /// Volts.
-        V = "V",
-        /// Millivolts.
-        MilliV = "mV",
-        /// Amperes.
-        A = "A",
-        /// Milliamperes.
-        MilliA = "mA",
-        /// Radians.
-        Radian = "rad",
-        /// Milliradians.
-        Milliradian = "mrad",
-        /// Degrees.
-        Degree = "deg",
-        /// Millimetres.
-        Millimetre = "mm",
-        /// Metres a minute.
-        MetrePerMinute = "m/min",
-        /// No unit.
-        One = "1",
+        V "V" => "Volts.",
+        MilliV "mV" => "Millivolts.",
+        A "A" => "Amperes.",
+        MilliA "mA" => "Milliamperes.",
+        Radian "rad" => "Radians.",
+        Milliradian "mrad" => "Milliradians.",
+        Degree "deg" => "Degrees.",
+        Millimetre "mm" => "Millimetres.",
+        MetrePerMinute "m/min" => "Metres a minute.",
+        One "1" => "No unit.",
     }
 }
 

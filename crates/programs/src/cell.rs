@@ -174,18 +174,14 @@ table! {
 choice! {
     /// States of a signal.
     pub enum SignalState {
-        /// On.
-        On = "on",
-        /// Off.
-        Off = "off",
+        On "on" => "On.",
+        Off "off" => "Off.",
     }
 
     /// Units of speeds along a path.
     pub enum PathSpeedUnit {
-        /// Centimetres per minute.
-        CentimetrePerMinute = "cm/min",
-        /// Millimetres per second.
-        MillimetrePerSecond = "mm/sec",
+        CentimetrePerMinute "cm/min" => "Centimetres per minute.",
+        MillimetrePerSecond "mm/sec" => "Millimetres per second.",
     }
 }
 

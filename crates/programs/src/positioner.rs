@@ -8,10 +8,8 @@ use meltpath_geometry::math::{DQuat, DVec3};
 choice! {
     /// What lies still in the user frame of a coordinated program.
     pub enum UserFrame {
-        /// The part: the frame turns with the table.
-        Part = "part",
-        /// The arm's base: the table turns in the frame. The axes say where they lie.
-        Base = "base",
+        Part "part" => "The part: the frame turns with the table.",
+        Base "base" => "The arm's base: the table turns in the frame. The axes say where they lie.",
     }
 }
 

@@ -9,18 +9,12 @@ use meltpath_base::choice;
 choice! {
     /// Languages of controllers.
     pub enum Dialect {
-        /// FANUC TP, text form (`.ls`).
-        FanucLs = "fanuc-ls",
-        /// KUKA KRL (`.src` with `.dat`), arc by ArcTech.
-        Krl = "kuka-krl",
-        /// ABB RAPID (`.mod`), arc by ArcWare.
-        Rapid = "abb-rapid",
-        /// Universal Robots script (`.script`), arc by lines of your own.
-        UrScript = "ur-script",
-        /// Yaskawa INFORM (`.JBI`), arc by condition files.
-        Inform = "yaskawa-inform",
-        /// Stäubli VAL3 (a project: `.pjx`, `.pgx`, `.dtx`), arc by lines of your own.
-        Val3 = "staubli-val3",
+        FanucLs "fanuc-ls" => "FANUC TP, text form (`.ls`).",
+        Krl "kuka-krl" => "KUKA KRL (`.src` with `.dat`), arc by ArcTech.",
+        Rapid "abb-rapid" => "ABB RAPID (`.mod`), arc by ArcWare.",
+        UrScript "ur-script" => "Universal Robots script (`.script`), arc by lines of your own.",
+        Inform "yaskawa-inform" => "Yaskawa INFORM (`.JBI`), arc by condition files.",
+        Val3 "staubli-val3" => "Stäubli VAL3 (a project: `.pjx`, `.pgx`, `.dtx`), arc by lines of your own.",
     }
 }
 
@@ -344,28 +338,19 @@ pub enum ArcAction {
 choice! {
     /// Which words the controller has.
     pub enum ArcStyle {
-        /// `Arc Start[1]`.
-        Arc = "arc",
-        /// `Weld Start[1,1]`.
-        Weld = "weld",
+        Arc "arc" => "`Arc Start[1]`.",
+        Weld "weld" => "`Weld Start[1,1]`.",
     }
 
     /// What a number in the brackets of an arc word means.
     pub enum ArcValue {
-        /// A weld procedure.
-        Procedure = "procedure",
-        /// A weld schedule.
-        Schedule = "schedule",
-        /// Wire feed, m/min.
-        MetresPerMinute = "wire feed, m/min",
-        /// Wire feed, cm/min.
-        CentimetresPerMinute = "wire feed, cm/min",
-        /// Wire feed, mm/s.
-        MillimetresPerSecond = "wire feed, mm/s",
-        /// Wire feed, in/min.
-        InchesPerMinute = "wire feed, in/min",
-        /// Nothing that shapes metal beyond the wire feed: a voltage, a trim.
-        Other = "other",
+        Procedure "procedure" => "A weld procedure.",
+        Schedule "schedule" => "A weld schedule.",
+        MetresPerMinute "wire feed, m/min" => "Wire feed, m/min.",
+        CentimetresPerMinute "wire feed, cm/min" => "Wire feed, cm/min.",
+        MillimetresPerSecond "wire feed, mm/s" => "Wire feed, mm/s.",
+        InchesPerMinute "wire feed, in/min" => "Wire feed, in/min.",
+        Other "other" => "Nothing that shapes metal beyond the wire feed: a voltage, a trim.",
     }
 }
 

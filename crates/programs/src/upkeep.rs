@@ -6,10 +6,8 @@ use meltpath_base::{Time, choice, table};
 choice! {
     /// How programs are cut into files.
     pub enum Split {
-        /// Where the limits of a program are reached.
-        Limits = "limits",
-        /// At each layer, under a main program that shows the layer; at the limits of a program too.
-        Layer = "layer",
+        Limits "limits" => "Where the limits of a program are reached.",
+        Layer "layer" => "At each layer, under a main program that shows the layer; at the limits of a program too.",
     }
 }
 

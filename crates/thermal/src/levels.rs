@@ -98,40 +98,39 @@ impl Setup {
     }
 }
 
-/// Why the solver refused.
-#[derive(Debug, thiserror::Error)]
-pub enum LevelsError {
-    /// The material.
-    #[error(transparent)]
-    Curve(#[from] CurveError),
-    /// The cells.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    /// A beam without size.
-    #[error("the beam diameter is {0} mm: it must be finite and above zero")]
-    Diameter(f64),
-    /// The beam is outside what is covered.
-    #[error(
-        "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside what the solver covers"
-    )]
-    Outside {
-        /// When, s.
-        time: f64,
-        /// Where, mm.
-        x: f64,
-        /// Where, mm.
-        y: f64,
-        /// Share of the power outside, %.
-        share: f64,
-    },
-    /// Layers that do not lie on each other.
-    #[error(
-        "the layer does not lie on the coarsest cells of the one below: both need the same corners, cells, levels and thickness of a layer"
-    )]
-    Moved,
-    /// Stopped from outside.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+meltpath_base::passes_on! {
+    /// Why the solver refused.
+    pub enum LevelsError {
+        /// The material.
+        Curve(CurveError),
+        /// The cells.
+        Grid(GridError),
+        /// Stopped from outside.
+        Cancelled(Cancelled);
+
+        /// A beam without size.
+        #[error("the beam diameter is {0} mm: it must be finite and above zero")]
+        Diameter(f64),
+        /// The beam is outside what is covered.
+        #[error(
+            "at {time:.6} s the beam at ({x:.3}, {y:.3}) mm leaves {share:.1} % of its power outside what the solver covers"
+        )]
+        Outside {
+            /// When, s.
+            time: f64,
+            /// Where, mm.
+            x: f64,
+            /// Where, mm.
+            y: f64,
+            /// Share of the power outside, %.
+            share: f64,
+        },
+        /// Layers that do not lie on each other.
+        #[error(
+            "the layer does not lie on the coarsest cells of the one below: both need the same corners, cells, levels and thickness of a layer"
+        )]
+        Moved,
+    }
 }
 
 /// One level of tiles.

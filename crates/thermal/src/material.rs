@@ -21,10 +21,8 @@ pub const CELSIUS: f64 = 273.15;
 choice! {
     /// How the latent heat is spread between solidus and liquidus.
     pub enum LatentShape {
-        /// A triangle with its summit midway (Béraud 2016, fig. 3.2.5).
-        Triangular = "triangular",
-        /// The same share in every kelvin.
-        Uniform = "uniform",
+        Triangular "triangular" => "A triangle with its summit midway (Béraud 2016, fig. 3.2.5).",
+        Uniform "uniform" => "The same share in every kelvin.",
     }
 }
 

@@ -111,12 +111,9 @@ pub enum Event {
 choice! {
     /// How the tool swings about its path.
     pub enum WeaveShape {
-        /// A sine across the path.
-        Sine = "sine",
-        /// Straight lines from side to side.
-        Triangle = "triangle",
-        /// Circles about the path.
-        Circle = "circle",
+        Sine "sine" => "A sine across the path.",
+        Triangle "triangle" => "Straight lines from side to side.",
+        Circle "circle" => "Circles about the path.",
     }
 }
 

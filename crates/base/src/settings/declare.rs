@@ -102,10 +102,8 @@ macro_rules! fallback {
 /// meltpath_base::choice! {
 ///     /// What lies below.
 ///     pub enum Ground {
-///         /// Dense metal.
-///         Metal = "metal",
-///         /// Powder.
-///         Powder = "powder",
+///         Metal "metal" => "Dense metal.",
+///         Powder "powder" => "Powder.",
 ///     }
 /// }
 /// assert_eq!(Ground::Powder.word(), "powder");
@@ -115,13 +113,13 @@ macro_rules! choice {
     ($(
         $(#[doc = $doc:literal])*
         pub enum $name:ident {
-            $( $(#[doc = $text:literal])* $variant:ident = $word:literal ),+ $(,)?
+            $( $variant:ident $word:literal => $text:literal ),+ $(,)?
         }
     )*) => {$(
         $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum $name {
-            $( $(#[doc = $text])* $variant, )+
+            $( #[doc = $text] $variant, )+
         }
 
         impl $name {
@@ -149,7 +147,7 @@ macro_rules! choice {
 
         impl $crate::settings::Value for $name {
             const KIND: $crate::settings::Kind = $crate::settings::Kind::Choice(&[
-                $( $crate::settings::Word { word: $word, text: concat!($($text),*) } ),+
+                $( $crate::settings::Word { word: $word, text: $text } ),+
             ]);
 
             fn read(

@@ -402,10 +402,8 @@ mod tests {
     choice! {
         /// A strategy.
         pub enum Strategy {
-            /// Lines.
-            Lines = "lines",
-            /// Spots.
-            Spots = "spots",
+            Lines "lines" => "Lines.",
+            Spots "spots" => "Spots.",
         }
     }
 

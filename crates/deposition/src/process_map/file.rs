@@ -9,16 +9,11 @@ use crate::feed_response::MeasuredResponse;
 choice! {
     /// The law of a map.
     pub enum MapKind {
-        /// w = c·V_f^p·V_r^q: the table `width`, or laid through measured beads.
-        PowerLaw = "power-law",
-        /// Sizes measured on a grid of settings, read between its nodes: the table `grid`.
-        Grid = "grid",
-        /// A quadratic surface through measured beads.
-        Surface = "surface",
-        /// A power law with a Gaussian process around it, through measured beads.
-        GaussianProcess = "gaussian-process",
-        /// Of all these the one that errs least on measured beads that are left out.
-        Best = "best",
+        PowerLaw "power-law" => "w = c·V_f^p·V_r^q: the table `width`, or laid through measured beads.",
+        Grid "grid" => "Sizes measured on a grid of settings, read between its nodes: the table `grid`.",
+        Surface "surface" => "A quadratic surface through measured beads.",
+        GaussianProcess "gaussian-process" => "A power law with a Gaussian process around it, through measured beads.",
+        Best "best" => "Of all these the one that errs least on measured beads that are left out.",
     }
 }
 

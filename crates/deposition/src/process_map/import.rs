@@ -20,10 +20,8 @@ pub(super) struct MeasuredBead {
 choice! {
     /// What stops the import of measured beads unless the file accepts it.
     pub enum Oddity {
-        /// The metal fed does not fit into width and height.
-        MassBalance = "mass-balance",
-        /// A bead is taller than wide.
-        TallerThanWide = "taller-than-wide",
+        MassBalance "mass-balance" => "The metal fed does not fit into width and height.",
+        TallerThanWide "taller-than-wide" => "A bead is taller than wide.",
     }
 }
 

@@ -15,18 +15,16 @@ use crate::job::ebm::{HatchStrategy, HatchTable, ModulationTable};
 /// Greatest distance between an arc and the lines in its place, mm: far below a voxel.
 const CHORD_ERROR: f64 = 2e-3;
 
-/// Why a region cannot be hatched.
-#[derive(Debug, thiserror::Error)]
-pub enum HatchError {
-    /// Planning.
-    #[error(transparent)]
-    Plan(#[from] powder::HatchError),
-    /// The gun.
-    #[error(transparent)]
-    Drive(#[from] DriveError),
-    /// The beam.
-    #[error(transparent)]
-    Beam(#[from] BeamError),
+meltpath_base::passes_on! {
+    /// Why a region cannot be hatched.
+    pub enum HatchError {
+        /// Planning.
+        Plan(powder::HatchError),
+        /// The gun.
+        Drive(DriveError),
+        /// The beam.
+        Beam(BeamError),
+    }
 }
 
 /// Less energy near powder, from the job's table, for a hatch that brings `nominal` J/mm³.

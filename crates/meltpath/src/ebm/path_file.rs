@@ -10,32 +10,31 @@ use meltpath_perception::table;
 use meltpath_report::series::parquet::ParquetWriter;
 use meltpath_report::series::{Column, Kind, SeriesError, Values};
 
-/// Why a file is no beam path.
-#[derive(Debug, thiserror::Error)]
-pub enum PathFileError {
-    /// The file cannot be opened.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// What it says is no path.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// It is no table.
-    #[error(transparent)]
-    Table(#[from] TableError),
-    /// A column that is not there.
-    #[error("there is no column `{name}`; a beam path has the columns {COLUMNS}")]
-    Column {
-        /// Its name.
-        name: String,
-    },
-    /// A value of `on` that is neither 0 nor 1.
-    #[error("row {row}: `on` is {value}: write 0 or 1")]
-    Switch {
-        /// Which, from 1.
-        row: usize,
-        /// The value.
-        value: f64,
-    },
+meltpath_base::passes_on! {
+    /// Why a file is no beam path.
+    pub enum PathFileError {
+        /// The file cannot be opened.
+        Io(io::Error),
+        /// What it says is no path.
+        Record(RecordError),
+        /// It is no table.
+        Table(TableError);
+
+        /// A column that is not there.
+        #[error("there is no column `{name}`; a beam path has the columns {COLUMNS}")]
+        Column {
+            /// Its name.
+            name: String,
+        },
+        /// A value of `on` that is neither 0 nor 1.
+        #[error("row {row}: `on` is {value}: write 0 or 1")]
+        Switch {
+            /// Which, from 1.
+            row: usize,
+            /// The value.
+            value: f64,
+        },
+    }
 }
 
 /// Reads a beam path: Parquet by its extension, CSV otherwise.

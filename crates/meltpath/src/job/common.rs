@@ -35,24 +35,17 @@ table! {
 choice! {
     /// The processes.
     pub enum ProcessKind {
-        /// Wire and arc by robot.
-        Waam = "waam",
-        /// Powder bed by electron beam.
-        Ebm = "ebm",
-        /// Laser powder bed: the scan head.
-        Lpbf = "lpbf",
+        Waam "waam" => "Wire and arc by robot.",
+        Ebm "ebm" => "Powder bed by electron beam.",
+        Lpbf "lpbf" => "Laser powder bed: the scan head.",
     }
 
     /// The unit of part files that carry none (STL).
     pub enum PartUnit {
-        /// Millimetres.
-        Millimetre = "mm",
-        /// Centimetres.
-        Centimetre = "cm",
-        /// Metres.
-        Metre = "m",
-        /// Inches.
-        Inch = "in",
+        Millimetre "mm" => "Millimetres.",
+        Centimetre "cm" => "Centimetres.",
+        Metre "m" => "Metres.",
+        Inch "in" => "Inches.",
     }
 }
 

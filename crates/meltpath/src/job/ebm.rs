@@ -298,133 +298,95 @@ table! {
 choice! {
     /// What lies under the first layer.
     pub enum Ground {
-        /// Dense metal.
-        Metal = "metal",
-        /// Powder: the region hangs over.
-        Powder = "powder",
+        Metal "metal" => "Dense metal.",
+        Powder "powder" => "Powder: the region hangs over.",
     }
 
     /// What leaves the build plane as vapour.
     pub enum Vapour {
-        /// As much as the gas in the chamber lets go, by the material's law.
-        Free = "free",
-        /// Nothing.
-        None = "none",
+        Free "free" => "As much as the gas in the chamber lets go, by the material's law.",
+        None "none" => "Nothing.",
     }
 
     /// What a layer keeps of those before it.
     pub enum LayerMemory {
-        /// Their heat, and what of them is metal.
-        Heat = "heat",
-        /// What of them is metal: every layer starts at the start temperature.
-        Metal = "metal",
+        Heat "heat" => "Their heat, and what of them is metal.",
+        Metal "metal" => "What of them is metal: every layer starts at the start temperature.",
     }
 
     /// What the ground is that the solver draws on; it is at the start temperature before the first layer.
     pub enum JudgeGround {
-        /// So deep and wide that nothing is felt of its end.
-        HalfSpace = "half-space",
-        /// The layers on a plate from which nothing flows: loose powder lies below.
-        Plate = "plate",
-        /// Held at the start temperature 0.5 mm below, and beside by as much or a little more (Béraud 2016, section 3.2.2.1).
-        ThesisBox = "thesis-box",
+        HalfSpace "half-space" => "So deep and wide that nothing is felt of its end.",
+        Plate "plate" => "The layers on a plate from which nothing flows: loose powder lies below.",
+        ThesisBox "thesis-box" =>
+            "Held at the start temperature 0.5 mm below, and beside by as much or a little more (Béraud 2016, section 3.2.2.1).",
     }
 
     /// What the ground under a chart simulation keeps of earlier beam positions.
     pub enum ChartMemory {
-        /// Nothing: a voxel knows its own history only (Béraud 2016).
-        None = "none",
-        /// Their heat, spread in the ground.
-        Ground = "ground",
+        None "none" => "Nothing: a voxel knows its own history only (Béraud 2016).",
+        Ground "ground" => "Their heat, spread in the ground.",
     }
 
     /// What charts do for a path.
     pub enum ChartPreview {
-        /// They draw it.
-        Drawn = "drawn",
-        /// Nothing: none is computed.
-        None = "none",
+        Drawn "drawn" => "They draw it.",
+        None "none" => "Nothing: none is computed.",
     }
 
     /// What a hatch draws.
     pub enum HatchStrategy {
-        /// Parallel lines joined at their ends, each against the one before.
-        Lines = "lines",
-        /// Parallel lines, all in the same direction, the beam off between them.
-        OneWay = "one-way",
-        /// Offsets of the contour, from the outside to the inside.
-        Contours = "contours",
-        /// One curve from the contour to the middle.
-        Spiral = "spiral",
-        /// A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.
-        Islands = "islands",
-        /// Spots on a grid, each four columns from the one before.
-        Spots = "spots",
-        /// Nested contours, farther apart where `[modulation]` wants less energy.
-        Modulated = "modulated",
+        Lines "lines" => "Parallel lines joined at their ends, each against the one before.",
+        OneWay "one-way" => "Parallel lines, all in the same direction, the beam off between them.",
+        Contours "contours" => "Offsets of the contour, from the outside to the inside.",
+        Spiral "spiral" => "One curve from the contour to the middle.",
+        Islands "islands" =>
+            "A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.",
+        Spots "spots" => "Spots on a grid, each four columns from the one before.",
+        Modulated "modulated" => "Nested contours, farther apart where `[modulation]` wants less energy.",
     }
 
     /// Ways to find what the beam does along the path.
     pub enum OptimiseMethod {
-        /// Only accelerates, from the temperatures while drawing (Béraud 2016, annex F, repaired).
-        Accelerate = "accelerate",
-        /// A controller with proportional, integral and derivative action, from the temperature at the beam.
-        Pid = "pid",
-        /// Draws each piece ahead a few times before it decides.
-        Predictive = "predictive",
-        /// Draws again and again, and learns from the highest temperatures along the path.
-        Learning = "learning",
+        Accelerate "accelerate" => "Only accelerates, from the temperatures while drawing (Béraud 2016, annex F, repaired).",
+        Pid "pid" => "A controller with proportional, integral and derivative action, from the temperature at the beam.",
+        Predictive "predictive" => "Draws each piece ahead a few times before it decides.",
+        Learning "learning" => "Draws again and again, and learns from the highest temperatures along the path.",
     }
 
     /// What is changed along the path.
     pub enum Change {
-        /// Speed; where the beam rests, how long.
-        Speed = "speed",
-        /// Time on each spot.
-        Dwell = "dwell",
-        /// Beam current, on lines and on spots.
-        Current = "current",
-        /// Focus current, and with it the beam's diameter.
-        Focus = "focus",
+        Speed "speed" => "Speed; where the beam rests, how long.",
+        Dwell "dwell" => "Time on each spot.",
+        Current "current" => "Beam current, on lines and on spots.",
+        Focus "focus" => "Focus current, and with it the beam's diameter.",
     }
 
     /// What temperatures are taken from while optimising.
     pub enum OptimiseSolver {
-        /// The chart simulation.
-        Charts = "charts",
-        /// The reference solver.
-        Reference = "reference",
+        Charts "charts" => "The chart simulation.",
+        Reference "reference" => "The reference solver.",
     }
 
     /// What a machine's controller can do.
     pub enum ControllerKind {
-        /// Changes speed, current or focus anywhere.
-        Continuous = "continuous",
-        /// Changes them from line to line.
-        PerLine = "per-line",
+        Continuous "continuous" => "Changes speed, current or focus anywhere.",
+        PerLine "per-line" => "Changes them from line to line.",
     }
 
     /// Orders of lines.
     pub enum OrderChoice {
-        /// As the path has them.
-        AsGiven = "as-given",
-        /// Every second line, then those between.
-        EverySecond = "every-second",
-        /// Every third line, then those beside them.
-        EveryThird = "every-third",
-        /// Every fourth line.
-        EveryFourth = "every-fourth",
-        /// From the middle outwards, sides in turn.
-        FromTheMiddle = "from-the-middle",
-        /// The last line first.
-        Backwards = "backwards",
+        AsGiven "as-given" => "As the path has them.",
+        EverySecond "every-second" => "Every second line, then those between.",
+        EveryThird "every-third" => "Every third line, then those beside them.",
+        EveryFourth "every-fourth" => "Every fourth line.",
+        FromTheMiddle "from-the-middle" => "From the middle outwards, sides in turn.",
+        Backwards "backwards" => "The last line first.",
     }
 
     /// What a path is judged on.
     pub enum JudgeSolver {
-        /// Finite volumes in enthalpy, explicit in time, finest where metal is molten.
-        Reference = "reference",
-        /// None: charts preview, and the verdict cannot say.
-        None = "none",
+        Reference "reference" => "Finite volumes in enthalpy, explicit in time, finest where metal is molten.",
+        None "none" => "None: charts preview, and the verdict cannot say.",
     }
 }

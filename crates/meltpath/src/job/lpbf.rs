@@ -166,59 +166,45 @@ table! {
 choice! {
     /// What is made of the path being known ahead.
     pub enum PathChoice {
-        /// Nothing: set-points go out as they come.
-        AsCommanded = "as-commanded",
-        /// The faster mirror's set-points are filtered so that both mirrors respond alike.
-        Synchronised = "synchronised",
-        /// Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag, behind any controller and
-        /// pre-filter; they start 1.5 ms before the path, which is smoothed where the drives need it.
-        Preview = "preview",
+        AsCommanded "as-commanded" => "Nothing: set-points go out as they come.",
+        Synchronised "synchronised" => "The faster mirror's set-points are filtered so that both mirrors respond alike.",
+        Preview "preview" =>
+            "Both mirrors' set-points are filtered over past and coming ones so that they arrive without lag, behind any controller and \
+             pre-filter; they start 1.5 ms before the path, which is smoothed where the drives need it.",
     }
 
     /// Whether set-points go through the head's pre-filter.
     pub enum PreFilterChoice {
-        /// The head's.
-        On = "on",
-        /// None.
-        Off = "off",
-        /// The head's first average alone: acceleration is bounded, jerk is not.
-        FirstOnly = "first-only",
-        /// The head's, both mirrors with the averages of the one that lags more.
-        Alike = "alike",
+        On "on" => "The head's.",
+        Off "off" => "None.",
+        FirstOnly "first-only" => "The head's first average alone: acceleration is bounded, jerk is not.",
+        Alike "alike" => "The head's, both mirrors with the averages of the one that lags more.",
     }
 
     /// What a laser's hatch draws.
     pub enum LaserHatch {
-        /// Parallel lines, each against the one before, the laser off between them.
-        Lines = "lines",
-        /// Parallel lines, all in the same direction.
-        OneWay = "one-way",
-        /// A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.
-        Islands = "islands",
+        Lines "lines" => "Parallel lines, each against the one before, the laser off between them.",
+        OneWay "one-way" => "Parallel lines, all in the same direction.",
+        Islands "islands" =>
+            "A checkerboard: squares of lines, those of one colour first, lines turned by 90° from square to square.",
     }
 
     /// The form of a marked path.
     pub enum MotionForm {
-        /// Comma-separated values.
-        Csv = "csv",
-        /// Apache Parquet.
-        Parquet = "parquet",
+        Csv "csv" => "Comma-separated values.",
+        Parquet "parquet" => "Apache Parquet.",
     }
 
     /// Which laser delays a run uses.
     pub enum DelayChoice {
-        /// Tuned on two squares for each recipe.
-        Tuned = "tuned",
-        /// The recipe's own.
-        Recipe = "recipe",
+        Tuned "tuned" => "Tuned on two squares for each recipe.",
+        Recipe "recipe" => "The recipe's own.",
     }
 
     /// How much of the plate is run.
     pub enum PlateExtent {
-        /// A block of squares at the centre of the field.
-        Block = "block",
-        /// Every square of the head's reference plate.
-        Whole = "whole",
+        Block "block" => "A block of squares at the centre of the field.",
+        Whole "whole" => "Every square of the head's reference plate.",
     }
 }
 

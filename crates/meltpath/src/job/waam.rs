@@ -223,104 +223,77 @@ table! {
 choice! {
     /// Whether the wire feed follows the contact tube distance.
     pub enum FeedResponseChoice {
-        /// Where the process map says how.
-        Auto = "auto",
-        /// Always the same feed.
-        Off = "off",
+        Auto "auto" => "Where the process map says how.",
+        Off "off" => "Always the same feed.",
     }
 
     /// What track and positioner do while the torch moves.
     pub enum ExternalChoice {
-        /// They rest.
-        Standing = "standing",
-        /// They move together with the arm, so that it reaches, and the part lies under a torch that points down.
-        Free = "free",
+        Standing "standing" => "They rest.",
+        Free "free" => "They move together with the arm, so that it reaches, and the part lies under a torch that points down.",
     }
 
     /// When the next layer begins.
     pub enum LayerRelease {
-        /// After the pause.
-        Pause = "pause",
-        /// After the pause, once the cell's input tells that the layer has cooled (`program.cooled` of the cell file). How long that takes is
-        /// not simulated.
-        Cooled = "cooled",
+        Pause "pause" => "After the pause.",
+        Cooled "cooled" =>
+            "After the pause, once the cell's input tells that the layer has cooled (`program.cooled` of the cell file). How long that takes is \
+             not simulated.",
     }
 
     /// Filling strategies.
     pub enum FillStrategy {
-        /// Parallel lines, one arc start each.
-        Raster = "raster",
-        /// Back and forth with few arc stops.
-        Zigzag = "zigzag",
-        /// Offsets of the boundary.
-        Contour = "contour",
-        /// One bead that winds from offset to offset.
-        Spiral = "spiral",
-        /// Contours outside, zigzag inside.
-        Hybrid = "hybrid",
+        Raster "raster" => "Parallel lines, one arc start each.",
+        Zigzag "zigzag" => "Back and forth with few arc stops.",
+        Contour "contour" => "Offsets of the boundary.",
+        Spiral "spiral" => "One bead that winds from offset to offset.",
+        Hybrid "hybrid" => "Contours outside, zigzag inside.",
     }
 
     /// How a stepover is kept.
     pub enum Spacing {
-        /// Adjusted so that the beads fill the width exactly.
-        Adjust = "adjust",
-        /// Kept as written; the width may not be filled exactly.
-        Exact = "exact",
+        Adjust "adjust" => "Adjusted so that the beads fill the width exactly.",
+        Exact "exact" => "Kept as written; the width may not be filled exactly.",
     }
 
     /// Order of beads in a layer.
     pub enum FillOrder {
-        /// Contours from the inside to the outside.
-        InsideOut = "inside-out",
-        /// Contours from the outside to the inside.
-        OutsideIn = "outside-in",
-        /// Lines all in one direction.
-        OneWay = "one-way",
-        /// Lines in alternate directions.
-        AlternateBeads = "alternate-beads",
-        /// Lines in one direction, reversed each layer.
-        AlternateLayers = "alternate-layers",
-        /// Lines from the centre outwards.
-        CentreOut = "centre-out",
+        InsideOut "inside-out" => "Contours from the inside to the outside.",
+        OutsideIn "outside-in" => "Contours from the outside to the inside.",
+        OneWay "one-way" => "Lines all in one direction.",
+        AlternateBeads "alternate-beads" => "Lines in alternate directions.",
+        AlternateLayers "alternate-layers" => "Lines in one direction, reversed each layer.",
+        CentreOut "centre-out" => "Lines from the centre outwards.",
     }
 
     /// How passes follow one another on a surface.
     pub enum SurfaceStrategyChoice {
-        /// At the layer height from the nearest place of the pass before.
-        Distance = "distance",
-        /// On one face: at the layer height from the point of the same parameter (Campocasso 2017, eq. 3).
-        ParameterDistance = "parameter-distance",
-        /// On one face: lines of one parameter, the widest place of each at the layer height.
-        Parameter = "parameter",
-        /// Parallel planes, evenly spaced along the build direction.
-        Planes = "planes",
+        Distance "distance" => "At the layer height from the nearest place of the pass before.",
+        ParameterDistance "parameter-distance" =>
+            "On one face: at the layer height from the point of the same parameter (Campocasso 2017, eq. 3).",
+        Parameter "parameter" => "On one face: lines of one parameter, the widest place of each at the layer height.",
+        Planes "planes" => "Parallel planes, evenly spaced along the build direction.",
     }
 
     /// Where the torch points from, along a surface.
     pub enum TorchChoice {
-        /// Along the wall, in the direction in which it grows.
-        Tangent = "tangent",
-        /// Halfway between that and the direction in which the build begins.
-        Half = "half",
-        /// Along the direction in which the build begins.
-        Fixed = "fixed",
+        Tangent "tangent" => "Along the wall, in the direction in which it grows.",
+        Half "half" => "Halfway between that and the direction in which the build begins.",
+        Fixed "fixed" => "Along the direction in which the build begins.",
     }
 
     /// Where closed beads start.
     pub enum Starts {
-        /// Spread over the contour from layer to layer.
-        Spread = "spread",
-        /// At the same place in each layer.
-        Aligned = "aligned",
+        Spread "spread" => "Spread over the contour from layer to layer.",
+        Aligned "aligned" => "At the same place in each layer.",
     }
 
     /// Travel speeds along the beads of a layer.
     pub enum Speeds {
-        /// One speed for every bead.
-        Constant = "constant",
-        /// Faster where a bead has less room beside it, slower where it has more (0.8 to 2 times the travel speed), so that every
-        /// place gets as much metal.
-        Adapted = "adapted",
+        Constant "constant" => "One speed for every bead.",
+        Adapted "adapted" =>
+            "Faster where a bead has less room beside it, slower where it has more (0.8 to 2 times the travel speed), so that every \
+             place gets as much metal.",
     }
 }
 

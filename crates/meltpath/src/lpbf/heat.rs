@@ -65,18 +65,16 @@ pub struct HeatSettings {
     pub share: f64,
 }
 
-/// Why the heat of a path could not be told.
-#[derive(Debug, thiserror::Error)]
-pub enum HeatError {
-    /// The path.
-    #[error(transparent)]
-    Path(#[from] BeamError),
-    /// The engine.
-    #[error(transparent)]
-    Fusion(#[from] FusionError),
-    /// The pool's medium.
-    #[error(transparent)]
-    Engine(#[from] MovingSourceError),
+meltpath_base::passes_on! {
+    /// Why the heat of a path could not be told.
+    pub enum HeatError {
+        /// The path.
+        Path(BeamError),
+        /// The engine.
+        Fusion(FusionError),
+        /// The pool's medium.
+        Engine(MovingSourceError),
+    }
 }
 
 /// Resolves `[heat]` of a job in `folder` for a beam of `spot` mm on layers of `layer` mm, whose check wants at least `share`.

@@ -13,66 +13,59 @@ use meltpath_scan_head::servo::synthesis::ServoError;
 
 use crate::cancel::{Stop, stops};
 
-/// Why an axis is not tuned.
-#[derive(Debug, thiserror::Error)]
-pub enum TuneError {
-    /// One of its steps.
-    #[error("{axis} axis, {step}: {source}")]
-    Step {
-        /// Which axis.
-        axis: char,
-        /// Which step.
-        step: &'static str,
-        /// Why.
-        source: StepError,
-    },
-    /// The record of a refinement.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// A record that was sampled otherwise than the head.
-    #[error(
-        "the record is sampled every {found:.4} µs, the head every {wanted:.4} µs: refine on a record at the head's rate"
-    )]
-    Sampling {
-        /// The record's, µs.
-        found: f64,
-        /// The head's, µs.
-        wanted: f64,
-    },
-    /// What stops any command.
-    #[error(transparent)]
-    Stop(#[from] Stop),
+meltpath_base::passes_on! {
+    /// Why an axis is not tuned.
+    pub enum TuneError {
+        /// The record of a refinement.
+        Record(RecordError),
+        /// What stops any command.
+        Stop(Stop);
+
+        /// One of its steps.
+        #[error("{axis} axis, {step}: {source}")]
+        Step {
+            /// Which axis.
+            axis: char,
+            /// Which step.
+            step: &'static str,
+            /// Why.
+            source: StepError,
+        },
+        /// A record that was sampled otherwise than the head.
+        #[error(
+            "the record is sampled every {found:.4} µs, the head every {wanted:.4} µs: refine on a record at the head's rate"
+        )]
+        Sampling {
+            /// The record's, µs.
+            found: f64,
+            /// The head's, µs.
+            wanted: f64,
+        },
+    }
 }
 
 stops!(TuneError);
 
-/// Why a step of the tuning fails.
-#[derive(Debug, thiserror::Error)]
-pub enum StepError {
-    /// The cascade.
-    #[error(transparent)]
-    Servo(#[from] ServoError),
-    /// The refinement.
-    #[error(transparent)]
-    Refine(#[from] RefineError),
-    /// The H-infinity controller.
-    #[error(transparent)]
-    Hinf(#[from] HInfinityError),
-    /// The search for a spread of motors.
-    #[error(transparent)]
-    Robust(#[from] RobustError),
-    /// The comparison.
-    #[error(transparent)]
-    Axis(#[from] AxisError),
-    /// The scattered motors.
-    #[error(transparent)]
-    Scatter(#[from] ScatterError),
-    /// The export.
-    #[error(transparent)]
-    Export(#[from] ExportError),
-    /// A linear system.
-    #[error(transparent)]
-    System(#[from] meltpath_control::SystemError),
+meltpath_base::passes_on! {
+    /// Why a step of the tuning fails.
+    pub enum StepError {
+        /// The cascade.
+        Servo(ServoError),
+        /// The refinement.
+        Refine(RefineError),
+        /// The H-infinity controller.
+        Hinf(HInfinityError),
+        /// The search for a spread of motors.
+        Robust(RobustError),
+        /// The comparison.
+        Axis(AxisError),
+        /// The scattered motors.
+        Scatter(ScatterError),
+        /// The export.
+        Export(ExportError),
+        /// A linear system.
+        System(meltpath_control::SystemError),
+    }
 }
 
 impl StepError {

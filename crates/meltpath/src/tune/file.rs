@@ -150,58 +150,43 @@ table! {
 choice! {
     /// An axis of the head.
     pub enum AxisName {
-        /// The first mirror.
-        X = "x",
-        /// The second mirror.
-        Y = "y",
-        /// The dynamic focus.
-        Z = "z",
+        X "x" => "The first mirror.",
+        Y "y" => "The second mirror.",
+        Z "z" => "The dynamic focus.",
     }
 
     /// What gains are refined for.
     pub enum RefineOn {
-        /// Least error of the simulated axis, friction and limits included, on the multi-step without pre-filter.
-        Tracking = "tracking",
-        /// Least difference to a recorded angle: the model's gains become those of the real drive.
-        Record = "record",
-        /// Not at all.
-        Nothing = "nothing",
+        Tracking "tracking" =>
+            "Least error of the simulated axis, friction and limits included, on the multi-step without pre-filter.",
+        Record "record" => "Least difference to a recorded angle: the model's gains become those of the real drive.",
+        Nothing "nothing" => "Not at all.",
     }
 
     /// Which controller leaves.
     pub enum Choice {
-        /// The gains of the cascade, refined where they were.
-        Cascade = "cascade",
-        /// The H-infinity controller of the three weights.
-        HInfinity = "h-infinity",
-        /// The one found for the spread of motors.
-        Robust = "robust",
+        Cascade "cascade" => "The gains of the cascade, refined where they were.",
+        HInfinity "h-infinity" => "The H-infinity controller of the three weights.",
+        Robust "robust" => "The one found for the spread of motors.",
     }
 
     /// In which form.
     pub enum ExportForm {
-        /// Second-order sections.
-        Sections = "sections",
-        /// State space.
-        StateSpace = "state-space",
+        Sections "sections" => "Second-order sections.",
+        StateSpace "state-space" => "State space.",
     }
 
     /// How numbers are held on the drive.
     pub enum WordName {
-        /// Double precision.
-        Double = "double",
-        /// Single precision.
-        Single = "single",
-        /// 32-bit integers.
-        Fixed = "fixed",
+        Double "double" => "Double precision.",
+        Single "single" => "Single precision.",
+        Fixed "fixed" => "32-bit integers.",
     }
 
     /// What the states do while the output is cut.
     pub enum Windup {
-        /// They run on.
-        None = "none",
-        /// They follow the output that went out.
-        Conditioned = "conditioned",
+        None "none" => "They run on.",
+        Conditioned "conditioned" => "They follow the output that went out.",
     }
 }
 

@@ -52,7 +52,8 @@ pub(super) fn own_plan(
         if (long - laid).abs() > SAME_LENGTH * long {
             continue;
         }
-        let Ok((_, planned)) = read_back(&loaded.name, &plan, &settings, (&silent, &quiet)) else {
+        let read = read_back(&loaded.name, &plan.toolpath, &settings, (&silent, &quiet));
+        let Ok((_, planned)) = read else {
             continue;
         };
         if same_beads(&planned, commands) {

@@ -1,6 +1,7 @@
 //! A plan with the programs that it becomes, and what they command.
 
 use meltpath_base::{Observer, Reporter};
+use meltpath_toolpath::Toolpath;
 
 use super::error::WaamError;
 use super::hold;
@@ -27,7 +28,7 @@ pub(super) fn planned(
     observer: &dyn Observer,
 ) -> Result<Planned, WaamError> {
     let plan = plan::plan(part, settings, reporter, observer)?;
-    let (programs, commands) = read_back(name, &plan, settings, (reporter, observer))?;
+    let (programs, commands) = read_back(name, &plan.toolpath, settings, (reporter, observer))?;
     Ok(Planned {
         plan,
         programs,
@@ -35,17 +36,17 @@ pub(super) fn planned(
     })
 }
 
-/// The programs of a plan for the cell's controller, and what they command.
+/// The programs of a toolpath for the cell's controller, and what they command.
 pub(super) fn read_back(
     name: &str,
-    plan: &Plan,
+    toolpath: &Toolpath,
     settings: &Settings,
     (reporter, observer): (&Reporter, &dyn Observer),
 ) -> Result<(Programs, Commands), WaamError> {
     let own = settings.cell.program.dialect.value;
     let programs = hold::write(
         name,
-        &plan.toolpath,
+        toolpath,
         (own, Wanted::WHOLE),
         settings,
         None,

@@ -29,18 +29,16 @@ const COLUMNS: f64 = 250.0;
 /// Height errors beyond this take the end colours, mm.
 const SHOWN_ERROR: f64 = 2.0;
 
-/// Why a simulation could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum SimulateError {
-    /// The commands cannot be driven, or the person cancelled.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// The bead cannot be laid.
-    #[error(transparent)]
-    Deposit(#[from] DepositError),
-    /// The heights cannot be shown.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
+meltpath_base::passes_on! {
+    /// Why a simulation could not be made.
+    pub enum SimulateError {
+        /// The commands cannot be driven, or the person cancelled.
+        Motion(MotionError),
+        /// The bead cannot be laid.
+        Deposit(DepositError),
+        /// The heights cannot be shown.
+        Scene(SceneError),
+    }
 }
 
 /// One planned layer, as the simulation needs it.

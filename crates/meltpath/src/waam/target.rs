@@ -24,18 +24,16 @@ pub struct Allowance {
     pub top: f64,
 }
 
-/// Why a target could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum TargetError {
-    /// Cancelled.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// The part could not be cut.
-    #[error(transparent)]
-    Slice(#[from] SliceError),
-    /// The part could not be grown by its allowance.
-    #[error(transparent)]
-    Planar(#[from] PlanarError),
+meltpath_base::passes_on! {
+    /// Why a target could not be made.
+    pub enum TargetError {
+        /// Cancelled.
+        Cancelled(Cancelled),
+        /// The part could not be cut.
+        Slice(SliceError),
+        /// The part could not be grown by its allowance.
+        Planar(PlanarError),
+    }
 }
 
 /// One slab of the part, between two heights.

@@ -240,10 +240,7 @@ fn plain_shapes_come_out_as_the_book_says() {
         ("layers too thick", "lack excess stock ctwd-known"),
         ("contact tube too near", "height accumulation ctwd-min"),
         ("no allowance", "lack stock flatness"),
-        (
-            "wide stepover",
-            "stock flatness accumulation ctwd-max",
-        ),
+        ("wide stepover", "stock flatness accumulation ctwd-max"),
     ];
     assert_eq!(plain_outcomes(|_| true), known(&outcomes));
 }

@@ -9,10 +9,8 @@ use crate::template::ArcLines;
 choice! {
     /// Units of `V=`, which the controller's parameters set.
     pub enum InformSpeed {
-        /// Millimetres per second.
-        MillimetrePerSecond = "mm/s",
-        /// Centimetres per minute.
-        CentimetrePerMinute = "cm/min",
+        MillimetrePerSecond "mm/s" => "Millimetres per second.",
+        CentimetrePerMinute "cm/min" => "Centimetres per minute.",
     }
 }
 

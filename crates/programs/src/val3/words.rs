@@ -7,12 +7,9 @@ use crate::template::ArcLines;
 choice! {
     /// Kinds of outputs.
     pub enum Val3OutputKind {
-        /// On or off.
-        Digital = "dio",
-        /// A value.
-        Analog = "aio",
-        /// No output: a number that the lines set.
-        Number = "num",
+        Digital "dio" => "On or off.",
+        Analog "aio" => "A value.",
+        Number "num" => "No output: a number that the lines set.",
     }
 }
 

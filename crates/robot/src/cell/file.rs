@@ -8,28 +8,23 @@ use super::layout::{Arrangement, Maker};
 choice! {
     /// What an arm is made of, which decides how its joint values are found.
     pub enum ArmKind {
-        /// Second and third axis parallel, the last three through one point: every way to hold a pose is known.
-        SphericalWrist = "spherical-wrist",
-        /// Second to fourth axis parallel, as Universal Robots have them: every way to hold a pose is known.
-        OffsetWrist = "offset-wrist",
-        /// Any six axes, one after the other: ways are searched, and not all need be found.
-        Axes = "axes",
+        SphericalWrist "spherical-wrist" =>
+            "Second and third axis parallel, the last three through one point: every way to hold a pose is known.",
+        OffsetWrist "offset-wrist" =>
+            "Second to fourth axis parallel, as Universal Robots have them: every way to hold a pose is known.",
+        Axes "axes" => "Any six axes, one after the other: ways are searched, and not all need be found.",
     }
 
     /// How a joint counts.
     pub enum Direction {
-        /// As the arm's description says: leaning forward, and by the right hand about the arm stretched upright.
-        With = "+",
-        /// The other way.
-        Against = "-",
+        With "+" => "As the arm's description says: leaning forward, and by the right hand about the arm stretched upright.",
+        Against "-" => "The other way.",
     }
 
     /// What the controller shows as the third joint.
     pub enum ElbowShows {
-        /// The angle between forearm and upper arm.
-        Joint = "joint",
-        /// The angle of the forearm to the level, as FANUC does: it changes with the second joint.
-        Level = "level",
+        Joint "joint" => "The angle between forearm and upper arm.",
+        Level "level" => "The angle of the forearm to the level, as FANUC does: it changes with the second joint.",
     }
 }
 

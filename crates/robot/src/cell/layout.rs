@@ -8,28 +8,19 @@ use crate::kinematics::{Arm, Chain, Joint};
 choice! {
     /// Who made the robot: whose words name a configuration.
     pub enum Maker {
-        /// FANUC: CONFIG.
-        Fanuc = "fanuc",
-        /// KUKA: S and T.
-        Kuka = "kuka",
-        /// ABB: confdata.
-        Abb = "abb",
-        /// Yaskawa: RCONF.
-        Yaskawa = "yaskawa",
-        /// Stäubli: config.
-        Staubli = "staubli",
-        /// Universal Robots: none, their first move is in joints.
-        Universal = "universal-robots",
-        /// Another.
-        Other = "other",
+        Fanuc "fanuc" => "FANUC: CONFIG.",
+        Kuka "kuka" => "KUKA: S and T.",
+        Abb "abb" => "ABB: confdata.",
+        Yaskawa "yaskawa" => "Yaskawa: RCONF.",
+        Staubli "staubli" => "Stäubli: config.",
+        Universal "universal-robots" => "Universal Robots: none, their first move is in joints.",
+        Other "other" => "Another.",
     }
 
     /// What the robot holds.
     pub enum Arrangement {
-        /// The torch; the part lies on the table.
-        TorchOnRobot = "torch-on-robot",
-        /// The part; the torch stands in the world.
-        PartOnRobot = "part-on-robot",
+        TorchOnRobot "torch-on-robot" => "The torch; the part lies on the table.",
+        PartOnRobot "part-on-robot" => "The part; the torch stands in the world.",
     }
 }
 

@@ -38,29 +38,30 @@ pub const BLOCK: usize = 4096;
 /// An end this close after a sample needs no further sample, in samples.
 const LATE: f64 = 1e-6;
 
-/// Why motion could not be simulated.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MotionError {
-    /// The controller's data are unsound.
-    #[error(transparent)]
-    Controller(#[from] ControllerError),
-    /// A command cannot be executed.
-    #[error("command {index} (number {id}): {what} is {value}, but must be {wanted}")]
-    Command {
-        /// Position in the list, from 0.
-        index: usize,
-        /// The command's own number.
-        id: u32,
-        /// Which of its values.
-        what: &'static str,
-        /// That value.
-        value: f64,
-        /// What it must be.
-        wanted: &'static str,
-    },
-    /// Cancelled.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+meltpath_base::passes_on! {
+    /// Why motion could not be simulated.
+    #[derive(Clone, PartialEq)]
+    pub enum MotionError {
+        /// The controller's data are unsound.
+        Controller(ControllerError),
+        /// Cancelled.
+        Cancelled(Cancelled);
+
+        /// A command cannot be executed.
+        #[error("command {index} (number {id}): {what} is {value}, but must be {wanted}")]
+        Command {
+            /// Position in the list, from 0.
+            index: usize,
+            /// The command's own number.
+            id: u32,
+            /// Which of its values.
+            what: &'static str,
+            /// That value.
+            value: f64,
+            /// What it must be.
+            wanted: &'static str,
+        },
+    }
 }
 
 /// Simulates `commands` from rest at `start`, and pushes samples every `dt` s into `sink`, [`BLOCK`] at a time.

@@ -118,10 +118,8 @@ table! {
 choice! {
     /// Laws of friction beyond the printed one.
     pub enum FrictionKind {
-        /// Karnopp's.
-        Karnopp = "karnopp",
-        /// LuGre's.
-        Lugre = "lugre",
+        Karnopp "karnopp" => "Karnopp's.",
+        Lugre "lugre" => "LuGre's.",
     }
 }
 

@@ -152,12 +152,9 @@ table! {
 choice! {
     /// Arrangements of the mirrors.
     pub enum GeometryKind {
-        /// Two mirrors, the beam on both axes.
-        TwoAxis = "two-axis",
-        /// An F-theta objective, corrected.
-        FTheta = "f-theta",
-        /// Mirrors off their axes, and windows: with a dynamic focus.
-        ThreeAxis = "three-axis",
+        TwoAxis "two-axis" => "Two mirrors, the beam on both axes.",
+        FTheta "f-theta" => "An F-theta objective, corrected.",
+        ThreeAxis "three-axis" => "Mirrors off their axes, and windows: with a dynamic focus.",
     }
 }
 

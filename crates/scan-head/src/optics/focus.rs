@@ -12,10 +12,8 @@ use crate::optics::geometry::{Geometry, GeometryError};
 choice! {
     /// How a distance along the ray becomes a height.
     pub enum FocusProjection {
-        /// By the ray's vertical component, cos 2θx cos 2θy.
-        Exact = "exact",
-        /// By cos 2θy alone, as the thesis has it (eq. 2.49, erratum 6).
-        Thesis = "thesis",
+        Exact "exact" => "By the ray's vertical component, cos 2θx cos 2θy.",
+        Thesis "thesis" => "By cos 2θy alone, as the thesis has it (eq. 2.49, erratum 6).",
     }
 }
 

@@ -78,10 +78,8 @@ pub struct TwoAxis {
 choice! {
     /// Which sign the term K1 tan 2θx of eq. 2.39 takes.
     pub enum PathSign {
-        /// Plus: the path between the mirrors adds to the lever, as ray tracing shows.
-        Traced = "traced",
-        /// Minus, as the thesis prints it (erratum 5).
-        Printed = "printed",
+        Traced "traced" => "Plus: the path between the mirrors adds to the lever, as ray tracing shows.",
+        Printed "printed" => "Minus, as the thesis prints it (erratum 5).",
     }
 }
 

@@ -166,15 +166,15 @@ pub struct Draw {
     pub error: Option<(f64, f64)>,
 }
 
-/// Why a Monte-Carlo run stops.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ScatterError {
-    /// The axis or a width.
-    #[error(transparent)]
-    Axis(#[from] AxisError),
-    /// Stopped by the person who started it.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
+meltpath_base::passes_on! {
+    /// Why a Monte-Carlo run stops.
+    #[derive(Clone, PartialEq)]
+    pub enum ScatterError {
+        /// The axis or a width.
+        Axis(AxisError),
+        /// Stopped by the person who started it.
+        Cancelled(Cancelled),
+    }
 }
 
 /// Runs an axis on one record of set-points (rad) for `draws` scattered motors. The same seed scatters alike whatever the

@@ -22,25 +22,26 @@ use crate::axis::error::{AxisError, positive};
 use crate::axis::galvanometer::{Galvanometer, Mode};
 use crate::servo::model::{current_loop, grid_for};
 
-/// Why no controller is made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum HInfinityError {
-    /// The synthesis refused.
-    #[error(transparent)]
-    Synthesis(#[from] SynthesisError),
-    /// The motor or a setting.
-    #[error(transparent)]
-    Axis(#[from] AxisError),
-    /// The changed or sampled controller no longer stabilises its own motor.
-    #[error("the controller of order {order} stabilises the motor, but not after {what}: {remedy}")]
-    Lost {
-        /// Order of the synthesised controller.
-        order: usize,
-        /// What was done to it.
-        what: &'static str,
-        /// What to change.
-        remedy: &'static str,
-    },
+meltpath_base::passes_on! {
+    /// Why no controller is made.
+    #[derive(Clone, PartialEq)]
+    pub enum HInfinityError {
+        /// The synthesis refused.
+        Synthesis(SynthesisError),
+        /// The motor or a setting.
+        Axis(AxisError);
+
+        /// The changed or sampled controller no longer stabilises its own motor.
+        #[error("the controller of order {order} stabilises the motor, but not after {what}: {remedy}")]
+        Lost {
+            /// Order of the synthesised controller.
+            order: usize,
+            /// What was done to it.
+            what: &'static str,
+            /// What to change.
+            remedy: &'static str,
+        },
+    }
 }
 
 impl From<SystemError> for HInfinityError {

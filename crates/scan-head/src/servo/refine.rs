@@ -113,33 +113,34 @@ pub struct Refined {
     pub search: Optimum,
 }
 
-/// Why gains are not refined.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RefineError {
-    /// Set-points and record differ in length.
-    #[error(
-        "{set_points} set-points and {record} recorded angles: one angle a set-point is needed, without gaps"
-    )]
-    Lengths {
-        /// Number of set-points.
-        set_points: usize,
-        /// Number of angles.
-        record: usize,
-    },
-    /// The start runs away wherever it is tried, or nothing is tried.
-    #[error(
-        "the axis runs away with the gains at the start in all of its {runs} runs: start from slower loops, or shorten the delay"
-    )]
-    Unstable {
-        /// How many were tried.
-        runs: usize,
-    },
-    /// The axis.
-    #[error(transparent)]
-    Axis(#[from] AxisError),
-    /// The swarm.
-    #[error(transparent)]
-    Swarm(#[from] SwarmError),
+meltpath_base::passes_on! {
+    /// Why gains are not refined.
+    #[derive(Clone, PartialEq)]
+    pub enum RefineError {
+        /// The axis.
+        Axis(AxisError),
+        /// The swarm.
+        Swarm(SwarmError);
+
+        /// Set-points and record differ in length.
+        #[error(
+            "{set_points} set-points and {record} recorded angles: one angle a set-point is needed, without gaps"
+        )]
+        Lengths {
+            /// Number of set-points.
+            set_points: usize,
+            /// Number of angles.
+            record: usize,
+        },
+        /// The start runs away wherever it is tried, or nothing is tried.
+        #[error(
+            "the axis runs away with the gains at the start in all of its {runs} runs: start from slower loops, or shorten the delay"
+        )]
+        Unstable {
+            /// How many were tried.
+            runs: usize,
+        },
+    }
 }
 
 /// Which gains may be tried.

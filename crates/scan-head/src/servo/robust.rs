@@ -44,39 +44,40 @@ pub struct RobustDesign {
     pub search: Optimum,
 }
 
-/// Why no robust controller is found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RobustError {
-    /// The spread names no motor.
-    #[error(
-        "the spread has {shifts} mode shifts and {delays} delays: at least one of each is needed"
-    )]
-    Empty {
-        /// Number of shifts.
-        shifts: usize,
-        /// Number of delays.
-        delays: usize,
-    },
-    /// The swarm did not start, or was stopped.
-    #[error(transparent)]
-    Swarm(#[from] SwarmError),
-    /// The last synthesis.
-    #[error(transparent)]
-    HInfinity(#[from] HInfinityError),
-    /// The best controller found does not serve every motor.
-    #[error(
-        "the best controller found does not serve the motor with its modes at {shift} times their pulsation and {delay} s of delay (modulus margin {margin:.2}, stable: {stable}): narrow the spread or ask for less"
-    )]
-    OutOfReach {
-        /// Factor on the modes.
-        shift: f64,
-        /// Delay, s.
-        delay: f64,
-        /// Modulus margin there.
-        margin: f64,
-        /// Whether it is stable there.
-        stable: bool,
-    },
+meltpath_base::passes_on! {
+    /// Why no robust controller is found.
+    #[derive(Clone, PartialEq)]
+    pub enum RobustError {
+        /// The swarm did not start, or was stopped.
+        Swarm(SwarmError),
+        /// The last synthesis.
+        HInfinity(HInfinityError);
+
+        /// The spread names no motor.
+        #[error(
+            "the spread has {shifts} mode shifts and {delays} delays: at least one of each is needed"
+        )]
+        Empty {
+            /// Number of shifts.
+            shifts: usize,
+            /// Number of delays.
+            delays: usize,
+        },
+        /// The best controller found does not serve every motor.
+        #[error(
+            "the best controller found does not serve the motor with its modes at {shift} times their pulsation and {delay} s of delay (modulus margin {margin:.2}, stable: {stable}): narrow the spread or ask for less"
+        )]
+        OutOfReach {
+            /// Factor on the modes.
+            shift: f64,
+            /// Delay, s.
+            delay: f64,
+            /// Modulus margin there.
+            margin: f64,
+            /// Whether it is stable there.
+            stable: bool,
+        },
+    }
 }
 
 /// Bounds of the unknowns: crossover of W1 (rad/s) and its high gain, low and high gain and crossover of W2, low gain and

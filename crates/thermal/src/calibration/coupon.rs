@@ -83,18 +83,16 @@ pub struct BeamGuess {
     pub width: f64,
 }
 
-/// Why a coupon has no size.
-#[derive(Debug, thiserror::Error)]
-pub enum CouponError {
-    /// Its charts.
-    #[error(transparent)]
-    Charts(#[from] BuildError),
-    /// Its simulation.
-    #[error(transparent)]
-    Simulation(#[from] ChartSimulationError),
-    /// Its path.
-    #[error(transparent)]
-    Beam(#[from] BeamError),
+meltpath_base::passes_on! {
+    /// Why a coupon has no size.
+    pub enum CouponError {
+        /// Its charts.
+        Charts(BuildError),
+        /// Its simulation.
+        Simulation(ChartSimulationError),
+        /// Its path.
+        Beam(BeamError),
+    }
 }
 
 impl Coupon {

@@ -13,18 +13,14 @@ use crate::material::{CELSIUS, LatentShape, Material, Powder, PowderConduction, 
 choice! {
     /// How the porosity law of the thesis is read (erratum E1).
     pub enum PorosityReading {
-        /// Porosity falls from its initial value to 0 at the solidus.
-        Physical = "physical",
-        /// The printed law is a relative density.
-        PrintedAsDensity = "printed-as-density",
+        Physical "physical" => "Porosity falls from its initial value to 0 at the solidus.",
+        PrintedAsDensity "printed-as-density" => "The printed law is a relative density.",
     }
 
     /// Which density cells of the thesis are used (erratum E2).
     pub enum DensityReading {
-        /// Solid and liquid cells exchanged, so that density falls on melting.
-        Corrected = "corrected",
-        /// As printed.
-        Printed = "printed",
+        Corrected "corrected" => "Solid and liquid cells exchanged, so that density falls on melting.",
+        Printed "printed" => "As printed.",
     }
 }
 

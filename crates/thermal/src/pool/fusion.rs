@@ -12,27 +12,27 @@ use crate::material::medium::Medium;
 use crate::pool::MeltPool;
 use crate::pool::moving_source::{MovingSource, MovingSourceError};
 
-/// Why nothing was melted.
-#[derive(Debug, thiserror::Error)]
-pub enum FusionError {
-    /// The engine.
-    #[error(transparent)]
-    Engine(#[from] MovingSourceError),
-    /// The map.
-    #[error(
-        "a map of {width:.3} x {height:.3} mm in cells of {cell:.4} mm has too many cells, or none: choose larger cells"
-    )]
-    Map {
-        /// Its size, mm.
-        width: f64,
-        /// Its size, mm.
-        height: f64,
-        /// Edge of a cell, mm.
-        cell: f64,
-    },
-    /// Stopped from outside.
-    #[error(transparent)]
-    Cancelled(#[from] meltpath_base::Cancelled),
+meltpath_base::passes_on! {
+    /// Why nothing was melted.
+    pub enum FusionError {
+        /// The engine.
+        Engine(MovingSourceError),
+        /// Stopped from outside.
+        Cancelled(meltpath_base::Cancelled);
+
+        /// The map.
+        #[error(
+            "a map of {width:.3} x {height:.3} mm in cells of {cell:.4} mm has too many cells, or none: choose larger cells"
+        )]
+        Map {
+            /// Its size, mm.
+            width: f64,
+            /// Its size, mm.
+            height: f64,
+            /// Edge of a cell, mm.
+            cell: f64,
+        },
+    }
 }
 
 /// Highest temperature so far at the centres of square cells, on a plane below the build plane.

@@ -16,13 +16,12 @@ use crate::waam::checks::{borrowed_check, fixed_torch_check, planned, range_chec
 use crate::waam::columns;
 use crate::waam::error::WaamError;
 use crate::waam::film::Step;
-use crate::waam::hold;
 use crate::waam::loaded::{Loaded, written};
+use crate::waam::planned::read_back;
 use crate::waam::program::Commands;
 use crate::waam::reach;
 use crate::waam::record::Sample;
 use crate::waam::settings::Settings;
-use crate::waam::wanted::Wanted;
 
 /// Everything about a wall on a surface.
 pub(crate) struct Wall {
@@ -69,16 +68,8 @@ pub(super) fn wall(
     observer.stage("plan", 0);
     let plan = plan(&sheet, asked, settings)?;
     observer.check()?;
-    let own = settings.cell.program.dialect.value;
-    let programs = hold::write(
-        &loaded.name,
-        &plan.toolpath,
-        (own, Wanted::WHOLE),
-        settings,
-        None,
-        (reporter, observer),
-    )?;
-    let commands = programs.commands(settings, reporter)?;
+    let (programs, commands) =
+        read_back(&loaded.name, &plan.toolpath, settings, (reporter, observer))?;
     let driven = drive(&commands, &plan, settings, reporter, observer)?;
     observer.stage("robot", 0);
     let columns = columns(&plan, settings)?;
