@@ -130,6 +130,22 @@ pub enum ExportError {
         /// What was given.
         limit: f64,
     },
+    /// A row of another length than its states ask for.
+    #[error(
+        "{what} has {found} coefficient{}, {states} state{} and the input need {needed}: export it again",
+        if *found == 1 { "" } else { "s" },
+        if *states == 1 { "" } else { "s" }
+    )]
+    Shape {
+        /// Which row.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// States of the law.
+        states: usize,
+        /// The length that fits.
+        needed: usize,
+    },
     /// The word does not hold a number.
     #[error(
         "{what} {value} does not fit a fixed-point word with {fraction} bits after the point (largest {largest}): take fewer bits after the point, or scale the controller"
@@ -307,8 +323,50 @@ impl Exported {
         }
     }
 
-    /// Checks that the word holds the controller.
-    fn proven(self) -> Result<Self, ExportError> {
+    /// Refuses what a file may say and no program can run: rows that do not fit, numbers that the word does not hold.
+    ///
+    /// # Errors
+    /// [`ExportError::Shape`], [`ExportError::Limit`], [`ExportError::Word`].
+    ///
+    /// ```
+    /// # use meltpath_control::{StateSpace, TransferFunction, discretise::{discretise, Hold}, export::*};
+    /// let lag = TransferFunction::new([1.0], [0.1, 1.0]).unwrap().to_state_space().unwrap();
+    /// let sampled = discretise(&lag, 1e-3, Hold::First).unwrap();
+    /// let mut lag = Exported::state_space("lag", &sampled, Word::Double, None, AntiWindup::None).unwrap();
+    /// assert!(lag.check().is_ok());
+    /// let Law::StateSpace { output, .. } = &mut lag.law else { unreachable!() };
+    /// output.pop();
+    /// assert_eq!(lag.check().unwrap_err().to_string(), "the output has 1 coefficient, 1 state and the input need 2: export it again");
+    /// ```
+    pub fn check(&self) -> Result<(), ExportError> {
+        if let Law::StateSpace {
+            update,
+            output,
+            follow,
+        } = &self.law
+        {
+            let states = update.len();
+            let rows = update.iter().map(|row| ("a row of the update", row, 1));
+            let others = [("the output", output, 1), ("what follows", follow, 0)];
+            for (what, row, inputs) in rows.chain(others) {
+                if row.len() != states + inputs {
+                    return Err(ExportError::Shape {
+                        what,
+                        found: row.len(),
+                        states,
+                        needed: states + inputs,
+                    });
+                }
+            }
+        }
+        if let Some(limit) = self.limit {
+            positive(limit)?;
+        }
+        self.holds()
+    }
+
+    /// Whether the word holds the controller's numbers.
+    fn holds(&self) -> Result<(), ExportError> {
         if let Word::Fixed {
             coefficient,
             signal,
@@ -336,6 +394,12 @@ impl Exported {
             }
             fits("the output limit", self.limit.unwrap_or(0.0), signal)?;
         }
+        Ok(())
+    }
+
+    /// Checks that the word holds the controller.
+    fn proven(self) -> Result<Self, ExportError> {
+        self.holds()?;
         let radius = |rounded: bool| -> Result<f64, SystemError> {
             let poles = eigenvalues(&self.transition(rounded))?;
             Ok(poles.iter().map(|p| p.norm()).fold(0.0, f64::max))
@@ -389,10 +453,8 @@ fn checked(name: &str, controller: &StateSpace, limit: Option<f64>) -> Result<f6
             outputs: controller.outputs(),
         });
     }
-    if let Some(limit) = limit
-        && !(limit > 0.0 && limit.is_finite())
-    {
-        return Err(ExportError::Limit { limit });
+    if let Some(limit) = limit {
+        positive(limit)?;
     }
     match controller.domain {
         Domain::Sampled { period } => Ok(period),
@@ -400,6 +462,14 @@ fn checked(name: &str, controller: &StateSpace, limit: Option<f64>) -> Result<f6
             one: controller.domain,
             two: Domain::Sampled { period: f64::NAN },
         })),
+    }
+}
+
+fn positive(limit: f64) -> Result<(), ExportError> {
+    if limit > 0.0 && limit.is_finite() {
+        Ok(())
+    } else {
+        Err(ExportError::Limit { limit })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Electric energy that the source spends per volume of deposit, by configuration.
 
-use meltpath_base::settings::{self, Json, Kind, Node, Place, Problems, Reader, Value};
+use meltpath_base::settings::{self, Json, Kind, Node, Place, Problem, Problems, Reader, Value};
 use meltpath_base::{choice, table};
 
 /// Energy per volume of deposit, J/mm³.
@@ -70,7 +70,16 @@ impl Value for Row {
         let mut number = |node| f64::read(node, place, reader);
         let [mean, least, greatest] = [mean, least, greatest].map(&mut number);
         let [wire, mode, gas] = [wire, mode, gas].map(|node| String::read(node, place, reader));
-        Some(Row(wire?, mode?, gas?, mean?, least?, greatest?))
+        let (mean, least, greatest) = (mean?, least?, greatest?);
+        if !(0.0 < least && least <= mean && mean <= greatest) {
+            let message = format!(
+                "{}: {mean}, {least} and {greatest} are no mean, least and greatest energy",
+                place.name
+            );
+            reader.wrong(node, Problem::new(message));
+            return None;
+        }
+        Some(Row(wire?, mode?, gas?, mean, least, greatest))
     }
 
     fn json(&self) -> Json {
@@ -141,6 +150,20 @@ mod tests {
         // as thick, but another alloy
         assert_eq!(of("g3si-1.2", "cmt", "m14"), None);
         assert_eq!(of("x90-ig-1.0", "laser", "m14"), None);
+    }
+
+    #[test]
+    fn energies_out_of_order_are_refused_where_they_stand() {
+        let text = meltpath_data::energy::ROUCHON_2022.text;
+        for wrong in ["23.1, 24.7, 21.6", "20, 21.6, 24.7", "0, 0, 0"] {
+            let text = text.replacen("23.1, 21.6, 24.7", wrong, 1);
+            let problems = EnergyFile::parse(&text).unwrap_err();
+            let [problem] = problems.0.as_slice() else {
+                panic!("{problems}")
+            };
+            let row = &text[problem.span.clone().unwrap()];
+            assert!(row.contains(wrong), "{row}: {problem}");
+        }
     }
 
     #[test]

@@ -38,6 +38,16 @@ pub enum FocusError {
     /// A calibration without pieces, or with pieces that do not follow each other.
     #[error("a focus calibration needs at least one piece, and pieces that follow each other")]
     Pieces,
+    /// A piece by which a beam has no width somewhere.
+    #[error(
+        "at {focus:.4} A the calibration makes the beam {diameter:.4} mm wide: every piece needs a diameter above zero at both its ends"
+    )]
+    Width {
+        /// The focus current, A.
+        focus: f64,
+        /// The diameter there, mm.
+        diameter: f64,
+    },
     /// A beam whose diameter does not depend on its focus current.
     #[error(
         "the beam is {diameter} mm wide whatever the focus current: give a focus calibration, or change speed or current"
@@ -52,12 +62,27 @@ impl FocusCalibration {
     /// A calibration in pieces that follow each other.
     ///
     /// # Errors
-    /// [`FocusError::Pieces`].
+    /// [`FocusError::Pieces`]; [`FocusError::Width`] for a piece by which the beam has no width at one of its ends.
+    ///
+    /// ```
+    /// use meltpath_gun::focus::{FocusCalibration, FocusError, FocusPiece};
+    /// let falling = FocusPiece { range: [3e-3, 7e-3], intercept: 0.6, slope: -100.0 };
+    /// let refused = FocusCalibration::new(vec![falling]).unwrap_err();
+    /// assert!(matches!(refused, FocusError::Width { focus: 7e-3, .. })); // -0.1 mm there
+    /// ```
     pub fn new(pieces: Vec<FocusPiece>) -> Result<Self, FocusError> {
         let ordered = pieces.iter().all(|p| p.range[0] < p.range[1])
             && pieces.windows(2).all(|w| w[0].range[1] == w[1].range[0]);
         if pieces.is_empty() || !ordered {
             return Err(FocusError::Pieces);
+        }
+        for piece in &pieces {
+            for focus in piece.range {
+                let diameter = piece.intercept + piece.slope * focus;
+                if diameter <= 0.0 || !diameter.is_finite() {
+                    return Err(FocusError::Width { focus, diameter });
+                }
+            }
         }
         Ok(FocusCalibration { pieces })
     }

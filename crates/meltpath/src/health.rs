@@ -2,7 +2,7 @@
 //!
 //! Source: Rasoanarivo 2020, § 2.4. The history is a file of lines, one JSON record a test, to which tests are only ever added.
 
-pub(crate) mod history;
+pub mod history;
 
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,15 @@
 //! The targets: a name, seeds, how they are damaged, and what must hold.
 
 mod dialects;
+mod machines;
 mod parts;
 mod paths;
 mod records;
 mod settings;
 
 use std::path::Path;
+
+use meltpath_data::File;
 
 use crate::mutate::Form;
 
@@ -41,11 +44,22 @@ pub const TARGETS: &[Target] = &[
     paths::BEAM_PATH,
     paths::CONTAINER,
     paths::TOOLPATH_INDEX,
+    paths::CHARTS,
     settings::JOB,
     settings::WIRE,
     settings::GAS,
     settings::PROCESS_MAP,
-    settings::CELL,
+    settings::POOL,
+    settings::ENERGY,
+    machines::CELL,
+    machines::ROBOT,
+    machines::URDF,
+    machines::GUN,
+    machines::FOCUS,
+    machines::MOTOR,
+    machines::TUNE,
+    machines::CONTROLLERS,
+    machines::HEALTH_HISTORY,
     settings::MATERIAL,
     settings::SCAN_HEAD,
     settings::RECIPE,
@@ -93,4 +107,25 @@ fn in_file(bytes: &[u8], ending: &str, read: impl FnOnce(&Path)) {
     let mut file = tempfile::Builder::new().suffix(ending).tempfile().unwrap();
     std::io::Write::write_all(&mut file, bytes).unwrap();
     read(file.path());
+}
+
+/// A target over text.
+const fn text(name: &'static str, seeds: fn() -> Vec<Vec<u8>>, body: fn(&[u8])) -> Target {
+    Target {
+        name,
+        form: Form::Text,
+        seeds,
+        body,
+    }
+}
+
+fn shipped(files: &[File]) -> Vec<Vec<u8>> {
+    files.iter().map(|f| f.text.as_bytes().to_vec()).collect()
+}
+
+/// TOML is text: what is not was refused before.
+fn with_text(bytes: &[u8], read: impl FnOnce(&str)) {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        read(text);
+    }
 }

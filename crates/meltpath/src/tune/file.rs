@@ -203,7 +203,7 @@ impl AxisName {
 
 impl TuneFile {
     /// Values that do not go together.
-    pub(super) fn check(&self) -> Vec<Problem> {
+    pub fn check(&self) -> Vec<Problem> {
         let (refine, h, e) = (&self.cascade.refine, &self.h_infinity, &self.export);
         let files = [&refine.record, &refine.mapping];
         let on_record = *refine.on == RefineOn::Record;

@@ -178,6 +178,19 @@ mod tests {
         assert_eq!(start_share(StartPoints::Random { seed: 0 }, 0, 0), first);
     }
 
+    /// Shares of the corners are counted along the ring, from the lower left one on, wherever the ring begins.
+    #[test]
+    fn starts_go_on_along_the_ring_from_its_lower_left_corner() {
+        for first in 0..4 {
+            let mut ring = square(0.0, 10.0);
+            ring.rotate_left(first);
+            for (share, corner) in [0.0, 0.25, 0.5, 0.75].into_iter().zip(square(0.0, 10.0)) {
+                let line = started(&ring, share);
+                assert_eq!((line[0], line.len()), (corner, 5), "{share} of {ring:?}");
+            }
+        }
+    }
+
     /// Thin beads are looked after in thin steps: a hole of a seventh of a width parts them.
     #[test]
     fn turns_are_joined_where_the_link_stays_inside() {

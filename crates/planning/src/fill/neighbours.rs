@@ -223,3 +223,25 @@ struct Run {
     count: u32,
     last: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Within a cell of a place every segment is found, beyond its end too.
+    #[test]
+    fn segments_are_found_from_a_cell_beyond_their_ends() {
+        let long = Segment {
+            pass: 0,
+            a: DVec2::new(0.5, 0.5),
+            b: DVec2::new(0.5, 2.05),
+            along: 0.0,
+        };
+        let index = Index::new(1.0, vec![long]);
+        let mut found = Vec::new();
+        for (y, wanted) in [(-0.4, 1), (1.3, 1), (3.0, 1), (4.5, 0)] {
+            index.near(DVec2::new(0.5, y), &mut found);
+            assert_eq!(found.len(), wanted, "at {y}");
+        }
+    }
+}

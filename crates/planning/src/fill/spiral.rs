@@ -90,6 +90,22 @@ fn nearest(p: DVec2, line: &[DVec2], last: &mut usize, everywhere: bool) -> DVec
 mod tests {
     use super::*;
 
+    /// A ring of 24 edges: wherever the search begins, the nearest edge is found before it and behind it.
+    #[test]
+    fn the_nearest_point_is_found_before_and_behind() {
+        let at = |k: usize| DVec2::from_angle(std::f64::consts::TAU * k as f64 / 24.0);
+        let ring: Vec<DVec2> = (0..=24).map(|k| at(k % 24)).collect();
+        for start in 0..24 {
+            for edge in 0..24 {
+                let middle = at(edge).midpoint(at(edge + 1));
+                let mut last = start;
+                let found = nearest(1.5 * middle, &ring, &mut last, true);
+                assert!(found.distance(middle) < 1e-9, "from {start} to {edge}");
+                assert_eq!(last, edge);
+            }
+        }
+    }
+
     #[test]
     fn the_nearest_point_lies_between_corners_too() {
         let corners = [

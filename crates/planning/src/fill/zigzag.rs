@@ -117,6 +117,16 @@ fn run(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Turning points lie a share of a stepover inside the contour.
+    #[test]
+    fn the_reversal_is_told_in_stepovers() {
+        let settings = FillSettings {
+            reversal: 0.6,
+            ..FillSettings::new(3.0, 2.0)
+        };
+        assert!((settings.reversal_distance() - 1.2).abs() < 1e-12);
+    }
     use crate::fill::lines::Crossing;
 
     #[test]

@@ -139,6 +139,24 @@ mod tests {
         assert!((widths[0] - 5.0).abs() < 0.01 && (widths[1] - 6.0).abs() < 0.01);
     }
 
+    /// Rounds of 12 mm would close a cap: what stands on them keeps them.
+    #[test]
+    fn a_neck_of_any_width_bears_what_stands_on_it() {
+        let neck = rounds(&[20.0, 3.0, 2.0, 3.0, 20.0], 0.0);
+        assert_eq!(without_narrow(neck.clone(), 50.0, 1.0), (neck, vec![]));
+    }
+
+    /// Six tenths of a millimetre beside a cap a wall goes on: the cap closes all the same.
+    #[test]
+    fn what_stands_on_the_wall_beside_does_not_stand_on_a_cap() {
+        let mut both = rounds(&[20.0, 2.0], 0.0);
+        both.extend(rounds(&[2.0, 2.0, 9.0], 4.6));
+        both.sort_by_key(|p| p.number);
+        let (kept, openings) = without_narrow(both, 50.0, 1.0);
+        assert_eq!((kept.len(), openings.len()), (4, 1));
+        assert!((openings[0].width - 4.0).abs() < 0.01, "{openings:?}");
+    }
+
     #[test]
     fn a_narrow_pipe_is_laid_to_its_end() {
         // rounds of 44 mm

@@ -355,7 +355,8 @@ impl Sampled {
     /// At rest at `angle` rad.
     ///
     /// # Errors
-    /// [`AxisError::Controller`] where the controller has not one input and one output, or is made for another period.
+    /// [`AxisError::Controller`] where the controller has not one input and one output, or is made for another period;
+    /// [`AxisError::Export`] where an exported one cannot run.
     pub fn new(
         controller: &SampledController,
         limits: Limits,
@@ -391,7 +392,10 @@ impl Sampled {
         }
         let system = match form {
             SampledForm::Designed(system) => Behind::Designed(Running::new(system)?),
-            SampledForm::Exported(export) => Behind::Exported(export.running()),
+            SampledForm::Exported(export) => {
+                export.check()?;
+                Behind::Exported(export.running())
+            }
         };
         Ok(Sampled {
             system,

@@ -1,6 +1,7 @@
 //! Why an axis, its motor or its control cannot be used.
 
 use meltpath_control::SystemError;
+use meltpath_control::export::ExportError;
 
 /// Why a galvanometer, its drive or its controller cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -76,6 +77,9 @@ pub enum AxisError {
     /// A linear system behind it.
     #[error(transparent)]
     System(#[from] SystemError),
+    /// An exported controller that cannot run.
+    #[error(transparent)]
+    Export(#[from] ExportError),
 }
 
 /// Refuses a value that is not positive and finite.

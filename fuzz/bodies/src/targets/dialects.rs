@@ -8,26 +8,29 @@ use meltpath_programs::{CellProgramming, Dialect, Program, dialect, reading};
 use super::{Target, files};
 use crate::mutate::Form;
 
-/// A cell that has words for every dialect.
+/// The text of a cell that has words for every dialect.
+pub(super) fn cell_text() -> String {
+    let text = meltpath_data::cells::ARCMATE_120IC.text.replace(
+        "name_length = 32",
+        "name_length = 32\nblend = \"4 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\", \"other\"]",
+    );
+    let words = "[program.krl]\nsource = \"fuzz\"\njob_mode = \"Job mode\"\n\
+        [program.rapid]\nsource = \"fuzz\"\ntool = \"tTorch\"\nwork_object = \"wPart\"\nseam = \"sm1\"\n\
+        [program.script]\nsource = \"fuzz\"\npart = \"plane\"\n\
+        arc_start = [\"set_job({1})\", \"set_analog_out(0, {2})\", \"set_digital_out(0, True)\"]\n\
+        arc_end = [\"set_digital_out(0, False)\"]\n\
+        [program.inform]\nsource = \"fuzz\"\nzones = [\"0.5 mm\", \"1 mm\", \"2 mm\", \"4 mm\"]\n\
+        [program.val3]\nsource = \"fuzz\"\npart_position = [\"500 mm\", \"0 mm\", \"100 mm\"]\n\
+        tool_position = [\"0 mm\", \"0 mm\", \"330 mm\"]\n\
+        arc_start = [\"nJob={1}\", \"aioSet(aoWire,{2})\", \"doArc=true\"]\narc_end = [\"doArc=false\"]\n\
+        [[program.schedule]]\nnumber = 2\nwire_feed = \"8 m/min\"\nvalues = [2, 8, 0]\n";
+    text + words
+}
+
+/// That cell.
 fn cell() -> &'static CellProgramming {
     static CELL: OnceLock<CellProgramming> = OnceLock::new();
-    CELL.get_or_init(|| {
-        let text = meltpath_data::cells::ARCMATE_120IC.text.replace(
-            "name_length = 32",
-            "name_length = 32\nblend = \"4 mm\"\narc_values = [\"schedule\", \"wire feed, m/min\", \"other\"]",
-        );
-        let words = "[program.krl]\nsource = \"fuzz\"\njob_mode = \"Job mode\"\n\
-            [program.rapid]\nsource = \"fuzz\"\ntool = \"tTorch\"\nwork_object = \"wPart\"\nseam = \"sm1\"\n\
-            [program.script]\nsource = \"fuzz\"\npart = \"plane\"\n\
-            arc_start = [\"set_job({1})\", \"set_analog_out(0, {2})\", \"set_digital_out(0, True)\"]\n\
-            arc_end = [\"set_digital_out(0, False)\"]\n\
-            [program.inform]\nsource = \"fuzz\"\nzones = [\"0.5 mm\", \"1 mm\", \"2 mm\", \"4 mm\"]\n\
-            [program.val3]\nsource = \"fuzz\"\npart_position = [\"500 mm\", \"0 mm\", \"100 mm\"]\n\
-            tool_position = [\"0 mm\", \"0 mm\", \"330 mm\"]\n\
-            arc_start = [\"nJob={1}\", \"aioSet(aoWire,{2})\", \"doArc=true\"]\narc_end = [\"doArc=false\"]\n\
-            [[program.schedule]]\nnumber = 2\nwire_feed = \"8 m/min\"\nvalues = [2, 8, 0]\n";
-        settings::peek(&(text + words), &["program"]).unwrap().unwrap()
-    })
+    CELL.get_or_init(|| settings::peek(&cell_text(), &["program"]).unwrap().unwrap())
 }
 
 fn rewritten(program: &Program) -> Option<(Vec<Vec<u8>>, Vec<Program>)> {

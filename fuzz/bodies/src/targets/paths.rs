@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use meltpath_base::Reporter;
-use meltpath_base::container::Container;
+use meltpath_base::container::{Column, Container};
 use meltpath_gun::record::Record;
 use meltpath_programs::cli::{self, CliError, Reader};
 use meltpath_programs::{ExecutionSettings, fanuc_ls, reading, vectors};
+use meltpath_thermal::charts::{
+    Chart, ChartSet, ChartSettings, CoolingCurve, HeatingCurve, WarmGround, file as chart_file,
+};
 use meltpath_toolpath::{Layer, Profile, Toolpath, storage};
 
 use super::{Target, files};
@@ -200,6 +203,96 @@ pub(super) const TOOLPATH_INDEX: Target = Target {
         if let Ok(meta) = serde_json::from_slice(json) {
             containers[1].meta = meta;
             read_toolpath(&bytes_of(&containers));
+        }
+    },
+};
+
+/// Charts of two depths, two distances and one share of powder, on cold ground and on warm.
+fn charts() -> Container {
+    let rising = |n: usize| (0..n).map(|i| i as f32 * 1e-5).collect::<Vec<f32>>();
+    let heating = HeatingCurve {
+        end: 10.0,
+        times: rising(129),
+    };
+    let cooling = CoolingCurve {
+        from: 8.0,
+        to: 1.0,
+        times: rising(513),
+    };
+    let chart = Chart {
+        powder_share: 0.0,
+        heating: vec![heating; 4],
+        cooling: vec![cooling; 2],
+    };
+    let set = ChartSet {
+        settings: ChartSettings::of_thesis(60.0, 0.3),
+        material: "Ti-6Al-4V".to_owned(),
+        fingerprint: 1,
+        depths: vec![0.0, 0.025],
+        distances: vec![0.0, 0.025],
+        charts: vec![chart.clone()],
+        warm: vec![WarmGround {
+            temperature: 1000.0,
+            enthalpy: 2.0,
+            charts: vec![chart],
+        }],
+    };
+    let mut bytes = Vec::new();
+    chart_file::write(&set, &mut bytes).unwrap();
+    Container::read(&mut bytes.as_slice()).unwrap()
+}
+
+/// What a file of charts says, checksums being right: its settings and its columns but those of times, which are cut to a length.
+pub(super) const CHARTS: Target = Target {
+    name: "charts",
+    form: Form::Text,
+    seeds: || {
+        let container = charts();
+        let columns: serde_json::Map<String, serde_json::Value> = container
+            .columns
+            .iter()
+            .map(|(name, column)| {
+                let json = match column {
+                    Column::F32(values) if name.ends_with("times") => values.len().into(),
+                    Column::F32(values) => serde_json::json!(values),
+                    Column::F64(values) => serde_json::json!(values),
+                    _ => serde_json::Value::Null,
+                };
+                (name.clone(), json)
+            })
+            .collect();
+        let json = serde_json::json!({ "meta": container.meta, "columns": columns });
+        vec![serde_json::to_vec_pretty(&json).unwrap()]
+    },
+    body: |bytes| {
+        let _ = chart_file::read(&mut &bytes[..]);
+        let Ok(json) = serde_json::from_slice::<serde_json::Value>(bytes) else {
+            return;
+        };
+        let mut container = charts();
+        container.meta = json["meta"].clone();
+        for (name, column) in &mut container.columns {
+            let told = &json["columns"][name];
+            let numbers = || -> Vec<f64> {
+                let all = told.as_array().into_iter().flatten();
+                all.filter_map(serde_json::Value::as_f64).collect()
+            };
+            match column {
+                Column::F32(values) if name.ends_with("times") => {
+                    let length = told.as_u64().unwrap_or(0).min(1 << 16);
+                    values.resize(length as usize, 1.0);
+                }
+                Column::F32(values) => *values = numbers().iter().map(|v| *v as f32).collect(),
+                Column::F64(values) => *values = numbers(),
+                _ => {}
+            }
+        }
+        let read = chart_file::read(&mut bytes_of(&[container]).as_slice());
+        if let Ok(set) = read {
+            let mut written = Vec::new();
+            chart_file::write(&set, &mut written).unwrap();
+            let again = chart_file::read(&mut written.as_slice());
+            assert_eq!(again.expect("what is written can be read"), set);
         }
     },
 };

@@ -2,40 +2,18 @@
 
 use std::path::Path;
 
-use meltpath::data::Cell;
 use meltpath::fit::measurements;
 use meltpath::{job, start};
 use meltpath_base::Reporter;
-use meltpath_data::{File, cells, gases, materials, process_maps, recipes, scan_heads, wires};
-use meltpath_deposition::consumable::{Gas, Wire};
+use meltpath_data::{energy, gases, materials, pools, process_maps, recipes, scan_heads, wires};
+use meltpath_deposition::consumable::{Gas, PoolFile, Wire, nearest_pool};
+use meltpath_deposition::energy::EnergyFile;
 use meltpath_deposition::process_map::ProcessMap;
 use meltpath_perception::Mapping;
 use meltpath_scan_head::files::{parse_head, parse_recipe};
 use meltpath_thermal::material::file::{self as material_file, Readings};
 
-use super::{Target, files, in_file};
-use crate::mutate::Form;
-
-/// A target over text.
-const fn text(name: &'static str, seeds: fn() -> Vec<Vec<u8>>, body: fn(&[u8])) -> Target {
-    Target {
-        name,
-        form: Form::Text,
-        seeds,
-        body,
-    }
-}
-
-fn shipped(files: &[File]) -> Vec<Vec<u8>> {
-    files.iter().map(|f| f.text.as_bytes().to_vec()).collect()
-}
-
-/// TOML is text: what is not was refused before.
-fn with_text(bytes: &[u8], read: impl FnOnce(&str)) {
-    if let Ok(text) = std::str::from_utf8(bytes) {
-        read(text);
-    }
-}
+use super::{Target, files, in_file, shipped, text, with_text};
 
 /// Jobs of the three processes.
 pub(super) const JOB: Target = text(
@@ -94,6 +72,38 @@ pub(super) const GAS: Target = text(
     },
 );
 
+/// Measured pools: the nearest to any setting is one of the file's.
+pub(super) const POOL: Target = text(
+    "pool",
+    || shipped(pools::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            if let Ok(file) = PoolFile::parse(text) {
+                for (wire_feed, travel_speed) in [(9.0, 0.5), (1e-9, 1e9)] {
+                    let pool = nearest_pool(&file.pool, wire_feed, travel_speed);
+                    assert!(pool.is_some(), "a file of no pool");
+                }
+            }
+        });
+    },
+);
+
+/// Energies per volume.
+pub(super) const ENERGY: Target = text(
+    "energy",
+    || shipped(energy::ALL),
+    |bytes| {
+        with_text(bytes, |text| {
+            if let Ok(file) = EnergyFile::parse(text)
+                && let Some(energy) = file.of("x90-ig-1.0", "cmt", "m14")
+            {
+                let sound = energy.mean > 0.0 && energy.sigma >= 0.0;
+                assert!(sound, "an energy of {} ± {}", energy.mean, energy.sigma);
+            }
+        });
+    },
+);
+
 /// Process maps, and a bead of those that read.
 pub(super) const PROCESS_MAP: Target = text(
     "process_map",
@@ -113,17 +123,6 @@ pub(super) const PROCESS_MAP: Target = text(
                     "a bead of negative width"
                 );
             }
-        });
-    },
-);
-
-/// Robot cells.
-pub(super) const CELL: Target = text(
-    "cell",
-    || shipped(cells::ALL),
-    |bytes| {
-        in_file(bytes, ".toml", |path| {
-            let _ = Cell::load(&path.to_string_lossy(), Path::new("."));
         });
     },
 );

@@ -319,3 +319,25 @@ proptest! {
         }
     }
 }
+
+/// Planes begin at their base as fronts do: a wall that hangs above it has nothing to stand on.
+#[test]
+fn planes_over_a_gap_are_refused() {
+    let planes = settings(SurfaceStrategy::Planes {
+        direction: DVec3::Z,
+    });
+    let base = |z: f64| Base::Plane {
+        origin: DVec3::new(0.0, 0.0, z),
+        normal: DVec3::Z,
+    };
+    let tube = shapes::tube(20, 60, |s, t| {
+        let turned = DVec3::new((t * TAU).cos(), (t * TAU).sin(), 0.0);
+        20.0 * turned + 30.0 * s * DVec3::Z
+    });
+    let plan = |z: f64| plan_mesh(&tube, &base(z), &planes);
+    assert!(plan(0.0).is_ok());
+    let SurfaceError::Sheet(SheetError::NoBase { gap, .. }) = plan(-3.0).unwrap_err() else {
+        panic!("laid over a gap of 3 mm");
+    };
+    assert!((gap - 3.0).abs() < 1e-9, "{gap}");
+}
