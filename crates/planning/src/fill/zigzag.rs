@@ -117,6 +117,7 @@ fn run(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fill::lines::Crossing;
 
     /// Turning points lie a share of a stepover inside the contour.
     #[test]
@@ -127,8 +128,6 @@ mod tests {
         };
         assert!((settings.reversal_distance() - 1.2).abs() < 1e-12);
     }
-    use crate::fill::lines::Crossing;
-
     #[test]
     fn corners_of_a_cell_are_counted_from_the_lower_left() {
         let span = |y: f64| Span {

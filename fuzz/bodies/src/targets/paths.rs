@@ -225,7 +225,7 @@ fn charts() -> Container {
         cooling: vec![cooling; 2],
     };
     let set = ChartSet {
-        settings: ChartSettings::of_thesis(60.0, 0.3),
+        settings: ChartSettings::for_beam(60.0, 0.3),
         material: "Ti-6Al-4V".to_owned(),
         fingerprint: 1,
         depths: vec![0.0, 0.025],
