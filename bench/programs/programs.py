@@ -27,6 +27,7 @@ WEAVES = "".join(f'\n[[program.weave]]\nnumber = {n}\nshape = "sine"\nfrequency 
 CLASSES = [
     ("no program in text", r"not a FANUC program"),
     ("cannot be read", r"cannot read the program"),
+    ("arc that ends where it is off, or not at all", r"the arc ends, but it is off|ends with the arc on"),
     ("welding moves without an arc", r"never starts the arc"),
     ("arc starts where it is on", r"the arc starts, but it is on"),
     ("arc on in a joint move", r"joint move with the arc"),
@@ -144,6 +145,7 @@ def run(clones, half, out, command):
         job = wall / "job.toml"
         job.write_text(job.read_text().replace("[machine]\n", '[machine]\ncell = "cell.toml"\n'))
         rows = [r for r in csv.DictReader(LIST.open()) if half in (r["half"], "both") and git_directory(clones, r["repository"])]
+        rows.reverse()  # long chains of programs stand last in the list
         done = {}
         with concurrent.futures.ThreadPoolExecutor(3) as pool:
             answers = list(pool.map(lambda r: simulate(clones, r, job, command, done), rows))
