@@ -50,6 +50,12 @@ pub enum Missing {
     /// An arc word whose setting of the source is not known.
     #[error("which wire feed {0} sets is not known")]
     Schedule(String),
+    /// The arc is switched off where it is off: the program that starts it was not given, or a bead is missing.
+    #[error("the arc ends here, but it is off: what was to be laid before is not known")]
+    ArcOff,
+    /// The arc is still on at the end.
+    #[error("the program ends with the arc on: the bead ends with its last move here")]
+    ArcLeftOn,
     /// The speed of a bead is the content of a register that nothing sets, or that of an unknown weld schedule.
     #[error("the speed {0} of this bead is not known")]
     Speed(String),
@@ -134,6 +140,9 @@ impl Missing {
             }
             Missing::Schedule(_) => {
                 "list the weld schedule in the cell file ([[program.schedule]]: number, wire_feed, travel_speed), or what the numbers mean (arc_values)"
+            }
+            Missing::ArcOff | Missing::ArcLeftOn => {
+                "pair each Arc Start with one Arc End, or run the program that calls this one"
             }
             Missing::Speed(_) => {
                 "write the speed out, set the register in the program, or give it in the cell file (registers, [[program.schedule]])"

@@ -60,15 +60,9 @@ pub enum Refusal {
     /// The arc is switched on twice.
     #[error("the arc starts, but it is on already")]
     ArcOn,
-    /// The arc is switched off twice.
-    #[error("the arc ends, but it is off")]
-    ArcOff,
     /// A joint move with arc.
     #[error("a joint move with the arc on")]
     ArcInJointMove,
-    /// The arc is still on at the end.
-    #[error("the program ends with the arc on")]
-    ArcLeftOn,
 }
 
 impl Refusal {
@@ -90,7 +84,7 @@ impl Refusal {
             Refusal::Speed => {
                 "use a speed that the robot has, in mm/sec, cm/min or inch/min for L, C and A moves, % or a time for J moves"
             }
-            Refusal::ArcOn | Refusal::ArcOff | Refusal::ArcInJointMove | Refusal::ArcLeftOn => {
+            Refusal::ArcOn | Refusal::ArcInJointMove => {
                 "pair each Arc Start with one Arc End, and travel with the arc off"
             }
         }

@@ -43,7 +43,7 @@ impl Machine<'_> {
             }
             ArcAction::End => {
                 if self.arc.take().is_none() {
-                    return Err(self.refuse(Refusal::ArcOff));
+                    self.gap(Missing::ArcOff);
                 }
             }
         }

@@ -255,16 +255,8 @@ fn what_cannot_be_executed_is_refused_with_the_reason() {
         Refusal::ArcOn
     );
     assert_eq!(
-        refuse(&["L P[1] 50mm/sec FINE Arc End[1]"]),
-        Refusal::ArcOff
-    );
-    assert_eq!(
         refuse(&[go, "Arc Start[1]", "J P[2] 50% FINE"]),
         Refusal::ArcInJointMove
-    );
-    assert_eq!(
-        refuse(&["L P[1] 50mm/sec FINE Arc Start[1]"]),
-        Refusal::ArcLeftOn
     );
     assert_eq!(
         refuse(&["UFRAME_NUM=2", go]),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use meltpath_base::Reporter;
-use meltpath_programs::{ExecutionSettings, Refusal};
+use meltpath_programs::{ExecutionSettings, Missing, Refusal};
 
 use crate::told::{execute, motions, program, read};
 
@@ -228,4 +228,28 @@ fn position_registers_are_known_as_far_as_the_program_sets_them() {
         let lines = [zero[0], zero[1], set, "L P[2] 9mm/sec FINE Offset,PR[5]"];
         assert_eq!(at(&lines), (vec![], 1), "{set}");
     }
+}
+
+/// What an arc without its other end leaves open is told; the beads whose moves are there are laid, and end with the program.
+#[test]
+fn an_arc_without_its_other_end_is_told() {
+    let laid = |lines: &[&str]| {
+        let head = [
+            "UFRAME_NUM=1",
+            "UTOOL_NUM=1",
+            "!Schedule 1 WFS 8 m/min",
+            ONE,
+        ];
+        let reading = execute(&[program("P", &[&head, lines].concat())]).unwrap();
+        let burns: Vec<_> = motions(&reading).iter().map(|m| m.burns).collect();
+        let gaps: Vec<_> = reading.gaps.into_iter().map(|g| (g.line, g.why)).collect();
+        (burns, gaps)
+    };
+    let on = "Arc Start[1]";
+    let left = laid(&[on, TWO, THREE]);
+    assert_eq!(left, (vec![true, true], vec![(7, Missing::ArcLeftOn)]));
+    let twice = laid(&["Arc End[1]", on, TWO, "Arc End[1]", THREE]);
+    assert_eq!(twice, (vec![true, false], vec![(5, Missing::ArcOff)]));
+    let whole = laid(&[on, TWO, "Arc End[1]", THREE]);
+    assert_eq!(whole, (vec![true, false], vec![]));
 }
