@@ -148,6 +148,11 @@ impl History {
         };
         let mut line = serde_json::to_string(&entry).map_err(|e| io(e.into()))?;
         line.push('\n');
+        // a last line that was written by hand may lack its end
+        let open = fs::read(&self.path).is_ok_and(|t| t.last().is_some_and(|end| *end != b'\n'));
+        if open {
+            line.insert(0, '\n');
+        }
         if let Some(folder) = self.path.parent() {
             fs::create_dir_all(folder).map_err(io)?;
         }
